@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One configuration tree for core, command line and nodes.
+
+Every field carries its unit in its name, a range and a one-line description: the same text
+becomes the ROS parameter's descriptor and the parameter reference. ``config/fpnet.yaml`` is
+written as a ROS parameter file; :func:`load_config` unwraps ``ros__parameters``, so a node and
+the command line read the same file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+import yaml
+
+from fpnet_core.errors import ConfigError
+
+
+class Section(BaseModel):
+    """Base of every section: frozen, and unknown keys are errors."""
+
+    model_config = ConfigDict(extra='forbid', frozen=True)
+
+
+class SubmapConfig(Section):
+    """How registered scans become a raster (see :mod:`fpnet_core.submaps`)."""
+
+    resolution_m: float = Field(0.05, ge=0.02, le=0.2, description='Cell edge of the submap.')
+    min_range_m: float = Field(0.3, ge=0.0, description='Returns nearer than this are dropped.')
+    max_range_m: float = Field(15.0, gt=0.5, description='Rays are used up to this range.')
+
+
+class SegmentationConfig(Section):
+    """How a raster is cut into rooms and doors (see :mod:`fpnet_core.segmentation`)."""
+
+
+class MatcherConfig(Section):
+    """Which matcher runs and how its threshold is graded (see :mod:`fpnet_core.matching`)."""
+
+    weights: str = Field('', description='Checkpoint (.safetensors); empty: the packaged one.')
+
+
+class PoseConfig(Section):
+    """From region pairs to verified transforms (see :mod:`fpnet_core.pose`)."""
+
+
+class LocalizerConfig(Section):
+    """Cadence, and what it takes to claim a pose (see :mod:`fpnet_core.localizer`)."""
+
+    tick_period_s: float = Field(1.0, gt=0.0, description='Time between two rematches.')
+
+
+class OdometryConfig(Section):
+    """KISS-ICP settings, named as in its own ROS node."""
+
+    max_range: float = Field(20.0, gt=1.0, description='Points beyond are dropped [m].')
+    min_range: float = Field(0.5, ge=0.0, description='Points nearer are dropped [m].')
+    voxel_size: float = Field(0.2, gt=0.0, description='Map voxel [m]; indoors 0.1 to 0.3.')
+    deskew: bool = Field(True, description='Undo the motion during a sweep by per-point times.')
+
+
+class FpnetConfig(Section):
+    """The whole tree."""
+
+    seed: int = Field(0, ge=0, description='Seed of every random choice.')
+    submap: SubmapConfig = SubmapConfig()
+    segmentation: SegmentationConfig = SegmentationConfig()
+    matcher: MatcherConfig = MatcherConfig()
+    pose: PoseConfig = PoseConfig()
+    localizer: LocalizerConfig = LocalizerConfig()
+    odometry: OdometryConfig = OdometryConfig()
+
+
+def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetConfig:
+    """Validate a nested mapping; raises ConfigError that names the key and the reason."""
+    try:
+        return FpnetConfig.model_validate(tree)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = '.'.join(str(part) for part in first['loc']) or '(top level)'
+        raise ConfigError(
+            f'{source}: {key}: {first["msg"]} (got {first["input"]!r}); '
+            'see config/fpnet.yaml for every key and its range'
+        ) from None
+
+
+def load_config(path: Path | None = None, overrides: dict[str, Any] | None = None) -> FpnetConfig:
+    """
+    Read a YAML file (plain or ROS parameter form) and apply dotted overrides.
+
+    Parameters
+    ----------
+    path : the file; None takes the defaults
+    overrides : ``{'submap.resolution_m': 0.1}``
+
+    Raises
+    ------
+    ConfigError
+        If the file is missing or malformed, or a key or value is not accepted.
+    """
+    tree = {} if path is None else _read_tree(path)
+    for dotted, value in (overrides or {}).items():
+        node = tree
+        *parents, leaf = dotted.split('.')
+        for part in parents:
+            node = node.setdefault(part, {})
+            if not isinstance(node, dict):
+                raise ConfigError(f'{dotted}: {part} is a value, not a section')
+        node[leaf] = value
+    return parse_config(tree, str(path) if path else 'configuration')
+
+
+def _read_tree(path: Path) -> dict[str, Any]:
+    try:
+        tree = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ConfigError(f'cannot read configuration {path}: {error.strerror}') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f'{path} is not valid YAML: {str(error).splitlines()[0]}') from None
+    if tree is None:
+        return {}
+    if not isinstance(tree, dict):
+        raise ConfigError(f'{path}: expected a mapping at the top, got {type(tree).__name__}')
+    if len(tree) == 1:
+        (node,) = tree.values()
+        if isinstance(node, dict) and set(node) == {'ros__parameters'}:
+            inner = node['ros__parameters']
+            return inner if isinstance(inner, dict) else {}
+    return tree

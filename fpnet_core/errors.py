@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Errors that a user can act on.
+
+Every message says what was wrong, what was expected, what was found, and what to do. The
+command line prints it in one line and exits 1; a node logs it and keeps its state.
+"""
+
+
+class FpnetError(Exception):
+    """Base of every error this package raises on bad input."""
+
+
+class ConfigError(FpnetError):
+    """A configuration file or value is unknown, malformed or out of range."""
+
+
+class MapFormatError(FpnetError):
+    """A floorplan, occupancy grid or map image cannot be used."""
+
+
+class CloudFormatError(FpnetError):
+    """A point cloud, laser log or scan folder cannot be used."""
+
+
+class BagFormatError(FpnetError):
+    """A recording is missing, corrupt, or lacks the topics that are needed."""
+
+
+class OdometryError(FpnetError):
+    """A sensor pose is not a rigid transform, or its time stamp goes backwards."""
+
+
+class WeightsError(FpnetError):
+    """Network weights are missing, corrupt, or made for another feature schema."""

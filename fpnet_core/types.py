@@ -1,0 +1,346 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Frozen values that flow between the stages.
+
+Construction checks shapes, dtypes and finiteness and marks arrays read-only. Shape letters:
+``P`` points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side, ``E``
+edges, ``D`` features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster.
+Everything is SI, radians and integer nanoseconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum, StrEnum
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fpnet_core.geometry import SE2, Affine2D
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
+
+UNMATCHED, IGNORE = -1, -2
+"""Label of a node without a partner, and of a node that losses and metrics leave out."""
+
+FEATURE_SCHEMA = 1
+"""Version of the node and edge feature layout; weights of another version are refused."""
+
+
+def _frozen(
+    value: ArrayLike, dtype: Any, shape: tuple[int | None, ...], what: str
+) -> NDArray[Any]:
+    """Return a read-only array of ``dtype``, or raise ValueError naming ``what`` is wrong."""
+    array = np.array(value, dtype=dtype)
+    matches = array.ndim == len(shape) and all(
+        want is None or want == got for want, got in zip(shape, array.shape, strict=True)
+    )
+    if not matches:
+        raise ValueError(f'{what}: expected shape {shape}, got {array.shape}')
+    if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
+        raise ValueError(f'{what}: holds NaN or infinity')
+    array.setflags(write=False)
+    return array
+
+
+def _freeze(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -> None:
+    what = f'{type(owner).__name__}.{name}'
+    object.__setattr__(owner, name, _frozen(getattr(owner, name), dtype, shape, what))
+
+
+@dataclass(frozen=True, eq=False)
+class GridMap:
+    """
+    An occupancy raster with its place in a metric frame.
+
+    Parameters
+    ----------
+    cells : (H, W) int8
+        ``FREE``, ``OCCUPIED`` or ``UNKNOWN``. Row 0 is the lowest y, as in OccupancyGrid; image
+        readers flip once, in :mod:`fpnet_core.io`.
+    resolution : float
+        Edge of a cell [m].
+    T_frame_grid : SE2
+        Pose of the outer corner of cell (0, 0) in ``frame``, yaw included.
+    frame : str
+        Name of the metric frame: ``plan``, ``odom``, ``submap``.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    T_frame_grid: SE2 = field(default_factory=SE2.identity)
+    frame: str = 'plan'
+
+    def __post_init__(self) -> None:
+        """Check cell values and resolution."""
+        _freeze(self, 'cells', np.int8, (None, None))
+        if self.cells.size == 0:
+            raise ValueError('GridMap.cells: the grid has no cells')
+        if not np.isin(self.cells, (FREE, OCCUPIED, UNKNOWN)).all():
+            raise ValueError('GridMap.cells: values must be 0, 100 or -1')
+        if not (np.isfinite(self.resolution) and self.resolution > 0.0):
+            raise ValueError(f'GridMap.resolution: must be positive, got {self.resolution}')
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.cells.shape[0], self.cells.shape[1]
+
+    def rc_to_xy(self, rc: ArrayLike) -> NDArray[np.float64]:
+        """Map raster indices ``rc (..., 2)`` (cell centres; fractions allowed) to metres."""
+        rc = np.asarray(rc, dtype=np.float64)
+        return self.T_frame_grid.apply((rc[..., ::-1] + 0.5) * self.resolution)
+
+    def xy_to_rc(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """Map metric points ``xy (..., 2)`` to fractional raster indices (centre = integer)."""
+        return self.T_frame_grid.inv().apply(xy)[..., ::-1] / self.resolution - 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Submap:
+    """
+    What the robot has seen so far, as a gravity-aligned raster.
+
+    Parameters
+    ----------
+    grid : GridMap
+        Free where a ray crossed at body height or above the lintel; occupied where a mid-height
+        hit was never crossed; frame ``submap``.
+    lintel : (H, W) bool
+        Free cells below a high hit: candidates for doors. All False for planar scanners.
+    path_xy : (S, 2) float64
+        Robot positions, frame ``submap`` [m]; (0, 2) for a map read from an image.
+    T_odom_submap : SE2
+        Anchor of the submap frame in ``odom``.
+    stamp_ns : int
+        Sensor time of the newest scan inside.
+    id : int
+        Grows by one with every hand-out, 0 for a map read from an image.
+    """
+
+    grid: GridMap
+    lintel: NDArray[np.bool_]
+    path_xy: NDArray[np.float64]
+    T_odom_submap: SE2 = field(default_factory=SE2.identity)
+    stamp_ns: int = 0
+    id: int = 0
+
+    def __post_init__(self) -> None:
+        """Check that the rasters agree."""
+        _freeze(self, 'lintel', np.bool_, self.grid.shape)
+        _freeze(self, 'path_xy', np.float64, (None, 2))
+
+    @property
+    def free_area_m2(self) -> float:
+        """Area observed as free [m^2]; what graded thresholds call the explored area."""
+        return float(np.count_nonzero(self.grid.cells == FREE)) * self.grid.resolution**2
+
+
+class RegionLabel(StrEnum):
+    """Semantic class of a region (paper, section III-A)."""
+
+    ROOM = 'room'
+    DOOR = 'door'
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """
+    One room or door of a segmentation, a vertex of the region graph.
+
+    ``polygon (V, 2)`` is the outer boundary, counter-clockwise, not closed, in the frame of the
+    segmented grid [m]. ``observed_fraction`` estimates how much of the region has been seen and
+    ``frontier_fraction`` is the share of its boundary that borders unknown space (0 for a
+    drawing); ``confidence`` in [0, 1] says how sure the segmentation is of its extent.
+    """
+
+    id: int
+    label: RegionLabel
+    polygon: NDArray[np.float64]
+    centroid: NDArray[np.float64]
+    area_m2: float
+    observed_fraction: float = 1.0
+    frontier_fraction: float = 0.0
+    confidence: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check shapes and ranges."""
+        _freeze(self, 'polygon', np.float64, (None, 2))
+        _freeze(self, 'centroid', np.float64, (2,))
+        if len(self.polygon) < 3 or not self.area_m2 > 0.0:
+            raise ValueError('Region: needs three vertices and a positive area')
+        for name in ('observed_fraction', 'frontier_fraction', 'confidence'):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f'Region.{name}: must be in [0, 1], got {getattr(self, name)}')
+
+
+@dataclass(frozen=True, eq=False)
+class Portal:
+    """
+    A door's opening line: ``ends (2, 2)`` [m], the door's region id and the rooms it joins.
+
+    ``rooms`` holds two room ids; the second is None where the door leads into unseen space.
+    """
+
+    door: int
+    rooms: tuple[int, int | None]
+    ends: NDArray[np.float64]
+    has_lintel: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the shape of the line."""
+        _freeze(self, 'ends', np.float64, (2, 2))
+
+    @property
+    def width_m(self) -> float:
+        """Length of the opening line [m]."""
+        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """
+    A grid cut into rooms and doors.
+
+    ``labels (H, W) int32`` holds the room's region id + 1 and 0 where there is no room; doors
+    are in ``regions`` and ``portals`` only. Region ids are positions in ``regions``: rooms
+    first, then doors. Nothing found is an empty tuple and ``reason`` says why.
+    """
+
+    grid: GridMap
+    labels: NDArray[np.int32]
+    regions: tuple[Region, ...]
+    portals: tuple[Portal, ...]
+    reason: str = ''
+
+    def __post_init__(self) -> None:
+        """Check that ids are positions and that portals name existing regions."""
+        _freeze(self, 'labels', np.int32, self.grid.shape)
+        if [region.id for region in self.regions] != list(range(len(self.regions))):
+            raise ValueError('Segmentation: region ids must be their positions')
+        for portal in self.portals:
+            if self.regions[portal.door].label is not RegionLabel.DOOR:
+                raise ValueError(f'Segmentation: portal names region {portal.door}, not a door')
+
+    @property
+    def rooms(self) -> tuple[Region, ...]:
+        """Regions labelled room."""
+        return tuple(r for r in self.regions if r.label is RegionLabel.ROOM)
+
+    @property
+    def doors(self) -> tuple[Region, ...]:
+        """Regions labelled door."""
+        return tuple(r for r in self.regions if r.label is RegionLabel.DOOR)
+
+
+@dataclass(frozen=True, eq=False)
+class RegionGraph:
+    """
+    Regions as vertices, door-room adjacency as edges (paper, section III-C).
+
+    ``edges (E, 2) int64`` are undirected, each once, smaller id first. ``node_feat (R, D)`` and
+    ``edge_feat (E, De)`` are float32 in the layout of :mod:`fpnet_core.graphs.features`.
+    """
+
+    regions: tuple[Region, ...]
+    edges: NDArray[np.int64]
+    node_feat: NDArray[np.float32]
+    edge_feat: NDArray[np.float32]
+    frame: Literal['plan', 'submap']
+    schema: int = FEATURE_SCHEMA
+
+    def __post_init__(self) -> None:
+        """Check shapes and that edges name existing regions."""
+        _freeze(self, 'edges', np.int64, (None, 2))
+        _freeze(self, 'node_feat', np.float32, (len(self.regions), None))
+        _freeze(self, 'edge_feat', np.float32, (len(self.edges), None))
+        if self.edges.size and not (0 <= self.edges.min() <= self.edges.max() < len(self.regions)):
+            raise ValueError('RegionGraph.edges: names a region that does not exist')
+
+    def __len__(self) -> int:
+        """Count the regions."""
+        return len(self.regions)
+
+
+@dataclass(frozen=True, eq=False)
+class MatchResult:
+    """
+    Region correspondences, columns [plan, sub].
+
+    ``pairs (K, 2) int64`` are one-to-one, ``scores (K,)`` in [0, 1]; ``probability (M, N)`` is
+    the soft assignment without its dustbins: row sums and column sums are at most 1.
+    """
+
+    pairs: NDArray[np.int64]
+    scores: NDArray[np.float32]
+    probability: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        """Check shapes and ranges."""
+        _freeze(self, 'pairs', np.int64, (None, 2))
+        _freeze(self, 'scores', np.float32, (len(self.pairs),))
+        _freeze(self, 'probability', np.float32, (None, None))
+        for column in range(2):
+            if len(np.unique(self.pairs[:, column])) != len(self.pairs):
+                raise ValueError('MatchResult.pairs: not one-to-one')
+
+
+@dataclass(frozen=True, eq=False)
+class PoseEstimate:
+    """
+    A verified placement of the submap on the plan.
+
+    ``A_plan_submap`` maps submap metres to nominal plan metres; ``cov (3, 3)`` is over x, y [m]
+    and yaw [rad] in ``plan``; ``score`` in [0, 1] is the raster agreement; ``inliers`` counts
+    region pairs that the transform explains.
+    """
+
+    A_plan_submap: Affine2D
+    score: float
+    cov: NDArray[np.float64]
+    inliers: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the covariance's shape."""
+        _freeze(self, 'cov', np.float64, (3, 3))
+
+
+class Status(Enum):
+    """What the localizer may claim."""
+
+    NO_PLAN = 'no_plan'
+    WAITING = 'waiting'
+    SEARCHING = 'searching'
+    AMBIGUOUS = 'ambiguous'
+    LOCALIZED = 'localized'
+    LOST = 'lost'
+
+
+@dataclass(frozen=True, eq=False)
+class LocalizerOutput:
+    """
+    The result of one tick.
+
+    ``A_plan_odom`` is None unless ``status`` is LOCALIZED: a caller that forgets to look must
+    not drive on an identity. ``probability`` is that of the best hypothesis against the rest.
+    """
+
+    stamp_ns: int
+    status: Status
+    A_plan_odom: Affine2D | None = None
+    cov: NDArray[np.float64] | None = None
+    probability: float = 0.0
+    estimates: tuple[PoseEstimate, ...] = ()
+    match: MatchResult | None = None
+    segmentation: Segmentation | None = None
+    graph: RegionGraph | None = None
+    submap: Submap | None = None
+    timings_ms: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that a pose and the LOCALIZED status go together."""
+        if (self.A_plan_odom is not None) != (self.status is Status.LOCALIZED):
+            raise ValueError('LocalizerOutput: a transform and LOCALIZED go together')
