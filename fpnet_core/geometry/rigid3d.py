@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Rigid 3D transforms as homogeneous (4, 4) matrices, to and from quaternions in ROS order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+# Largest deviation of R^T R from identity, and of the last row, that still counts as rigid.
+# Poses from text files carry six digits, and chains of single-precision poses drift by 1e-4.
+RIGID_TOLERANCE = 1e-3
+
+
+def is_rigid(matrix: ArrayLike) -> bool:
+    """Tell whether ``matrix`` is a finite (4, 4) rotation plus translation, not mirrored."""
+    m = np.asarray(matrix, dtype=np.float64)
+    if m.shape != (4, 4) or not np.isfinite(m).all():
+        return False
+    R = m[:3, :3]
+    return bool(
+        np.abs(R.T @ R - np.eye(3)).max() < RIGID_TOLERANCE
+        and np.linalg.det(R) > 0.0
+        and np.abs(m[3] - (0.0, 0.0, 0.0, 1.0)).max() < RIGID_TOLERANCE
+    )
+
+
+def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64]:
+    """
+    Return the (4, 4) transform of translation ``xyz (3,)`` [m] and quaternion ``xyzw (4,)``.
+
+    The quaternion is normalised, as recordings carry rounded ones.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite or the quaternion is zero.
+    """
+    xyz, xyzw = np.asarray(xyz, dtype=np.float64), np.asarray(xyzw, dtype=np.float64)
+    if not (np.isfinite(xyz).all() and np.isfinite(xyzw).all()):
+        raise ValueError('pose holds NaN or infinity')
+    if np.linalg.norm(xyzw) < 1e-6:
+        raise ValueError('quaternion is zero: the orientation was never set')
+    m = np.eye(4)
+    m[:3, :3] = Rotation.from_quat(xyzw).as_matrix()
+    m[:3, 3] = xyz
+    return m
+
+
+def quaternion_from_rigid(matrix: ArrayLike) -> NDArray[np.float64]:
+    """Return the unit quaternion ``xyzw (4,)``, w >= 0, of a rigid (4, 4) transform."""
+    m = np.asarray(matrix, dtype=np.float64)
+    if not is_rigid(m):
+        raise ValueError(f'not a rigid (4, 4) transform: {m.tolist()}')
+    quaternion: NDArray[np.float64] = Rotation.from_matrix(m[:3, :3]).as_quat(canonical=True)
+    return quaternion

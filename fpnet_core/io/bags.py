@@ -1,0 +1,315 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""ROS 2 bags (sqlite3 or mcap), written and read without ROS through rosbags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from fpnet_core.errors import BagFormatError
+from fpnet_core.geometry.rigid3d import quaternion_from_rigid
+from fpnet_core.io.pointcloud2 import encode_points
+from fpnet_core.types import GridMap
+
+POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
+ODOMETRY = 'nav_msgs/msg/Odometry'
+POSE = 'geometry_msgs/msg/PoseStamped'
+GRID = 'nav_msgs/msg/OccupancyGrid'
+
+Storage = Literal['sqlite3', 'mcap']
+
+_BAG_VERSION: Literal[9] = 9  # what ROS 2 Jazzy writes
+_NS_PER_S = 10**9
+_NO_LIMIT = QosTime(0, 0)
+_TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
+_MSG = _TYPESTORE.types
+
+
+def _qos(depth: int, durability: QosDurability) -> Qos:
+    return Qos(
+        QosHistory.KEEP_LAST,
+        depth,
+        QosReliability.RELIABLE,
+        durability,
+        _NO_LIMIT,
+        _NO_LIMIT,
+        QosLiveliness.AUTOMATIC,
+        _NO_LIMIT,
+        False,
+    )
+
+
+_STREAM_QOS = _qos(10, QosDurability.VOLATILE)
+_LATCHED_QOS = _qos(1, QosDurability.TRANSIENT_LOCAL)
+
+
+class BagWriter:
+    """
+    Write a recording; a context manager.
+
+    Parameters
+    ----------
+    path
+        The bag's folder; must not exist.
+    storage
+        ``sqlite3`` or ``mcap``.
+
+    Stamps are integer nanoseconds and become both the header's stamp and the time of recording;
+    ``T_...`` are rigid (4, 4) transforms.
+
+    Raises
+    ------
+    BagFormatError
+        If the path exists or cannot be written.
+    """
+
+    def __init__(self, path: Path | str, storage: Storage = 'sqlite3') -> None:
+        plugins = {'sqlite3': StoragePlugin.SQLITE3, 'mcap': StoragePlugin.MCAP}
+        if storage not in plugins:
+            raise BagFormatError(f'bag storage {storage!r} is unknown; use sqlite3 or mcap')
+        self._path = Path(path)
+        if self._path.exists():
+            raise BagFormatError(f'{self._path} exists; remove it or choose another name')
+        self._writer = Writer(self._path, version=_BAG_VERSION, storage_plugin=plugins[storage])
+        self._connections: dict[str, Connection] = {}
+
+    def __enter__(self) -> Self:
+        """Create the bag's folder."""
+        try:
+            self._writer.open()
+        except OSError as error:
+            raise BagFormatError(f'cannot write bag {self._path}: {error.strerror}') from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the bag; after an error it is closed as well, so that what is there reads."""
+        self._writer.close()
+
+    def write_cloud(
+        self,
+        topic: str,
+        stamp_ns: int,
+        frame_id: str,
+        points: ArrayLike,
+        intensity: ArrayLike | None = None,
+        ring: ArrayLike | None = None,
+        time_s: ArrayLike | None = None,
+    ) -> None:
+        """Write a PointCloud2 of ``points (P, 3)`` [m]; see pointcloud2.encode_points."""
+        fields, point_step, data = encode_points(points, intensity, ring, time_s)
+        width = len(data) // point_step
+        message = _MSG[POINT_CLOUD](
+            header=_header(stamp_ns, frame_id),
+            height=1,
+            width=width,
+            fields=[
+                _MSG['sensor_msgs/msg/PointField'](f.name, f.offset, f.datatype, f.count)
+                for f in fields
+            ],
+            is_bigendian=False,
+            point_step=point_step,
+            row_step=point_step * width,
+            data=np.frombuffer(data, dtype=np.uint8),
+            is_dense=True,
+        )
+        self._write(topic, POINT_CLOUD, stamp_ns, message)
+
+    def write_odometry(
+        self,
+        topic: str,
+        stamp_ns: int,
+        frame_id: str,
+        child_frame_id: str,
+        T_frame_child: NDArray[np.float64],
+    ) -> None:
+        """Write an Odometry without velocity and with zero covariance (unknown)."""
+        zero = _vector3(0.0, 0.0, 0.0)
+        covariance = np.zeros(36)
+        message = _MSG[ODOMETRY](
+            header=_header(stamp_ns, frame_id),
+            child_frame_id=child_frame_id,
+            pose=_MSG['geometry_msgs/msg/PoseWithCovariance'](_pose(T_frame_child), covariance),
+            twist=_MSG['geometry_msgs/msg/TwistWithCovariance'](
+                _MSG['geometry_msgs/msg/Twist'](zero, zero), covariance
+            ),
+        )
+        self._write(topic, ODOMETRY, stamp_ns, message)
+
+    def write_pose(
+        self, topic: str, stamp_ns: int, frame_id: str, T_frame_body: NDArray[np.float64]
+    ) -> None:
+        """Write a PoseStamped."""
+        message = _MSG[POSE](_header(stamp_ns, frame_id), _pose(T_frame_body))
+        self._write(topic, POSE, stamp_ns, message)
+
+    def write_grid(self, topic: str, stamp_ns: int, grid: GridMap) -> None:
+        """Write an OccupancyGrid in the grid's own frame, with transient-local durability."""
+        height, width = grid.shape
+        header = _header(stamp_ns, grid.frame)
+        info = _MSG['nav_msgs/msg/MapMetaData'](
+            header.stamp, grid.resolution, width, height, _pose(grid.T_frame_grid.as_matrix4())
+        )
+        message = _MSG[GRID](header, info, np.ascontiguousarray(grid.cells).ravel())
+        self._write(topic, GRID, stamp_ns, message, _LATCHED_QOS)
+
+    def _write(
+        self, topic: str, msgtype: str, stamp_ns: int, message: Any, qos: Qos = _STREAM_QOS
+    ) -> None:
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, msgtype, typestore=_TYPESTORE, offered_qos_profiles=[qos]
+            )
+        connection = self._connections[topic]
+        if connection.msgtype != msgtype:
+            raise BagFormatError(f'{topic} carries {connection.msgtype}, cannot add {msgtype}')
+        self._writer.write(connection, stamp_ns, _TYPESTORE.serialize_cdr(message, msgtype))
+
+
+class BagReader:
+    """
+    Read a recording: a bag's folder, or its ``.db3`` or ``.mcap`` file; a context manager.
+
+    Raises
+    ------
+    BagFormatError
+        On opening or while reading, if the bag is missing, corrupt or incomplete.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self._path = _storage_path(Path(path))
+        self._reader: Reader | None = None
+
+    def __enter__(self) -> Self:
+        """Open the bag."""
+        try:
+            self._reader = Reader(self._path)
+            self._reader.open()
+        except Exception as error:
+            raise self._corrupt(error) from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the bag."""
+        reader, self._reader = self._reader, None
+        if reader is not None:
+            with suppress(Exception):  # closing a corrupt file may fail; there is nothing to lose
+                reader.close()
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Message type by topic."""
+        return {c.topic: c.msgtype for c in self._open_reader().connections}
+
+    def count(self, topic: str) -> int:
+        """Return the number of messages on ``topic``, 0 if there is no such topic."""
+        return sum(c.msgcount for c in self._open_reader().connections if c.topic == topic)
+
+    def messages(self, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
+        """
+        Yield topic, time of recording [ns] and message, in the order of recording.
+
+        Messages have the attributes of their ROS definition; numeric sequences are arrays.
+        """
+        for topic, msgtype, stamp_ns, data in self.raw_messages(topics):
+            try:
+                message = _TYPESTORE.deserialize_cdr(data, msgtype)
+            except Exception as error:
+                raise self._corrupt(error) from None
+            yield topic, stamp_ns, message
+
+    def raw_messages(self, topics: Sequence[str] = ()) -> Iterator[tuple[str, str, int, bytes]]:
+        """Yield topic, type, time of recording [ns] and CDR bytes; no topics takes all."""
+        reader = self._open_reader()
+        connections = [c for c in reader.connections if not topics or c.topic in topics]
+        if not connections:
+            return
+        stream = reader.messages(connections)
+        while True:
+            try:
+                connection, stamp_ns, data = next(stream)
+            except StopIteration:
+                return
+            except Exception as error:
+                raise self._corrupt(error) from None
+            yield connection.topic, connection.msgtype, stamp_ns, data
+
+    def _open_reader(self) -> Reader:
+        if self._reader is None:
+            raise BagFormatError(f'bag {self._path} is not open; use it in a with statement')
+        return self._reader
+
+    def _corrupt(self, error: Exception) -> BagFormatError:
+        # Every storage plugin and decoder raises its own kinds on damaged bytes (sqlite3, struct,
+        # zstd, YAML, assertions): a caller needs one.
+        detail = str(error).splitlines()[0] if str(error) else type(error).__name__
+        return BagFormatError(
+            f'cannot read bag {self._path}: {detail}; record it again or repair it '
+            '(ros2 bag reindex)'
+        )
+
+
+def stamp_to_ns(stamp: Any) -> int:
+    """Return the nanoseconds of a ``builtin_interfaces/Time``."""
+    return int(stamp.sec) * _NS_PER_S + int(stamp.nanosec)
+
+
+def _storage_path(path: Path) -> Path:
+    """Return what rosbags shall open: a folder without metadata may hold one storage file."""
+    if not path.exists():
+        raise BagFormatError(f'bag {path} does not exist')
+    if path.is_dir() and not (path / 'metadata.yaml').exists():
+        files = sorted(path.glob('*.mcap')) + sorted(path.glob('*.db3'))
+        if len(files) != 1:
+            raise BagFormatError(
+                f'{path} is no ROS 2 bag: no metadata.yaml and {len(files)} storage files; '
+                'repair it (ros2 bag reindex)'
+            )
+        return files[0]
+    return path
+
+
+def _header(stamp_ns: int, frame_id: str) -> Any:
+    sec, nanosec = divmod(int(stamp_ns), _NS_PER_S)
+    return _MSG['std_msgs/msg/Header'](_MSG['builtin_interfaces/msg/Time'](sec, nanosec), frame_id)
+
+
+def _vector3(x: float, y: float, z: float) -> Any:
+    return _MSG['geometry_msgs/msg/Vector3'](x, y, z)
+
+
+def _pose(T_frame_body: NDArray[np.float64]) -> Any:
+    try:
+        xyzw = quaternion_from_rigid(T_frame_body)
+    except ValueError as error:
+        raise BagFormatError(f'pose to record: {error}') from None
+    point = cast('Any', _MSG['geometry_msgs/msg/Point'])(*map(float, T_frame_body[:3, 3]))
+    rotation = cast('Any', _MSG['geometry_msgs/msg/Quaternion'])(*map(float, xyzw))
+    return _MSG['geometry_msgs/msg/Pose'](point, rotation)
