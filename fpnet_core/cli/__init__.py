@@ -1,2 +1,147 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""
+The ``fpnet`` command: one small module per subcommand, imported only when it is called.
+
+To add a subcommand, write ``fpnet_core/cli/<name>.py`` and name it in ``COMMANDS``. The module
+exports either a function ``command`` or, for a group such as ``fpnet simulate recording``, a
+``typer.Typer`` called ``app``::
+
+    from typing import Annotated
+    import typer
+    from fpnet_core.cli import common
+
+    def command(
+        input_path: Annotated[Path, typer.Argument(metavar='INPUT', help='Floorplan image.')],
+        config: common.ConfigOption = None,
+        settings: common.SetOption = None,
+        seed: common.SeedOption = None,
+        json_path: common.JsonOption = None,
+    ) -> None:
+        \"\"\"
+        Say in one line what the user gets.
+
+        Example: fpnet NAME plan.png --json out.json
+        \"\"\"
+        tree = common.load(config, settings, seed)
+        from fpnet_core.segmentation import segment_floorplan   # heavy imports go in here
+
+``--config``, ``--set``, ``--out``, ``--seed``, ``--device`` and ``--json`` mean the same
+everywhere: take their types from :mod:`fpnet_core.cli.common`, which also has progress bars and
+JSON output. A subcommand returns for success, raises an FpnetError for bad input (one line, exit
+status 1), or raises ``typer.Exit(code)`` when it ran but its answer is no.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+import sys
+
+import typer
+
+from fpnet_core.errors import FpnetError
+
+
+@dataclass(frozen=True)
+class Subcommand:
+    """Module to import when the subcommand is called, and its line in ``fpnet --help``."""
+
+    module: str
+    summary: str
+
+
+COMMANDS = {
+    'demo': Subcommand(
+        'fpnet_core.cli.demo', 'Localise a simulated robot on a floorplan, all parts running.'
+    ),
+    'localize': Subcommand(
+        'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
+    ),
+    'match': Subcommand(
+        'fpnet_core.cli.match', 'Find the transform between a floorplan and a robot map.'
+    ),
+    'segment': Subcommand(
+        'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+    ),
+    'simulate': Subcommand(
+        'fpnet_core.cli.simulate', 'Generate floorplans, matching pairs and lidar recordings.'
+    ),
+    'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
+}
+
+
+def build_app(subcommand: str | None) -> typer.Typer:
+    """
+    Return the command line with ``subcommand`` loaded.
+
+    The others appear by name and summary only, so that ``fpnet --help`` imports none of them.
+    """
+    app = typer.Typer(
+        name='fpnet',
+        help='Localise a robot on a floorplan with lidar.',
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={'help_option_names': ['-h', '--help']},
+    )
+    app.callback()(_options)
+    for name, entry in COMMANDS.items():
+        if name != subcommand:
+            app.command(name, help=entry.summary)(_not_loaded)
+            continue
+        module = import_module(entry.module)
+        if hasattr(module, 'app'):
+            app.add_typer(module.app, name=name)
+        else:
+            app.command(name)(module.command)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """
+    Run ``fpnet``; the console entry point.
+
+    Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
+    """
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    # The options before the subcommand are flags, so the first bare word is the subcommand.
+    subcommand = next((word for word in arguments if not word.startswith('-')), None)
+    try:
+        build_app(subcommand)(args=arguments, prog_name='fpnet')
+    except FpnetError as error:
+        _fail(' '.join(str(error).split()))
+    except OSError as error:
+        _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
+
+
+def _fail(message: str) -> None:
+    print(f'fpnet: {message}', file=sys.stderr)
+    raise SystemExit(1)
+
+
+def _not_loaded() -> None:
+    raise AssertionError('a subcommand ran without being loaded')
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f'fpnet {version("fpnet_ros")}')
+        raise typer.Exit
+
+
+def _options(
+    verbose: bool = typer.Option(False, '--verbose', '-v', help='Log details to stderr.'),
+    version: bool = typer.Option(
+        False, '--version', callback=_show_version, is_eager=True, help='Print the version.'
+    ),
+) -> None:
+    import logging
+
+    logging.basicConfig(
+        level=logging.INFO if verbose else logging.WARNING,
+        format='%(levelname)s %(name)s: %(message)s',
+    )
