@@ -37,6 +37,52 @@ class SubmapConfig(Section):
 class SegmentationConfig(Section):
     """How a raster is cut into rooms and doors (see :mod:`fpnet_core.segmentation`)."""
 
+    work_resolution_m: float = Field(
+        0.1, ge=0.02, le=0.5, description='Cell edge at which regions are grown.'
+    )
+    smoothing_m: float = Field(
+        0.1, ge=0.0, le=0.5, description='Standard deviation of the blur of the clearance.'
+    )
+    furniture_area_m2: float = Field(
+        2.0, ge=0.0, description='Free-standing obstacles smaller than this are furniture.'
+    )
+    furniture_extent_m: float = Field(
+        2.5, ge=0.0, description='Free-standing obstacles longer than this are walls.'
+    )
+    open_width_m: float = Field(
+        2.2, gt=0.0, description='Openings wider than this join both sides into one room.'
+    )
+    narrow_width_m: float = Field(
+        1.4, gt=0.0, description='Openings up to this width are judged as doors.'
+    )
+    narrow_merge_ratio: float = Field(
+        0.9, gt=0.0, le=1.0, description='Narrow opening over narrower room above which they join.'
+    )
+    wide_merge_ratio: float = Field(
+        0.8, gt=0.0, le=1.0, description='Same ratio for openings wider than narrow_width_m.'
+    )
+    merge_depth_m: float = Field(
+        0.1, ge=0.0, description='Constrictions shallower than this never separate rooms.'
+    )
+    min_room_area_m2: float = Field(
+        1.5, ge=0.0, description='Smaller rooms join the neighbour with the widest opening.'
+    )
+    min_submap_room_area_m2: float = Field(
+        2.0, ge=0.0, description='Glimpsed rooms smaller than this are dropped (a_th).'
+    )
+    solid_width_m: float = Field(
+        0.2, ge=0.0, le=1.0, description='Seen free space narrower than this is a stray ray.'
+    )
+    door_separation_m: float = Field(
+        0.7, ge=0.0, description='Doors between the same rooms nearer than this are one.'
+    )
+    door_depth_m: float = Field(
+        0.2, gt=0.0, le=1.0, description="Extent of a door's region across its opening line."
+    )
+    typical_door_width_m: float = Field(
+        0.93, gt=0.3, lt=2.0, description='Most frequent door width, the unit of unknown scales.'
+    )
+
 
 class MatcherConfig(Section):
     """Which matcher runs and how its threshold is graded (see :mod:`fpnet_core.matching`)."""
@@ -47,11 +93,53 @@ class MatcherConfig(Section):
 class PoseConfig(Section):
     """From region pairs to verified transforms (see :mod:`fpnet_core.pose`)."""
 
+    scale_tolerance: float = Field(
+        0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
+    )
+    strain_sigma: float = Field(
+        0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'
+    )
+    max_pairs: int = Field(
+        800, ge=1, description='Region pairs of each kind that become candidates.'
+    )
+    max_refined: int = Field(48, ge=1, description='Candidates that are refined and verified.')
+    max_estimates: int = Field(8, ge=2, description='Distinct placements that are reported.')
+    coarse_sigma_m: float = Field(0.5, gt=0.0, description='Wall kernel of the early rejection.')
+    wall_sigma_m: float = Field(0.2, gt=0.0, description='Wall kernel of the verification.')
+    distinct_m: float = Field(
+        1.0, gt=0.0, description='Placements nearer than this are the same one.'
+    )
+
 
 class LocalizerConfig(Section):
     """Cadence, and what it takes to claim a pose (see :mod:`fpnet_core.localizer`)."""
 
     tick_period_s: float = Field(1.0, gt=0.0, description='Time between two rematches.')
+    min_explored_m2: float = Field(
+        12.0, ge=0.0, description='Observed free area before the first match.'
+    )
+    claim_probability: float = Field(
+        0.95, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
+    )
+    release_probability: float = Field(
+        0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
+    )
+    confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
+    evidence_per_m: float = Field(
+        1.0, gt=0.0, description='Nats per metre of wall and unit of score; calibrates.'
+    )
+    evidence_full_m: float = Field(
+        80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
+    )
+    null_score: float = Field(
+        0.5, ge=0.0, le=1.0, description='Agreement that a wrong place reaches by chance.'
+    )
+    max_speed_mps: float = Field(
+        10.0, gt=0.0, description='A faster odometry step is a new odometry frame.'
+    )
+    stale_scans_before_restart: int = Field(
+        20, ge=1, description='Scans in a row from the past before the clock is taken as reset.'
+    )
 
 
 class OdometryConfig(Section):

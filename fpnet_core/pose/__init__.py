@@ -1,2 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""From region matches to verified transforms: propose, reject early, refine, verify."""
+
+from fpnet_core.pose.estimate import distinct, select_promising, verified_estimates
+from fpnet_core.pose.evidence import MapEvidence, map_evidence
+from fpnet_core.pose.hypotheses import Candidates, propose
+from fpnet_core.pose.refine import refine
+from fpnet_core.pose.verify import Agreement, agreement, coarse_support
+
+__all__ = [
+    'Agreement',
+    'Candidates',
+    'MapEvidence',
+    'agreement',
+    'coarse_support',
+    'distinct',
+    'map_evidence',
+    'propose',
+    'refine',
+    'select_promising',
+    'verified_estimates',
+]

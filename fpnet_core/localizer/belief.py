@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How sure may one be: from raster agreement to probabilities, over hypotheses and over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.geometry import Affine2D
+from fpnet_core.pose import MapEvidence
+from fpnet_core.types import PoseEstimate, Status
+
+_WALL_SAMPLE_M = 0.15  # wall length that one evidence sample stands for
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """Status, the placement it rests on (None while searching) and its probability."""
+
+    status: Status
+    best: PoseEstimate | None
+    probability: float
+
+
+def posterior(
+    scores: NDArray[np.float64], wall_length_m: float, config: LocalizerConfig
+) -> NDArray[np.float64]:
+    """
+    Probability of each of ``K`` distinct placements, ``(K,)``; the rest is "none of these".
+
+    Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score, up to
+    ``evidence_full_m``: walls of one building are not independent. "None of these" competes
+    with the score that a wrong place reaches by chance, ``null_score``.
+    """
+    gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
+    logits = gain * np.append(scores, config.null_score)
+    weights = np.exp(logits - logits.max())
+    return np.asarray(weights[:-1] / weights.sum())
+
+
+class HypothesisTracker:
+    """
+    Turns each tick's verified placements into a status; time decides.
+
+    A claim needs the same placement to win ``confirm_ticks`` times in a row with probability
+    of at least ``claim_probability``; it is kept until the probability falls below
+    ``release_probability``, so that it neither flickers nor outlives its evidence.
+    """
+
+    def __init__(self, config: LocalizerConfig, distinct_m: float) -> None:
+        self._config = config
+        self._distinct_m = distinct_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything: new plan, new odometry frame."""
+        self._leader: Affine2D | None = None
+        self._wins = 0
+        self._claimed = False
+        self._was_localized = False
+
+    def update(
+        self, estimates: tuple[PoseEstimate, ...], sub: MapEvidence, A_submap_odom: Affine2D
+    ) -> Belief:
+        """
+        Take one tick's placements, best first, and say what may be claimed.
+
+        ``A_submap_odom`` anchors the submap, so that placements are compared in the odometry
+        frame although the submap may have been re-anchored.
+        """
+        if not estimates:
+            return self._without_candidate(None, 0.0)
+        scores = np.array([e.score for e in estimates])
+        p = float(posterior(scores, len(sub.walls) * _WALL_SAMPLE_M, self._config)[0])
+        best = estimates[0]
+        self._count_win(best.A_plan_submap @ A_submap_odom, sub, A_submap_odom)
+        if best.score < self._config.null_score or p < self._config.release_probability:
+            return self._without_candidate(best, p)
+        if p >= self._config.claim_probability and self._wins >= self._config.confirm_ticks:
+            self._claimed = True
+        elif self._wins == 1:
+            self._claimed = False
+        if self._claimed:
+            self._was_localized = True
+            return Belief(Status.LOCALIZED, best, p)
+        return Belief(Status.AMBIGUOUS, best, p)
+
+    def _without_candidate(self, best: PoseEstimate | None, p: float) -> Belief:
+        self._claimed = False
+        if best is not None and best.score >= self._config.null_score:
+            return Belief(Status.AMBIGUOUS, best, p)
+        self._wins = 0
+        status = Status.LOST if self._was_localized else Status.SEARCHING
+        return Belief(status, None, p)
+
+    def _count_win(self, A_plan_odom: Affine2D, sub: MapEvidence, A_submap_odom: Affine2D) -> None:
+        """Count how often in a row this placement has led."""
+        same = self._leader is not None and self._agrees(A_plan_odom, sub, A_submap_odom)
+        self._wins = self._wins + 1 if same else 1
+        self._leader = A_plan_odom
+
+    def _agrees(self, A_plan_odom: Affine2D, sub: MapEvidence, A_submap_odom: Affine2D) -> bool:
+        assert self._leader is not None  # the caller has looked
+        points = sub.walls if len(sub.walls) else sub.free
+        corners = A_submap_odom.inv().apply([points.min(axis=0), points.max(axis=0)])
+        moved = np.linalg.norm(A_plan_odom.apply(corners) - self._leader.apply(corners), axis=1)
+        return bool(moved.max() <= 2.0 * self._distinct_m)

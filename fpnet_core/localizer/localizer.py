@@ -1,0 +1,252 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The one stateful object that a node, the command line and the benchmarks drive."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.errors import OdometryError
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.belief import Belief, HypothesisTracker
+from fpnet_core.localizer.sides import (
+    Comparison,
+    MapSide,
+    StageTimer,
+    allowed_scales,
+    compare,
+    prepare_plan,
+    prepare_submap,
+)
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import Candidates
+from fpnet_core.submaps import SubmapBuilder
+from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
+
+_log = logging.getLogger(__name__)
+
+_RIGID_TOLERANCE = 1e-3
+
+
+class Localizer:
+    """
+    Finds the robot on a floorplan from registered scans.
+
+    ``add_scan`` is cheap and may be called while ``tick`` runs in another thread; ``tick`` does
+    the heavy work on a copy of the submap. Given the same calls in the same order the outputs
+    are the same, so a recording replays identically offline.
+
+    Parameters
+    ----------
+    config : the configuration tree
+    matcher : the graph matcher to use
+    """
+
+    def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
+        self._config = config
+        self._matcher = matcher
+        self._lock = threading.Lock()
+        self._builder = SubmapBuilder(config.submap)
+        self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
+        self._scales = allowed_scales(config.pose.scale_tolerance)
+        self._plan: MapSide | None = None
+        self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
+        self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
+        self._stale_scans = 0
+        self._epoch = 0  # grows when the submap starts anew
+        self._output = LocalizerOutput(0, Status.NO_PLAN)
+
+    @property
+    def plan(self) -> MapSide | None:
+        """The prepared floorplan, None before the first one."""
+        return self._plan
+
+    @property
+    def output(self) -> LocalizerOutput:
+        """The newest tick's output."""
+        return self._output
+
+    def set_plan(self, grid: GridMap) -> None:
+        """
+        Take a floorplan, replacing the old one; the submap is kept.
+
+        Raises
+        ------
+        MapFormatError
+            If the drawing holds no room; the old plan stays in force.
+        """
+        plan = prepare_plan(grid, self._config)
+        with self._lock:
+            self._plan = plan
+            self._forget_placements()
+
+    def add_scan(
+        self, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64], stamp_ns: int
+    ) -> None:
+        """
+        Add one registered scan to the submap.
+
+        Parameters
+        ----------
+        points : (P, 3) float32, sensor frame, metres
+        T_odom_sensor : (4, 4) rigid
+        stamp_ns : sensor time
+
+        Raises
+        ------
+        CloudFormatError, OdometryError
+            If the scan cannot be used; it is dropped and the submap is kept.
+        """
+        pose = _checked_rigid(T_odom_sensor)
+        with self._lock:
+            self._follow_odometry(pose, stamp_ns)
+            self._builder.add_scan(points, pose, stamp_ns)
+            self._last = (stamp_ns, pose)
+
+    def tick(self, now_ns: int) -> LocalizerOutput:
+        """
+        Segment, match, verify and decide on what has been seen so far.
+
+        ``now_ns`` stamps the output while there is no scan. Never raises on what sensors send;
+        "no answer" is a status.
+        """
+        timer = StageTimer()
+        with self._lock:
+            plan, epoch = self._plan, self._epoch
+            with timer.stage('take'):
+                submap = self._builder.take()
+        if plan is None or submap is None or not self._has_seen_enough(submap):
+            status = Status.NO_PLAN if plan is None else Status.WAITING
+            return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
+        with timer.stage('total'):
+            output = self._solve(plan, submap, timer)
+        return self._publish(output, epoch)
+
+    def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
+        """
+        Return the pose of ``base`` in the floorplan grid's own frame and nominal metres.
+
+        None unless LOCALIZED. ``T_odom_base`` is (4, 4); between ticks odometry carries on.
+        """
+        A_plan_odom = self._output.A_plan_odom
+        if A_plan_odom is None:
+            return None
+        base = SE2.from_matrix4(T_odom_base)
+        x, y = A_plan_odom.apply(base.translation)
+        return SE2.from_xy_yaw(float(x), float(y), A_plan_odom.apply_yaw(base.yaw))
+
+    def reset(self) -> None:
+        """Forget the submap and every placement; the plan stays."""
+        with self._lock:
+            self._start_anew()
+
+    def _solve(self, plan: MapSide, submap: Submap, timer: StageTimer) -> LocalizerOutput:
+        sub = prepare_submap(submap, self._config, timer)
+        result = compare(
+            plan,
+            sub,
+            self._matcher,
+            submap.free_area_m2,
+            self._config.pose,
+            timer,
+            self._scales,
+            self._tracked_candidates(submap.T_odom_submap),
+        )
+        A_submap_odom = submap.T_odom_submap.inv()
+        belief = self._tracker.update(result.estimates, sub.evidence, A_submap_odom)
+        self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
+        return _output(submap, sub, result, belief, timer)
+
+    def _tracked_candidates(self, T_odom_submap: SE2) -> Candidates:
+        placed = [A_plan_odom @ T_odom_submap for A_plan_odom in self._tracked]
+        return Candidates(
+            np.array([A.linear for A in placed]).reshape(-1, 2, 2),
+            np.array([A.translation for A in placed]).reshape(-1, 2),
+        )
+
+    def _publish(self, output: LocalizerOutput, epoch: int) -> LocalizerOutput:
+        """Keep the output unless the submap or plan was replaced while it was computed."""
+        with self._lock:
+            if epoch == self._epoch:
+                self._output = output
+            return self._output
+
+    def _has_seen_enough(self, submap: Submap) -> bool:
+        return submap.free_area_m2 >= self._config.localizer.min_explored_m2
+
+    def _follow_odometry(self, pose: NDArray[np.float64], stamp_ns: int) -> None:
+        """Refuse stale scans; start anew where the odometry frame or the clock was replaced."""
+        if self._last is None:
+            return
+        last_ns, last_pose = self._last
+        if stamp_ns <= last_ns:
+            self._stale_scans += 1
+            if self._stale_scans < self._config.localizer.stale_scans_before_restart:
+                raise OdometryError(
+                    f'scan at {stamp_ns} ns is not newer than the last one at {last_ns} ns; it '
+                    'was dropped (is the recording looping, or are there two publishers?)'
+                )
+            _log.warning(
+                'the clock went back by %.3f s; starting anew', (last_ns - stamp_ns) / 1e9
+            )
+            self._start_anew()
+            return
+        self._stale_scans = 0
+        step_m = float(np.linalg.norm(pose[:3, 3] - last_pose[:3, 3]))
+        allowed_m = self._config.localizer.max_speed_mps * max((stamp_ns - last_ns) / 1e9, 0.1)
+        if step_m > allowed_m:
+            _log.warning('odometry jumped by %.2f m; starting anew', step_m)
+            self._start_anew()
+
+    def _start_anew(self) -> None:
+        self._builder.reset()
+        self._last = None
+        self._stale_scans = 0
+        self._forget_placements()
+
+    def _forget_placements(self) -> None:
+        self._epoch += 1
+        self._tracker.reset()
+        self._tracked = ()
+        status = Status.NO_PLAN if self._plan is None else Status.WAITING
+        self._output = LocalizerOutput(self._output.stamp_ns, status)
+
+
+def _checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
+    pose = np.asarray(T_odom_sensor, dtype=np.float64)
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise OdometryError(
+            f'the sensor pose must be a finite (4, 4) matrix, got shape {pose.shape}; '
+            'the scan was dropped'
+        )
+    R = pose[:3, :3]
+    if np.abs(R @ R.T - np.eye(3)).max() > _RIGID_TOLERANCE or np.linalg.det(R) < 0:
+        raise OdometryError('the sensor pose holds no rotation matrix; the scan was dropped')
+    return pose
+
+
+def _output(
+    submap: Submap, sub: MapSide, result: Comparison, belief: Belief, timer: StageTimer
+) -> LocalizerOutput:
+    localized = belief.status is Status.LOCALIZED and belief.best is not None
+    best = belief.best
+    return LocalizerOutput(
+        stamp_ns=submap.stamp_ns,
+        status=belief.status,
+        A_plan_odom=best.A_plan_submap @ submap.T_odom_submap.inv()
+        if localized and best is not None
+        else None,
+        cov=best.cov if localized and best is not None else None,
+        probability=belief.probability,
+        estimates=result.estimates,
+        match=result.match,
+        segmentation=sub.segmentation,
+        graph=sub.graph,
+        submap=submap,
+        timings_ms=timer.timings_ms,
+    )

@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is derived once from a plan or a submap, and how two of them are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+
+from fpnet_core.config import FpnetConfig, PoseConfig
+from fpnet_core.errors import MapFormatError
+from fpnet_core.graphs import build_region_graph
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import (
+    Candidates,
+    MapEvidence,
+    map_evidence,
+    propose,
+    select_promising,
+    verified_estimates,
+)
+from fpnet_core.segmentation import segment_floorplan, segment_submap
+from fpnet_core.types import (
+    FREE,
+    GridMap,
+    MatchResult,
+    PoseEstimate,
+    RegionGraph,
+    Segmentation,
+    Submap,
+)
+
+_SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+
+
+@dataclass(frozen=True, eq=False)
+class MapSide:
+    """One map as regions, as a graph and as raster evidence."""
+
+    segmentation: Segmentation
+    graph: RegionGraph
+    evidence: MapEvidence
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What one comparison of a submap with the plan found, best placement first."""
+
+    match: MatchResult
+    estimates: tuple[PoseEstimate, ...]
+
+
+class StageTimer:
+    """Collects the duration of named stages in milliseconds."""
+
+    def __init__(self) -> None:
+        self.timings_ms: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time the enclosed block under ``name``."""
+        start = time.perf_counter()
+        yield
+        elapsed = 1e3 * (time.perf_counter() - start)
+        self.timings_ms[name] = self.timings_ms.get(name, 0.0) + elapsed
+
+
+def prepare_plan(grid: GridMap, config: FpnetConfig) -> MapSide:
+    """
+    Segment a floorplan and derive its graph and evidence; runs once per floorplan.
+
+    Raises
+    ------
+    MapFormatError
+        If the drawing holds no room.
+    """
+    segmentation = segment_floorplan(grid, config.segmentation)
+    if not segmentation.rooms:
+        raise MapFormatError(
+            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
+            'drawn light, walls dark, and that the resolution is in metres per cell'
+        )
+    return plan_side(segmentation)
+
+
+def plan_side(segmentation: Segmentation) -> MapSide:
+    """Return graph and evidence of a segmented plan; only its rooms count as free space."""
+    grid = segmentation.grid
+    interior = (segmentation.labels > 0) | _free_beside_rooms(segmentation)
+    return MapSide(
+        segmentation,
+        build_region_graph(segmentation, 'plan'),
+        map_evidence(grid, interior),
+    )
+
+
+def _free_beside_rooms(segmentation: Segmentation) -> NDArray[np.bool_]:
+    """Free cells connected to a room: door openings, and slivers that no room took."""
+    free = segmentation.grid.cells == FREE
+    components, count = label(free)
+    touched = np.zeros(count + 1, dtype=bool)
+    touched[np.unique(components[segmentation.labels > 0])] = True
+    touched[0] = False
+    return np.asarray(touched[components])
+
+
+def prepare_submap(submap: Submap, config: FpnetConfig, timer: StageTimer) -> MapSide:
+    """Segment a submap and derive its graph and evidence; may hold no region at all."""
+    with timer.stage('segment'):
+        segmentation = segment_submap(submap, config.segmentation)
+    with timer.stage('graph'):
+        graph = build_region_graph(segmentation, 'submap')
+    with timer.stage('evidence'):
+        evidence = map_evidence(submap.grid)
+    return MapSide(segmentation, graph, evidence)
+
+
+def allowed_scales(scale_tolerance: float) -> NDArray[np.float64]:
+    """Scales to try, geometric steps around 1 that cover the tolerance; always holds 1."""
+    steps = int(np.ceil(np.log1p(scale_tolerance) / _SCALE_STEP - 0.5))
+    return np.exp(_SCALE_STEP * np.arange(-steps, steps + 1))
+
+
+def compare(
+    plan: MapSide,
+    sub: MapSide,
+    matcher: RegionMatcher,
+    explored_area_m2: float,
+    config: PoseConfig,
+    timer: StageTimer,
+    scales: NDArray[np.float64],
+    tracked: Candidates | None = None,
+) -> Comparison:
+    """
+    Match, propose, verify: all placements worth knowing, best first.
+
+    Parameters
+    ----------
+    plan, sub : both sides
+    matcher : graph matcher
+    explored_area_m2 : observed free area, grades the matcher's threshold
+    timer : receives stage durations
+    scales : plan metres per submap metre to try
+    tracked : placements from the previous tick, refined beside the new ones
+    """
+    with timer.stage('match'):
+        match = matcher.match(plan.graph, sub.graph, explored_area_m2)
+    with timer.stage('propose'):
+        candidates = propose(
+            plan.segmentation,
+            sub.segmentation,
+            match.probability,
+            plan.evidence,
+            sub.evidence,
+            scales,
+            config.max_pairs,
+        )
+        promising = select_promising(plan.evidence, sub.evidence, candidates, config)
+    with timer.stage('verify'):
+        if tracked is not None:
+            promising = tracked.joined(promising)
+        estimates = verified_estimates(plan.evidence, sub.evidence, promising, config)
+    return Comparison(match, estimates)

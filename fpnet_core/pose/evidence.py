@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a raster says about where walls are and where one can walk, made for fast comparison.
+
+Plan and submap become the same kind of value, so that a candidate transform can be tested in
+both directions: the robot's walls on the drawing's, and the drawing's walls on what the robot
+saw (see :mod:`fpnet_core.pose.verify`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+
+Scalar = TypeVar('Scalar', bound=np.generic)
+
+_DISTANCE_CAP_M = 3.0
+_FIELD_CELL_M = 0.1
+_WALL_SPACING_M = 0.15
+_FREE_SPACING_M = 0.4
+_WALL_REACH_M = 0.15  # a wall cell lies at most this far from free space
+
+
+@dataclass(frozen=True, eq=False)
+class MapEvidence:
+    """
+    Walls and free space of one map, as points and as fields.
+
+    ``walls (Pw, 2)`` and ``free (Pf, 2)`` are thinned samples [m] in the map's frame.
+    ``wall_distance``, ``outside_depth`` and ``observed`` share one raster ``(H, W)`` of edge
+    ``cell_m``: distance to the nearest wall [m, capped], distance to the nearest free cell
+    [m, capped, 0 inside], and True where the map knows anything. ``A_rc_xy (2, 3)`` maps metres
+    to fractional (row, col). ``orientation`` is the dominant wall direction modulo 90 degrees
+    [rad] and ``orientation_strength`` in [0, 1] how dominant it is.
+    """
+
+    walls: NDArray[np.float64]
+    free: NDArray[np.float64]
+    wall_distance: NDArray[np.float32]
+    outside_depth: NDArray[np.float32]
+    observed: NDArray[np.bool_]
+    A_rc_xy: NDArray[np.float64]
+    cell_m: float
+    orientation: float
+    orientation_strength: float
+
+
+def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> MapEvidence:
+    """
+    Return the evidence of ``grid``; a map without walls or free space gives empty samples.
+
+    Parameters
+    ----------
+    grid : the raster
+    interior : (H, W) bool
+        Cells that count as free; None takes the grid's own free cells. A drawing on white
+        paper passes its rooms here, so that the paper around the building is not free space.
+    """
+    free = (grid.cells == FREE) if interior is None else np.asarray(interior)
+    reach = max(1, round(_WALL_REACH_M / grid.resolution))
+    near_free = cv2.dilate(free.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1)))
+    walls = (grid.cells == OCCUPIED) & (near_free > 0) & ~free
+    step = max(1, round(_FIELD_CELL_M / grid.resolution))
+    first = (step - 1) / 2.0  # native index of the first sample of the coarse raster
+    orientation, strength = _dominant_orientation(walls)
+    yaw_grid = grid.T_frame_grid.yaw
+    return MapEvidence(
+        walls=grid.rc_to_xy(_thin(walls, _WALL_SPACING_M / grid.resolution)),
+        free=grid.rc_to_xy(_thin(free, _FREE_SPACING_M / grid.resolution)),
+        wall_distance=_coarse(_distance_to(walls, grid.resolution), step),
+        outside_depth=_coarse(_distance_to(free, grid.resolution), step),
+        observed=_coarse(near_free > 0, step),
+        A_rc_xy=_metric_to_raster(grid, step, first),
+        cell_m=grid.resolution * step,
+        orientation=float(np.mod(orientation + yaw_grid, np.pi / 2)),
+        orientation_strength=strength,
+    )
+
+
+def _distance_to(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
+    """Distance of each cell to the nearest True cell [m], capped."""
+    if not mask.any():
+        return np.full(mask.shape, _DISTANCE_CAP_M, dtype=np.float32)
+    cells = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(np.minimum(cells * resolution, _DISTANCE_CAP_M), dtype=np.float32)
+
+
+def _coarse(raster: NDArray[Scalar], step: int) -> NDArray[Scalar]:
+    """Every ``step``-th cell, taken at the middle of its block."""
+    first = (step - 1) // 2
+    return np.ascontiguousarray(raster[first::step, first::step])
+
+
+def _metric_to_raster(grid: GridMap, step: int, first: float) -> NDArray[np.float64]:
+    """Affine (2, 3) from metres to fractional (row, col) of the coarse raster."""
+    inverse = grid.T_frame_grid.inv()
+    scale = 1.0 / (grid.resolution * step)
+    offset = (0.5 + np.floor(first)) / step
+    linear = inverse.linear[::-1] * scale
+    translation = inverse.translation[::-1] * scale - offset
+    return np.column_stack([linear, translation])
+
+
+def _thin(mask: NDArray[np.bool_], spacing_cells: float) -> NDArray[np.float64]:
+    """Mean (row, col) of the True cells in each block of ``spacing_cells``; (P, 2)."""
+    rc = np.argwhere(mask)
+    if len(rc) == 0:
+        return np.zeros((0, 2))
+    block = np.floor(rc / max(spacing_cells, 1.0)).astype(np.int64)
+    key = block[:, 0] * (block[:, 1].max() + 1) + block[:, 1]
+    _, group, count = np.unique(key, return_inverse=True, return_counts=True)
+    sums = np.stack([np.bincount(group, weights=rc[:, axis]) for axis in range(2)], axis=1)
+    return np.asarray(sums / count[:, None], dtype=np.float64)
+
+
+def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
+    """
+    Direction of most walls modulo 90 degrees in grid axes (x = column), and its strength.
+
+    Image gradients of the blurred walls vote with four-fold symmetry: the mean of
+    ``exp(4 i angle)`` weighted by gradient magnitude. Its length is 1 for a building of one
+    right-angled direction and 0 for none.
+    """
+    if not walls.any():
+        return 0.0, 0.0
+    image = cv2.GaussianBlur(walls.astype(np.float32), (0, 0), 1.5)
+    gx = cv2.Sobel(image, cv2.CV_32F, 1, 0)
+    gy = cv2.Sobel(image, cv2.CV_32F, 0, 1)
+    z = (gx + 1j * gy).astype(np.complex128)
+    magnitude = np.abs(z)
+    strong = magnitude > 0.2 * magnitude.max()
+    weight = magnitude[strong]
+    mean = np.sum(weight * np.exp(4j * np.angle(z[strong]))) / np.sum(weight)
+    return float(np.mod(np.angle(mean) / 4.0, np.pi / 2)), float(np.abs(mean))

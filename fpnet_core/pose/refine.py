@@ -1,0 +1,183 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Robust alignment of the submap's walls to the plan's, over pose and allowed strain.
+
+A candidate is ``A_plan_submap = (I + E) s R`` with rotation ``R``, the candidate's own scale
+``s`` and a small symmetric strain ``E`` of the drawing (exx, eyy, exy). Gauss-Newton with a
+Welsch weight on the plan's wall distance, whose width is annealed from coarse to fine; a
+Gaussian prior keeps the strain small where the walls do not tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.pose.evidence import MapEvidence
+
+Array = NDArray[np.float64]
+
+_ANNEALING_M = (0.8, 0.5, 0.3, 0.2, 0.15)  # Welsch widths, coarse to fine
+_STEPS_PER_WIDTH = 4
+_MAX_POINTS = 800
+_DAMPING = 1e-6  # keeps the system solvable where no wall is near
+_POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Refined transforms ``linear (C, 2, 2)``, ``translation (C, 2)``, ``cov (C, 3, 3)``.
+
+    ``cov`` is over x, y [m] and yaw [rad] of the submap origin in ``plan``.
+    """
+
+    linear: Array
+    translation: Array
+    cov: Array
+
+
+def refine(
+    plan: MapEvidence,
+    sub: MapEvidence,
+    linear: Array,
+    translation: Array,
+    strain_sigma: float,
+    anneal_from_m: float = _ANNEALING_M[0],
+) -> Refined:
+    """
+    Align ``C`` candidates; each keeps its group: similarity times a small strain.
+
+    Parameters
+    ----------
+    plan, sub : evidence of both sides
+    linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
+    strain_sigma : standard deviation of the drawing's strain, 0.03 for "a few percent"
+    anneal_from_m : widest kernel; a tracked hypothesis starts narrow, a new one wide
+    """
+    step = max(1, -(-len(sub.walls) // _MAX_POINTS))
+    points = np.ascontiguousarray(sub.walls[::step])
+    widths = np.array([w for w in _ANNEALING_M if w <= anneal_from_m], dtype=np.float64)
+    linear, translation = np.array(linear), np.array(translation)
+    cov = np.zeros((len(linear), 3, 3))
+    if len(points):
+        _align(
+            linear, translation, cov, points, plan.wall_distance, plan.A_rc_xy, widths,
+            _STEPS_PER_WIDTH, strain_sigma, _POINT_SIGMA_M,
+        )  # fmt: skip
+    return Refined(linear, translation, cov)
+
+
+@numba.njit(cache=True)
+def _align(
+    linear: Array,
+    translation: Array,
+    cov: Array,
+    points: Array,
+    field: NDArray[np.float32],
+    A_rc_xy: Array,
+    widths: Array,
+    steps: int,
+    strain_sigma: float,
+    sigma: float,
+) -> None:
+    mid = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    for c in range(len(linear)):
+        start = linear[c].copy()
+        centre = np.empty(2)
+        for i in range(2):
+            centre[i] = start[i, 0] * mid[0] + start[i, 1] * mid[1] + translation[c, i]
+        params = np.zeros(6)  # dx, dy of the centre [m], rotation [rad], exx, eyy, exy
+        H = np.eye(6)
+        for width in widths:
+            for _ in range(steps):
+                H, g = _normal_equations(params, start, centre, mid, points, field, A_rc_xy, width)
+                prior = (sigma / strain_sigma) ** 2
+                for a in range(3, 6):
+                    H[a, a] += prior
+                    g[a] += prior * params[a]
+                for a in range(6):
+                    H[a, a] += _DAMPING
+                params -= np.linalg.solve(H, g)
+        final = _strained(params, start)
+        for i in range(2):
+            lever = final[i, 0] * mid[0] + final[i, 1] * mid[1]
+            translation[c, i] = centre[i] + params[i] - lever
+        linear[c] = final
+        cov[c] = _origin_covariance(np.linalg.inv(H), final, mid) * sigma * sigma
+
+
+@numba.njit(cache=True)
+def _strained(params: Array, start: Array) -> Array:
+    """Linear part ``(I + E) R(rotation) start``."""
+    cs, sn = np.cos(params[2]), np.sin(params[2])
+    out = np.empty((2, 2))
+    for j in range(2):
+        x = cs * start[0, j] - sn * start[1, j]
+        y = sn * start[0, j] + cs * start[1, j]
+        out[0, j] = (1 + params[3]) * x + params[5] * y
+        out[1, j] = params[5] * x + (1 + params[4]) * y
+    return out
+
+
+@numba.njit(cache=True)
+def _normal_equations(
+    params: Array,
+    start: Array,
+    centre: Array,
+    mid: Array,
+    points: Array,
+    field: NDArray[np.float32],
+    A_rc_xy: Array,
+    width: float,
+) -> tuple[Array, Array]:
+    """Welsch-weighted Gauss-Newton system (6, 6), (6,) of the wall distances."""
+    rows, cols = field.shape
+    linear = _strained(params, start)
+    x0, y0 = centre[0] + params[0], centre[1] + params[1]
+    H, g, j = np.zeros((6, 6)), np.zeros(6), np.empty(6)
+    for k in range(len(points)):
+        px, py = points[k, 0] - mid[0], points[k, 1] - mid[1]
+        qx = linear[0, 0] * px + linear[0, 1] * py
+        qy = linear[1, 0] * px + linear[1, 1] * py
+        x, y = qx + x0, qy + y0
+        row = A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]
+        col = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
+        if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
+            continue
+        d, d_row, d_col = _sample(field, row, col)
+        w = np.exp(-0.5 * d * d / (width * width))
+        gx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
+        gy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        # To first order the small strain and rotation act on the placed offset (qx, qy).
+        j[0], j[1], j[2] = gx, gy, gy * qx - gx * qy
+        j[3], j[4], j[5] = gx * qx, gy * qy, gx * qy + gy * qx
+        for a in range(6):
+            g[a] += w * j[a] * d
+            for b in range(6):
+                H[a, b] += w * j[a] * j[b]
+    return H, g
+
+
+@numba.njit(cache=True)
+def _sample(field: NDArray[np.float32], row: float, col: float) -> tuple[float, float, float]:
+    """Bilinear value and its derivatives along row and col."""
+    r0, c0 = int(np.floor(row)), int(np.floor(col))
+    fr, fc = row - r0, col - c0
+    a, b = field[r0, c0], field[r0, c0 + 1]
+    d, e = field[r0 + 1, c0], field[r0 + 1, c0 + 1]
+    value = (a * (1 - fc) + b * fc) * (1 - fr) + (d * (1 - fc) + e * fc) * fr
+    return value, (d - a) * (1 - fc) + (e - b) * fc, (b - a) * (1 - fr) + (e - d) * fr
+
+
+@numba.njit(cache=True)
+def _origin_covariance(full: Array, linear: Array, mid: Array) -> Array:
+    """Covariance (3, 3) of x, y, yaw moved from the samples' centre to the submap origin."""
+    lever_x = linear[0, 0] * mid[0] + linear[0, 1] * mid[1]
+    lever_y = linear[1, 0] * mid[0] + linear[1, 1] * mid[1]
+    moved = np.eye(3)
+    moved[0, 2], moved[1, 2] = lever_y, -lever_x
+    return moved @ np.ascontiguousarray(full[:3, :3]) @ moved.T

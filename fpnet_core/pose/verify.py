@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Agreement of two maps under candidate transforms, measured on the rasters.
+
+The graph proposes, the raster verifies. Three things are measured: how many of the robot's
+walls lie on drawn walls (furniture keeps this below 1), how many of the drawn walls inside the
+area that the robot saw were seen, and how much of the robot's free space lies where the drawing
+has none. The last two are what a wrong place cannot fake.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.pose.evidence import MapEvidence
+
+Array = NDArray[np.float64]
+
+_OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
+_OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """
+    Scores of ``C`` candidates, each ``(C,) float64`` in [0, 1].
+
+    ``wall_support``: share of submap walls on plan walls. ``plan_seen``: share of plan walls
+    inside the observed area that the submap confirms. ``free_violation``: share of submap free
+    space outside the plan's.
+    """
+
+    wall_support: NDArray[np.float64]
+    plan_seen: NDArray[np.float64]
+    free_violation: NDArray[np.float64]
+
+    @property
+    def score(self) -> NDArray[np.float64]:
+        """One figure in [0, 1]: geometric mean of both wall terms less the violation."""
+        walls = np.sqrt(self.wall_support * self.plan_seen)
+        return np.clip(walls - self.free_violation, 0.0, 1.0)
+
+
+def coarse_support(
+    plan: MapEvidence,
+    sub: MapEvidence,
+    linear: NDArray[np.float64],
+    translation: NDArray[np.float64],
+    sigma_m: float,
+    max_points: int = 250,
+) -> NDArray[np.float64]:
+    """
+    Cheap forward score of ``C`` candidates for early rejection, ``(C,)`` in [-1, 1].
+
+    Wall support minus free violation on at most ``max_points`` evenly drawn samples of each
+    kind. ``linear (C, 2, 2)`` and ``translation (C, 2)`` map submap metres to plan metres.
+    """
+    walls, free = _every(sub.walls, max_points), _every(sub.free, max_points)
+    support = np.zeros(len(linear))
+    violation = np.zeros(len(linear))
+    _forward(
+        linear, translation, walls, free, plan.wall_distance, plan.outside_depth,
+        plan.A_rc_xy, sigma_m, support, violation,
+    )  # fmt: skip
+    return support - violation
+
+
+def agreement(
+    plan: MapEvidence,
+    sub: MapEvidence,
+    linear: NDArray[np.float64],
+    translation: NDArray[np.float64],
+    sigma_m: float,
+) -> Agreement:
+    """
+    Return the full two-way scores of ``C`` candidates; zero candidates give empty arrays.
+
+    Parameters
+    ----------
+    plan, sub : evidence of both sides
+    linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
+    sigma_m : width of the wall kernel ``exp(-d^2 / (2 sigma^2))``
+    """
+    count = len(linear)
+    support, violation, seen = np.zeros(count), np.zeros(count), np.zeros(count)
+    _forward(
+        linear, translation, sub.walls, sub.free, plan.wall_distance, plan.outside_depth,
+        plan.A_rc_xy, sigma_m, support, violation,
+    )  # fmt: skip
+    if count:
+        inverse = np.asarray(np.linalg.inv(linear), dtype=np.float64)
+        back = -np.einsum('cij,cj->ci', inverse, translation)
+        _backward(
+            inverse, back, plan.walls, sub.wall_distance, sub.observed, sub.A_rc_xy, sigma_m, seen
+        )
+    return Agreement(support, seen, violation)
+
+
+def _every(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """At most ``count`` of the points, evenly drawn."""
+    if len(points) <= count:
+        return points
+    return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
+
+
+@numba.njit(cache=True)
+def _forward(
+    linear: Array,
+    translation: Array,
+    walls: Array,
+    free: Array,
+    wall_distance: NDArray[np.float32],
+    outside_depth: NDArray[np.float32],
+    A_rc_xy: Array,
+    sigma: float,
+    support: Array,
+    violation: Array,
+) -> None:
+    inv2 = -0.5 / (sigma * sigma)
+    for c in range(len(linear)):
+        A = _chain(A_rc_xy, linear[c], translation[c])
+        total = 0.0
+        for k in range(len(walls)):
+            row, col = _cell(A, walls[k, 0], walls[k, 1])
+            if _inside(wall_distance, row, col):
+                d = wall_distance[row, col]
+                total += np.exp(inv2 * d * d)
+        support[c] = total / max(len(walls), 1)
+        outside = 0.0
+        for k in range(len(free)):
+            row, col = _cell(A, free[k, 0], free[k, 1])
+            depth = _OUTSIDE_FULL_M
+            if _inside(outside_depth, row, col):
+                depth = outside_depth[row, col]
+            share = (depth - _OUTSIDE_TOLERANCE_M) / (_OUTSIDE_FULL_M - _OUTSIDE_TOLERANCE_M)
+            outside += min(max(share, 0.0), 1.0)
+        violation[c] = outside / max(len(free), 1)
+
+
+@numba.njit(cache=True)
+def _backward(
+    inverse: Array,
+    back: Array,
+    walls: Array,
+    wall_distance: NDArray[np.float32],
+    observed: NDArray[np.bool_],
+    A_rc_xy: Array,
+    sigma: float,
+    seen: Array,
+) -> None:
+    inv2 = -0.5 / (sigma * sigma)
+    for c in range(len(inverse)):
+        A = _chain(A_rc_xy, inverse[c], back[c])
+        total = 0.0
+        count = 0
+        for k in range(len(walls)):
+            row, col = _cell(A, walls[k, 0], walls[k, 1])
+            if _inside(wall_distance, row, col) and observed[row, col]:
+                d = wall_distance[row, col]
+                total += np.exp(inv2 * d * d)
+                count += 1
+        seen[c] = total / max(count, 1)
+
+
+@numba.njit(cache=True, inline='always')
+def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
+    """Affine (2, 3) from source metres to raster indices of the target."""
+    A = np.empty((2, 3))
+    for i in range(2):
+        for j in range(2):
+            A[i, j] = A_rc_xy[i, 0] * linear[0, j] + A_rc_xy[i, 1] * linear[1, j]
+        A[i, 2] = A_rc_xy[i, 0] * translation[0] + A_rc_xy[i, 1] * translation[1] + A_rc_xy[i, 2]
+    return A
+
+
+@numba.njit(cache=True, inline='always')
+def _cell(A: Array, x: float, y: float) -> tuple[int, int]:
+    """Nearest raster cell of a point."""
+    row = int(np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5))
+    col = int(np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5))
+    return row, col
+
+
+@numba.njit(cache=True, inline='always')
+def _inside(raster: NDArray[np.float32], row: int, col: int) -> bool:
+    return bool(0 <= row < raster.shape[0] and 0 <= col < raster.shape[1])
