@@ -21,10 +21,16 @@ class PlanRoom:
 
 @dataclass(frozen=True, eq=False)
 class PlanDoor:
-    """An opening ``ends (2, 2)`` [m] in the middle of the wall between two rooms (indices)."""
+    """
+    An opening ``ends (2, 2)`` [m] in the middle of the wall between two rooms (indices).
+
+    ``is_open`` marks a passage of full height, without lintel, frame or leaf: the seam between
+    two pieces of one corridor.
+    """
 
     rooms: tuple[int, int]
     ends: NDArray[np.float64]
+    is_open: bool = False
 
     @property
     def width_m(self) -> float:

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Draws a family, an architect's style and a storey."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fpnet_core.errors import ConfigError
+from fpnet_core.sim.plans import divided, families
+from fpnet_core.sim.plans.finish import finish
+from fpnet_core.sim.plans.layout import Cell, Style
+from fpnet_core.sim.types import BuildingPlan
+
+Family = Callable[[np.random.Generator, Style], list[Cell]]
+
+FAMILIES: dict[str, Family] = {
+    'double_corridor': families.double_corridor,
+    'racetrack': families.racetrack,
+    'branched': families.branched,
+    'central_hall': families.central_hall,
+    'suites': divided.suites,
+    'apartments': divided.apartments,
+    'house': divided.house,
+    'open_plan': divided.open_plan,
+    'ring_polygon': families.ring_polygon,
+    'diagonal': families.diagonal,
+}
+"""Every layout family by name."""
+
+MAX_ROOMS = 90
+_ATTEMPTS = 60
+
+
+def generate_plan(
+    rng: np.random.Generator,
+    family: str | None = None,
+    min_rooms: int = 8,
+    max_rooms: int = MAX_ROOMS,
+) -> BuildingPlan:
+    """
+    Return a random storey in which every room can be reached.
+
+    Parameters
+    ----------
+    rng : source of all randomness; equal generators give equal plans
+    family : a key of :data:`FAMILIES`; None draws one
+    min_rooms, max_rooms : bounds of the number of rooms, corridors included
+
+    Raises
+    ------
+    ConfigError
+        If the family is unknown or does not reach the wanted number of rooms.
+    """
+    if family is not None and family not in FAMILIES:
+        raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+    for _ in range(_ATTEMPTS):
+        name = family if family is not None else str(rng.choice(list(FAMILIES)))
+        style = draw_style(rng)
+        plan = finish(rng, FAMILIES[name](rng, style), style, name)
+        if min_rooms <= len(plan.rooms) <= max_rooms:
+            return plan
+    raise ConfigError(
+        f'no {family or "random"} plan with {min_rooms} to {max_rooms} rooms in {_ATTEMPTS} '
+        'attempts; widen the bounds'
+    )
+
+
+def draw_style(rng: np.random.Generator) -> Style:
+    """Draw the habits of one building's architect."""
+    is_uniform = bool(rng.random() < 0.15)
+    return Style(
+        wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3])),
+        median_area_m2=float(21.0 * np.exp(0.35 * rng.standard_normal())),
+        spread=float(rng.uniform(0.4, 0.95)),
+        is_uniform=is_uniform,
+        room_to_room=float(rng.choice([0.0, 0.04, 0.15])),
+        second_door=float(rng.uniform(0.1, 0.5)),
+        door_width_m=float(rng.choice([0.8, 0.9, 0.95, 1.0])) if rng.random() < 0.4 else None,
+    )
