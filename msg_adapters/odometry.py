@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``nav_msgs/Odometry``, to and from rigid (4, 4) matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from msg_adapters.stamps import header_to_msg, stamp_from_msg
+from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
+
+
+@dataclass(frozen=True, eq=False)
+class OdometryReading:
+    """Pose ``T_odom_child (4, 4)`` of ``child_frame_id`` in ``frame_id`` at ``stamp_ns``."""
+
+    stamp_ns: int
+    frame_id: str
+    child_frame_id: str
+    T_odom_child: NDArray[np.float64]
+
+
+def odometry_from_msg(msg: Any) -> OdometryReading:
+    """
+    Return the pose of an Odometry message; velocities and covariances are dropped.
+
+    Raises
+    ------
+    OdometryError
+        If a value is not finite or the quaternion is zero.
+    """
+    return OdometryReading(
+        stamp_from_msg(msg.header.stamp),
+        str(msg.header.frame_id),
+        str(msg.child_frame_id),
+        matrix_from_pose_msg(msg.pose.pose),
+    )
+
+
+def odometry_to_msg(
+    T_odom_child: ArrayLike, stamp_ns: int, frame_id: str, child_frame_id: str
+) -> Any:
+    """
+    Return an Odometry message with zero velocity and zero covariance, which means unknown.
+
+    Raises
+    ------
+    OdometryError
+        If the matrix is not rigid.
+    """
+    from nav_msgs.msg import Odometry
+
+    msg = Odometry(header=header_to_msg(stamp_ns, frame_id), child_frame_id=child_frame_id)
+    msg.pose.pose = matrix_to_pose_msg(T_odom_child)
+    return msg
