@@ -217,7 +217,8 @@ def _reachable_part(
     graph = nx.Graph()
     graph.add_nodes_from(range(len(cells)))
     graph.add_edges_from(door.rooms for door in doors)
-    kept = sorted(max(nx.connected_components(graph), key=lambda part: len(part)))
+    parts = sorted((sorted(part) for part in nx.connected_components(graph)), key=len)
+    kept = parts[-1]
     new = dict(zip(kept, itertools.count(), strict=False))
     return BuildingPlan(
         rooms=tuple(

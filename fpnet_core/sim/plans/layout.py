@@ -95,22 +95,38 @@ def is_too_small(polygon: Polygon) -> bool:
 
 
 def absorb_slivers(cells: list[Cell]) -> list[Cell]:
-    """Merge cells that are too small into the room they share most of their outline with."""
+    """Merge rooms that are too small into the neighbour they share most of their outline with."""
     kept = list(cells)
-    for cell in sorted(cells, key=lambda c: float(c.polygon.area)):
-        if cell.is_circulation or not is_too_small(cell.polygon):
-            continue
+    queue = [cell for cell in kept if not cell.is_circulation and is_too_small(cell.polygon)]
+    while queue:
+        cell = min(queue, key=lambda c: float(c.polygon.area))
+        queue.remove(cell)
         kept.remove(cell)
-        rooms = [k for k in kept if not k.is_circulation and k.group == cell.group]
-        rooms = [k for k in rooms if k.polygon.distance(cell.polygon) < SNAP_M]
-        if not rooms:
+        host = _absorbing_neighbour(cell, kept)
+        if host is None:
             continue
-        lengths = [shared_length(cell.polygon, room.polygon) for room in rooms]
-        host = rooms[int(np.argmax(lengths))]
         united = unite(host.polygon, cell.polygon)
-        if united is not None and max(lengths) > MIN_CELL_WIDTH_M / 2.0:
-            kept[kept.index(host)] = Cell(united, host.kind, host.group)
+        if united is not None:
+            merged = Cell(united, host.kind, host.group)
+            kept[kept.index(host)] = merged
+            if host in queue:
+                queue.remove(host)
+                queue += [merged] if is_too_small(united) else []
     return kept
+
+
+def _absorbing_neighbour(cell: Cell, cells: list[Cell]) -> Cell | None:
+    rooms = [
+        other
+        for other in cells
+        if not other.is_circulation
+        and other.group == cell.group
+        and other.polygon.distance(cell.polygon) < SNAP_M
+    ]
+    lengths = [shared_length(cell.polygon, room.polygon) for room in rooms]
+    if not rooms or max(lengths) < MIN_CELL_WIDTH_M / 2.0:
+        return None
+    return rooms[int(np.argmax(lengths))]
 
 
 def cut_holes(polygon: Polygon) -> list[Polygon]:
