@@ -40,7 +40,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'fpnet = fpnet_core.cli.main:main',
+            'fpnet = fpnet_core.cli:main',
             'localizer = fpnet_ros.localizer:main',
             'odometry = fpnet_ros.odometry:main',
             'floorplan_server = fpnet_ros.floorplan_server:main',

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The configuration tree as a flat, documented list of keys.
+
+The documented ``config/fpnet.yaml`` and the nodes' parameter declarations both come from here.
+``python -m fpnet_core.config_docs`` prints the YAML file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import sys
+from textwrap import wrap
+import types
+from typing import Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+import yaml
+
+from fpnet_core.config import FpnetConfig, Section
+
+_COMMENT_WIDTH = 96
+_BOUNDS = ('ge', 'gt', 'le', 'lt')
+
+_HEADER = """\
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# Every parameter of fpnet_ros with its default. The nodes take this file with
+#   ros2 run fpnet_ros localizer --ros-args --params-file fpnet.yaml
+# and the command line with fpnet localize --config fpnet.yaml; keys may be left out.
+# Generated from the configuration tree by python -m fpnet_core.config_docs.
+"""
+
+
+@dataclass(frozen=True)
+class ConfigField:
+    """
+    One key of the tree.
+
+    ``kind`` is bool, int, float or str, of the elements where ``is_list``; ``bounds`` maps
+    ``ge gt le lt`` to numbers; ``choices`` are the accepted strings, empty if any is.
+    """
+
+    key: str
+    kind: type
+    default: Any
+    description: str
+    bounds: dict[str, float]
+    choices: tuple[str, ...] = ()
+    is_list: bool = False
+
+    @property
+    def constraint(self) -> str:
+        """The accepted values in words, empty if all are."""
+        if self.choices:
+            return 'one of ' + ', '.join(self.choices)
+        signs = {'ge': '>=', 'gt': '>', 'le': '<=', 'lt': '<'}
+        return ', '.join(f'{signs[name]} {value:g}' for name, value in self.bounds.items())
+
+
+def config_fields(section: type[Section] = FpnetConfig, prefix: str = '') -> Iterator[ConfigField]:
+    """Yield every key below ``section`` in the order of declaration, dotted from ``prefix``."""
+    for name, info in section.model_fields.items():
+        key = f'{prefix}{name}'
+        if isinstance(info.annotation, type) and issubclass(info.annotation, Section):
+            yield from config_fields(info.annotation, f'{key}.')
+        else:
+            yield _leaf(key, info)
+
+
+def render_yaml() -> str:
+    """Return the documented ROS parameter file that holds every default."""
+    lines = [_HEADER, '/**:', '  ros__parameters:']
+    lines += _render_section(FpnetConfig, FpnetConfig(), '    ')
+    return '\n'.join(lines) + '\n'
+
+
+def _leaf(key: str, info: FieldInfo) -> ConfigField:
+    kind, choices, is_list = _value_type(key, info.annotation)
+    bounds = {
+        name: float(getattr(item, name))
+        for item in info.metadata
+        for name in _BOUNDS
+        if hasattr(item, name)
+    }
+    default = info.get_default(call_default_factory=True)
+    return ConfigField(key, kind, default, info.description or '', bounds, choices, is_list)
+
+
+def _value_type(key: str, annotation: Any) -> tuple[type, tuple[str, ...], bool]:
+    """Return element type, choices and whether it is a list, for what a ROS parameter can hold."""
+    if annotation in (bool, int, float, str):
+        return annotation, (), False
+    arguments = get_args(annotation)
+    if get_origin(annotation) is Literal and all(isinstance(a, str) for a in arguments):
+        return str, arguments, False
+    if get_origin(annotation) in (list, tuple):
+        kinds = {argument for argument in arguments if argument is not Ellipsis}
+        if len(kinds) == 1 and kinds <= {bool, int, float, str}:
+            return kinds.pop(), (), True
+    if get_origin(annotation) in (Union, types.UnionType):
+        raise TypeError(f'{key}: a ROS parameter has one type; use a sentinel instead of a union')
+    raise TypeError(f'{key}: {annotation} cannot be a ROS parameter')
+
+
+def _render_section(section: type[Section], values: Section, indent: str) -> Iterator[str]:
+    for name, info in section.model_fields.items():
+        value = getattr(values, name)
+        if isinstance(value, Section):
+            yield from _comment((type(value).__doc__ or '').strip().splitlines()[0], indent)
+            yield f'{indent}{name}:'
+            yield from _render_section(type(value), value, indent + '  ')
+            continue
+        field = _leaf(name, info)
+        text = field.description + (f' ({field.constraint})' if field.constraint else '')
+        yield from _comment(text, indent)
+        yield f'{indent}{name}: {_scalar(value)}'
+
+
+def _comment(text: str, indent: str) -> list[str]:
+    return wrap(
+        text.replace(':mod:', '').replace('`', ''),
+        _COMMENT_WIDTH,
+        initial_indent=f'{indent}# ',
+        subsequent_indent=f'{indent}# ',
+    )
+
+
+def _scalar(value: Any) -> str:
+    """Return the YAML of a value in one line, floats such that YAML reads floats."""
+    plain = list(value) if isinstance(value, tuple) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=10**6)
+    return text.removesuffix('\n').removesuffix('\n...')
+
+
+if __name__ == '__main__':
+    sys.stdout.write(render_yaml())

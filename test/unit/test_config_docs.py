@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+import pytest
+import yaml
+
+from fpnet_core.config import FpnetConfig, Section, load_config
+from fpnet_core.config_docs import ConfigField, config_fields, render_yaml
+
+SHIPPED = Path(__file__).parents[2] / 'config' / 'fpnet.yaml'
+
+
+class _Inner(Section):
+    """Second level."""
+
+    names: tuple[str, ...] = Field(('a', 'b'), description='Some names.')
+    tiny: float = Field(1e-9, gt=0.0, lt=1.0, description='A small number.')
+
+
+class _Outer(Section):
+    """First level."""
+
+    count: int = Field(3, ge=1, description='How many.')
+    mode: Literal['slow', 'fast'] = Field('fast', description='How quickly.')
+    inner: _Inner = _Inner()
+
+
+def test_the_shipped_file_is_the_rendered_one():
+    assert SHIPPED.read_text(encoding='utf-8') == render_yaml(), (
+        'run: python -m fpnet_core.config_docs > config/fpnet.yaml'
+    )
+
+
+def test_the_shipped_file_loads_as_the_defaults():
+    assert load_config(SHIPPED) == FpnetConfig()
+
+
+def test_every_key_is_documented():
+    undocumented = [field.key for field in config_fields() if len(field.description) < 10]
+    assert undocumented == []
+
+
+def test_fields_are_flattened_in_order():
+    assert list(config_fields(_Outer)) == [
+        ConfigField('count', int, 3, 'How many.', {'ge': 1.0}),
+        ConfigField('mode', str, 'fast', 'How quickly.', {}, ('slow', 'fast')),
+        ConfigField('inner.names', str, ('a', 'b'), 'Some names.', {}, (), True),
+        ConfigField('inner.tiny', float, 1e-9, 'A small number.', {'gt': 0.0, 'lt': 1.0}),
+    ]
+
+
+def test_constraints_read_as_words():
+    constraints = [field.constraint for field in config_fields(_Outer, 'node.')]
+    assert constraints == ['>= 1', 'one of slow, fast', '', '> 0, < 1']
+
+
+def test_floats_stay_floats_in_yaml():
+    # ROS refuses an integer for a parameter that was declared as a double.
+    tree = yaml.safe_load(render_yaml())['/**']['ros__parameters']
+    for field in config_fields():
+        value = tree
+        for part in field.key.split('.'):
+            value = value[part]
+        values = value if field.is_list else [value]
+        assert {type(v) for v in values} <= {field.kind}, field.key
+
+
+def test_a_type_that_no_parameter_can_hold_is_refused():
+    class Bad(Section):
+        maybe: float | None = None
+
+    with pytest.raises(TypeError, match='maybe'):
+        list(config_fields(Bad))
