@@ -12,9 +12,9 @@ the command line read the same file.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 import yaml
 
 from fpnet_core.errors import ConfigError
@@ -88,6 +88,24 @@ class MatcherConfig(Section):
     """Which matcher runs and how its threshold is graded (see :mod:`fpnet_core.matching`)."""
 
     weights: str = Field('', description='Checkpoint (.safetensors); empty: the packaged one.')
+    grade_regions: tuple[float, ...] = Field(
+        (4.0, 10.0), description='Region counts at which a submap moves up one grade.'
+    )
+    grade_area_m2: tuple[float, ...] = Field(
+        (30.0, 120.0), description='Explored areas at which a submap moves up one grade.'
+    )
+    grade_thresholds: tuple[float, ...] = Field(
+        (0.15, 0.2, 0.3), description='Least match probability per grade, early submaps first.'
+    )
+
+    @model_validator(mode='after')
+    def _grades_agree(self) -> Self:
+        for bounds in (self.grade_regions, self.grade_area_m2):
+            if len(bounds) != len(self.grade_thresholds) - 1 or list(bounds) != sorted(bounds):
+                raise ValueError('grade bounds must ascend and be one fewer than the thresholds')
+        if not all(0.0 <= threshold < 1.0 for threshold in self.grade_thresholds):
+            raise ValueError('grade_thresholds must be in [0, 1)')
+        return self
 
 
 class PoseConfig(Section):
@@ -95,6 +113,9 @@ class PoseConfig(Section):
 
     scale_tolerance: float = Field(
         0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
+    )
+    map_scale_tolerance: float = Field(
+        0.35, ge=0.0, le=0.7, description='The same for maps whose scale comes from door widths.'
     )
     strain_sigma: float = Field(
         0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'
