@@ -52,7 +52,7 @@ def suites(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay a corridor with deep banks whose bays are suites of an anteroom and back rooms."""
     width, depth = corridor_width(rng), rng.uniform(7.5, 11.0)
     length = rng.uniform(26.0, 60.0)
-    other = depth if rng.random() < 0.6 else bank_depth(rng)
+    other = depth if rng.random() < 0.6 else bank_depth(rng, style)
     cells = [Cell(shapely.box(0.0, -width / 2.0, length, width / 2.0), 'corridor')]
     group = 0
     for side, bank in ((1.0, depth), (-1.0, other)):
@@ -139,7 +139,7 @@ def _place_flat(
 def open_plan(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay a large hall with islands of cubicles and a bank of rooms along two or three sides."""
     hall = np.array([rng.uniform(18.0, 34.0), rng.uniform(11.0, 18.0)])
-    depth, half = bank_depth(rng), hall[1] / 2.0
+    depth, half = bank_depth(rng, style), hall[1] / 2.0
     below = depth if rng.random() < 0.6 else 0.0
     arm = Arm(
         (0.0, 0.0),

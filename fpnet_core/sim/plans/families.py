@@ -13,7 +13,9 @@ from fpnet_core.sim.plans.layout import Cell, Style
 from fpnet_core.sim.plans.skeleton import Arm, build_cells
 
 CORRIDOR_WIDTHS_M = (1.6, 3.0)
-BANK_DEPTHS_M = (3.6, 7.5)
+BANK_DEPTHS_M = (3.2, 9.5)
+BANK_DEPTH_SIDES = (0.75, 1.3)
+"""Depth of a bank in sides of a square room of the style's median area."""
 
 
 def corridor_width(rng: np.random.Generator) -> float:
@@ -21,25 +23,26 @@ def corridor_width(rng: np.random.Generator) -> float:
     return float(rng.uniform(*CORRIDOR_WIDTHS_M))
 
 
-def bank_depth(rng: np.random.Generator) -> float:
-    """Draw the depth of a bank of rooms [m]."""
-    return float(rng.uniform(*BANK_DEPTHS_M))
+def bank_depth(rng: np.random.Generator, style: Style) -> float:
+    """Draw the depth of a bank of rooms [m]: a typical room is about as deep as wide."""
+    side = np.sqrt(style.median_area_m2)
+    return float(np.clip(side * rng.uniform(*BANK_DEPTH_SIDES), *BANK_DEPTHS_M))
 
 
 def double_corridor(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay one straight corridor with rooms on both sides, rarely on one."""
-    length, left, right = rng.uniform(28.0, 80.0), bank_depth(rng), bank_depth(rng)
+    length, left, right = rng.uniform(28.0, 80.0), bank_depth(rng, style), bank_depth(rng, style)
     right *= rng.random() < 0.9
-    foot, cap = (bank_depth(rng) * float(rng.random() < 0.4) for _ in range(2))
+    foot, cap = (bank_depth(rng, style) * float(rng.random() < 0.4) for _ in range(2))
     arm = Arm((0.0, 0.0), (length, 0.0), corridor_width(rng), left, right, foot_m=foot, cap_m=cap)
     return build_cells(rng, [arm], style)
 
 
 def racetrack(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay a loop of corridors around a core of rooms or a courtyard."""
-    width, outer = corridor_width(rng), bank_depth(rng)
+    width, outer = corridor_width(rng), bank_depth(rng, style)
     x, y = float(rng.uniform(22.0, 55.0)), float(rng.uniform(13.0, 30.0))
-    inner = min(bank_depth(rng), (y - width) / 2.0)
+    inner = min(bank_depth(rng, style), (y - width) / 2.0)
     has_bank = [True, bool(rng.random() < 0.8), True, bool(rng.random() < 0.8)]
     corners = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)]
     arms = []
@@ -73,7 +76,7 @@ def diagonal(rng: np.random.Generator, style: Style) -> list[Cell]:
 def _spine_with_wings(
     rng: np.random.Generator, style: Style, angle: Callable[[], float]
 ) -> list[Cell]:
-    width, depth = corridor_width(rng), bank_depth(rng)
+    width, depth = corridor_width(rng), bank_depth(rng, style)
     wings = int(rng.integers(1, 5))
     pitch = 2.0 * depth + width + rng.uniform(2.0, 14.0)
     length = max(18.0, wings * pitch * rng.uniform(0.75, 1.0))
@@ -93,7 +96,7 @@ def _spine_with_wings(
 
 def central_hall(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay rooms around a hall, with corridors that leave it."""
-    width, depth = corridor_width(rng), bank_depth(rng)
+    width, depth = corridor_width(rng), bank_depth(rng, style)
     hall = np.array([rng.uniform(9.0, 22.0), rng.uniform(7.0, 13.0)])
     arms = [Arm((-hall[0] / 2.0, 0.0), (hall[0] / 2.0, 0.0), hall[1], depth, depth, kind='hall')]
     for sign in (1.0, -1.0):
@@ -118,12 +121,16 @@ def central_hall(rng: np.random.Generator, style: Style) -> list[Cell]:
 
 def ring_polygon(rng: np.random.Generator, style: Style) -> list[Cell]:
     """Lay a loop along a regular polygon of five, six or eight sides."""
-    sides, width, depth = int(rng.choice([5, 5, 6, 8])), corridor_width(rng), bank_depth(rng)
+    sides, width, depth = (
+        int(rng.choice([5, 5, 6, 8])),
+        corridor_width(rng),
+        bank_depth(rng, style),
+    )
     radius = rng.uniform(14.0, 26.0)
     angles = rng.uniform(0.0, np.pi) + np.arange(sides) * 2.0 * np.pi / sides
     corners = [(float(radius * np.cos(a)), float(radius * np.sin(a))) for a in angles]
     apothem = radius * np.cos(np.pi / sides) - width / 2.0
-    inner = min(bank_depth(rng), 0.6 * apothem)
+    inner = min(bank_depth(rng, style), 0.6 * apothem)
     beyond = float((width / 2.0 + depth) * np.tan(np.pi / sides))
     arms = []
     for i in range(sides):

@@ -9,24 +9,47 @@ from collections.abc import Callable
 import numpy as np
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.plans import divided, families
+from fpnet_core.sim.plans import composed, divided, families, variants
 from fpnet_core.sim.plans.finish import finish
 from fpnet_core.sim.plans.layout import Cell, Style
+from fpnet_core.sim.plans.roughen import roughen
 from fpnet_core.sim.types import BuildingPlan
 
-Family = Callable[[np.random.Generator, Style], list[Cell]]
+Family = Callable[[np.random.Generator, Style], BuildingPlan]
+
+
+def _from_cells(name: str, layout: Callable[[np.random.Generator, Style], list[Cell]]) -> Family:
+    """Wrap a layout of cells: roughen it as people do over the years, then build it."""
+
+    def family(rng: np.random.Generator, style: Style) -> BuildingPlan:
+        cells = layout(rng, style)
+        return finish(rng, cells if style.is_uniform else roughen(rng, cells), style, name)
+
+    return family
+
+
+_LAYOUTS = (
+    families.double_corridor,
+    families.racetrack,
+    families.branched,
+    families.central_hall,
+    families.ring_polygon,
+    families.diagonal,
+    divided.suites,
+    divided.apartments,
+    divided.house,
+    divided.open_plan,
+    variants.repeated,
+    variants.bent,
+    variants.curved_facade,
+    variants.bays,
+)
 
 FAMILIES: dict[str, Family] = {
-    'double_corridor': families.double_corridor,
-    'racetrack': families.racetrack,
-    'branched': families.branched,
-    'central_hall': families.central_hall,
-    'suites': divided.suites,
-    'apartments': divided.apartments,
-    'house': divided.house,
-    'open_plan': divided.open_plan,
-    'ring_polygon': families.ring_polygon,
-    'diagonal': families.diagonal,
+    **{layout.__name__: _from_cells(layout.__name__, layout) for layout in _LAYOUTS},
+    'mirrored': composed.mirrored,
+    'turned': composed.turned,
+    'disconnected': composed.disconnected,
 }
 """Every layout family by name."""
 
@@ -41,7 +64,7 @@ def generate_plan(
     max_rooms: int = MAX_ROOMS,
 ) -> BuildingPlan:
     """
-    Return a random storey in which every room can be reached.
+    Return a random storey in which every room can be reached (but 'disconnected' has two parts).
 
     Parameters
     ----------
@@ -59,7 +82,7 @@ def generate_plan(
     for _ in range(_ATTEMPTS):
         name = family if family is not None else str(rng.choice(list(FAMILIES)))
         style = draw_style(rng)
-        plan = finish(rng, FAMILIES[name](rng, style), style, name)
+        plan = FAMILIES[name](rng, style)
         if min_rooms <= len(plan.rooms) <= max_rooms:
             return plan
     raise ConfigError(
@@ -73,8 +96,8 @@ def draw_style(rng: np.random.Generator) -> Style:
     is_uniform = bool(rng.random() < 0.15)
     return Style(
         wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3])),
-        median_area_m2=float(21.0 * np.exp(0.35 * rng.standard_normal())),
-        spread=float(rng.uniform(0.4, 0.95)),
+        median_area_m2=float(29.0 * np.exp(0.35 * rng.standard_normal())),
+        spread=float(rng.uniform(0.5, 1.1)),
         is_uniform=is_uniform,
         room_to_room=float(rng.choice([0.0, 0.04, 0.15])),
         second_door=float(rng.uniform(0.1, 0.5)),

@@ -30,7 +30,7 @@ MIN_ROOM_WIDTH_M = 2.0
 KINDS: tuple[Kind, ...] = ('hall', 'corridor')
 """Circulation; where they cross, the floor is the hall's."""
 
-MAX_ASPECT = 2.6
+MAX_ASPECT = 2.2
 """Rooms along a bank are at most this much longer than deep, or deeper than long."""
 
 
@@ -154,7 +154,9 @@ def build_cells(rng: np.random.Generator, arms: list[Arm], style: Style) -> list
     taken = shapely.union_all(list(lanes.values()), grid_size=1e-3)
     for arm in arms:
         for outline, depth in _banks(arm):
-            allowed = outline if arm.bounds is None else outline.intersection(arm.bounds)
+            allowed: shapely.Geometry = outline
+            if arm.bounds is not None:
+                allowed = shapely.union_all(polygons_of(outline.intersection(arm.bounds)))
             for part in polygons_of(shapely.difference(allowed, taken, grid_size=1e-3)):
                 if part.area > 1.0 and not part.interiors:
                     cells += slice_bank(rng, part, arm, depth, style)
