@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Reading a drawing, scan or robot map that comes as a bare image, without thresholds.
+
+What the picture means is taken from its histogram and its border: white is free, one grey that
+surrounds the building (178 to 205 in drawings, 127, 153, 205 or 230 in robot maps) is unknown,
+darker is occupied. Images and rasters here are as stored, row 0 at the top.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from scipy import ndimage
+
+from fpnet_core.errors import MapFormatError
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
+MAX_PIXELS = 100_000_000
+"""Larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
+
+_WHITE_SHARE = 0.005  # the paper or free space fills at least this share of the image
+_WHITE_MARGIN = 25  # grey levels below white that still are white, if no other grey is near
+_NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level
+_GREY_RANGE = (40, 250)  # levels that can mean unknown
+_GREY_TOLERANCE = 5  # grey levels; compression and resampling blur the unknown level
+_BORDER_SHARE = 0.3  # of the border's pixels have the unknown level
+_GREY_SHARE = 0.02  # of the image, for an unknown level that is not on the border
+_BLOB_SHARE = 0.5  # of a level's pixels survive an opening if they form areas, not lines
+_WALL_DEPTH_M = 0.4  # occupied deeper than this behind a surface says nothing: unknown
+_EXIT_WIDTH_M = 1.6  # openings in the outer wall up to this do not let the outside in
+_OUTSIDE_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
+_MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
+
+
+def load_pixels(path: Path) -> NDArray[np.float32]:
+    """
+    Return an image file as ``(H, W, C) float32`` in [0, 1], as stored, C in 1, 2, 3, 4.
+
+    C of 2 and 4 have alpha last. Any orientation tag of a photograph is ignored.
+
+    Raises
+    ------
+    MapFormatError
+        If the file is missing, no image, damaged, empty or larger than ``MAX_PIXELS``.
+    """
+    try:
+        with warnings.catch_warnings():
+            # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
+            warnings.simplefilter('ignore', Image.DecompressionBombWarning)
+            with Image.open(path) as image:
+                _check_size(image, path)
+                return _to_array(image)
+    except Image.DecompressionBombError:
+        raise MapFormatError(_too_large(path, 'more pixels')) from None
+    except MapFormatError:
+        raise
+    except FileNotFoundError:
+        raise MapFormatError(f'map image {path} does not exist') from None
+    except Exception as error:
+        # Pillow's decoders raise many kinds on damaged bytes (OSError, SyntaxError, struct.error).
+        detail = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise MapFormatError(
+            f'{path} is no readable image ({detail}); expected PNG, PGM or JPEG'
+        ) from None
+
+
+def _check_size(image: Image.Image, path: Path) -> None:
+    if image.width * image.height > MAX_PIXELS:
+        raise MapFormatError(_too_large(path, f'{image.width} x {image.height} pixels'))
+
+
+def _too_large(path: Path, size: str) -> str:
+    return (
+        f'map image {path} is too large: expected at most {MAX_PIXELS // 1_000_000} million '
+        f'pixels, got {size}; scale it down'
+    )
+
+
+def _to_array(image: Image.Image) -> NDArray[np.float32]:
+    full_scale = 255.0
+    if image.mode.startswith('I'):  # 16-bit grey
+        full_scale = 65535.0
+    elif image.mode == 'F':
+        full_scale = 1.0
+    elif 'A' in image.getbands() or 'transparency' in image.info:
+        image = image.convert('LA' if image.mode in ('L', 'LA', '1') else 'RGBA')
+    else:
+        image = image.convert('L' if image.mode in ('L', '1') else 'RGB')
+    pixels = np.asarray(image, dtype=np.float32).reshape(image.height, image.width, -1)
+    scaled: NDArray[np.float32] = np.clip(pixels / np.float32(full_scale), 0.0, 1.0)
+    return scaled
+
+
+def grey_levels(pixels: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return the brightness ``(H, W)`` of ``pixels (H, W, C)``; transparent counts as white."""
+    channels = pixels.shape[2]
+    colour = pixels[..., :3] if channels >= 3 else pixels[..., :1]
+    weights = np.array([0.299, 0.587, 0.114] if channels >= 3 else [1.0], dtype=np.float32)
+    grey = colour @ weights
+    if channels in (2, 4):
+        alpha = pixels[..., -1]
+        grey = alpha * grey + (1.0 - alpha)
+    levels: NDArray[np.uint8] = np.rint(grey * 255.0).astype(np.uint8)
+    return levels
+
+
+def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
+    """
+    Return the cell values ``(H, W)`` that a bare picture means.
+
+    Parameters
+    ----------
+    grey : (H, W)
+        Brightness as stored.
+    resolution_m
+        Nominal edge of a pixel; decides only what is deep inside a wall and what is an exit.
+
+    Raises
+    ------
+    MapFormatError
+        If no level can be free space, or nothing but free space is there.
+    """
+    histogram = np.bincount(grey.ravel(), minlength=256)
+    white, noise = _white_level(histogram)
+    unknown_level = _unknown_level(grey, histogram, white)
+    threshold = white - max(_WHITE_MARGIN, _NOISE_SIGMAS * noise)
+    if unknown_level is not None:
+        threshold = max(threshold, 0.5 * (white + unknown_level))
+    free = grey >= threshold
+    dark = threshold if unknown_level is None else unknown_level - _GREY_TOLERANCE
+    cells = np.where(free, FREE, np.where(grey < dark, OCCUPIED, UNKNOWN)).astype(np.int8)
+    depth_m = resolution_m * ndimage.distance_transform_edt(~free) if free.any() else np.zeros(1)
+    cells[(cells == OCCUPIED) & (depth_m > _WALL_DEPTH_M)] = UNKNOWN
+    return outside_as_unknown(cells, resolution_m)
+
+
+def _white_level(histogram: NDArray[np.int64]) -> tuple[float, float]:
+    """Return the level of free space, the brightest peak that counts, and the noise above it."""
+    smooth = ndimage.gaussian_filter1d(histogram.astype(np.float64), 2.0, mode='constant')
+    enough = _WHITE_SHARE * histogram.sum()
+    for level in range(255, 127, -1):
+        window = slice(max(level - 5, 0), level + 6)
+        is_peak = smooth[level] >= smooth[window].max()
+        if is_peak and histogram[window].sum() >= enough:
+            above = np.arange(level, 256)
+            count = histogram[level:]
+            noise = np.sqrt((count * (above - level) ** 2).sum() / max(count.sum(), 1))
+            return float(level), float(noise)
+    raise MapFormatError(
+        'map image has no free space: expected white or light areas, got none; '
+        'invert it, or give a YAML with negate: 1'
+    )
+
+
+def _unknown_level(
+    grey: NDArray[np.uint8], histogram: NDArray[np.int64], white: float
+) -> float | None:
+    """Return the grey that stands for unknown or outside; None where there is none."""
+    low, high = _GREY_RANGE[0], int(min(_GREY_RANGE[1], white - 2 * _GREY_TOLERANCE))
+    border = np.concatenate([grey[0], grey[-1], grey[1:-1, 0], grey[1:-1, -1]])
+    blur = np.ones(2 * _GREY_TOLERANCE + 1)
+    on_border = np.convolve(np.bincount(border, minlength=256)[low:high], blur, mode='same')
+    if on_border.max() >= _BORDER_SHARE * border.size:
+        return float(low + on_border.argmax())
+    for level in low + np.argsort(histogram[low:high])[::-1][:3]:
+        if histogram[level] < _GREY_SHARE * grey.size:
+            break
+        mask = grey == level
+        if ndimage.binary_opening(mask, np.ones((5, 5))).sum() > _BLOB_SHARE * mask.sum():
+            return float(level)
+    return None
+
+
+def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[np.int8]:
+    """
+    Return ``cells (H, W)`` with the free space around a building turned unknown.
+
+    Drawings are often on white paper. What is reachable from the border through openings wider
+    than ``_EXIT_WIDTH_M`` is outside. The cells come back unchanged if the border is not mostly
+    free, or if the building is so open that nothing would be left.
+    """
+    free = cells == FREE
+    border = np.concatenate([free[0], free[-1], free[:, 0], free[:, -1]])
+    if border.mean() < _OUTSIDE_BORDER_SHARE:
+        return cells
+    # One free pixel all around joins what the building's walls cut off at the image's edge.
+    padded = np.pad(free, 1, constant_values=True)
+    reach_px = 0.5 * _EXIT_WIDTH_M / resolution_m
+    clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
+    core, _ = ndimage.label(clearance > reach_px)
+    if core[0, 0] == 0:
+        return cells
+    core = core == core[0, 0]
+    outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
+    margin = int(reach_px) + 2
+    inside = free & ~outside[margin:-margin, margin:-margin]
+    inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)
+    if np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
+        return cells
+    result = cells.copy()
+    result[free & ~inside] = UNKNOWN
+    return result
+
+
+def _crumbs(
+    inside: NDArray[np.bool_],
+    outside: NDArray[np.bool_],
+    clearance: NDArray[np.float64],
+    reach_px: float,
+) -> NDArray[np.bool_]:
+    """Return the niches of the outer wall: parts open to the outside, too narrow for a room."""
+    labels, count = ndimage.label(inside)
+    touching = np.unique(labels[ndimage.binary_dilation(outside) & inside])
+    widest = ndimage.maximum(clearance, labels, np.arange(count + 1))
+    narrow = touching[np.asarray(widest)[touching] <= reach_px]
+    niches: NDArray[np.bool_] = np.isin(labels, narrow[narrow > 0])
+    return niches

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Floorplans and occupancy maps: map_server YAML with its image, or a bare image.
+
+Images are stored with row 0 at the top; a :class:`~fpnet_core.types.GridMap` has row 0 at the
+lowest y. This module flips once, and :func:`pixel_to_xy` relates the two.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+import yaml
+
+from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.images import grey_levels, interpret, load_pixels
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+
+DEFAULT_RESOLUTION_M = 0.05
+"""Nominal edge of a pixel of a bare image whose scale nobody gave."""
+
+_YAML_SUFFIXES = ('.yaml', '.yml')
+_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196  # map_saver's; a pixel of 205 stays unknown
+_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
+_MODES = ('trinary', 'scale', 'raw')
+
+
+def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
+    """
+    Read a floorplan or robot map, frame ``plan``.
+
+    Parameters
+    ----------
+    path
+        A map_server YAML, read as nav2's map_server does, or a PNG, PGM or JPEG image, whose
+        meaning is taken from its grey levels (see :mod:`fpnet_core.io.images`).
+    resolution_m
+        Edge of a pixel of a bare image, default 0.05; it overrides that of a YAML.
+
+    Returns
+    -------
+    GridMap
+        In-between values of the YAML modes ``scale`` and ``raw`` become unknown. For a bare
+        image the frame's origin is the lower left corner.
+
+    Raises
+    ------
+    MapFormatError
+        If a file is missing, damaged or absurdly large, a key is missing or out of range, or the
+        map holds no free space or nothing else.
+    """
+    path = Path(path)
+    if resolution_m is not None and not (np.isfinite(resolution_m) and resolution_m > 0.0):
+        raise MapFormatError(f'resolution must be positive metres per pixel, got {resolution_m}')
+    if path.suffix.lower() in _YAML_SUFFIXES:
+        grid = _read_yaml_map(path, resolution_m)
+    else:
+        resolution_m = resolution_m or DEFAULT_RESOLUTION_M
+        cells = interpret(grey_levels(load_pixels(path)), resolution_m)
+        grid = GridMap(cells[::-1], resolution_m)
+    _check_content(grid, path)
+    return grid
+
+
+def write_map(grid: GridMap, yaml_path: Path | str) -> None:
+    """Write ``grid`` as a map_server YAML and a PNG of the same name beside it."""
+    yaml_path = Path(yaml_path)
+    image_path = yaml_path.with_suffix('.png')
+    yaml_path.parent.mkdir(parents=True, exist_ok=True)
+    shades = np.full(grid.shape, _SHADES[UNKNOWN], dtype=np.uint8)
+    shades[grid.cells == FREE] = _SHADES[FREE]
+    shades[grid.cells == OCCUPIED] = _SHADES[OCCUPIED]
+    Image.fromarray(shades[::-1]).save(image_path)
+    pose = grid.T_frame_grid
+    fields = {
+        'image': image_path.name,
+        'mode': 'trinary',
+        'resolution': float(grid.resolution),
+        'origin': [pose.x, pose.y, pose.yaw],
+        'negate': 0,
+        'occupied_thresh': _OCCUPIED_THRESHOLD,
+        'free_thresh': _FREE_THRESHOLD,
+    }
+    yaml_path.write_text(yaml.safe_dump(fields, sort_keys=False), encoding='utf-8')
+
+
+def pixel_to_xy(grid: GridMap) -> Affine2D:
+    """
+    Return the map from image pixels to metres in the grid's frame.
+
+    Pixels are (x right, y down) in the image as stored; whole numbers are pixel centres, so
+    (0, 0) is the centre of the top left pixel. The map is a reflection, as y changes its sense.
+    """
+    half = 0.5 * grid.resolution
+    height_m = grid.shape[0] * grid.resolution
+    A_grid_pixel = Affine2D(
+        np.diag([grid.resolution, -grid.resolution]), np.array([half, height_m - half])
+    )
+    A_frame_pixel: Affine2D = grid.T_frame_grid @ A_grid_pixel
+    return A_frame_pixel
+
+
+def _check_content(grid: GridMap, path: Path) -> None:
+    free = np.count_nonzero(grid.cells == FREE)
+    if free == 0:
+        raise MapFormatError(
+            f'map {path} has no free space; check its thresholds, negate flag and colours'
+        )
+    if free == grid.cells.size:
+        raise MapFormatError(f'map {path} is empty: expected walls, got nothing but free space')
+
+
+def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
+    fields = _read_fields(path)
+    resolution_m = resolution_m or _number(fields, 'resolution', path)
+    if resolution_m <= 0.0:
+        raise MapFormatError(f'{path}: resolution must be positive, got {resolution_m}')
+    origin = fields.get('origin')
+    if not isinstance(origin, list) or len(origin) != 3:
+        raise MapFormatError(f'{path}: origin must be [x, y, yaw] in m, m, rad, got {origin!r}')
+    x, y, yaw = (_as_number(value, 'origin', path) for value in origin)
+    image = fields.get('image')
+    if not isinstance(image, str) or not image:
+        raise MapFormatError(f'{path}: image must name the map image, got {image!r}')
+    cells = _threshold(load_pixels(path.parent / image), fields, path)
+    return GridMap(cells[::-1], resolution_m, SE2.from_xy_yaw(x, y, yaw))
+
+
+def _read_fields(path: Path) -> dict[str, Any]:
+    try:
+        fields = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise MapFormatError(f'cannot read map {path}: {error.strerror}') from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        detail = (str(error) or type(error).__name__).splitlines()[0]
+        raise MapFormatError(f'{path} is not valid YAML: {detail}') from None
+    if not isinstance(fields, dict):
+        raise MapFormatError(
+            f'{path}: expected a map_server YAML with image, resolution and origin, '
+            f'got {type(fields).__name__}'
+        )
+    return fields
+
+
+def _number(fields: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
+    if key not in fields and default is not None:
+        return default
+    if key not in fields:
+        raise MapFormatError(f'{path}: {key} is missing; see the map_server format')
+    return _as_number(fields[key], key, path)
+
+
+def _as_number(value: Any, key: str, path: Path) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = float('nan')
+    if not np.isfinite(number):
+        raise MapFormatError(f'{path}: {key} must be a finite number, got {value!r}')
+    return number
+
+
+def _threshold(
+    pixels: NDArray[np.float32], fields: dict[str, Any], path: Path
+) -> NDArray[np.int8]:
+    """Return the cell values ``(H, W)`` by nav2 map_server's rules, row 0 at the top."""
+    mode = str(fields.get('mode', 'trinary'))
+    if mode not in _MODES:
+        raise MapFormatError(f'{path}: mode must be one of {", ".join(_MODES)}, got {mode!r}')
+    free_below = _number(fields, 'free_thresh', path, _FREE_THRESHOLD)
+    occupied_above = _number(fields, 'occupied_thresh', path, _OCCUPIED_THRESHOLD)
+    if not 0.0 <= free_below <= occupied_above <= 1.0:
+        raise MapFormatError(
+            f'{path}: expected 0 <= free_thresh <= occupied_thresh <= 1, '
+            f'got {free_below} and {occupied_above}'
+        )
+    has_alpha = pixels.shape[2] in (2, 4)
+    # map_server averages alpha in with the colours in trinary mode only; so do we, to agree.
+    averaged = pixels if mode == 'trinary' or not has_alpha else pixels[..., :-1]
+    shade = averaged.mean(axis=2, dtype=np.float64)
+    if mode == 'raw':
+        level = np.rint(shade * 255.0)
+        occupancy = level / 100.0
+        known = level <= 100
+    else:
+        occupancy = shade if _number(fields, 'negate', path, 0.0) else 1.0 - shade
+        known = pixels[..., -1] == 1.0 if has_alpha and mode == 'scale' else np.True_
+    cells = np.full(shade.shape, UNKNOWN, dtype=np.int8)
+    cells[known & (occupancy > occupied_above)] = OCCUPIED
+    cells[known & (occupancy < free_below)] = FREE
+    return cells
