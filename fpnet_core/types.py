@@ -11,7 +11,7 @@ Everything is SI, radians and integer nanoseconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
 from typing import Any, Literal
 
@@ -88,6 +88,10 @@ class GridMap:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.cells.shape[0], self.cells.shape[1]
+
+    def mirrored(self) -> GridMap:
+        """Return the map with its columns reversed, for a drawing that is a mirror image."""
+        return replace(self, cells=self.cells[:, ::-1])
 
     def rc_to_xy(self, rc: ArrayLike) -> NDArray[np.float64]:
         """Map raster indices ``rc (..., 2)`` (cell centres; fractions allowed) to metres."""

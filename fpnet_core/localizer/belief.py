@@ -14,7 +14,7 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapEvidence
 from fpnet_core.types import PoseEstimate, Status
 
-_WALL_SAMPLE_M = 0.15  # wall length that one evidence sample stands for
+WALL_SAMPLE_M = 0.15  # wall length that one evidence sample stands for
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class HypothesisTracker:
         if not estimates:
             return self._without_candidate(None, 0.0)
         scores = np.array([e.score for e in estimates])
-        p = float(posterior(scores, len(sub.walls) * _WALL_SAMPLE_M, self._config)[0])
+        p = float(posterior(scores, len(sub.walls) * WALL_SAMPLE_M, self._config)[0])
         best = estimates[0]
         self._count_win(best.A_plan_submap @ A_submap_odom, sub, A_submap_odom)
         if best.score < self._config.null_score or p < self._config.release_probability:

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Ground truth of the real laser logs: their fitted placement on the floorplans."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.types import GridMap
+
+
+@dataclass(frozen=True, eq=False)
+class FittedTruth:
+    """
+    Where a laser log lies on its floorplan.
+
+    ``plan`` is the drawing as the localizer must get it: flipped where the stored drawing is a
+    mirror image of the building. ``A_plan_log`` maps the log's own metres to the plan's nominal
+    ones; it is a fit, not a survey.
+    """
+
+    log: Path
+    plan_path: Path
+    mirrored: bool
+    plan: GridMap
+    A_plan_log: Affine2D
+
+
+def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
+    """
+    Read the fit of log ``name`` (``intel``, ``freiburg-079``) from a ``radish`` data folder.
+
+    Raises
+    ------
+    FpnetError
+        If the folder has no such log or no pair for it.
+    """
+    index = _read_json(folder / 'maps_index.json')
+    pairs = [p for p in _read_json(folder / 'pairs.json')['pairs'] if _is_full(p, name)]
+    if name not in index or not pairs:
+        raise FpnetError(f'{folder}: no fitted pair for the log {name!r}')
+    pair, raster = pairs[0], index[name]
+    plan_path = folder / pair['floorplan']
+    plan = read_map(plan_path)
+    A_image_log = Affine2D.from_matrix(pair['affine_2x3']) @ _pixel_from_world(
+        raster, pair['robot_map_was_mirrored_vs_source']
+    )
+    A_plan_log = pixel_to_xy(plan) @ A_image_log
+    mirrored = A_plan_log.is_mirrored
+    if mirrored:
+        width_m = plan.shape[1] * plan.resolution
+        flip = Affine2D(np.diag([-1.0, 1.0]), np.array([width_m, 0.0]))
+        A_plan_log = plan.T_frame_grid @ flip @ plan.T_frame_grid.inv() @ A_plan_log
+        plan = plan.mirrored()
+    log = folder / 'logs' / f'{name}-corrected.log.gz'
+    return FittedTruth(log, plan_path, mirrored, plan, A_plan_log)
+
+
+def _is_full(pair: dict[str, Any], name: str) -> bool:
+    return bool(pair['id'].startswith(f'{name}_full'))
+
+
+def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:
+    """World metres to pixels of the stored robot map (x right, y down)."""
+    resolution = raster['resolution_m_per_px']
+    width, height = raster['size_px']
+    x0, y0 = raster['world_min_xy']
+    upright = Affine2D(
+        np.diag([1.0, -1.0]) / resolution,
+        np.array([-x0 / resolution - 0.5, height - 0.5 + y0 / resolution]),
+    )
+    if not flipped:
+        return upright
+    return Affine2D(np.diag([-1.0, 1.0]), np.array([width - 1.0, 0.0])) @ upright
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
+        raise FpnetError(f'cannot read {path}: {error}') from None
+    if not isinstance(data, dict):
+        raise FpnetError(f'{path}: expected a JSON object')
+    return data

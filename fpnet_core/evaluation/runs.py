@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What one localization run was worth: when, how far, how right, and never silently wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Affine2D, angle_between
+
+WRONG_POSITION_M = 3.0
+WRONG_YAW_RAD = np.deg2rad(30.0)
+_MAX_STAMP_GAP_NS = 200_000_000  # truth further away in time than this is no truth
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Planar poses in one frame: ``stamps_ns (S,)`` ascending, ``xy (S, 2)`` [m], ``yaw (S,)``."""
+
+    stamps_ns: NDArray[np.int64]
+    xy: Array
+    yaw: Array
+
+    def __len__(self) -> int:
+        """Count the poses."""
+        return len(self.stamps_ns)
+
+    def path_length_m(self, until_ns: int | None = None) -> float:
+        """Length of the path, up to and including ``until_ns``."""
+        xy = self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns]
+        return float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum())
+
+    def mapped(self, A: Affine2D) -> Trajectory:
+        """Return the same poses in another frame."""
+        heading = np.stack([np.cos(self.yaw), np.sin(self.yaw)], axis=-1) @ A.linear.T
+        return Trajectory(
+            self.stamps_ns, A.apply(self.xy), np.arctan2(heading[:, 1], heading[:, 0])
+        )
+
+    def at(self, stamps_ns: NDArray[np.int64]) -> tuple[Trajectory, NDArray[np.bool_]]:
+        """Nearest pose in time to each stamp, and whether it is near enough to count."""
+        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
+        before = after - 1
+        nearer = np.where(
+            stamps_ns - self.stamps_ns[before] <= self.stamps_ns[after] - stamps_ns, before, after
+        )
+        gap = np.abs(self.stamps_ns[nearer] - stamps_ns)
+        near = Trajectory(self.stamps_ns[nearer], self.xy[nearer], self.yaw[nearer])
+        return near, gap <= _MAX_STAMP_GAP_NS
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """
+    The figures of one run; None where there was no pose, or no truth to compare with.
+
+    Errors are in true metres and degrees; a pose is wrong beyond 3 m or 30 degrees.
+    """
+
+    localized: bool
+    poses: int
+    wrong_poses: int | None
+    time_to_first_pose_s: float | None
+    path_to_first_pose_m: float | None
+    median_position_error_m: float | None
+    median_yaw_error_deg: float | None
+    tick_ms_p50: float | None
+    tick_ms_p95: float | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values, floats rounded to 4 digits."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {k: round(v, 4) if isinstance(v, float) else v for k, v in values.items()}
+
+
+def pose_errors(estimate: Trajectory, truth: Trajectory) -> tuple[Array, Array]:
+    """
+    Position [m] and yaw [rad] errors ``(K,)`` of the poses that have a truth near in time.
+
+    Both trajectories are in the same metric frame. No pose or no truth gives empty arrays.
+    """
+    if len(estimate) == 0 or len(truth) < 2:
+        return np.zeros(0), np.zeros(0)
+    reference, known = truth.at(estimate.stamps_ns)
+    position = np.linalg.norm(estimate.xy - reference.xy, axis=1)
+    return position[known], angle_between(estimate.yaw, reference.yaw)[known]
+
+
+def summarize_run(
+    published: Trajectory,
+    odometry: Trajectory,
+    tick_ms: Array,
+    truth: Trajectory | None = None,
+    A_plan_truth: Affine2D | None = None,
+) -> RunSummary:
+    """
+    Reduce a run to its figures.
+
+    Parameters
+    ----------
+    published : every pose given out, plan frame, nominal metres
+    odometry : the robot's path [m], for time and path to the first pose
+    tick_ms : (T,) durations of the ticks that had a submap to work on
+    truth : true poses in a truly metric frame; None where there is no truth
+    A_plan_truth : maps that frame to the plan's nominal metres; None for the identity
+    """
+    first_ns = int(published.stamps_ns[0]) if len(published) else None
+    wrong: int | None = None
+    position, yaw = np.zeros(0), np.zeros(0)
+    if truth is not None:
+        A_truth_plan = (A_plan_truth or Affine2D.identity()).inv()
+        position, yaw = pose_errors(published.mapped(A_truth_plan), truth)
+        wrong = int(np.count_nonzero((position > WRONG_POSITION_M) | (yaw > WRONG_YAW_RAD)))
+    return RunSummary(
+        localized=len(published) > 0,
+        poses=len(published),
+        wrong_poses=wrong,
+        time_to_first_pose_s=None
+        if first_ns is None or len(odometry) == 0
+        else (first_ns - int(odometry.stamps_ns[0])) / 1e9,
+        path_to_first_pose_m=None if first_ns is None else odometry.path_length_m(first_ns),
+        median_position_error_m=_quantile(position, 0.5),
+        median_yaw_error_deg=_quantile(np.rad2deg(yaw), 0.5),
+        tick_ms_p50=_quantile(tick_ms, 0.5),
+        tick_ms_p95=_quantile(tick_ms, 0.95),
+    )
+
+
+def _quantile(values: Array, q: float) -> float | None:
+    return float(np.quantile(values, q)) if len(values) else None

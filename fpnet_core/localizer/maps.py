@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Match two whole maps of unknown relative scale, rotation and translation, once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.belief import WALL_SAMPLE_M, posterior
+from fpnet_core.localizer.sides import (
+    Comparison,
+    MapSide,
+    StageTimer,
+    allowed_scales,
+    compare,
+    prepare_plan,
+    prepare_submap,
+)
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.types import GridMap, Submap
+
+
+class MapMatchStatus(StrEnum):
+    """What may be said of two maps."""
+
+    MATCHED = 'matched'
+    AMBIGUOUS = 'ambiguous'
+    UNMATCHED = 'unmatched'
+
+
+@dataclass(frozen=True, eq=False)
+class MapMatch:
+    """
+    The placement of one map on another.
+
+    ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
+    ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
+    against all others. Both sides are in metres as estimated from door widths.
+    """
+
+    status: MapMatchStatus
+    A_plan_sub: Affine2D | None
+    score: float
+    probability: float
+    plan: MapSide
+    sub: MapSide
+    comparison: Comparison
+    timings_ms: dict[str, float]
+
+
+def match_maps(
+    plan: GridMap, submap: Submap, matcher: RegionMatcher, config: FpnetConfig
+) -> MapMatch:
+    """
+    Place ``submap`` on ``plan`` although neither scale is trusted.
+
+    Door widths give each map a first metric scale; placements are then searched over
+    ``map_scale_tolerance`` around it.
+
+    Raises
+    ------
+    MapFormatError
+        If the plan holds no room.
+    """
+    timer = StageTimer()
+    with timer.stage('total'):
+        with timer.stage('scale'):
+            plan_factor = _metres_per_unit(plan, config)
+            sub_factor = _metres_per_unit(submap.grid, config)
+        with timer.stage('segment'):
+            plan_side = prepare_plan(_rescaled(plan, plan_factor), config)
+        metric = replace(submap, grid=_rescaled(submap.grid, sub_factor))
+        sub_side = prepare_submap(metric, config, timer)
+        scales = allowed_scales(config.pose.map_scale_tolerance)
+        comparison = compare(
+            plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, scales
+        )
+    status, score, probability = _judged(comparison, sub_side, config)
+    placed = None
+    if status is not MapMatchStatus.UNMATCHED:
+        A = comparison.estimates[0].A_plan_submap
+        placed = Affine2D(A.linear * (sub_factor / plan_factor), A.translation / plan_factor)
+    return MapMatch(
+        status, placed, score, probability, plan_side, sub_side, comparison, timer.timings_ms
+    )
+
+
+def _metres_per_unit(grid: GridMap, config: FpnetConfig) -> float:
+    """Metres per nominal metre by door widths; 1 where there is no door to tell."""
+    return segment_unknown_scale(grid, config.segmentation)[1].factor
+
+
+def _rescaled(grid: GridMap, factor: float) -> GridMap:
+    """Return the same cells with every length multiplied by ``factor``."""
+    origin = grid.T_frame_grid
+    moved = SE2(origin.linear, origin.translation * factor)
+    return replace(grid, resolution=grid.resolution * factor, T_frame_grid=moved)
+
+
+def _judged(
+    comparison: Comparison, sub: MapSide, config: FpnetConfig
+) -> tuple[MapMatchStatus, float, float]:
+    """Status, score and probability of the best placement."""
+    if not comparison.estimates:
+        return MapMatchStatus.UNMATCHED, 0.0, 0.0
+    scores = np.array([e.score for e in comparison.estimates])
+    wall_length_m = len(sub.evidence.walls) * WALL_SAMPLE_M
+    p = float(posterior(scores, wall_length_m, config.localizer)[0])
+    best = float(scores[0])
+    if best < config.localizer.null_score:
+        return MapMatchStatus.UNMATCHED, best, p
+    if p < config.localizer.claim_probability:
+        return MapMatchStatus.AMBIGUOUS, best, p
+    return MapMatchStatus.MATCHED, best, p

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Drive a localizer with recorded scans, as the node would, in sensor time and without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+import logging
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import SE2
+from fpnet_core.io import Scan
+from fpnet_core.localizer.localizer import Localizer
+from fpnet_core.types import LocalizerOutput
+
+_log = logging.getLogger(__name__)
+
+Register = Callable[[Scan], tuple[NDArray[np.float32], NDArray[np.float64]]]
+"""Turns a scan without pose into deskewed points (P, 3) and ``T_odom_sensor (4, 4)``."""
+
+
+@dataclass(frozen=True, eq=False)
+class PublishedPose:
+    """One pose the localizer stands for: plan frame, nominal metres, with the sensor's stamp."""
+
+    stamp_ns: int
+    T_plan_base: SE2
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayResult:
+    """Everything a run produced, in time order."""
+
+    outputs: tuple[LocalizerOutput, ...]
+    poses: tuple[PublishedPose, ...]
+    stamps_ns: NDArray[np.int64]
+    T_odom_sensor: NDArray[np.float64]
+    add_scan_ms: NDArray[np.float64]
+    rejected_scans: int
+
+    @property
+    def tick_ms(self) -> NDArray[np.float64]:
+        """Durations of the ticks that had a submap to work on [ms]."""
+        totals = [o.timings_ms['total'] for o in self.outputs if 'total' in o.timings_ms]
+        return np.array(totals, dtype=np.float64)
+
+
+def replay(
+    scans: Iterable[Scan],
+    localizer: Localizer,
+    tick_period_s: float,
+    register: Register,
+    on_scan: Callable[[], None] = lambda: None,
+) -> ReplayResult:
+    """
+    Feed scans to the localizer and tick it on its period of sensor time.
+
+    Parameters
+    ----------
+    scans : in time order; those without ``T_odom_sensor`` go through ``register``
+    localizer : with its plan set
+    tick_period_s : sensor time between two ticks
+    register : odometry for scans that bring none
+    on_scan : called after each scan, for progress bars
+
+    Returns
+    -------
+    The run. After the last scan one more tick is made, so a short recording has an answer too.
+    A pose is published after every scan while the status is LOCALIZED.
+    """
+    outputs: list[LocalizerOutput] = []
+    poses: list[PublishedPose] = []
+    stamps: list[int] = []
+    sensor_poses: list[NDArray[np.float64]] = []
+    add_ms: list[float] = []
+    rejected, next_tick_ns = 0, None
+    period_ns = int(tick_period_s * 1e9)
+    for scan in scans:
+        points, T_odom_sensor = _registered(scan, register)
+        start = time.perf_counter()
+        try:
+            localizer.add_scan(points, T_odom_sensor, scan.stamp_ns)
+        except FpnetError as error:
+            _log.warning('%s', error)
+            rejected += 1
+        else:
+            add_ms.append(1e3 * (time.perf_counter() - start))
+            stamps.append(scan.stamp_ns)
+            sensor_poses.append(T_odom_sensor)
+            if next_tick_ns is None or scan.stamp_ns < next_tick_ns - 2 * period_ns:
+                next_tick_ns = scan.stamp_ns + period_ns
+            if scan.stamp_ns >= next_tick_ns:
+                outputs.append(localizer.tick(scan.stamp_ns))
+                next_tick_ns = scan.stamp_ns + period_ns
+            pose = localizer.pose(T_odom_sensor)
+            if pose is not None:
+                poses.append(PublishedPose(scan.stamp_ns, pose))
+        on_scan()
+    if stamps:
+        outputs.append(localizer.tick(stamps[-1]))
+        pose = localizer.pose(sensor_poses[-1])
+        if pose is not None and (not poses or poses[-1].stamp_ns != stamps[-1]):
+            poses.append(PublishedPose(stamps[-1], pose))
+    return ReplayResult(
+        tuple(outputs),
+        tuple(poses),
+        np.array(stamps, dtype=np.int64),
+        np.array(sensor_poses).reshape(-1, 4, 4),
+        np.array(add_ms),
+        rejected,
+    )
+
+
+def _registered(scan: Scan, register: Register) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    if scan.T_odom_sensor is None:
+        return register(scan)
+    return scan.points, scan.T_odom_sensor
