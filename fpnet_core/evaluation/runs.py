@@ -11,48 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, angle_between
+from fpnet_core.trajectory import Trajectory
 
 WRONG_POSITION_M = 3.0
 WRONG_YAW_RAD = np.deg2rad(30.0)
-_MAX_STAMP_GAP_NS = 200_000_000  # truth further away in time than this is no truth
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """Planar poses in one frame: ``stamps_ns (S,)`` ascending, ``xy (S, 2)`` [m], ``yaw (S,)``."""
-
-    stamps_ns: NDArray[np.int64]
-    xy: Array
-    yaw: Array
-
-    def __len__(self) -> int:
-        """Count the poses."""
-        return len(self.stamps_ns)
-
-    def path_length_m(self, until_ns: int | None = None) -> float:
-        """Length of the path, up to and including ``until_ns``."""
-        xy = self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns]
-        return float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum())
-
-    def mapped(self, A: Affine2D) -> Trajectory:
-        """Return the same poses in another frame."""
-        heading = np.stack([np.cos(self.yaw), np.sin(self.yaw)], axis=-1) @ A.linear.T
-        return Trajectory(
-            self.stamps_ns, A.apply(self.xy), np.arctan2(heading[:, 1], heading[:, 0])
-        )
-
-    def at(self, stamps_ns: NDArray[np.int64]) -> tuple[Trajectory, NDArray[np.bool_]]:
-        """Nearest pose in time to each stamp, and whether it is near enough to count."""
-        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
-        before = after - 1
-        nearer = np.where(
-            stamps_ns - self.stamps_ns[before] <= self.stamps_ns[after] - stamps_ns, before, after
-        )
-        gap = np.abs(self.stamps_ns[nearer] - stamps_ns)
-        near = Trajectory(self.stamps_ns[nearer], self.xy[nearer], self.yaw[nearer])
-        return near, gap <= _MAX_STAMP_GAP_NS
 
 
 @dataclass(frozen=True)

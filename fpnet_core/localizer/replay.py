@@ -16,6 +16,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
 from fpnet_core.localizer.localizer import Localizer
+from fpnet_core.trajectory import Trajectory
 from fpnet_core.types import LocalizerOutput
 
 _log = logging.getLogger(__name__)
@@ -25,21 +26,17 @@ Register = Callable[[Scan], tuple[NDArray[np.float32], NDArray[np.float64]]]
 
 
 @dataclass(frozen=True, eq=False)
-class PublishedPose:
-    """One pose the localizer stands for: plan frame, nominal metres, with the sensor's stamp."""
-
-    stamp_ns: int
-    T_plan_base: SE2
-
-
-@dataclass(frozen=True, eq=False)
 class ReplayResult:
-    """Everything a run produced, in time order."""
+    """
+    Everything a run produced, in time order.
+
+    ``published`` holds every pose given out, plan frame, nominal metres, with the sensor's
+    stamps; ``odometry`` the sensor's path in ``odom``.
+    """
 
     outputs: tuple[LocalizerOutput, ...]
-    poses: tuple[PublishedPose, ...]
-    stamps_ns: NDArray[np.int64]
-    T_odom_sensor: NDArray[np.float64]
+    published: Trajectory
+    odometry: Trajectory
     add_scan_ms: NDArray[np.float64]
     rejected_scans: int
 
@@ -70,13 +67,11 @@ def replay(
 
     Returns
     -------
-    The run. After the last scan one more tick is made, so a short recording has an answer too.
-    A pose is published after every scan while the status is LOCALIZED.
+    The run; one more tick follows the last scan, so that the last status says all. A pose is published after every scan while the status is LOCALIZED.
     """
     outputs: list[LocalizerOutput] = []
-    poses: list[PublishedPose] = []
-    stamps: list[int] = []
-    sensor_poses: list[NDArray[np.float64]] = []
+    published: list[tuple[int, SE2]] = []
+    path: list[tuple[int, SE2]] = []
     add_ms: list[float] = []
     rejected, next_tick_ns = 0, None
     period_ns = int(tick_period_s * 1e9)
@@ -90,8 +85,7 @@ def replay(
             rejected += 1
         else:
             add_ms.append(1e3 * (time.perf_counter() - start))
-            stamps.append(scan.stamp_ns)
-            sensor_poses.append(T_odom_sensor)
+            path.append((scan.stamp_ns, SE2.from_matrix4(T_odom_sensor)))
             if next_tick_ns is None or scan.stamp_ns < next_tick_ns - 2 * period_ns:
                 next_tick_ns = scan.stamp_ns + period_ns
             if scan.stamp_ns >= next_tick_ns:
@@ -99,20 +93,24 @@ def replay(
                 next_tick_ns = scan.stamp_ns + period_ns
             pose = localizer.pose(T_odom_sensor)
             if pose is not None:
-                poses.append(PublishedPose(scan.stamp_ns, pose))
+                published.append((scan.stamp_ns, pose))
         on_scan()
-    if stamps:
-        outputs.append(localizer.tick(stamps[-1]))
-        pose = localizer.pose(sensor_poses[-1])
-        if pose is not None and (not poses or poses[-1].stamp_ns != stamps[-1]):
-            poses.append(PublishedPose(stamps[-1], pose))
+    if path and (not outputs or outputs[-1].stamp_ns < path[-1][0]):
+        outputs.append(localizer.tick(path[-1][0]))
     return ReplayResult(
         tuple(outputs),
-        tuple(poses),
-        np.array(stamps, dtype=np.int64),
-        np.array(sensor_poses).reshape(-1, 4, 4),
+        _trajectory(published),
+        _trajectory(path),
         np.array(add_ms),
         rejected,
+    )
+
+
+def _trajectory(poses: list[tuple[int, SE2]]) -> Trajectory:
+    return Trajectory(
+        np.array([stamp for stamp, _ in poses], dtype=np.int64),
+        np.array([T.translation for _, T in poses]).reshape(-1, 2),
+        np.array([T.yaw for _, T in poses]),
     )
 
 
