@@ -32,6 +32,35 @@ class SubmapConfig(Section):
     resolution_m: float = Field(0.05, ge=0.02, le=0.2, description='Cell edge of the submap.')
     min_range_m: float = Field(0.3, ge=0.0, description='Returns nearer than this are dropped.')
     max_range_m: float = Field(15.0, gt=0.5, description='Rays are used up to this range.')
+    max_rays: int = Field(5000, ge=100, description='Rays carved per scan, evenly chosen.')
+    sensor_height_m: float = Field(
+        0.9, gt=0.0, lt=3.0, description='Sensor above the floor, used until a floor is seen.'
+    )
+    body_low_m: float = Field(
+        0.3, ge=0.0, description='Lower limit of body height, above the floor.'
+    )
+    body_high_m: float = Field(
+        1.8, gt=0.3, description='Upper limit of body height, above the floor.'
+    )
+    lintel_height_m: float = Field(
+        1.95, gt=1.0, description='Lowest lintel above the floor; higher returns may be one.'
+    )
+    lintel_top_m: float = Field(
+        2.45, gt=1.0, description='Returns above this height say nothing about lintels.'
+    )
+    lintel_min_hits: int = Field(2, ge=1, description='High returns that make a lintel cell.')
+    wall_share: float = Field(
+        0.3, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
+    )
+    end_margin_m: float = Field(
+        0.1, ge=0.0, description='Last stretch before a return that proves no free space.'
+    )
+    path_spacing_m: float = Field(
+        0.1, ge=0.0, description='Distance between kept robot positions.'
+    )
+    max_extent_m: float = Field(
+        400.0, gt=10.0, description='A longer submap means that the odometry has diverged.'
+    )
 
 
 class SegmentationConfig(Section):

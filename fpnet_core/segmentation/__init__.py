@@ -1,2 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""Grids to rooms and doors."""
+
+from fpnet_core.segmentation.floorplan import segment_floorplan
+from fpnet_core.segmentation.scale import (
+    ScaleEstimate,
+    estimate_metres_per_unit,
+    segment_unknown_scale,
+)
+from fpnet_core.segmentation.submap import segment_submap
+
+__all__ = [
+    'ScaleEstimate',
+    'estimate_metres_per_unit',
+    'segment_floorplan',
+    'segment_submap',
+    'segment_unknown_scale',
+]

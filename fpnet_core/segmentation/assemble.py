@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From labelled cells and openings to regions and portals in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects
+import shapely
+from skimage.measure import find_contours
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.openings import Opening
+from fpnet_core.segmentation.scene import Mask
+from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
+
+# Corners of a polygon may leave the raster's outline by this many cells.
+_SIMPLIFY_CELLS = 0.75
+
+
+@dataclass(frozen=True)
+class RoomScore:
+    """How completely a room was seen; see :class:`fpnet_core.types.Region`."""
+
+    observed_fraction: float = 1.0
+    frontier_fraction: float = 0.0
+
+
+def upsample_labels(labels: NDArray[np.int32], stride: int, free: Mask) -> NDArray[np.int32]:
+    """
+    Spread room labels (h, w) from working to full resolution, over free cells only.
+
+    Cells along walls lie in blocks that are not free throughout: they take the label of the
+    room they touch.
+    """
+    rows, cols = free.shape
+    full = np.repeat(np.repeat(labels, stride, axis=0), stride, axis=1)[:rows, :cols]
+    full = full.astype(np.uint16)
+    kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for _ in range(stride):
+        grown = cv2.dilate(full, kernel)
+        full = np.where((full == 0) & free, grown, full)
+    return full.astype(np.int32)
+
+
+def outline(mask: Mask) -> NDArray[np.float64] | None:
+    """
+    Trace the outer boundary of the largest piece of ``mask (H, W)``.
+
+    Returns (V, 2) fractional row-column vertices, not closed, between cell centres; None for
+    an empty mask.
+    """
+    contours = find_contours(np.pad(mask, 1).astype(np.uint8), 0.5)  # type: ignore[no-untyped-call]
+    if not contours:
+        return None
+    areas = [abs(_signed_area(contour)) for contour in contours]
+    ring = shapely.LinearRing(contours[int(np.argmax(areas))] - 1.0)
+    simple = np.asarray(ring.simplify(_SIMPLIFY_CELLS).coords)[:-1]
+    return simple if len(simple) >= 3 else np.asarray(ring.coords)[:-1]
+
+
+def _signed_area(ring: NDArray[np.float64]) -> float:
+    x, y = ring[:, -1], ring[:, 0]
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def assemble(
+    grid: GridMap,
+    labels: NDArray[np.int32],
+    openings: Sequence[Opening],
+    config: SegmentationConfig,
+    metres_per_unit: float = 1.0,
+    scores: dict[int, RoomScore] | None = None,
+) -> Segmentation:
+    """
+    Build the segmentation from full-resolution room labels and openings.
+
+    Parameters
+    ----------
+    grid : the segmented grid; its frame and nominal metres are the result's
+    labels : (H, W) int32, room labels with or without gaps, 0 outside
+    openings : their rooms are such labels; a label that is 0 or absent is unseen space
+    config : depth of door regions
+    metres_per_unit : true metres per nominal metre, for lengths taken from ``config``
+    scores : completeness by label; missing labels count as fully seen
+
+    Returns
+    -------
+    Segmentation; with a reason and no regions where no room has an outline
+    """
+    ids, rooms, kept = _rooms(grid, labels, scores or {}, _room_confidence(openings))
+    if not rooms:
+        return Segmentation(grid, np.zeros_like(labels), (), (), 'no room was found')
+    doors: list[Region] = []
+    portals: list[Portal] = []
+    for opening in openings:
+        pair = [ids[room] for room in opening.rooms if room in ids]
+        ends = grid.rc_to_xy(opening.ends_rc)
+        if not pair or np.hypot(*(ends[1] - ends[0])) == 0.0:
+            continue
+        door = len(rooms) + len(doors)
+        depth = config.door_depth_m / metres_per_unit
+        doors.append(_door_region(door, ends, depth, opening))
+        second = pair[1] if len(pair) == 2 else None
+        portals.append(Portal(door, (pair[0], second), ends, opening.has_lintel))
+    return Segmentation(grid, kept, (*rooms, *doors), tuple(portals))
+
+
+def _rooms(
+    grid: GridMap,
+    labels: NDArray[np.int32],
+    scores: dict[int, RoomScore],
+    confidence: dict[int, float],
+) -> tuple[dict[int, int], list[Region], NDArray[np.int32]]:
+    """Return ids by label, room regions (largest first) and labels renumbered to id + 1."""
+    boxes, counts = _boxes(labels)
+    order = sorted(boxes, key=lambda label: (-counts[label], label))
+    ids: dict[int, int] = {}
+    rooms: list[Region] = []
+    lut = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.int32)
+    for label in order:
+        window = boxes[label]
+        mask = labels[window] == label
+        ring = outline(mask)
+        if ring is None:
+            continue
+        corner = np.array([window[0].start, window[1].start], dtype=np.float64)
+        polygon = grid.rc_to_xy(ring + corner)
+        if _signed_area(polygon[:, ::-1]) < 0.0:
+            polygon = polygon[::-1]
+        score = scores.get(label, RoomScore())
+        ids[label] = len(rooms)
+        lut[label] = len(rooms) + 1
+        rooms.append(
+            Region(
+                id=len(rooms),
+                label=RegionLabel.ROOM,
+                polygon=polygon,
+                centroid=grid.rc_to_xy(np.argwhere(mask).mean(axis=0) + corner),
+                area_m2=float(counts[label]) * grid.resolution**2,
+                observed_fraction=score.observed_fraction,
+                frontier_fraction=score.frontier_fraction,
+                confidence=score.observed_fraction * confidence.get(label, 1.0),
+            )
+        )
+    return ids, rooms, lut[labels]
+
+
+def _boxes(
+    labels: NDArray[np.int32],
+) -> tuple[dict[int, tuple[slice, slice]], NDArray[np.int64]]:
+    counts = np.bincount(labels.ravel())
+    found = find_objects(labels)
+    boxes = {k + 1: (s[0], s[1]) for k, s in enumerate(found) if s is not None}
+    return boxes, counts
+
+
+def _opening_confidence(opening: Opening) -> float:
+    """Return how surely an opening separates rooms: 1 with a lintel, else by its width."""
+    if opening.has_lintel:
+        return 1.0
+    narrow_m, wide_m = 1.0, 2.2
+    return float(
+        np.clip(1.0 - 0.5 * (2.0 * opening.clearance_m - narrow_m) / (wide_m - narrow_m), 0.5, 1.0)
+    )
+
+
+def _room_confidence(openings: Sequence[Opening]) -> dict[int, float]:
+    """Return by label the confidence of the least sure opening of each room."""
+    worst: dict[int, float] = {}
+    for opening in openings:
+        for room in opening.rooms:
+            worst[room] = min(worst.get(room, 1.0), _opening_confidence(opening))
+    return worst
+
+
+def _door_region(door: int, ends: NDArray[np.float64], depth_m: float, opening: Opening) -> Region:
+    """Return the rectangle of ``depth_m`` around the opening line."""
+    along = ends[1] - ends[0]
+    width = float(np.hypot(*along))
+    across = np.array([-along[1], along[0]]) / width * depth_m / 2.0
+    polygon = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
+    return Region(
+        id=door,
+        label=RegionLabel.DOOR,
+        polygon=polygon,
+        centroid=ends.mean(axis=0),
+        area_m2=width * depth_m,
+        confidence=_opening_confidence(opening),
+    )

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Openings between labelled rooms, and the line that closes each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.scene import Mask, WorkRaster
+
+# Directions tried for the line across an opening, over half a turn.
+DIRECTIONS = 36
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """
+    A place where two rooms meet.
+
+    ``rooms`` are room labels (0: unseen or dropped space); ``ends_rc (2, 2)`` are the wall
+    points on both sides in fractional cells of the full raster; ``clearance_m`` is half the
+    width at the narrowest place [true metres].
+    """
+
+    rooms: tuple[int, int]
+    ends_rc: NDArray[np.float64]
+    clearance_m: float
+    has_lintel: bool = False
+
+
+@njit(cache=True)
+def narrowest_chord(
+    free: NDArray[np.bool_], row: float, col: float, reach: float, directions: int
+) -> tuple[float, float, float, float]:
+    """Return the ends (row, col, row, col) of the shortest free chord through a point."""
+    best = (row, col, row, col)
+    best_length = 1e18
+    step = 0.25
+    for k in range(directions):
+        angle = np.pi * k / directions
+        d_row, d_col = np.sin(angle), np.cos(angle)
+        ends = np.zeros(2)
+        for side in range(2):
+            sign = 1.0 if side == 0 else -1.0
+            run = 0.0
+            while run < reach:
+                r = int(np.floor(row + sign * (run + step) * d_row + 0.5))
+                c = int(np.floor(col + sign * (run + step) * d_col + 0.5))
+                if r < 0 or c < 0 or r >= free.shape[0] or c >= free.shape[1] or not free[r, c]:
+                    break
+                run += step
+            ends[side] = run
+        if ends[0] + ends[1] < best_length:
+            best_length = ends[0] + ends[1]
+            best = (
+                row + ends[0] * d_row,
+                col + ends[0] * d_col,
+                row - ends[1] * d_row,
+                col - ends[1] * d_col,
+            )
+    return best
+
+
+def find_openings(
+    labels: NDArray[np.int32],
+    work: WorkRaster,
+    free: Mask,
+    config: SegmentationConfig,
+) -> list[Opening]:
+    """
+    Find the saddles that survived merging, each with the line that closes it.
+
+    Parameters
+    ----------
+    labels : (h, w) int32, room labels at working resolution
+    work : the raster that was labelled
+    free : (H, W) bool at full resolution; lines end where it ends
+    config : separation below which two openings of the same rooms count once
+
+    Returns
+    -------
+    list of Opening, widest first; empty where no two rooms touch
+    """
+    found: list[Opening] = []
+    centres: list[tuple[tuple[int, int], NDArray[np.float64]]] = []
+    separation = config.door_separation_m / work.cell_m
+    for rooms, rc, clearance in _saddle_cells(labels, work.clearance):
+        if any(
+            other == rooms and np.hypot(*(rc - place)) < separation for other, place in centres
+        ):
+            continue
+        centres.append((rooms, rc))
+        full = (rc + 0.5) * work.stride - 0.5
+        reach = 3.0 * (clearance / work.cell_m + 1.0) * work.stride
+        ends = narrowest_chord(free, full[0], full[1], reach, DIRECTIONS)
+        found.append(Opening(rooms, np.array(ends).reshape(2, 2), clearance))
+    return found
+
+
+def _saddle_cells(
+    labels: NDArray[np.int32], clearance: NDArray[np.float32]
+) -> list[tuple[tuple[int, int], NDArray[np.float64], float]]:
+    """List (rooms, work cell, clearance) of each connected stretch of boundary, widest first."""
+    boundary, low, high = _boundary(labels)
+    _, stretches = cv2.connectedComponents(boundary.astype(np.uint8), connectivity=8)
+    cells = np.flatnonzero(boundary)
+    if cells.size == 0:
+        return []
+    base = int(labels.max()) + 1
+    key = (stretches.ravel()[cells].astype(np.int64) * base + low.ravel()[cells]) * base
+    key += high.ravel()[cells]
+    value = clearance.ravel()[cells]
+    order = np.lexsort((cells, -value))
+    _, first = np.unique(key[order], return_index=True)
+    chosen = order[np.sort(first)]
+    return [
+        (
+            (int(low.ravel()[cell]), int(high.ravel()[cell])),
+            np.array(divmod(int(cell), labels.shape[1]), dtype=np.float64),
+            float(clearance.ravel()[cell]),
+        )
+        for cell in cells[chosen]
+    ]
+
+
+def _boundary(
+    labels: NDArray[np.int32],
+) -> tuple[Mask, NDArray[np.int32], NDArray[np.int32]]:
+    """Mark cells whose right or upper neighbour has another label; give both labels."""
+    low, high = np.zeros_like(labels), np.zeros_like(labels)
+    for here, there in (
+        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
+        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
+    ):
+        a, b = labels[here], labels[there]
+        meet = (a != b) & (a > 0) & (b > 0) & (high[here] == 0)
+        low[here][meet] = np.minimum(a, b)[meet]
+        high[here][meet] = np.maximum(a, b)[meet]
+    return high > 0, low, high

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The metric scale of a drawing, from the one length that buildings agree on: door widths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.floorplan import segment_floorplan
+from fpnet_core.segmentation.submap import segment_submap
+from fpnet_core.types import GridMap, Segmentation, Submap
+
+# Standard deviation of the density over the logarithm of widths (about 8 percent of a width).
+_BANDWIDTH = 0.08
+# Widths are compared on this many points between the narrowest and the widest.
+_GRID_POINTS = 400
+# Doors at which half of the confidence that numbers can give is reached.
+_DOORS_FOR_HALF = 3.0
+# The loop of scale and segmentation stops below this relative change, or after so many rounds.
+_CONVERGED = 0.02
+_MAX_ROUNDS = 5
+
+
+@dataclass(frozen=True)
+class ScaleEstimate:
+    """True metres per nominal metre, and in [0, 1] how sure that is; 0 where there is no door."""
+
+    factor: float
+    confidence: float
+
+
+def estimate_metres_per_unit(
+    segmentation: Segmentation, config: SegmentationConfig | None = None
+) -> ScaleEstimate:
+    """
+    Return the factor that makes the most frequent door width a typical one.
+
+    Multiply nominal metres by the factor to get true ones. No door gives factor 1 with
+    confidence 0.
+    """
+    typical_m = (config or SegmentationConfig()).typical_door_width_m
+    widths = np.array([portal.width_m for portal in segmentation.portals])
+    if widths.size == 0:
+        return ScaleEstimate(1.0, 0.0)
+    mode, share = _mode(widths)
+    return ScaleEstimate(typical_m / mode, share * widths.size / (widths.size + _DOORS_FOR_HALF))
+
+
+def _mode(widths: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the densest width and the share of widths that support it."""
+    logs = np.log(widths)
+    at = np.linspace(logs.min(), logs.max(), _GRID_POINTS)
+    weight = np.exp(-0.5 * ((at[:, None] - logs) / _BANDWIDTH) ** 2)
+    best = float(at[int(np.argmax(weight.sum(axis=1)))])
+    return float(np.exp(best)), float(np.mean(np.abs(logs - best) < 2.0 * _BANDWIDTH))
+
+
+def segment_unknown_scale(
+    source: GridMap | Submap, config: SegmentationConfig
+) -> tuple[Segmentation, ScaleEstimate]:
+    """
+    Segment a drawing or a map whose scale is unknown, and estimate that scale.
+
+    The segmentation's thresholds need a scale and the scale needs its doors: both are repeated
+    until the scale stays. The regions stay in nominal metres.
+    """
+    factor = 1.0
+    segmentation = _segment(source, config, factor)
+    estimate = ScaleEstimate(factor, 0.0)
+    for _ in range(_MAX_ROUNDS):
+        estimate = estimate_metres_per_unit(segmentation, config)
+        if estimate.confidence == 0.0 or abs(estimate.factor / factor - 1.0) < _CONVERGED:
+            break
+        factor = estimate.factor
+        segmentation = _segment(source, config, factor)
+    return segmentation, estimate
+
+
+def _segment(source: GridMap | Submap, config: SegmentationConfig, factor: float) -> Segmentation:
+    if isinstance(source, Submap):
+        return segment_submap(source, config, factor)
+    return segment_floorplan(source, config, factor)

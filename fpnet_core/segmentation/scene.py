@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The raster that both segmentations start from: free space, walls, lintels, clearance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """
+    Cleaned masks at the grid's own resolution.
+
+    ``free (H, W)`` is space that belongs to some room or door; ``lintel (H, W)`` cells are
+    free and close a doorway. ``cell_m`` is the cell edge in true metres, nominal edge times
+    metres per unit.
+    """
+
+    free: Mask
+    lintel: Mask
+    cell_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class WorkRaster:
+    """
+    The scene at working resolution: blocks of ``stride`` by ``stride`` cells.
+
+    ``mask (h, w)`` marks blocks that are free throughout (and not under a lintel), so a wall
+    of one cell stays closed; ``clearance (h, w)`` float32 is the distance to the nearest wall
+    [true metres], measured before the reduction so that openings keep their width.
+    """
+
+    mask: Mask
+    clearance: NDArray[np.float32]
+    stride: int
+    cell_m: float
+
+
+def fill_furniture(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
+    """
+    Return ``free (H, W)`` with small free-standing obstacles turned into free space.
+
+    Components of not-free cells are furniture where both area and bounding-box diagonal stay
+    below the configured limits; what touches the image's border is never furniture.
+    """
+    blocked = (~free).astype(np.uint8)
+    count, components, stats, _ = cv2.connectedComponentsWithStats(blocked, connectivity=8)
+    rows, cols = free.shape
+    left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
+    width, height = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
+    inside = (left > 0) & (top > 0) & (left + width < cols) & (top + height < rows)
+    small = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < config.furniture_area_m2
+    short = np.hypot(width, height) * cell_m < config.furniture_extent_m
+    furniture = inside & small & short
+    furniture[0] = False
+    if count == 1 or not furniture.any():
+        return free
+    return np.asarray(free | furniture[components])
+
+
+def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
+    """Return the distance (H, W) float32 from each cell to the nearest blocked cell's face."""
+    cells = cv2.distanceTransform((~blocked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(np.maximum(cells - 0.5, 0.0) * np.float32(cell_m), dtype=np.float32)
+
+
+def reduce_scene(
+    scene: Scene, clearance: NDArray[np.float32], config: SegmentationConfig
+) -> WorkRaster:
+    """Reduce a scene and its ``clearance (H, W)`` to the working resolution."""
+    stride = max(1, round(config.work_resolution_m / scene.cell_m))
+    mask = np.asarray(_blocks(scene.free & ~scene.lintel, stride).all(axis=(1, 3)))
+    work = _blocks(clearance, stride).mean(axis=(1, 3), dtype=np.float32)
+    sigma = config.smoothing_m / (scene.cell_m * stride)
+    if sigma > 0.0:
+        work = cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    return WorkRaster(mask, np.asarray(work), stride, scene.cell_m * stride)
+
+
+def _blocks(values: NDArray[np.generic], stride: int) -> NDArray[np.generic]:
+    rows, cols = values.shape
+    padded = np.pad(values, ((0, -rows % stride), (0, -cols % stride)))
+    return padded.reshape(padded.shape[0] // stride, stride, padded.shape[1] // stride, stride)

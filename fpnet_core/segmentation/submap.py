@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a robot has seen so far, to rooms and doors (paper, section III-B)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.assemble import RoomScore, assemble, upsample_labels
+from fpnet_core.segmentation.basins import grow_basins, merge_basins
+from fpnet_core.segmentation.lintels import find_lintels
+from fpnet_core.segmentation.openings import find_openings
+from fpnet_core.segmentation.scene import (
+    Mask,
+    Scene,
+    clearance_m,
+    fill_furniture,
+    reduce_scene,
+)
+from fpnet_core.types import FREE, OCCUPIED, Segmentation, Submap
+
+# Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
+_WALL_SHADOW_M = 0.15
+# A disc of this diameter must pass wherever a seen room counts as seen [m].
+_ROOM_DISC_M = 0.5
+
+
+def segment_submap(
+    submap: Submap, config: SegmentationConfig, metres_per_unit: float = 1.0
+) -> Segmentation:
+    """
+    Cut a partial map into rooms and doors.
+
+    Lintels close their doorways first; the rest is the watershed of
+    :func:`segment_floorplan`, except that unknown space is neither wall nor free: regions end
+    there, and each knows which share of its outline and area is unseen. Rooms that were only
+    glimpsed are dropped; the doors that lead to them stay, with None as second room.
+
+    Parameters
+    ----------
+    submap : the raster, its lintel mask
+    config : thresholds in true metres
+    metres_per_unit : true metres per nominal metre, 1 for a lidar's own submap
+
+    Returns
+    -------
+    Segmentation in the submap frame; an empty one with a reason where nothing was found
+    """
+    grid = submap.grid
+    cell_m = grid.resolution * metres_per_unit
+    wall = grid.cells == OCCUPIED
+    free = _solid(grid.cells == FREE, cell_m, config)
+    if not free.any():
+        empty = np.zeros(grid.shape, dtype=np.int32)
+        return Segmentation(grid, empty, (), (), 'the submap has no free space')
+    free = fill_furniture(free, cell_m, config)
+    lintel, lintel_doors = find_lintels(submap.lintel & free, free, cell_m)
+    scene = Scene(free, lintel, cell_m)
+    work = reduce_scene(scene, clearance_m(~free | lintel, cell_m), config)
+    labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
+    openings = find_openings(labels, work, free & ~lintel, config)
+    full = upsample_labels(labels, work.stride, free & ~lintel)
+    openings += [door.between(full) for door in lintel_doors]
+    full = _drop_glimpses(full, config, cell_m)
+    return assemble(grid, full, openings, config, metres_per_unit, _scores(full, scene, wall))
+
+
+def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
+    """Return ``free`` without stray rays narrower than the configured width."""
+    return _opened(free, config.solid_width_m, cell_m)
+
+
+def _opened(mask: Mask, width_m: float, cell_m: float) -> Mask:
+    size = max(1, round(width_m / cell_m))
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    padded = np.pad(mask.astype(np.uint8), size)
+    opened = cv2.morphologyEx(padded, cv2.MORPH_OPEN, kernel)
+    return np.asarray(opened[size:-size, size:-size], dtype=bool)
+
+
+def _scores(labels: NDArray[np.int32], scene: Scene, wall: Mask) -> dict[int, RoomScore]:
+    """Return the completeness of every room in ``labels (H, W)``."""
+    size = 2 * round(_WALL_SHADOW_M / scene.cell_m) + 1
+    shadow = cv2.dilate(wall.astype(np.uint8), np.ones((size, size), np.uint8)).astype(bool)
+    unseen = ~scene.free & ~shadow
+    scores: dict[int, RoomScore] = {}
+    for label, window in enumerate(find_objects(labels), start=1):
+        if window is not None:
+            grown = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in window)
+            scores[label] = _score(labels[grown] == label, unseen[grown])
+    return scores
+
+
+def _score(room: Mask, unseen: Mask) -> RoomScore:
+    """
+    Score one room in its window: ``room`` and ``unseen (h, w)`` bool.
+
+    The unseen part is estimated as the unseen cells inside the room's convex hull that can be
+    reached from its outline without crossing a wall.
+    """
+    cells = room.astype(np.uint8)
+    rim = cv2.dilate(cells, np.ones((3, 3), np.uint8)).astype(bool) & ~room
+    frontier = rim & unseen
+    points = np.argwhere(room)[:, ::-1].astype(np.int32)
+    hull = np.zeros_like(cells)
+    cv2.fillConvexPoly(hull, cv2.convexHull(points), 1)
+    _, pieces = cv2.connectedComponents((hull.astype(bool) & unseen).astype(np.uint8))
+    reached = np.unique(pieces[frontier])
+    hidden = np.isin(pieces, reached[reached > 0]).sum()
+    seen = float(np.count_nonzero(room))
+    return RoomScore(
+        observed_fraction=seen / (seen + float(hidden)),
+        frontier_fraction=float(frontier.sum()) / max(1.0, float(rim.sum())),
+    )
+
+
+def _drop_glimpses(
+    labels: NDArray[np.int32], config: SegmentationConfig, cell_m: float
+) -> NDArray[np.int32]:
+    """Return ``labels`` without rooms whose wide part is smaller than the configured area."""
+    wide = np.zeros(labels.shape, dtype=bool)
+    for label, window in enumerate(find_objects(labels), start=1):
+        if window is not None:
+            wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
+    cells = np.bincount(labels[wide], minlength=int(labels.max(initial=0)) + 1)
+    keep = cells * cell_m**2 >= config.min_submap_room_area_m2
+    return np.where(keep[labels], labels, 0).astype(np.int32)

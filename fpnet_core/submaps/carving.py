@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The hot loop: rays through the raster."""
+
+from __future__ import annotations
+
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+Counts = NDArray[np.uint16]
+
+# Layers of the count raster.
+CROSSED, MID_HIT, HIGH_HIT = 0, 1, 2
+LAYERS = 3
+
+# A cell's counts are halved when one of them gets here: uint16 never wraps, ratios stay.
+_SATURATION = 60000
+
+
+@njit(cache=True, inline='always')
+def _count(counts: Counts, row: int, col: int, layer: int) -> None:
+    if counts[row, col, layer] >= _SATURATION:
+        for k in range(LAYERS):
+            counts[row, col, k] //= 2
+    counts[row, col, layer] += np.uint16(1)
+
+
+@njit(cache=True)
+def carve_rays(
+    counts: Counts,
+    origin: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    is_return: NDArray[np.bool_],
+    bands: tuple[float, float, float, float, float],
+    end_margin: float,
+) -> None:
+    """
+    Count crossings and returns of rays, in place.
+
+    Parameters
+    ----------
+    counts : (H, W, LAYERS) uint16
+    origin : (3,) column, row [fractional cells, integers at cell corners] and z [m]
+    ends : (P, 3), the same for the rays' ends; all inside the raster
+    is_return : (P,), False where the ray was cut at the maximum range
+    bands : body low, body high, high low, high high, ceiling [m]
+    end_margin : length before a return that is not counted as crossed [cells]
+    """
+    body_low, body_high, high_low, high_high, ceiling = bands
+    for i in range(ends.shape[0]):
+        d_col, d_row = ends[i, 0] - origin[0], ends[i, 1] - origin[1]
+        d_z = ends[i, 2] - origin[2]
+        length = np.hypot(d_col, d_row)
+        stop = 1.0
+        if is_return[i]:
+            z = ends[i, 2]
+            row, col = int(ends[i, 1]), int(ends[i, 0])
+            if body_low <= z <= body_high:
+                _count(counts, row, col, MID_HIT)
+            elif high_low <= z <= high_high:
+                _count(counts, row, col, HIGH_HIT)
+            stop = 1.0 - end_margin / max(length, 1e-9)
+        if stop <= 0.0:
+            continue
+        col, row = int(origin[0]), int(origin[1])
+        step_col, step_row = (1 if d_col > 0 else -1), (1 if d_row > 0 else -1)
+        grow_col = abs(1.0 / d_col) if d_col != 0.0 else np.inf
+        grow_row = abs(1.0 / d_row) if d_row != 0.0 else np.inf
+        to_col = (col + 1 - origin[0] if d_col > 0 else origin[0] - col) * grow_col
+        to_row = (row + 1 - origin[1] if d_row > 0 else origin[1] - row) * grow_row
+        if d_col == 0.0:
+            to_col = np.inf
+        if d_row == 0.0:
+            to_row = np.inf
+        t = 0.0
+        while True:
+            leave = min(to_col, to_row, stop)
+            z = origin[2] + 0.5 * (t + leave) * d_z
+            if (body_low <= z <= body_high) or (high_low <= z <= ceiling):
+                _count(counts, row, col, CROSSED)
+            t = leave
+            if t >= stop:
+                break
+            if to_col < to_row:
+                col += step_col
+                to_col += grow_col
+            else:
+                row += step_row
+                to_row += grow_row

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Floor and ceiling from the returns' heights, and the bands in between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SubmapConfig
+
+# Histogram of heights relative to the sensor: bin edge and reach [m].
+_BIN_M = 0.05
+_REACH_M = 6.0
+# Older scans lose weight by this factor per scan, so that the floor follows drift in z.
+_DECAY = 0.98
+# A floor or ceiling is a bin (with its neighbours) of at least this share of all returns.
+_PLANE_SHARE = 0.03
+# Returns within this height of the sensor are never floor or ceiling [m].
+_CLEAR_OF_SENSOR_M = 0.2
+# A scan is planar where its returns' elevation angles spread less than this [rad].
+_PLANAR_SPREAD_RAD = math.radians(1.0)
+# Returns and rays nearer to the ceiling than this say nothing about lintels [m].
+_CEILING_MARGIN_M = 0.15
+
+
+@dataclass(frozen=True)
+class HeightBands:
+    """
+    Heights in the odometry frame that decide what a ray or return means [m].
+
+    ``body_low..body_high``: returns are walls or furniture, rays prove free space;
+    ``high_low..high_high``: returns over free space are lintels; ``high_low..ceiling``: rays
+    prove free space as well.
+    """
+
+    body_low: float
+    body_high: float
+    high_low: float
+    high_high: float
+    ceiling: float
+
+    @classmethod
+    def planar(cls) -> HeightBands:
+        """Return bands for a planar scanner: every height is body height."""
+        return cls(-math.inf, math.inf, math.inf, math.inf, math.inf)
+
+
+class HeightTracker:
+    """Follows floor and ceiling through a recency-weighted histogram of return heights."""
+
+    def __init__(self, config: SubmapConfig) -> None:
+        self._config = config
+        self._counts = np.zeros(round(2.0 * _REACH_M / _BIN_M), dtype=np.float64)
+        self._base_m: float | None = None
+
+    def update(
+        self, points: NDArray[np.float64], heights: NDArray[np.float64], sensor_z_m: float
+    ) -> HeightBands:
+        """
+        Take in one scan and return the bands to use for it.
+
+        ``points (P, 3)`` in the sensor frame tell planar scanners; ``heights (P,)`` are their
+        z in odom and ``sensor_z_m`` is the sensor's. Without a visible floor the configured
+        sensor height is assumed.
+        """
+        elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
+        if np.ptp(elevation) < _PLANAR_SPREAD_RAD:
+            return HeightBands.planar()
+        if self._base_m is None:
+            self._base_m = sensor_z_m - _REACH_M
+        self._follow(sensor_z_m)
+        index = np.floor((heights - self._base_m) / _BIN_M)
+        index = index[(index >= 0) & (index < len(self._counts))].astype(np.int64)
+        self._counts *= _DECAY
+        self._counts += np.bincount(index, minlength=len(self._counts))
+        return self._bands(sensor_z_m)
+
+    def _follow(self, sensor_z_m: float) -> None:
+        """Shift the histogram by whole bins so that the sensor stays in its middle."""
+        assert self._base_m is not None
+        shift = round((sensor_z_m - _REACH_M - self._base_m) / _BIN_M)
+        if shift == 0:
+            return
+        size = len(self._counts)
+        moved = np.zeros_like(self._counts)
+        if abs(shift) < size:
+            source = slice(max(shift, 0), min(size, size + shift))
+            target = slice(max(-shift, 0), min(size, size - shift))
+            moved[target] = self._counts[source]
+        self._counts = moved
+        self._base_m += shift * _BIN_M
+
+    def _bands(self, sensor_z_m: float) -> HeightBands:
+        assert self._base_m is not None
+        config = self._config
+        smooth = np.convolve(self._counts, np.ones(3), mode='same')
+        strong = smooth >= _PLANE_SHARE * max(1.0, float(self._counts.sum()))
+        centre = self._base_m + (np.arange(len(smooth)) + 0.5) * _BIN_M
+        floor = sensor_z_m - config.sensor_height_m
+        ceiling = math.inf
+        below = np.flatnonzero(strong & (centre < sensor_z_m - _CLEAR_OF_SENSOR_M))
+        if below.size:
+            floor = float(centre[_peak(smooth, below[0])])
+        lowest_ceiling = floor + config.lintel_height_m + _CEILING_MARGIN_M
+        above = np.flatnonzero(strong & (centre > max(sensor_z_m, lowest_ceiling)))
+        if above.size:
+            ceiling = float(centre[_peak(smooth, above[-1])])
+        top = min(floor + config.lintel_top_m, ceiling - _CEILING_MARGIN_M)
+        return HeightBands(
+            floor + config.body_low_m,
+            floor + config.body_high_m,
+            floor + config.lintel_height_m,
+            top,
+            ceiling - _CEILING_MARGIN_M,
+        )
+
+
+def _peak(counts: NDArray[np.float64], start: int) -> int:
+    """Return the fullest bin within 0.15 m of ``start``."""
+    reach = 3
+    low = max(0, start - reach)
+    return low + int(np.argmax(counts[low : start + reach + 1]))
