@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -93,21 +95,27 @@ def shell_outlines(plan: BuildingPlan, outer_wall_m: float) -> list[NDArray[np.f
 
 
 def fill_polygons(
-    cells: NDArray[np.int8], rings_px: list[NDArray[np.float64]], value: int
+    cells: NDArray[np.integer[Any]],
+    rings_px: list[NDArray[np.float64]],
+    value: int,
+    keep_thin: bool = False,
 ) -> None:
     """
     Set the cells whose centres lie in any of the rings, in place.
 
     ``rings_px (V, 2)`` are x, y in cells from the raster's outer corner. The rasteriser also
-    covers cells that an outline merely touches, hence the inset by half a cell.
+    covers cells that an outline merely touches, hence the inset by half a cell; ``keep_thin``
+    leaves it out, so that chair legs and the like cover a cell at least.
     """
-    polygons = shapely.buffer(
-        [shapely.Polygon(ring) for ring in rings_px], -0.5, join_style='mitre'
-    )
+    rings = list(rings_px)
+    if not keep_thin:
+        polygons = shapely.buffer(
+            [shapely.Polygon(ring) for ring in rings_px], -0.5, join_style='mitre'
+        )
+        parts = shapely.get_parts(polygons).tolist()
+        rings = [shapely.get_coordinates(part.exterior)[:-1] for part in parts]
     scale = 1 << _SUBPIXEL_BITS
-    rings = [
-        np.rint((shapely.get_coordinates(part.exterior)[:-1] - 0.5) * scale).astype(np.int32)
-        for part in shapely.get_parts(polygons).tolist()
-    ]
     for ring in rings:
-        cv2.fillPoly(cells, [ring], value, shift=_SUBPIXEL_BITS)
+        corners = np.rint((ring - 0.5) * scale).astype(np.int32)
+        if len(corners):
+            cv2.fillPoly(cells, [corners], value, shift=_SUBPIXEL_BITS)

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Ranges that generated pairs are drawn from; not part of the robot's own configuration."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from fpnet_core.config import Section, SegmentationConfig
+
+Range = tuple[float, float]
+
+
+class DrawingConfig(Section):
+    """How a storey's drawing differs from the building."""
+
+    resolution_m: Range = Field((0.04, 0.1), description='Cell edge of the drawing.')
+    wall_factor: Range = Field((0.5, 1.8), description='Drawn over true wall thickness.')
+    scale_error: float = Field(
+        0.06, ge=0.0, lt=0.5, description='Largest error of the nominal scale.'
+    )
+    axis_error: float = Field(
+        0.03, ge=0.0, lt=0.5, description='Largest difference of x or y scale from their mean.'
+    )
+    any_angle: float = Field(
+        0.4, ge=0.0, le=1.0, description='Share drawn at any angle, not a multiple of 90 degrees.'
+    )
+    moved_doors: float = Field(
+        0.04, ge=0.0, le=1.0, description='Share of doors drawn at another place in their wall.'
+    )
+
+
+class BuildingConfig(Section):
+    """What a robot meets that no drawing shows."""
+
+    furnished: float = Field(0.8, ge=0.0, le=1.0, description='Share of furnished buildings.')
+    closed_doors: Range = Field((0.0, 0.15), description='Share of doors that are shut.')
+    removed_walls: float = Field(
+        0.3, ge=0.0, le=1.0, description='Share of buildings that lost walls between rooms.'
+    )
+    added_walls: float = Field(
+        0.3, ge=0.0, le=1.0, description='Share of buildings with partitions added to rooms.'
+    )
+    glass: Range = Field((0.0, 0.05), description='Share of wall length made of glass.')
+
+
+class ScanConfig(Section):
+    """A robot's tour and its scanner."""
+
+    planar: float = Field(
+        0.4, ge=0.0, le=1.0, description='Share of planar scanners; others see all heights.'
+    )
+    max_range_m: Range = Field((12.0, 20.0), description='Rays are used up to this range.')
+    noise_m: Range = Field((0.0, 0.03), description='Standard deviation of a range.')
+    rays: int = Field(540, ge=90, le=4096, description='Rays per turn of the scanner.')
+    pose_spacing_m: Range = Field((0.5, 1.0), description='Path between two scans.')
+    small_tours: float = Field(
+        0.7, ge=0.0, le=1.0, description='Share of tours through at most half of the rooms.'
+    )
+    yaw_drift_rad: float = Field(
+        0.004, ge=0.0, description='Random walk of the heading per square root of a metre.'
+    )
+    length_drift: float = Field(0.01, ge=0.0, description='Relative error of odometry lengths.')
+    resolution_m: tuple[float, ...] = Field(
+        (0.05, 0.05, 0.1), description='Cell edges of submaps, drawn with equal chance.'
+    )
+
+
+class SimConfig(Section):
+    """The whole of matching-pair generation."""
+
+    pairs_per_plan: int = Field(4, ge=1, description='Pairs drawn from one storey.')
+    drawing: DrawingConfig = DrawingConfig()
+    building: BuildingConfig = BuildingConfig()
+    scan: ScanConfig = ScanConfig()
+    segmentation: SegmentationConfig = SegmentationConfig()

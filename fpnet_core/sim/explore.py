@@ -1,0 +1,256 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A robot's tour through a world raster and the submap that it brings home."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import SE2
+from fpnet_core.sim.config import ScanConfig
+from fpnet_core.sim.perturb import WORLD_CELL_M, World
+from fpnet_core.sim.scan2d import EMPTY, LINTEL, MISS, carve, cast_rays, walk_field, walk_to
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+
+ROBOT_RADIUS_M = 0.28
+WALK_STRIDE = 4
+"""World cells per cell of the raster that tours are planned in."""
+
+REACH_M = 7.0
+"""Nearby rooms are visited first: the chance falls by e over this much more way."""
+
+SMALL_TOUR_SHARE = (0.08, 0.5)
+"""Share of the rooms that a small tour visits."""
+
+GLASS_PASS = 0.85
+"""Chance that a ray passes glass."""
+
+LINTEL_STANDOFF_M = 1.5
+"""From nearer, the lintel is above a scanner's field of view."""
+
+_MARGIN_CELLS = 4
+_STOP_CELLS = 0.5
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """One robot's scanner: ``is_planar`` sees one height only; others see lintels as well."""
+
+    is_planar: bool
+    height_m: float
+    max_range_m: float
+    noise_m: float
+    rays: int
+
+
+def draw_scanner(rng: np.random.Generator, config: ScanConfig) -> Scanner:
+    """Draw a scanner; planar ones are mounted lower, among the legs of tables and chairs."""
+    is_planar = bool(rng.random() < config.planar)
+    return Scanner(
+        is_planar=is_planar,
+        height_m=float(rng.uniform(0.15, 0.7) if is_planar else rng.uniform(0.7, 1.4)),
+        max_range_m=float(rng.uniform(*config.max_range_m)),
+        noise_m=float(rng.uniform(*config.noise_m)),
+        rays=config.rays,
+    )
+
+
+def plan_walk(world: World, rng: np.random.Generator, config: ScanConfig) -> NDArray[np.float64]:
+    """
+    Return positions (S, 2) of scans along a tour from a random start, building metres.
+
+    The tour visits a random number of rooms, mostly near ones first. Empty where the robot fits
+    nowhere.
+    """
+    is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
+    inside = cv2.dilate((world.room_of >= 0).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    half = WALK_STRIDE // 2
+    passable = ((is_free * WORLD_CELL_M > ROBOT_RADIUS_M) & inside)[
+        half::WALK_STRIDE, half::WALK_STRIDE
+    ]
+    room_of = np.where(passable, world.room_of[half::WALK_STRIDE, half::WALK_STRIDE], -1)
+    walks = _visit_rooms(passable, room_of, rng, config)
+    if not walks:
+        return np.zeros((0, 2))
+    walk = np.concatenate(walks)
+    xy = (walk[:, ::-1] * WALK_STRIDE + half + 0.5) * WORLD_CELL_M + world.origin
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    at = np.arange(0.0, along[-1] + 1e-9, rng.uniform(*config.pose_spacing_m))
+    return np.stack([np.interp(at, along, xy[:, axis]) for axis in range(2)], axis=1)
+
+
+def _visit_rooms(
+    passable: NDArray[np.bool_],
+    room_of: NDArray[np.int32],
+    rng: np.random.Generator,
+    config: ScanConfig,
+) -> list[NDArray[np.int64]]:
+    """Return the walks (S, 2) from room to room, rows and columns of the walking raster."""
+    cells = np.flatnonzero(room_of.ravel() >= 0)
+    if not len(cells):
+        return []
+    rooms = room_of.ravel()[cells]
+    is_small = rng.random() < config.small_tours
+    share = rng.uniform(*SMALL_TOUR_SHARE) if is_small else rng.uniform(SMALL_TOUR_SHARE[1], 1.0)
+    target = max(1, round(share * len(np.unique(rooms))))
+    cols = passable.shape[1]
+    here = int(rng.choice(cells))
+    visited = {int(room_of.ravel()[here])}
+    walks = [np.array([[here // cols, here % cols]], dtype=np.int64)]
+    while True:
+        previous, length = walk_field(passable, here // cols, here % cols)
+        nearest = np.full(int(rooms.max()) + 1, np.inf)
+        np.minimum.at(nearest, rooms, length[cells])
+        if len(visited) == 1 and len(walks) == 1:
+            reached = cells[(rooms == next(iter(visited))) & np.isfinite(length[cells])]
+        else:
+            nearest[list(visited)] = np.inf
+            if len(visited) >= target or not np.isfinite(nearest).any():
+                return walks
+            chance = np.exp(-(nearest - nearest.min()) * WALK_STRIDE * WORLD_CELL_M / REACH_M)
+            room = int(rng.choice(len(chance), p=chance / chance.sum()))
+            reached = cells[(rooms == room) & np.isfinite(length[cells])]
+            visited.add(room)
+        here = int(rng.choice(reached))
+        walk = walk_to(previous, cols, here // cols, here % cols)
+        visited |= {int(r) for r in room_of[walk[:, 0], walk[:, 1]] if r >= 0}
+        walks.append(walk[1:])
+
+
+def drift(
+    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
+
+    The heading error is a random walk over path length, lengths are off by a constant factor;
+    the first position is kept.
+    """
+    steps = np.diff(xy, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    noise = config.yaw_drift_rad * np.sqrt(lengths) * rng.standard_normal(len(steps))
+    yaw = np.concatenate([[0.0], np.cumsum(noise)])
+    factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
+    c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    turned = np.stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]], 1)
+    return np.concatenate([xy[:1], xy[:1] + np.cumsum(factor * turned, axis=0)]), yaw
+
+
+def scan_walk(
+    world: World,
+    xy: NDArray[np.float64],
+    scanner: Scanner,
+    rng: np.random.Generator,
+    config: ScanConfig,
+) -> tuple[Submap, SE2]:
+    """
+    Scan at every position of a walk and accumulate what drifting odometry makes of it.
+
+    Returns
+    -------
+    The submap, in a frame at a random place and angle, and ``T_submap_building``: the rigid
+    transform that fits the true positions to the estimated ones best.
+    """
+    estimated, yaw_error = drift(xy, rng, config)
+    x, y = rng.uniform(-20.0, 20.0, 2)
+    frame = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
+    estimated, turn = frame.apply(estimated), yaw_error + frame.yaw
+    cell_m = float(rng.choice(config.resolution_m))
+    origin = estimated.min(axis=0) - scanner.max_range_m - 1.0
+    cols, rows = np.ceil(
+        (estimated.max(axis=0) + scanner.max_range_m + 1.0 - origin) / cell_m
+    ).astype(int)
+    counts = _Counts(rows, cols)
+    for k in range(len(xy)):
+        start = (estimated[k] - origin) / cell_m
+        _scan_once(world, xy[k], start, turn[k], cell_m, scanner, rng, counts)
+    window = counts.window()
+    cells = np.full((rows, cols), UNKNOWN, np.int8)
+    cells[counts.free > 0] = FREE
+    cells[counts.is_wall()] = OCCUPIED
+    corner = origin + np.array([window[1].start, window[0].start]) * cell_m
+    grid = GridMap(cells[window], cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
+    lintel = (counts.lintel > 0) & (cells == FREE)
+    submap = Submap(grid, lintel[window], estimated, SE2.identity())
+    return submap, fit_rigid(xy, estimated, turn)
+
+
+class _Counts:
+    """Per cell of the submap: how often it was crossed, hit, and hit above door height."""
+
+    def __init__(self, rows: int, cols: int) -> None:
+        self.free = np.zeros((rows, cols), np.uint16)
+        self.hit = np.zeros((rows, cols), np.uint16)
+        self.lintel = np.zeros((rows, cols), np.uint16)
+
+    def is_wall(self) -> NDArray[np.bool_]:
+        """Say which cells are hit more often than a fifth of the times they are crossed."""
+        return (self.hit > 0) & (self.hit * HITS_OUTWEIGH > self.free)
+
+    def window(self) -> tuple[slice, slice]:
+        """Return the observed part of the raster with a small margin."""
+        seen = (self.free > 0) | (self.hit > 0)
+        rows, cols = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+        return (
+            slice(max(0, rows[0] - _MARGIN_CELLS), rows[-1] + 1 + _MARGIN_CELLS),
+            slice(max(0, cols[0] - _MARGIN_CELLS), cols[-1] + 1 + _MARGIN_CELLS),
+        )
+
+
+HITS_OUTWEIGH = 5
+
+
+def _scan_once(
+    world: World,
+    xy: NDArray[np.float64],
+    start: NDArray[np.float64],
+    turn: float,
+    cell_m: float,
+    scanner: Scanner,
+    rng: np.random.Generator,
+    counts: _Counts,
+) -> None:
+    """Cast one scan at true position ``xy`` [m] and enter it at ``start`` (x, y) [cells]."""
+    angles = (np.arange(scanner.rays) + rng.random()) * (2.0 * np.pi / scanner.rays)
+    x, y = world.to_cells(xy)
+    reach = scanner.max_range_m / WORLD_CELL_M
+    passes = rng.random(scanner.rays) < GLASS_PASS
+    for raster in (world.body,) if scanner.is_planar else (world.body, world.high):
+        ranges, codes = cast_rays(raster, x, y, angles, reach, passes)
+        metres = ranges * WORLD_CELL_M + 0.25 * WORLD_CELL_M
+        metres += scanner.noise_m * rng.standard_normal(scanner.rays)
+        seen = np.where(ranges == MISS, 0.0, np.maximum(metres, 0.0)) / cell_m
+        near = codes == LINTEL
+        seen[near & (metres < LINTEL_STANDOFF_M)] = 0.0
+        carve(counts.free, start[0], start[1], angles + turn, np.maximum(seen - _STOP_CELLS, 0.0))
+        ends = start + seen[:, None] * np.stack([np.cos(angles + turn), np.sin(angles + turn)], 1)
+        col, row = np.floor(ends).astype(int).T
+        solid = (codes != EMPTY) & ~near
+        np.add.at(counts.hit, (row[solid], col[solid]), 1)
+        over = near & (seen > 0.0)
+        np.add.at(counts.lintel, (row[over], col[over]), 1)
+
+
+def fit_rigid(
+    true_xy: NDArray[np.float64], estimated_xy: NDArray[np.float64], turn: NDArray[np.float64]
+) -> SE2:
+    """
+    Return the rigid transform that takes true positions (S, 2) to estimated ones best.
+
+    Each pose adds two points a metre ahead and beside it, turned by ``turn (S,)``: a single pose
+    then fixes the rotation as well.
+    """
+    ahead = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    beside = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
+    x_axis, y_axis = np.eye(2)
+    source = np.concatenate([true_xy, true_xy + x_axis, true_xy + y_axis])
+    target = np.concatenate([estimated_xy, estimated_xy + ahead, estimated_xy + beside])
+    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
+    yaw = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    R = SE2.from_xy_yaw(0.0, 0.0, float(yaw))
+    shift = target.mean(axis=0) - R.apply(source.mean(axis=0))
+    return SE2.from_xy_yaw(float(shift[0]), float(shift[1]), float(yaw))
