@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Play a ROS 2 bag into live topics, raw bytes as recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+from pydantic import Field
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rosgraph_msgs.msg import Clock as ClockMsg
+
+from fpnet_core.config import Section
+from fpnet_core.errors import BagFormatError, ConfigError
+from fpnet_core.io.bags import BagReader
+from fpnet_ros.params import declare_section
+from fpnet_ros.runtime import STREAM, run_node
+from msg_adapters.stamps import stamp_to_msg
+
+_CLOCK_PERIOD_S = 0.01
+_DISCOVERY_POLL_S = 0.05
+# Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
+_LAST_ACKNOWLEDGEMENT_S = 2.0
+
+
+class ReplayParameters(Section):
+    """What to play, and how fast."""
+
+    bag: str = Field('', description='Folder of the bag, or its .db3 or .mcap file.')
+    topics: tuple[str, ...] = Field((), description='Topics to play; empty plays all.')
+    rate: float = Field(1.0, gt=0.0, le=100.0, description='Recorded seconds per second.')
+    start_offset_s: float = Field(0.0, ge=0.0, description='Skip the recording until here.')
+    clock: bool = Field(False, description='Publish the recorded time on /clock.')
+    wait_for_subscriber_s: float = Field(
+        10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
+    )
+
+
+class Replay(Node):
+    """Publishes recorded messages on their topics at the recorded pace."""
+
+    def __init__(self) -> None:
+        super().__init__('replay')
+        self._parameters = declare_section(self, ReplayParameters)
+        if not self._parameters.bag:
+            raise ConfigError('parameter bag is empty; set it to the recording to play')
+        self._now_ns: int | None = None  # recorded time, None before the first message
+        self._clock_publisher: Publisher[Any] | None = None
+        if self._parameters.clock:
+            self._clock_publisher = self.create_publisher(ClockMsg, '/clock', 10)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+
+    def play(self) -> None:
+        """Play the recording once; returns when it is delivered."""
+        with BagReader(Path(self._parameters.bag)) as bag:
+            types = self._chosen_topics(bag)
+            publishers = {
+                topic: self.create_publisher(_message_class(msgtype), topic, STREAM)
+                for topic, msgtype in types.items()
+            }
+            self._wait_for_subscriber(list(publishers.values()))
+            total = sum(bag.count(topic) for topic in publishers)
+            played = self._publish_all(bag, publishers, total)
+        for publisher in publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=_LAST_ACKNOWLEDGEMENT_S))
+        self.get_logger().info(f'played {played} messages')
+
+    def _chosen_topics(self, bag: BagReader) -> dict[str, str]:
+        chosen = self._parameters.topics or tuple(bag.topics)
+        if missing := [topic for topic in chosen if topic not in bag.topics]:
+            raise BagFormatError(
+                f'bag {self._parameters.bag} lacks {", ".join(missing)}; it has '
+                f'{", ".join(sorted(bag.topics)) or "no topics"}'
+            )
+        return {topic: bag.topics[topic] for topic in chosen}
+
+    def _wait_for_subscriber(self, publishers: list[Publisher[Any]]) -> None:
+        deadline = time.monotonic() + self._parameters.wait_for_subscriber_s
+        while not any(publisher.get_subscription_count() for publisher in publishers):
+            if time.monotonic() > deadline:
+                self.get_logger().warning('nobody subscribes; playing anyway')
+                return
+            self._spin_for(_DISCOVERY_POLL_S)
+
+    def _publish_all(
+        self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int
+    ) -> int:
+        played = 0
+        first_ns: int | None = None
+        columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
+        with Progress(*columns, transient=True, disable=not sys.stderr.isatty()) as bar:
+            task = bar.add_task('replay', total=total)
+            for topic, _, stamp_ns, data in bag.raw_messages(list(publishers)):
+                bar.advance(task)
+                if first_ns is None:
+                    first_ns = stamp_ns + round(self._parameters.start_offset_s * 1e9)
+                    started_s = time.monotonic()
+                if stamp_ns < first_ns:
+                    continue
+                self._wait_until(stamp_ns, first_ns, started_s)
+                publishers[topic].publish(data)
+                played += 1
+        return played
+
+    def _wait_until(self, stamp_ns: int, first_ns: int, started_s: float) -> None:
+        """Spin until the recorded time ``stamp_ns`` is due, keeping /clock running."""
+        rate = self._parameters.rate
+        while True:
+            elapsed_ns = round((time.monotonic() - started_s) * 1e9 * rate)
+            now_ns = min(first_ns + elapsed_ns, stamp_ns)
+            self._publish_clock(now_ns)
+            if now_ns == stamp_ns:
+                return
+            self._spin_for(min((stamp_ns - now_ns) / 1e9 / rate, _CLOCK_PERIOD_S))
+
+    def _publish_clock(self, now_ns: int) -> None:
+        if self._clock_publisher is not None and now_ns != self._now_ns:
+            self._now_ns = now_ns
+            self._clock_publisher.publish(ClockMsg(clock=stamp_to_msg(now_ns)))
+
+    def _spin_for(self, seconds: float) -> None:
+        """Answer parameter services for a while; raises ExternalShutdownException on shutdown."""
+        deadline = time.monotonic() + seconds
+        while (left_s := deadline - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left_s)
+        if not self.context.ok():
+            raise ExternalShutdownException
+
+
+def _message_class(msgtype: str) -> Any:
+    """Return the class of a type such as ``sensor_msgs/msg/PointCloud2``."""
+    package, _, name = msgtype.split('/')
+    try:
+        return getattr(import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError):
+        raise BagFormatError(
+            f'message type {msgtype} is not installed; install {package} or choose other topics'
+        ) from None
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node; returns the exit status."""
+    return run_node(Replay, arguments, Replay.play)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+import math
+
+from nav_msgs.msg import OccupancyGrid
+import numpy as np
+import pytest
+
+from fpnet_core.geometry import SE2
+from fpnet_core.io.maps import read_map, write_map
+from fpnet_core.types import GridMap
+from fpnet_ros.runtime import LATCHED
+from msg_adapters.grids import grid_from_msg
+
+pytestmark = pytest.mark.ros
+
+
+def _floorplan() -> GridMap:
+    cells = np.full((40, 70), 100, dtype=np.int8)
+    cells[5:30, 5:60] = 0
+    cells[35:, 65:] = -1
+    return GridMap(cells, 0.1, SE2.from_xy_yaw(-3.0, 7.5, math.radians(25.0)))
+
+
+def test_a_late_joiner_gets_the_floorplan(bench, tmp_path):
+    path = tmp_path / 'plan.yaml'
+    write_map(_floorplan(), path)
+    server = bench.start('floorplan_server', {'floorplan': str(path), 'frame_id': 'drawing'})
+    assert bench.wait_for(lambda: 'serving' in server.log_tail()), server.log_tail()
+    # Only now does anyone subscribe: the grid was published before.
+    received = bench.collect(OccupancyGrid, 'floorplan', LATCHED)
+    assert bench.wait_for(lambda: bool(received)), server.log_tail()
+    assert received[0].header.frame_id == 'drawing'
+    grid, stored = grid_from_msg(received[0]), read_map(path)
+    np.testing.assert_array_equal(grid.cells, stored.cells)
+    np.testing.assert_allclose(grid.T_frame_grid.matrix, stored.T_frame_grid.matrix, atol=1e-9)
+    assert grid.resolution == 0.1
+
+
+def test_bad_parameters_end_the_node_with_one_line(bench):
+    cases = {
+        'empty': ({}, 'parameter floorplan is empty'),
+        'missing': ({'floorplan': 'missing.yaml'}, 'missing.yaml'),
+        'type': ({'floorplan': 'plan.png', 'resolution_m': 'wide'}, 'resolution_m'),
+        'range': ({'floorplan': 'plan.png', 'resolution_m': -1.0}, 'resolution_m'),
+    }
+    started = {
+        name: bench.start_as(name, 'floorplan_server', parameters)
+        for name, (parameters, _) in cases.items()
+    }
+    for name, (_, message) in cases.items():
+        assert started[name].process.wait(timeout=60) == 1
+        lines = started[name].log_tail().splitlines()
+        assert len(lines) == 1
+        assert message in lines[0]

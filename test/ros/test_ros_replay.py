@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+import time
+
+from geometry_msgs.msg import PoseStamped
+import numpy as np
+import pytest
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
+
+from fpnet_core.io.bags import BagWriter
+from fpnet_ros.runtime import SENSOR_DATA, STREAM
+from msg_adapters.clouds import cloud_from_msg
+from msg_adapters.stamps import stamp_from_msg
+
+pytestmark = pytest.mark.ros
+
+START_NS = 1_700_000_000_250_000_000
+PERIOD_NS = 100_000_000
+COUNT = 30
+
+
+def _clouds() -> np.ndarray:
+    return np.random.default_rng(3).normal(size=(COUNT, 20_000, 3)).astype(np.float32)
+
+
+@pytest.fixture
+def recording(tmp_path):
+    path = tmp_path / 'bag'
+    with BagWriter(path) as bag:
+        for index, points in enumerate(_clouds()):
+            stamp_ns = START_NS + index * PERIOD_NS
+            bag.write_cloud('/points', stamp_ns, 'lidar', points)
+            bag.write_pose('/truth', stamp_ns, 'building', np.eye(4))
+    return path
+
+
+def test_the_recording_arrives_complete_in_pace_and_alone(bench, recording):
+    clouds = bench.collect(PointCloud2, 'points', SENSOR_DATA)
+    truth = bench.collect(PoseStamped, 'truth', STREAM)
+    clock = bench.collect(Clock, 'clock', STREAM)
+    replay = bench.start(
+        'replay',
+        {'bag': str(recording), 'topics': ['/points'], 'rate': 2.0, 'clock': True},
+    )
+    assert bench.wait_for(lambda: bool(clouds)), replay.log_tail()
+    first_s = time.monotonic()
+    assert bench.wait_for(lambda: len(clouds) == COUNT), (len(clouds), replay.log_tail())
+    # 29 periods of 0.1 s at double speed; a busy machine is late, never early.
+    assert 1.3 < time.monotonic() - first_s < 10.0
+    for index, (msg, points) in enumerate(zip(clouds, _clouds(), strict=True)):
+        assert stamp_from_msg(msg.header.stamp) == START_NS + index * PERIOD_NS
+        np.testing.assert_array_equal(cloud_from_msg(msg).points, points)
+    assert truth == []
+    times = [stamp_from_msg(msg.clock) for msg in clock]
+    assert times == sorted(times)
+    assert times[0] >= START_NS
+    assert times[-1] == START_NS + (COUNT - 1) * PERIOD_NS
+    assert len(times) > COUNT
+    assert replay.process.wait(timeout=20) == 0
+
+
+def test_the_start_can_be_skipped(bench, recording):
+    clouds = bench.collect(PointCloud2, 'points', SENSOR_DATA)
+    replay = bench.start('replay', {'bag': str(recording), 'rate': 10.0, 'start_offset_s': 2.0})
+    assert bench.wait_for(lambda: replay.process.poll() == 0), replay.log_tail()
+    bench.wait_for(lambda: len(clouds) == 10, 5.0)
+    assert stamp_from_msg(clouds[0].header.stamp) == START_NS + 20 * PERIOD_NS
+    assert len(clouds) == 10
+
+
+def test_bad_input_ends_the_node_with_one_line(bench, recording, tmp_path):
+    cases = {
+        'missing': ({'bag': str(tmp_path / 'absent')}, 'does not exist'),
+        'topic': ({'bag': str(recording), 'topics': ['/lidar']}, 'lacks /lidar'),
+        'rate': ({'bag': str(recording), 'rate': 0.0}, 'rate'),
+    }
+    started = {
+        name: bench.start_as(name, 'replay', parameters) for name, (parameters, _) in cases.items()
+    }
+    for name, (_, message) in cases.items():
+        assert started[name].process.wait(timeout=60) == 1
+        lines = started[name].log_tail().splitlines()
+        assert len(lines) == 1
+        assert message in lines[0]
