@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class PlanarTrajectory:
     """Planar poses in one frame: ``stamps_ns (S,)`` ascending, ``xy (S, 2)`` [m], ``yaw (S,)``."""
 
     stamps_ns: NDArray[np.int64]
@@ -33,14 +33,14 @@ class Trajectory:
         xy = self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns]
         return float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum())
 
-    def mapped(self, A: Affine2D) -> Trajectory:
+    def mapped(self, A: Affine2D) -> PlanarTrajectory:
         """Return the same poses in another frame."""
         heading = np.stack([np.cos(self.yaw), np.sin(self.yaw)], axis=-1) @ A.linear.T
-        return Trajectory(
+        return PlanarTrajectory(
             self.stamps_ns, A.apply(self.xy), np.arctan2(heading[:, 1], heading[:, 0])
         )
 
-    def at(self, stamps_ns: NDArray[np.int64]) -> tuple[Trajectory, NDArray[np.bool_]]:
+    def at(self, stamps_ns: NDArray[np.int64]) -> tuple[PlanarTrajectory, NDArray[np.bool_]]:
         """Nearest pose in time to each stamp, and whether it is near enough to count."""
         after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
         before = after - 1
@@ -48,5 +48,5 @@ class Trajectory:
             stamps_ns - self.stamps_ns[before] <= self.stamps_ns[after] - stamps_ns, before, after
         )
         gap = np.abs(self.stamps_ns[nearer] - stamps_ns)
-        near = Trajectory(self.stamps_ns[nearer], self.xy[nearer], self.yaw[nearer])
+        near = PlanarTrajectory(self.stamps_ns[nearer], self.xy[nearer], self.yaw[nearer])
         return near, gap <= _MAX_STAMP_GAP_NS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, angle_between
-from fpnet_core.trajectory import Trajectory
+from fpnet_core.trajectory import PlanarTrajectory
 
 WRONG_POSITION_M = 3.0
 WRONG_YAW_RAD = np.deg2rad(30.0)
@@ -43,7 +43,7 @@ class RunSummary:
         return {k: round(v, 4) if isinstance(v, float) else v for k, v in values.items()}
 
 
-def pose_errors(estimate: Trajectory, truth: Trajectory) -> tuple[Array, Array]:
+def pose_errors(estimate: PlanarTrajectory, truth: PlanarTrajectory) -> tuple[Array, Array]:
     """
     Position [m] and yaw [rad] errors ``(K,)`` of the poses that have a truth near in time.
 
@@ -57,10 +57,10 @@ def pose_errors(estimate: Trajectory, truth: Trajectory) -> tuple[Array, Array]:
 
 
 def summarize_run(
-    published: Trajectory,
-    odometry: Trajectory,
+    published: PlanarTrajectory,
+    odometry: PlanarTrajectory,
     tick_ms: Array,
-    truth: Trajectory | None = None,
+    truth: PlanarTrajectory | None = None,
     A_plan_truth: Affine2D | None = None,
 ) -> RunSummary:
     """

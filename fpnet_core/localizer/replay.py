@@ -16,7 +16,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
 from fpnet_core.localizer.localizer import Localizer
-from fpnet_core.trajectory import Trajectory
+from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput
 
 _log = logging.getLogger(__name__)
@@ -35,8 +35,8 @@ class ReplayResult:
     """
 
     outputs: tuple[LocalizerOutput, ...]
-    published: Trajectory
-    odometry: Trajectory
+    published: PlanarTrajectory
+    odometry: PlanarTrajectory
     add_scan_ms: NDArray[np.float64]
     rejected_scans: int
 
@@ -67,7 +67,8 @@ def replay(
 
     Returns
     -------
-    The run; one more tick follows the last scan, so that the last status says all. A pose is published after every scan while the status is LOCALIZED.
+    The run; one more tick follows the last scan, so that the last status says all. A pose
+    is published after every scan while the status is LOCALIZED.
     """
     outputs: list[LocalizerOutput] = []
     published: list[tuple[int, SE2]] = []
@@ -106,8 +107,8 @@ def replay(
     )
 
 
-def _trajectory(poses: list[tuple[int, SE2]]) -> Trajectory:
-    return Trajectory(
+def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
+    return PlanarTrajectory(
         np.array([stamp for stamp, _ in poses], dtype=np.int64),
         np.array([T.translation for _, T in poses]).reshape(-1, 2),
         np.array([T.yaw for _, T in poses]),

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""When a placement may be claimed, and when a claim ends."""
+
+from functools import cache
+
+import numpy as np
+from planted import submap_grid
+import pytest
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.belief import HypothesisTracker, posterior
+from fpnet_core.pose import map_evidence
+from fpnet_core.types import PoseEstimate, Status
+
+CONFIG = LocalizerConfig(confirm_ticks=3)
+HERE, THERE = SE2.from_xy_yaw(3.0, -2.0, 0.4), SE2.from_xy_yaw(-8.0, 5.0, -2.0)
+
+
+@cache
+def evidence():
+    return map_evidence(submap_grid())
+
+
+def placed(T, score):
+    return PoseEstimate(Affine2D(T.linear, T.translation), score, np.eye(3))
+
+
+def feed(tracker, *ticks):
+    return [tracker.update(estimates, evidence(), SE2.identity()).status for estimates in ticks]
+
+
+def test_posterior_sums_below_one_and_a_tie_is_a_tie():
+    p = posterior(np.array([0.8, 0.8, 0.3]), 200.0, CONFIG)
+    assert p.sum() < 1.0
+    assert p[0] == p[1]
+    assert p[0] == pytest.approx(0.5, abs=0.01)
+
+
+def test_evidence_grows_with_the_walls_seen():
+    scores = np.array([0.8, 0.7])
+    few, many = (posterior(scores, length, CONFIG)[0] for length in (5.0, 60.0))
+    assert few < 0.7 < 0.95 < many
+
+
+def test_a_low_score_loses_against_none_of_these():
+    assert posterior(np.array([CONFIG.null_score - 0.1]), 60.0, CONFIG)[0] < 0.05
+
+
+def test_a_claim_needs_the_same_winner_three_times():
+    good = (placed(HERE, 0.85), placed(THERE, 0.5))
+    assert feed(HypothesisTracker(CONFIG, 1.0), good, good, good) == [
+        Status.AMBIGUOUS,
+        Status.AMBIGUOUS,
+        Status.LOCALIZED,
+    ]
+
+
+def test_a_change_of_winner_starts_the_count_again():
+    here = (placed(HERE, 0.85), placed(THERE, 0.5))
+    there = (placed(THERE, 0.85), placed(HERE, 0.5))
+    statuses = feed(HypothesisTracker(CONFIG, 1.0), here, here, there, there, there)
+    assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
+
+
+def test_a_tie_is_never_claimed():
+    tie = (placed(HERE, 0.9), placed(THERE, 0.9))
+    assert set(feed(HypothesisTracker(CONFIG, 1.0), *[tie] * 10)) == {Status.AMBIGUOUS}
+
+
+def test_a_claim_ends_when_its_evidence_does():
+    tracker = HypothesisTracker(CONFIG, 1.0)
+    good = (placed(HERE, 0.85), placed(THERE, 0.5))
+    bad = (placed(HERE, 0.2),)
+    assert feed(tracker, good, good, good, bad, ()) == [
+        Status.AMBIGUOUS,
+        Status.AMBIGUOUS,
+        Status.LOCALIZED,
+        Status.LOST,
+        Status.LOST,
+    ]
+
+
+def test_nothing_found_is_searching():
+    assert feed(HypothesisTracker(CONFIG, 1.0), (), ()) == [Status.SEARCHING] * 2
