@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A folder of point files in the order of their names, with one pose file beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+import re
+from typing import Literal
+import zipfile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import CloudFormatError, OdometryError
+from fpnet_core.io.clouds import read_cloud
+from fpnet_core.io.scans import Scan
+from fpnet_core.io.trajectories import KITTI_PERIOD_NS, Trajectory, read_poses
+
+_CLOUD_SUFFIXES = ('.ply', '.pcd', '.npy', '.xyz')
+_POSE_SUFFIXES = ('.csv', '.txt', '.tum')
+
+
+class FolderScans:
+    """
+    Scans of a folder: ``.ply``, ``.pcd``, ``.npy``, ``.xyz``, or one ``.npz`` with an array each.
+
+    Names are ordered with their numbers as numbers. The pose file is the ``.csv``, ``.txt`` or
+    ``.tum`` file that parses as poses, one for each scan; without one, the scans are raw and a
+    tenth of a second apart.
+    """
+
+    kind: Literal['folder'] = 'folder'
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._files = sorted(
+            (p for p in path.iterdir() if p.suffix.lower() in _CLOUD_SUFFIXES), key=_natural_key
+        )
+        self._archive = _single_archive(path) if not self._files else None
+        names = [f.name for f in self._files]
+        if self._archive is not None:
+            names = sorted(_open_archive(self._archive).files, key=_natural_key)
+        self._names = names
+        if not names:
+            raise CloudFormatError(
+                f'folder {path} holds no scans; expected {", ".join(_CLOUD_SUFFIXES)} files or '
+                'one .npz'
+            )
+        self._poses = _find_poses(path)
+        if self._poses is not None and len(self._poses) != len(names):
+            raise OdometryError(
+                f'folder {path} holds {len(names)} scans but {len(self._poses)} poses; expected '
+                'one pose for each scan'
+            )
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether a pose file was found."""
+        return self._poses is not None
+
+    def __len__(self) -> int:
+        """Count the scans."""
+        return len(self._names)
+
+    def __iter__(self) -> Iterator[Scan]:
+        """Read and yield the scans in the order of their stamps."""
+        stamps = (
+            np.arange(len(self), dtype=np.int64) * KITTI_PERIOD_NS
+            if self._poses is None
+            else self._poses.stamps_ns
+        )
+        archive = None if self._archive is None else _open_archive(self._archive)
+        for index in np.argsort(stamps, kind='stable').tolist():
+            if archive is None:
+                points = read_cloud(self._files[index]).astype(np.float32)
+            else:
+                points = _archived_points(archive, self._names[index])
+            pose = None if self._poses is None else self._poses.T_frame_body[index]
+            yield Scan(int(stamps[index]), points, None, pose)
+
+
+def _natural_key(name: Path | str) -> list[tuple[int, str]]:
+    """Sort key under which scan2 comes before scan10."""
+    parts = re.split(r'(\d+)', name.name if isinstance(name, Path) else name)
+    return [(int(part), '') if part.isdigit() else (-1, part) for part in parts]
+
+
+def _single_archive(path: Path) -> Path | None:
+    archives = sorted(path.glob('*.npz'))
+    if len(archives) > 1:
+        raise CloudFormatError(
+            f'folder {path} holds {len(archives)} .npz archives; expected one with all scans'
+        )
+    return archives[0] if archives else None
+
+
+def _open_archive(path: Path) -> np.lib.npyio.NpzFile:
+    try:
+        archive = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise CloudFormatError(f'{path} is no readable .npz archive: {error}') from None
+    if not isinstance(archive, np.lib.npyio.NpzFile):
+        raise CloudFormatError(f'{path} is no .npz archive')
+    return archive
+
+
+def _archived_points(archive: np.lib.npyio.NpzFile, name: str) -> NDArray[np.float32]:
+    try:
+        points = np.asarray(archive[name])
+        if points.ndim != 2 or points.shape[1] < 3:
+            raise ValueError(f'expected shape (P, 3), got {points.shape}')
+        points = points[:, :3].astype(np.float32)
+    except Exception as error:
+        # zipfile and zlib raise a dozen kinds on damaged members.
+        raise CloudFormatError(f'scan {name} in the .npz archive is unusable: {error}') from None
+    finite: NDArray[np.float32] = points[np.isfinite(points).all(axis=1)]
+    return finite
+
+
+def _find_poses(path: Path) -> Trajectory | None:
+    """Return the poses of the one file that holds some; read-me files are passed over."""
+    found: dict[str, Trajectory] = {}
+    for file in sorted(p for p in path.iterdir() if p.suffix.lower() in _POSE_SUFFIXES):
+        try:
+            found[file.name] = read_poses(file)
+        except OdometryError:
+            if 'pose' in file.name.lower() or file.suffix.lower() == '.tum':
+                raise
+    if len(found) > 1:
+        raise OdometryError(
+            f'folder {path} holds several pose files: {", ".join(found)}; keep one'
+        )
+    return next(iter(found.values()), None)

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One way to iterate over recorded scans, whatever they are stored in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import CloudFormatError
+
+_BAG_SUFFIXES = ('.db3', '.mcap')
+_CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """
+    One sweep of a lidar.
+
+    Parameters
+    ----------
+    stamp_ns
+        Sensor time.
+    points : (P, 3) float32
+        Finite returns, sensor frame [m]; a planar scanner's lie in z = 0.
+    time_s : (P,) float64
+        Times of the points since the first one; None if the recording has none.
+    T_odom_sensor : (4, 4) float64
+        Pose that the recording brings; None for raw clouds, which need an odometry (see
+        :class:`fpnet_core.odometry.KissOdometry`).
+    T_truth_sensor : (4, 4) float64
+        Ground truth in its own frame, for evaluation only; None unless asked for.
+    """
+
+    stamp_ns: int
+    points: NDArray[np.float32]
+    time_s: NDArray[np.float64] | None = None
+    T_odom_sensor: NDArray[np.float64] | None = None
+    T_truth_sensor: NDArray[np.float64] | None = None
+
+
+class ScanSource(Protocol):
+    """Recorded scans in time order; can be iterated again."""
+
+    @property
+    def kind(self) -> Literal['bag', 'carmen', 'folder']:
+        """What the scans are stored in."""
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether scans bring ``T_odom_sensor``."""
+
+    def __len__(self) -> int:
+        """Count the scans, an upper bound where some have no pose and are left out."""
+
+    def __iter__(self) -> Iterator[Scan]:
+        """Yield the scans."""
+
+
+def open_scans(
+    path: Path | str,
+    *,
+    cloud_topic: str | None = None,
+    odometry_topic: str | None = None,
+    truth_topic: str | None = None,
+) -> ScanSource:
+    """
+    Open a recording of lidar scans.
+
+    Parameters
+    ----------
+    path
+        A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a CARMEN log (``.log``, ``.log.gz``), or a
+        folder of point files with a pose file.
+    cloud_topic, odometry_topic, truth_topic
+        Topics of a bag. Cloud and odometry are found by type; ground truth is read only if
+        named. An empty ``odometry_topic`` ignores the odometry of the bag.
+
+    Raises
+    ------
+    CloudFormatError, BagFormatError, OdometryError
+        If the recording is missing, of another kind, damaged, or lacks what is needed.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise CloudFormatError(f'recording {path} does not exist')
+    if _is_bag(path):
+        from fpnet_core.io.bag_scans import BagScans
+
+        return BagScans(path, cloud_topic, odometry_topic, truth_topic)
+    if cloud_topic or odometry_topic or truth_topic:
+        raise CloudFormatError(f'{path} is no ROS 2 bag; topics can be chosen in a bag only')
+    if path.is_dir():
+        from fpnet_core.io.scan_folders import FolderScans
+
+        return FolderScans(path)
+    if path.name.lower().endswith(_CARMEN_SUFFIXES):
+        from fpnet_core.io.carmen import CarmenScans
+
+        return CarmenScans(path)
+    raise CloudFormatError(
+        f'{path}: expected a ROS 2 bag (folder, .db3, .mcap), a CARMEN log (.log, .log.gz) or a '
+        'folder of point files with poses'
+    )
+
+
+def _is_bag(path: Path) -> bool:
+    if path.is_file():
+        return path.suffix.lower() in _BAG_SUFFIXES
+    return (path / 'metadata.yaml').exists() or any(
+        entry.suffix.lower() in _BAG_SUFFIXES for entry in path.iterdir()
+    )
