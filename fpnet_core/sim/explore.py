@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.config import ScanConfig
 from fpnet_core.sim.perturb import WORLD_CELL_M, World
-from fpnet_core.sim.scan2d import EMPTY, LINTEL, MISS, carve, cast_rays, walk_field, walk_to
+from fpnet_core.sim.scan2d import (
+    EMPTY,
+    LINTEL,
+    MISS,
+    carve,
+    cast_rays,
+    mark_ends,
+    walk_field,
+    walk_to,
+)
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 ROBOT_RADIUS_M = 0.28
@@ -31,6 +40,9 @@ GLASS_PASS = 0.85
 
 LINTEL_STANDOFF_M = 1.5
 """From nearer, the lintel is above a scanner's field of view."""
+
+HITS_OUTWEIGH = 5
+"""A cell is wall unless it was crossed this many times more often than hit."""
 
 _MARGIN_CELLS = 4
 _STOP_CELLS = 0.5
@@ -188,7 +200,7 @@ class _Counts:
         self.lintel = np.zeros((rows, cols), np.uint16)
 
     def is_wall(self) -> NDArray[np.bool_]:
-        """Say which cells are hit more often than a fifth of the times they are crossed."""
+        """Say which cells are hit often enough for how often they are crossed."""
         return (self.hit > 0) & (self.hit * HITS_OUTWEIGH > self.free)
 
     def window(self) -> tuple[slice, slice]:
@@ -199,9 +211,6 @@ class _Counts:
             slice(max(0, rows[0] - _MARGIN_CELLS), rows[-1] + 1 + _MARGIN_CELLS),
             slice(max(0, cols[0] - _MARGIN_CELLS), cols[-1] + 1 + _MARGIN_CELLS),
         )
-
-
-HITS_OUTWEIGH = 5
 
 
 def _scan_once(
@@ -226,13 +235,11 @@ def _scan_once(
         seen = np.where(ranges == MISS, 0.0, np.maximum(metres, 0.0)) / cell_m
         near = codes == LINTEL
         seen[near & (metres < LINTEL_STANDOFF_M)] = 0.0
-        carve(counts.free, start[0], start[1], angles + turn, np.maximum(seen - _STOP_CELLS, 0.0))
-        ends = start + seen[:, None] * np.stack([np.cos(angles + turn), np.sin(angles + turn)], 1)
-        col, row = np.floor(ends).astype(int).T
+        heading = angles + turn
+        carve(counts.free, start[0], start[1], heading, np.maximum(seen - _STOP_CELLS, 0.0))
         solid = (codes != EMPTY) & ~near
-        np.add.at(counts.hit, (row[solid], col[solid]), 1)
-        over = near & (seen > 0.0)
-        np.add.at(counts.lintel, (row[over], col[over]), 1)
+        mark_ends(counts.hit, start[0], start[1], heading, seen, solid)
+        mark_ends(counts.lintel, start[0], start[1], heading, seen, near & (seen > 0.0))
 
 
 def fit_rigid(

@@ -20,6 +20,9 @@ MATCH_INSIDE = 0.4
 FOREIGN_OVERLAP = 0.2
 """A submap room that overlaps no plan room by this much of itself has no partner."""
 
+SAMPLE_M = 0.15
+"""Overlaps are counted on a grid about this coarse."""
+
 DOOR_MATCH_M = 0.6
 DOOR_FOREIGN_M = 1.2
 DOOR_MATCH_RAD = float(np.deg2rad(35.0))
@@ -45,7 +48,8 @@ def overlap_m2(
 ) -> NDArray[np.float64]:
     """Return areas (sub rooms, plan rooms) [m^2 of the plan] that rooms have in common."""
     count = len(sub.rooms), len(plan.rooms)
-    rc = np.argwhere(sub.labels > 0)
+    stride = max(1, round(SAMPLE_M / sub.grid.resolution))
+    rc = np.argwhere(sub.labels[::stride, ::stride] > 0) * stride
     source = sub.labels[rc[:, 0], rc[:, 1]] - 1
     target_rc = np.rint(plan.grid.xy_to_rc(A_plan_submap.apply(sub.grid.rc_to_xy(rc)))).astype(int)
     rows, cols = plan.grid.shape
@@ -54,7 +58,7 @@ def overlap_m2(
     flat = source[inside] * (count[1] + 1) + target
     table = np.bincount(flat, minlength=count[0] * (count[1] + 1)).reshape(count[0], -1)
     scale = abs(float(np.linalg.det(A_plan_submap.linear)))
-    return np.asarray(table[:, 1:] * (sub.grid.resolution**2 * scale))
+    return np.asarray(table[:, 1:] * ((stride * sub.grid.resolution) ** 2 * scale))
 
 
 def _label_rooms(

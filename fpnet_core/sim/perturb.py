@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
+from fpnet_core.sim.clutter import Boxes, furnish_boxes
 from fpnet_core.sim.config import BuildingConfig
-from fpnet_core.sim.furniture import FurniturePiece, furnish
 from fpnet_core.sim.render import door_outline, fill_polygons, shell_outlines
 from fpnet_core.sim.scan2d import EMPTY, GLASS, LINTEL, SOLID
 from fpnet_core.sim.types import BuildingPlan, PlanDoor
@@ -39,7 +39,7 @@ class Changes:
     removed: tuple[Polygon, ...]
     added: tuple[Polygon, ...]
     glass: tuple[Polygon, ...]
-    furniture: tuple[FurniturePiece, ...]
+    furniture: Boxes | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def draw_changes(plan: BuildingPlan, rng: np.random.Generator, config: BuildingC
         removed=_removed_walls(plan, rng) if rng.random() < config.removed_walls else (),
         added=_added_walls(plan, rng) if rng.random() < config.added_walls else (),
         glass=_glass(plan, rng, rng.uniform(*config.glass)),
-        furniture=furnish(plan, rng) if rng.random() < config.furnished else (),
+        furniture=furnish_boxes(plan, rng) if rng.random() < config.furnished else None,
     )
 
 
@@ -169,7 +169,7 @@ def build_world(plan: BuildingPlan, changes: Changes, scan_height_m: float) -> W
     """
     Rasterise a building for rays at ``scan_height_m`` and for rays above its doors.
 
-    Furniture blocks a level ray where one of its solids spans the scanner's height; nothing
+    Furniture blocks a level ray where one of its boxes spans the scanner's height; nothing
     reaches above the doors.
     """
     shell = shell_outlines(plan, plan.wall_m)
@@ -205,12 +205,8 @@ def build_world(plan: BuildingPlan, changes: Changes, scan_height_m: float) -> W
     for i, ring in enumerate(rooms):
         fill_polygons(room_of, [ring], i)
     high[(high != EMPTY) & (body == EMPTY)] = LINTEL
-    solids = [solid for piece in changes.furniture for solid in piece.solids]
-    met = [s.base for s in solids if s.bottom_m <= scan_height_m <= s.top_m]
-    fill_polygons(
-        body,
-        cells([shapely.get_coordinates(base.exterior)[:-1] for base in met]),
-        SOLID,
-        keep_thin=True,
-    )
+    if changes.furniture is not None:
+        standing = np.zeros_like(body)
+        fill_polygons(standing, cells(changes.furniture.met_at(scan_height_m)), 1, keep_thin=True)
+        body[(standing == 1) & (room_of >= 0)] = SOLID
     return World(body, high, room_of, origin)

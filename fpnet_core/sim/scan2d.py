@@ -94,6 +94,18 @@ def carve(free: Any, x: float, y: float, angles: Any, ranges: Any) -> None:
 
 
 @njit(cache=True)
+def mark_ends(counts: Any, x: float, y: float, angles: Any, ranges: Any, is_marked: Any) -> None:
+    """Count, in ``counts (H, W) uint16``, the cells in which marked rays end."""
+    rows, cols = counts.shape
+    for i in range(angles.shape[0]):
+        if is_marked[i]:
+            col = int(np.floor(x + ranges[i] * np.cos(angles[i])))
+            row = int(np.floor(y + ranges[i] * np.sin(angles[i])))
+            if 0 <= row < rows and 0 <= col < cols and counts[row, col] < 65535:
+                counts[row, col] += 1
+
+
+@njit(cache=True)
 def walk_field(passable: Any, start_row: int, start_col: int) -> tuple[Any, Any]:
     """
     Return predecessors (H * W,) int32 and lengths (H * W,) float32 of walks from the start.
