@@ -67,7 +67,7 @@ _FOURIER_SHIFT = np.array(
 _FOURIER_SCALE = np.array(
     [0.2, 0.3, 0.3, 0.4, 0.5, 0.5, 0.8, 0.8, 0.8, 0.5, 0.5, 0.4, 0.3, 0.3, 0.2]
 )
-_AREA_SHIFT, _AREA_SCALE = 1.5, 2.0
+_AREA_SHIFT, AREA_SCALE = 1.5, 2.0
 _FEATURE_LIMIT = 4.0
 
 
@@ -97,7 +97,7 @@ def node_features(regions: Sequence[Region]) -> NDArray[np.float32]:
         row[CONFIDENCE] = region.observed_fraction * region.confidence
         row[HU] = (hu_moments(region.polygon) - _HU_SHIFT) / _HU_SCALE
         row[FOURIER] = (fourier_descriptors(region.polygon) - _FOURIER_SHIFT) / _FOURIER_SCALE
-        row[AREA] = (np.log(region.area_m2) - _AREA_SHIFT) / _AREA_SCALE
+        row[AREA] = (np.log(region.area_m2) - _AREA_SHIFT) / AREA_SCALE
         row[LABEL] = (region.label is RegionLabel.DOOR, region.label is RegionLabel.ROOM)
     shape = slice(HU.start, AREA.stop)
     rows[:, shape] = rows[:, shape].clip(-_FEATURE_LIMIT, _FEATURE_LIMIT)

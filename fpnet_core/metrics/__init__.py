@@ -1,2 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""Pure functions that score results; shared by training, evaluation and tests."""
+
+from fpnet_core.metrics.matching import MatchCounts, count_matches, matching_score
+
+__all__ = ['MatchCounts', 'count_matches', 'matching_score']

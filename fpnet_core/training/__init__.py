@@ -1,2 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
+"""Training of the matching network; importing this package loads torch."""
+
+from fpnet_core.training.config import TrainingConfig, parse_training_config
+from fpnet_core.training.data import PairArrays, split_by_plan
+from fpnet_core.training.loop import EpochRecord, Hooks, Trainer
+
+__all__ = [
+    'EpochRecord',
+    'Hooks',
+    'PairArrays',
+    'Trainer',
+    'TrainingConfig',
+    'parse_training_config',
+    'split_by_plan',
+]

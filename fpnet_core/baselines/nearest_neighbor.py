@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Nearest-neighbour matching of region descriptors, the paper's first baseline."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+from scipy.special import softmax
+
+from fpnet_core.config import MatcherConfig
+from fpnet_core.graphs.features import LABEL, POSITION
+from fpnet_core.matching import mutual_pairs
+from fpnet_core.types import MatchResult, RegionGraph
+
+# Squared descriptor distance at which the likelihood falls by e; descriptors have unit range.
+_TEMPERATURE = 1.0
+# Added to the squared distance between a door and a room: they never match.
+_LABEL_PENALTY = 1e4
+
+
+class NearestNeighborMatcher:
+    """
+    Pairs regions that are each other's nearest in descriptor space.
+
+    Shape, area, label and confidence are compared, positions are not: they are in unrelated
+    frames. Every mutual pair is returned, whatever the threshold: descriptor distances are not
+    probabilities, and a threshold made for those would only take matches away.
+    """
+
+    def __init__(self, config: MatcherConfig) -> None:
+        del config  # the same factory signature as every matcher
+
+    def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
+        """Return mutual nearest pairs; the score falls with the descriptor distance."""
+        del explored_area_m2
+        distance = _squared_distances(plan.node_feat, sub.node_feat)
+        pairs = mutual_pairs(-distance, -_LABEL_PENALTY)
+        similarity = -distance / _TEMPERATURE
+        scores = np.exp(similarity[pairs[:, 0], pairs[:, 1]]).astype(np.float32)
+        return MatchResult(pairs, scores, _normalised(similarity))
+
+
+def _normalised(similarity: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return the product of both softmaxes ``(M, N)``: row and column sums are at most one."""
+    if similarity.size == 0:
+        return similarity.astype(np.float32)
+    product = softmax(similarity, axis=0) * softmax(similarity, axis=1)
+    return np.asarray(product, dtype=np.float32)
+
+
+def _squared_distances(plan: NDArray[np.float32], sub: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return ``(M, N)`` squared descriptor distances, prohibitive between door and room."""
+    distance: NDArray[np.float64] = cdist(
+        plan[:, POSITION.stop :], sub[:, POSITION.stop :], 'sqeuclidean'
+    )
+    same = (plan[:, LABEL] @ sub[:, LABEL].T) > 0.5
+    return np.where(same, distance, distance + _LABEL_PENALTY)

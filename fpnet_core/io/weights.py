@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Network weights: a safetensors file and the JSON manifest beside it, read strictly.
+
+The manifest ``NAME.json`` of ``NAME.safetensors`` holds the file's ``sha256``, the feature
+``schema`` the network was trained on, the ``network`` configuration, every tensor's shape, and
+how the weights came about (``training``, ``figures``). Nothing is unpickled, and nothing is
+loaded that the manifest does not describe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import hashlib
+from importlib import resources
+from importlib.resources.abc import Traversable
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+import safetensors.numpy
+
+from fpnet_core.errors import WeightsError
+
+PACKAGED_NAME = 'matcher.safetensors'
+
+_REMEDY = 'reinstall fpnet_ros or train again with fpnet train'
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Tensors by name, and the manifest that describes them."""
+
+    tensors: dict[str, NDArray[Any]]
+    manifest: dict[str, Any]
+
+
+def read_weights(path: Path | None, schema: int) -> Weights:
+    """
+    Read and check a checkpoint.
+
+    Parameters
+    ----------
+    path : a ``.safetensors`` file with its manifest beside it; None reads the packaged one
+    schema : feature schema that the caller's graphs have
+
+    Raises
+    ------
+    WeightsError
+        If a file is missing or malformed, the hash or the feature schema differs, or a tensor is
+        missing, unexpected or of another shape.
+    """
+    folder: Traversable = resources.files('fpnet_core.weights') if path is None else path.parent
+    name = PACKAGED_NAME if path is None else path.name
+    manifest = _read_manifest(folder, name)
+    if manifest['schema'] != schema:
+        raise WeightsError(
+            f'{name}: made for feature schema {manifest["schema"]!r}, this version computes '
+            f'schema {schema}; {_REMEDY}'
+        )
+    data = _read_bytes(folder, name)
+    digest = hashlib.sha256(data).hexdigest()
+    if digest != manifest['sha256']:
+        raise WeightsError(
+            f'{name}: sha256 is {digest[:12]}..., its manifest says '
+            f'{str(manifest["sha256"])[:12]}...; the file is damaged or was replaced; {_REMEDY}'
+        )
+    try:
+        tensors = safetensors.numpy.load(data)
+    except SafetensorError as error:
+        raise WeightsError(f'{name}: not a safetensors file ({error}); {_REMEDY}') from None
+    shapes = {key: tuple(shape) for key, shape in manifest['tensors'].items()}
+    check_shapes(name, {key: value.shape for key, value in tensors.items()}, shapes)
+    return Weights(tensors, manifest)
+
+
+def write_weights(
+    path: Path, tensors: Mapping[str, NDArray[Any]], schema: int, facts: Mapping[str, Any]
+) -> None:
+    """
+    Write ``path`` (.safetensors) and its manifest.
+
+    ``facts`` are the manifest's other entries, JSON-serialisable; ``network`` must be among them.
+    """
+    # Row-major copies, because safetensors stores the buffer as it lies in memory.
+    data = safetensors.numpy.save({key: np.array(value) for key, value in tensors.items()})
+    manifest = {
+        'sha256': hashlib.sha256(data).hexdigest(),
+        'schema': schema,
+        **facts,
+        'tensors': {key: list(value.shape) for key, value in sorted(tensors.items())},
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    _manifest_of(path).write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
+
+
+def check_shapes(
+    name: str, found: Mapping[str, tuple[int, ...]], expected: Mapping[str, tuple[int, ...]]
+) -> None:
+    """Raise WeightsError naming the first tensor that is missing, unexpected or misshapen."""
+    for key in sorted({*found, *expected}):
+        if found.get(key) != expected.get(key):
+            raise WeightsError(
+                f'{name}: tensor {key}: expected {_describe(expected.get(key))}, '
+                f'got {_describe(found.get(key))}; {_REMEDY}'
+            )
+
+
+def _describe(shape: tuple[int, ...] | None) -> str:
+    return 'none' if shape is None else f'shape {shape}'
+
+
+def _manifest_of(path: Path) -> Path:
+    return path.with_suffix('.json')
+
+
+def _read_bytes(folder: Traversable, name: str) -> bytes:
+    try:
+        return (folder / name).read_bytes()
+    except OSError as error:
+        reason = error.strerror or 'cannot be read'
+        raise WeightsError(f'weights {folder / name}: {reason}; {_REMEDY}') from None
+
+
+def _read_manifest(folder: Traversable, name: str) -> dict[str, Any]:
+    if not name.endswith('.safetensors'):
+        raise WeightsError(f'weights {name}: expected a .safetensors file')
+    manifest_name = str(_manifest_of(Path(name)))
+    try:
+        manifest: dict[str, Any] = json.loads(_read_bytes(folder, manifest_name))
+    except ValueError as error:
+        raise WeightsError(f'{manifest_name}: not valid JSON ({error}); {_REMEDY}') from None
+    wanted = {'sha256': str, 'schema': int, 'network': dict, 'tensors': dict}
+    for key, kind in wanted.items():
+        if not isinstance(manifest, dict) or not isinstance(manifest.get(key), kind):
+            raise WeightsError(f'{manifest_name}: lacks {key!r} ({kind.__name__}); {_REMEDY}')
+    return manifest

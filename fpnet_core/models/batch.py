@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Region graphs as padded tensors with masks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+from torch import Tensor
+
+from fpnet_core.graphs import NODE_FEATURES
+from fpnet_core.types import RegionGraph
+
+
+@dataclass(frozen=True, eq=False)
+class GraphBatch:
+    """
+    ``B`` graphs padded to ``R`` nodes.
+
+    Parameters
+    ----------
+    node_feat : (B, R, D) float32, zeros in the padding
+    adjacency : (B, R, R) float32, symmetric, 1 where a door opens into a room, else 0
+    mask : (B, R) bool, True for real nodes
+    """
+
+    node_feat: Tensor
+    adjacency: Tensor
+    mask: Tensor
+
+    def to(self, device: torch.device) -> GraphBatch:
+        """Return the batch on ``device``."""
+        return GraphBatch(
+            self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
+        )
+
+
+def adjacency_matrix(edges: NDArray[np.int64], count: int) -> NDArray[np.float32]:
+    """Return the symmetric ``(count, count)`` 0/1 matrix of undirected ``edges (E, 2)``."""
+    matrix = np.zeros((count, count), dtype=np.float32)
+    matrix[edges[:, 0], edges[:, 1]] = 1.0
+    matrix[edges[:, 1], edges[:, 0]] = 1.0
+    return matrix
+
+
+def pad_graphs(
+    node_feat: Sequence[NDArray[np.float32]], edges: Sequence[NDArray[np.int64]]
+) -> GraphBatch:
+    """
+    Stack graphs given as ``node_feat (R_b, D)`` and ``edges (E_b, 2)`` into one batch.
+
+    The padded size is that of the largest graph, and at least one, so that a batch of empty
+    graphs has valid shapes and masks without a True.
+    """
+    size = max((len(rows) for rows in node_feat), default=0) or 1
+    count = len(node_feat)
+    features = np.zeros((count, size, NODE_FEATURES), dtype=np.float32)
+    adjacency = np.zeros((count, size, size), dtype=np.float32)
+    mask = np.zeros((count, size), dtype=np.bool_)
+    for index, (rows, pairs) in enumerate(zip(node_feat, edges, strict=True)):
+        features[index, : len(rows)] = rows
+        adjacency[index, : len(rows), : len(rows)] = adjacency_matrix(pairs, len(rows))
+        mask[index, : len(rows)] = True
+    return GraphBatch(
+        torch.from_numpy(features), torch.from_numpy(adjacency), torch.from_numpy(mask)
+    )
+
+
+def batch_graphs(graphs: Sequence[RegionGraph]) -> GraphBatch:
+    """Stack region graphs into one padded batch."""
+    return pad_graphs([graph.node_feat for graph in graphs], [graph.edges for graph in graphs])

@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Shape of the matching network; stored in a checkpoint's manifest, not a run-time parameter."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from fpnet_core.config import Section
+
+
+class EdgeMapping(StrEnum):
+    """What the edge function phi of equation (7) sees."""
+
+    NONE = 'none'
+    CONNECTIVITY = 'connectivity'
+    DISTANCE = 'distance'
+    LEARNED = 'learned'
+
+
+class NetworkConfig(Section):
+    """Sizes of the network; the defaults are the paper's (section V-A, setup)."""
+
+    width: int = Field(26, ge=2, le=512, description='Length of a node descriptor.')
+    heads: int = Field(2, ge=1, le=16, description='Attention heads.')
+    blocks: int = Field(9, ge=1, le=32, description='Blocks of one self and one cross layer.')
+    position_widths: tuple[int, ...] = Field(
+        (6, 13, 26), description='Hidden widths of the position encoder.'
+    )
+    edge_mapping: EdgeMapping = Field(
+        EdgeMapping.DISTANCE, description='Edge function multiplied into self-attention.'
+    )
+    sinkhorn_iterations: int = Field(20, ge=1, le=200, description='Row and column sweeps.')
+
+    @model_validator(mode='after')
+    def _heads_divide_width(self) -> Self:
+        if self.width % self.heads:
+            raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
+        return self

@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The edge function phi that weighs self-attention (paper, equation 7).
+
+The paper leaves phi open ("defined by connectivity between nodes and relative spatial positions
+jointly", two variants, "also can be a simple projection network"). All three are here:
+
+- ``connectivity``: 1 for adjacent nodes and the node itself, 0.7 otherwise.
+- ``distance``: the inverse distance for adjacent nodes, 0.5 for others, 20 for the node itself.
+  Distances are divided by the node's mean distance to its neighbours, so that phi does not
+  depend on the scale of the map, and bounded, so that no neighbour outweighs the node itself.
+- ``learned``: a small network per layer and head on connectivity, distance and their product;
+  it sees nothing that a rotation or translation of the map changes.
+"""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from fpnet_core.graphs.features import POSITION
+from fpnet_core.models.batch import GraphBatch
+from fpnet_core.models.config import EdgeMapping
+
+CONNECTED, UNCONNECTED = 1.0, 0.7
+"""Values of the connectivity variant."""
+
+SELF_WEIGHT, FAR_WEIGHT, LARGEST_INVERSE_DISTANCE = 20.0, 0.5, 10.0
+"""Values of the distance variant: the node itself, non-adjacent nodes, bound of the rest."""
+
+_PAIR_FEATURES = 5
+_HIDDEN = 16
+# Distances in units of POSITION_UNIT_M at which the learned variant's soft thresholds sit.
+_NEAR, _FAR = 0.1, 0.5
+
+
+def pair_distances(batch: GraphBatch) -> Tensor:
+    """Return distances ``(B, R, R)`` between node positions, in ``POSITION_UNIT_M``."""
+    position = batch.node_feat[..., POSITION]
+    offset = position.unsqueeze(-2) - position.unsqueeze(-3)
+    return (offset.square().sum(dim=-1) + torch.finfo(offset.dtype).tiny).sqrt()
+
+
+def connectivity_weights(batch: GraphBatch) -> Tensor:
+    """Return phi ``(B, R, R)`` of the connectivity variant."""
+    own = torch.eye(batch.adjacency.shape[-1], device=batch.adjacency.device)
+    linked = torch.maximum(batch.adjacency, own)
+    return UNCONNECTED + (CONNECTED - UNCONNECTED) * linked
+
+
+def distance_weights(batch: GraphBatch) -> Tensor:
+    """Return phi ``(B, R, R)`` of the distance variant; row i is what node i gathers by."""
+    distance, linked = pair_distances(batch), batch.adjacency
+    degree = linked.sum(dim=-1, keepdim=True).clamp_min(1.0)
+    mean = (distance * linked).sum(dim=-1, keepdim=True) / degree
+    inverse = (mean / distance.clamp_min(1e-6)).clamp_max(LARGEST_INVERSE_DISTANCE)
+    weights = torch.where(linked > 0, inverse, FAR_WEIGHT)
+    own = torch.eye(linked.shape[-1], dtype=torch.bool, device=linked.device)
+    return torch.where(own, SELF_WEIGHT, weights)
+
+
+class EdgeFunction(nn.Module):
+    """phi for all self-attention layers at once, from one batch of graphs."""
+
+    def __init__(self, mapping: EdgeMapping, layers: int, heads: int) -> None:
+        super().__init__()
+        self.mapping, self.layers, self.heads = mapping, layers, heads
+        if mapping is EdgeMapping.LEARNED:
+            self.project = nn.Sequential(
+                nn.Linear(_PAIR_FEATURES, _HIDDEN),
+                nn.ReLU(),
+                nn.Linear(_HIDDEN, layers * heads),
+            )
+
+    def forward(self, batch: GraphBatch) -> tuple[Tensor | None, ...]:
+        """Return one phi per layer, each ``(B, heads or 1, R, R)``, or None for ``none``."""
+        match self.mapping:
+            case EdgeMapping.NONE:
+                return (None,) * self.layers
+            case EdgeMapping.CONNECTIVITY:
+                return (connectivity_weights(batch).unsqueeze(1),) * self.layers
+            case EdgeMapping.DISTANCE:
+                return (distance_weights(batch).unsqueeze(1),) * self.layers
+            case EdgeMapping.LEARNED:
+                raw: Tensor = self.project(_pair_features(batch)).permute(0, 3, 1, 2)
+                # softplus keeps phi positive; dividing by softplus(0) starts it around one.
+                weights = functional.softplus(raw) / functional.softplus(raw.new_zeros(()))
+                return torch.split(weights, self.heads, dim=1)
+
+
+def _pair_features(batch: GraphBatch) -> Tensor:
+    """Return invariant features ``(B, R, R, 5)`` of every ordered pair of nodes."""
+    distance, linked = pair_distances(batch), batch.adjacency
+    own = torch.eye(linked.shape[-1], device=linked.device).expand_as(linked)
+    near, far = torch.exp(-distance / _NEAR), torch.exp(-distance / _FAR)
+    return torch.stack([linked, own, near, far, linked * near], dim=-1)

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Settings of a training run; apart from the run-time tree, which becomes ROS parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field, ValidationError
+
+from fpnet_core.config import Section
+from fpnet_core.errors import ConfigError
+from fpnet_core.models.config import NetworkConfig
+
+
+class LossConfig(Section):
+    """Weights a, b, c of the paper's equation (10)."""
+
+    match: float = Field(1.0, ge=0.0, description='Likelihood of partners and dustbins.')
+    topology: float = Field(0.25, ge=0.0, description='Expected adjacency error.')
+    spatial: float = Field(0.5, ge=0.0, description='Expected distance from the true partner.')
+
+
+class AugmentationConfig(Section):
+    """Random changes to each pair, on top of a random rotation of either side."""
+
+    mirror_probability: float = Field(
+        0.5, ge=0.0, le=1.0, description='Chance that both sides are mirrored together.'
+    )
+    feature_noise: float = Field(
+        0.05, ge=0.0, description='Standard deviation added to shape and area features.'
+    )
+    scale_noise: float = Field(
+        0.05, ge=0.0, le=0.5, description='Standard deviation of the log scale between sides.'
+    )
+    drop_probability: float = Field(
+        0.05, ge=0.0, lt=1.0, description='Chance that a region of either side goes missing.'
+    )
+
+
+class TrainingConfig(Section):
+    """The whole run."""
+
+    seed: int = Field(0, ge=0, description='Seed of initialisation, order and augmentation.')
+    epochs: int = Field(40, ge=1, description='Passes over the training pairs.')
+    batch_size: int = Field(32, ge=1, description='Pairs per optimiser step.')
+    learning_rate: float = Field(1e-3, gt=0.0, description='Peak rate of AdamW.')
+    weight_decay: float = Field(1e-4, ge=0.0, description='Decoupled weight decay.')
+    warmup_fraction: float = Field(
+        0.05, ge=0.0, lt=1.0, description='Share of all steps with a rising rate; then cosine.'
+    )
+    clip_norm: float = Field(1.0, gt=0.0, description='Largest gradient norm.')
+    patience: int = Field(8, ge=1, description='Epochs without a better validation F1.')
+    validation_fraction: float = Field(
+        0.1, gt=0.0, lt=1.0, description='Share of plans (not pairs) held back.'
+    )
+    match_threshold: float = Field(
+        0.2, ge=0.0, lt=1.0, description='Probability that counts as a match in validation.'
+    )
+    loss: LossConfig = LossConfig()
+    augmentation: AugmentationConfig = AugmentationConfig()
+    network: NetworkConfig = NetworkConfig()
+
+
+def parse_training_config(overrides: dict[str, Any]) -> TrainingConfig:
+    """
+    Return the defaults changed by dotted ``overrides``, such as ``{'network.width': 64}``.
+
+    Raises
+    ------
+    ConfigError
+        If a key is unknown or a value out of range.
+    """
+    tree: dict[str, Any] = {}
+    for dotted, value in overrides.items():
+        node = tree
+        *parents, leaf = dotted.split('.')
+        for part in parents:
+            node = node.setdefault(part, {})
+        node[leaf] = value
+    try:
+        return TrainingConfig.model_validate(tree)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = '.'.join(str(part) for part in first['loc']) or '(top level)'
+        raise ConfigError(
+            f'training setting {key}: {first["msg"]} (got {first["input"]!r})'
+        ) from None

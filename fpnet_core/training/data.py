@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Matching pairs as arrays: augmentation, split by plan, padded batches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+from torch import Tensor
+
+from fpnet_core.graphs.features import AREA, AREA_SCALE, HU, POSITION
+from fpnet_core.models import GraphBatch, pad_graphs
+from fpnet_core.training.config import AugmentationConfig
+from fpnet_core.types import IGNORE, UNMATCHED
+
+_SHAPE = slice(HU.start, AREA.stop)
+# The seventh Hu moment changes its sign under mirroring; no other feature does.
+_HU_SKEW = HU.stop - 1
+# Batches are cut from runs of this many batches sorted by size, so that little is padding.
+_SORTED_BATCHES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class PairArrays:
+    """
+    One matching pair.
+
+    ``plan_feat (M, D)``, ``sub_feat (N, D)`` float32; ``plan_edges (E, 2)``, ``sub_edges (E, 2)``
+    int64; ``labels (N,)`` int64 plan index, UNMATCHED or IGNORE; ``plan_id`` names the plan.
+    """
+
+    plan_feat: NDArray[np.float32]
+    plan_edges: NDArray[np.int64]
+    sub_feat: NDArray[np.float32]
+    sub_edges: NDArray[np.int64]
+    labels: NDArray[np.int64]
+    plan_id: int
+
+
+@dataclass(frozen=True, eq=False)
+class PairBatch:
+    """Padded pairs; ``labels (B, N)`` is IGNORE in the padding."""
+
+    plan: GraphBatch
+    sub: GraphBatch
+    labels: Tensor
+
+    def to(self, device: torch.device) -> PairBatch:
+        """Return the batch on ``device``."""
+        return PairBatch(self.plan.to(device), self.sub.to(device), self.labels.to(device))
+
+
+def split_by_plan(
+    pairs: Sequence[PairArrays], fraction: float, rng: np.random.Generator
+) -> tuple[list[PairArrays], list[PairArrays]]:
+    """
+    Return training and validation pairs; no plan is in both.
+
+    ``fraction`` of the plans, and at least one, is held back.
+    """
+    plans = np.array(sorted({pair.plan_id for pair in pairs}))
+    count = max(1, round(fraction * len(plans)))
+    held_back = set(rng.permutation(plans)[:count].tolist())
+    return (
+        [pair for pair in pairs if pair.plan_id not in held_back],
+        [pair for pair in pairs if pair.plan_id in held_back],
+    )
+
+
+def collate(pairs: Sequence[PairArrays]) -> PairBatch:
+    """Pad pairs into one batch."""
+    plan = pad_graphs([p.plan_feat for p in pairs], [p.plan_edges for p in pairs])
+    sub = pad_graphs([p.sub_feat for p in pairs], [p.sub_edges for p in pairs])
+    labels = np.full(sub.mask.shape, IGNORE, dtype=np.int64)
+    for row, pair in zip(labels, pairs, strict=True):
+        row[: len(pair.labels)] = pair.labels
+    return PairBatch(plan, sub, torch.from_numpy(labels))
+
+
+def batch_order(
+    sizes: NDArray[np.int64], batch_size: int, rng: np.random.Generator
+) -> list[NDArray[np.int64]]:
+    """Return shuffled index batches of pairs with similar ``sizes``; each pair comes once."""
+    order = rng.permutation(len(sizes))
+    batches: list[NDArray[np.int64]] = []
+    run = batch_size * _SORTED_BATCHES
+    for start in range(0, len(order), run):
+        chunk = order[start : start + run]
+        chunk = chunk[np.argsort(sizes[chunk], kind='stable')]
+        batches += [chunk[i : i + batch_size] for i in range(0, len(chunk), batch_size)]
+    return [batches[i] for i in rng.permutation(len(batches))]
+
+
+def training_batches(
+    pairs: Sequence[PairArrays],
+    batch_size: int,
+    config: AugmentationConfig,
+    rng: np.random.Generator,
+) -> Iterator[PairBatch]:
+    """Yield one epoch of augmented batches."""
+    sizes = np.array([len(pair.plan_feat) for pair in pairs])
+    for batch in batch_order(sizes, batch_size, rng):
+        yield collate([augment(pairs[index], config, rng) for index in batch])
+
+
+def augment(pair: PairArrays, config: AugmentationConfig, rng: np.random.Generator) -> PairArrays:
+    """Return the pair with both sides turned, and with noise, mirroring and dropped regions."""
+    pair = _drop_regions(pair, config.drop_probability, rng)
+    mirror = rng.random() < config.mirror_probability
+    log_scale = config.scale_noise * rng.standard_normal()
+    plan_feat = _perturb(pair.plan_feat, mirror, 0.0, config.feature_noise, rng)
+    sub_feat = _perturb(pair.sub_feat, mirror, log_scale, config.feature_noise, rng)
+    return replace(pair, plan_feat=plan_feat, sub_feat=sub_feat)
+
+
+def _perturb(
+    rows: NDArray[np.float32],
+    mirror: bool,
+    log_scale: float,
+    noise: float,
+    rng: np.random.Generator,
+) -> NDArray[np.float32]:
+    rows = rows.copy()
+    if mirror:
+        rows[:, 0] *= -1.0
+        rows[:, _HU_SKEW] *= -1.0
+    yaw = rng.uniform(-np.pi, np.pi)
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    rows[:, POSITION] = np.exp(log_scale) * rows[:, POSITION] @ turn.T
+    rows[:, _SHAPE] += noise * rng.standard_normal(rows[:, _SHAPE].shape)
+    rows[:, AREA] += 2.0 * log_scale / AREA_SCALE
+    return rows
+
+
+def _drop_regions(pair: PairArrays, probability: float, rng: np.random.Generator) -> PairArrays:
+    """Remove random regions; partners of removed plan regions become UNMATCHED."""
+    keep_plan = _kept(len(pair.plan_feat), probability, rng)
+    keep_sub = _kept(len(pair.sub_feat), probability, rng)
+    labels = pair.labels[keep_sub]
+    renumbered = _renumber(keep_plan)
+    matched = labels >= 0
+    labels = np.where(matched, renumbered[np.where(matched, labels, 0)], labels)
+    return replace(
+        pair,
+        plan_feat=pair.plan_feat[keep_plan],
+        plan_edges=_kept_edges(pair.plan_edges, keep_plan),
+        sub_feat=pair.sub_feat[keep_sub],
+        sub_edges=_kept_edges(pair.sub_edges, keep_sub),
+        labels=labels,
+    )
+
+
+def _kept(count: int, probability: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Choose nodes to keep; a graph is never emptied."""
+    keep = rng.random(count) >= probability
+    return keep if keep.any() else np.ones(count, dtype=np.bool_)
+
+
+def _renumber(keep: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return new indices of kept nodes, UNMATCHED for dropped ones."""
+    return np.where(keep, np.cumsum(keep) - 1, UNMATCHED)
+
+
+def _kept_edges(edges: NDArray[np.int64], keep: NDArray[np.bool_]) -> NDArray[np.int64]:
+    renumbered = _renumber(keep)[edges]
+    return renumbered[(renumbered >= 0).all(axis=1)]

@@ -1,0 +1,274 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The training loop: AdamW, warm-up and cosine, early stopping on held-back plans, resumable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import csv
+from dataclasses import asdict, dataclass, fields
+import json
+import logging
+import math
+from pathlib import Path
+from typing import Any
+
+from lightning_fabric import Fabric
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from fpnet_core.errors import ConfigError
+from fpnet_core.io.weights import write_weights
+from fpnet_core.matching import mutual_pairs
+from fpnet_core.metrics import MatchCounts, count_matches
+from fpnet_core.models import MatchingNetwork
+from fpnet_core.training.checkpoint import load_state, save_state
+from fpnet_core.training.config import TrainingConfig
+from fpnet_core.training.data import PairArrays, PairBatch, collate, training_batches
+from fpnet_core.training.losses import LossTerms, matching_loss
+from fpnet_core.types import FEATURE_SCHEMA
+
+logger = logging.getLogger(__name__)
+
+WEIGHTS_FILE, STATE_FILE = 'matcher.safetensors', 'last.safetensors'
+CURVES_FILE, CONFIG_FILE = 'curves.csv', 'training.json'
+
+
+@dataclass(frozen=True)
+class EpochRecord:
+    """One row of the curves: mean losses, and validation figures at the match threshold."""
+
+    epoch: int
+    learning_rate: float
+    loss: float
+    match: float
+    topology: float
+    spatial: float
+    val_loss: float
+    val_precision: float
+    val_recall: float
+    val_f1: float
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """What a caller is told: every step (pairs done) and every epoch."""
+
+    on_pairs: Callable[[float], None] = lambda count: None
+    on_epoch: Callable[[EpochRecord], None] = lambda record: None
+
+
+def make_network(config: TrainingConfig) -> MatchingNetwork:
+    """Return a network initialised from the run's seed, leaving torch's global state alone."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(config.seed)
+        return MatchingNetwork(config.network)
+
+
+def learning_rate_at(step: int, steps: int, config: TrainingConfig) -> float:
+    """Return the rate of ``step`` of ``steps``: linear warm-up, then half a cosine to zero."""
+    warmup = max(1, round(config.warmup_fraction * steps))
+    if step < warmup:
+        return config.learning_rate * (step + 1) / warmup
+    progress = (step - warmup) / max(1, steps - warmup)
+    return 0.5 * config.learning_rate * (1.0 + math.cos(math.pi * progress))
+
+
+class Trainer:
+    """
+    One run in the folder ``out``.
+
+    Writes ``training.json`` (configuration), ``curves.csv``, ``last.safetensors`` (state) and,
+    whenever validation F1 improves, ``matcher.safetensors`` with its manifest, which is what
+    the matcher loads. A folder that holds a state is continued.
+
+    Raises
+    ------
+    ConfigError
+        If ``out`` holds a run with another configuration.
+    """
+
+    def __init__(
+        self,
+        config: TrainingConfig,
+        out: Path,
+        device: str = 'cpu',
+        recipe: dict[str, Any] | None = None,
+    ) -> None:
+        self.config, self.out, self.recipe = config, out, recipe or {}
+        self.fabric = make_fabric(device)
+        network = make_network(config)
+        optimizer = torch.optim.AdamW(
+            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
+        )
+        self.next_epoch, self.best_f1, self.best_epoch = 0, -1.0, -1
+        out.mkdir(parents=True, exist_ok=True)
+        self._claim_folder()
+        if (out / STATE_FILE).exists():
+            self._resume(network, optimizer)
+        self.bare_network = network
+        self.network, self.optimizer = self.fabric.setup(network, optimizer)
+
+    def fit(
+        self,
+        training: Sequence[PairArrays],
+        validation: Sequence[PairArrays],
+        hooks: Hooks | None = None,
+    ) -> None:
+        """Train until the last epoch, or until ``patience`` epochs brought nothing better."""
+        hooks = hooks or Hooks()
+        while self.next_epoch < self.config.epochs:
+            if self.next_epoch - self.best_epoch > self.config.patience:
+                logger.info('no better validation F1 since epoch %d', self.best_epoch)
+                return
+            record = self._epoch(training, validation, hooks)
+            self._keep(record)
+            hooks.on_epoch(record)
+
+    def _epoch(
+        self, training: Sequence[PairArrays], validation: Sequence[PairArrays], hooks: Hooks
+    ) -> EpochRecord:
+        epoch, config = self.next_epoch, self.config
+        steps_per_epoch = math.ceil(len(training) / config.batch_size)
+        # A stream per epoch: a resumed run sees the very batches of an uninterrupted one.
+        rng = np.random.default_rng([config.seed, epoch])
+        batches = training_batches(training, config.batch_size, config.augmentation, rng)
+        sums, rate = torch.zeros(4), 0.0
+        self.network.train()
+        for index, batch in enumerate(batches):
+            step = epoch * steps_per_epoch + index
+            rate = learning_rate_at(step, steps_per_epoch * config.epochs, config)
+            terms = self._step(batch.to(self.fabric.device), rate)
+            sums += stack_terms(terms) * len(batch.labels)
+            hooks.on_pairs(float(len(batch.labels)))
+        loss, match, topology, spatial = (sums / len(training)).tolist()
+        val_loss, counts = validate(self.network, validation, config, self.fabric.device)
+        return EpochRecord(
+            epoch=epoch,
+            learning_rate=rate,
+            loss=loss,
+            match=match,
+            topology=topology,
+            spatial=spatial,
+            val_loss=val_loss,
+            val_precision=counts.precision,
+            val_recall=counts.recall,
+            val_f1=counts.f1,
+        )
+
+    def _step(self, batch: PairBatch, rate: float) -> LossTerms:
+        for group in self.optimizer.param_groups:
+            group['lr'] = rate
+        terms = matching_loss(
+            self.network(batch.plan, batch.sub), batch.labels, batch.plan, self.config.loss
+        )
+        self.optimizer.zero_grad(set_to_none=True)
+        self.fabric.backward(terms.total)
+        self.fabric.clip_gradients(self.network, self.optimizer, max_norm=self.config.clip_norm)
+        self.optimizer.step()
+        return terms
+
+    def _keep(self, record: EpochRecord) -> None:
+        if record.val_f1 > self.best_f1:
+            self.best_f1, self.best_epoch = record.val_f1, record.epoch
+            self._write_weights(record)
+        self.next_epoch = record.epoch + 1
+        scalars = {
+            'next_epoch': self.next_epoch,
+            'best_f1': self.best_f1,
+            'best_epoch': self.best_epoch,
+        }
+        append_curve(self.out / CURVES_FILE, record)
+        save_state(self.out / STATE_FILE, self.bare_network, self.optimizer, scalars)
+
+    def _write_weights(self, record: EpochRecord) -> None:
+        state = self.bare_network.state_dict()
+        facts = {
+            'network': self.config.network.model_dump(mode='json'),
+            'training': {
+                'config': self.config.model_dump(mode='json', exclude={'network'}),
+                'data': self.recipe,
+                'versions': {'torch': torch.__version__, 'numpy': np.__version__},
+            },
+            'figures': {'validation': asdict(record)},
+        }
+        tensors = {key: value.detach().cpu().numpy() for key, value in state.items()}
+        write_weights(self.out / WEIGHTS_FILE, tensors, FEATURE_SCHEMA, facts)
+
+    def _claim_folder(self) -> None:
+        path = self.out / CONFIG_FILE
+        text = json.dumps(self.config.model_dump(mode='json'), indent=1) + '\n'
+        if path.exists() and path.read_text(encoding='utf-8') != text:
+            raise ConfigError(
+                f'{self.out} holds a run with other settings ({CONFIG_FILE} differs); '
+                'choose another --out, or the same settings to continue it'
+            )
+        path.write_text(text, encoding='utf-8')
+
+    def _resume(self, network: nn.Module, optimizer: torch.optim.Optimizer) -> None:
+        scalars = load_state(self.out / STATE_FILE, network, optimizer)
+        self.next_epoch = int(scalars['next_epoch'])
+        self.best_f1 = float(scalars['best_f1'])
+        self.best_epoch = int(scalars['best_epoch'])
+        logger.info('continuing %s at epoch %d', self.out, self.next_epoch)
+
+
+def make_fabric(device: str) -> Fabric:
+    """
+    Return an engine for ``cpu``, ``cuda`` or ``cuda:N``.
+
+    Raises
+    ------
+    ConfigError
+        If the device is unknown or absent.
+    """
+    kind, _, index = device.partition(':')
+    if kind not in ('cpu', 'cuda') or (index and not (kind == 'cuda' and index.isdigit())):
+        raise ConfigError(f'device {device!r}: expected cpu, cuda or cuda:N')
+    if kind == 'cuda' and int(index or 0) >= torch.cuda.device_count():
+        raise ConfigError(f'device {device!r} is not there; use --device cpu')
+    devices: list[int] | int = [int(index)] if index else 1
+    fabric = Fabric(accelerator=kind, devices=devices)
+    fabric.launch()
+    return fabric
+
+
+@torch.inference_mode()
+def validate(
+    network: nn.Module,
+    pairs: Sequence[PairArrays],
+    config: TrainingConfig,
+    device: torch.device,
+) -> tuple[float, MatchCounts]:
+    """Return the mean loss and pooled match counts over unaugmented pairs."""
+    network.eval()
+    loss, counts = 0.0, MatchCounts(0, 0, 0)
+    for start in range(0, len(pairs), config.batch_size):
+        chunk = pairs[start : start + config.batch_size]
+        batch = collate(chunk).to(device)
+        log_assignment: Tensor = network(batch.plan, batch.sub)
+        terms = matching_loss(log_assignment, batch.labels, batch.plan, config.loss)
+        loss += float(terms.total) * len(chunk)
+        assignment = log_assignment[:, :-1, :-1].exp().cpu().numpy()
+        for pair, scores in zip(chunk, assignment, strict=True):
+            real = scores[: len(pair.plan_feat), : len(pair.sub_feat)]
+            matches = mutual_pairs(real, config.match_threshold)
+            counts = counts + count_matches(matches, pair.labels)
+    return loss / max(1, len(pairs)), counts
+
+
+def stack_terms(terms: LossTerms) -> Tensor:
+    """Return total, match, topology and spatial loss ``(4,)`` without gradients."""
+    parts = (terms.total, terms.match, terms.topology, terms.spatial)
+    return torch.stack([part.detach().cpu() for part in parts])
+
+
+def append_curve(path: Path, record: EpochRecord) -> None:
+    """Append one row to the CSV, with a header if the file is new."""
+    new = not path.exists()
+    with path.open('a', newline='', encoding='utf-8') as file:
+        writer = csv.DictWriter(file, [field.name for field in fields(EpochRecord)])
+        if new:
+            writer.writeheader()
+        writer.writerow(asdict(record))
