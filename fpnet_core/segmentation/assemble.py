@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 import shapely
-from skimage.measure import find_contours
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.openings import Opening
@@ -20,7 +19,7 @@ from fpnet_core.segmentation.scene import Mask
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
 # Corners of a polygon may leave the raster's outline by this many cells.
-_SIMPLIFY_CELLS = 0.75
+_SIMPLIFY_CELLS = 1.0
 
 
 @dataclass(frozen=True)
@@ -50,18 +49,24 @@ def upsample_labels(labels: NDArray[np.int32], stride: int, free: Mask) -> NDArr
 
 def outline(mask: Mask) -> NDArray[np.float64] | None:
     """
-    Trace the outer boundary of the largest piece of ``mask (H, W)``.
+    Trace the outer boundary of the largest piece of ``mask (H, W)`` along its cells' edges.
 
-    Returns (V, 2) fractional row-column vertices, not closed, between cell centres; None for
-    an empty mask.
+    Returns (V, 2) row-column vertices in fractional cells (centres are integers), not closed;
+    None for an empty mask.
     """
-    contours = find_contours(np.pad(mask, 1).astype(np.uint8), 0.5)  # type: ignore[no-untyped-call]
+    # A corner of the lattice between cells belongs to the piece where any of its cells does;
+    # contours of such corners run exactly along the cells' outer edges.
+    corners = cv2.dilate(
+        np.pad(mask, ((0, 1), (0, 1))).astype(np.uint8), np.ones((2, 2), np.uint8), anchor=(1, 1)
+    )
+    contours, _ = cv2.findContours(corners, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     if not contours:
         return None
-    areas = [abs(_signed_area(contour)) for contour in contours]
-    ring = shapely.LinearRing(contours[int(np.argmax(areas))] - 1.0)
-    simple = np.asarray(ring.simplify(_SIMPLIFY_CELLS).coords)[:-1]
-    return simple if len(simple) >= 3 else np.asarray(ring.coords)[:-1]
+    ring = max(contours, key=cv2.contourArea)
+    simple = cv2.approxPolyDP(ring, _SIMPLIFY_CELLS, closed=True)[:, 0, ::-1]
+    if len(simple) < 3 or not shapely.LinearRing(simple).is_simple:
+        simple = ring[:, 0, ::-1]
+    return np.asarray(simple - 0.5, dtype=np.float64)
 
 
 def _signed_area(ring: NDArray[np.float64]) -> float:

@@ -14,6 +14,9 @@ from fpnet_core.config import SegmentationConfig
 
 Mask = NDArray[np.bool_]
 
+# Mean of a block of ones, with room for rounding.
+_ALL = 1.0 - 1e-4
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -79,15 +82,19 @@ def reduce_scene(
 ) -> WorkRaster:
     """Reduce a scene and its ``clearance (H, W)`` to the working resolution."""
     stride = max(1, round(config.work_resolution_m / scene.cell_m))
-    mask = np.asarray(_blocks(scene.free & ~scene.lintel, stride).all(axis=(1, 3)))
-    work = _blocks(clearance, stride).mean(axis=(1, 3), dtype=np.float32)
+    passable = _block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
+    work = _block_means(clearance, stride)
     sigma = config.smoothing_m / (scene.cell_m * stride)
     if sigma > 0.0:
         work = cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    return WorkRaster(mask, np.asarray(work), stride, scene.cell_m * stride)
+    return WorkRaster(passable > _ALL, np.asarray(work), stride, scene.cell_m * stride)
 
 
-def _blocks(values: NDArray[np.generic], stride: int) -> NDArray[np.generic]:
+def _block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:
+    """Return the means of blocks of ``stride`` by ``stride`` cells, zeros beyond the edge."""
     rows, cols = values.shape
-    padded = np.pad(values, ((0, -rows % stride), (0, -cols % stride)))
-    return padded.reshape(padded.shape[0] // stride, stride, padded.shape[1] // stride, stride)
+    padded = cv2.copyMakeBorder(
+        values, 0, -rows % stride, 0, -cols % stride, cv2.BORDER_CONSTANT, value=0.0
+    )
+    size = (padded.shape[1] // stride, padded.shape[0] // stride)
+    return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA))

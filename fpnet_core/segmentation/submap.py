@@ -105,9 +105,12 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
     cells = room.astype(np.uint8)
     rim = cv2.dilate(cells, np.ones((3, 3), np.uint8)).astype(bool) & ~room
     frontier = rim & unseen
-    points = np.argwhere(room)[:, ::-1].astype(np.int32)
+    rows = np.flatnonzero(room.any(axis=1))
+    first = room[rows].argmax(axis=1)
+    last = room.shape[1] - 1 - room[rows, ::-1].argmax(axis=1)
+    sides = np.stack([np.r_[first, last], np.r_[rows, rows]], axis=1).astype(np.int32)
     hull = np.zeros_like(cells)
-    cv2.fillConvexPoly(hull, cv2.convexHull(points), 1)
+    cv2.fillConvexPoly(hull, cv2.convexHull(sides), 1)
     _, pieces = cv2.connectedComponents((hull.astype(bool) & unseen).astype(np.uint8))
     reached = np.unique(pieces[frontier])
     hidden = np.isin(pieces, reached[reached > 0]).sum()
