@@ -94,33 +94,36 @@ def _read_log(path: Path) -> list[_Laser]:
 
 
 def _parse_flaser(words: list[str]) -> _Laser:
-    count, ranges, rest = _take_array(words)
+    ranges, rest = _take_array(words)
+    count = len(ranges)
     # 181 or 361 readings include both ends of the half circle, 180 or 360 only the first.
     step = _FIELD_OF_VIEW_RAD / (count if count % 2 == 0 else count - 1)
-    angles: NDArray[np.float64] = step * np.arange(count) - 0.5 * _FIELD_OF_VIEW_RAD
-    return _Laser(_finite(rest[6]), ranges, angles, _pose(rest[0:3]))
+    return _laser(_finite(rest[6]), ranges, -0.5 * _FIELD_OF_VIEW_RAD, step, rest[0:3])
 
 
 def _parse_robotlaser(words: list[str]) -> _Laser:
     start, resolution = _finite(words[1]), _finite(words[3])
-    count, ranges, rest = _take_array(words[7:])
-    _, _, rest = _take_array(rest, minimum=0)
-    angles: NDArray[np.float64] = resolution * np.arange(count) + start
+    ranges, rest = _take_array(words[7:])
+    _, rest = _take_array(rest, minimum=0)
     # laser pose, robot pose, five values of the base, then the time
-    return _Laser(_finite(rest[11]), ranges, angles, _pose(rest[0:3]))
+    return _laser(_finite(rest[11]), ranges, start, resolution, rest[0:3])
 
 
-def _take_array(words: list[str], minimum: int = 2) -> tuple[int, NDArray[np.float64], list[str]]:
+def _take_array(words: list[str], minimum: int = 2) -> tuple[NDArray[np.float64], list[str]]:
     """Split ``n v_1 .. v_n rest``; NaN readings are no echoes."""
     count = int(words[0])
     if not minimum <= count <= _MAX_READINGS or len(words) <= count:
         raise ValueError
-    return count, np.array(words[1 : count + 1], dtype=np.float64), words[count + 1 :]
+    return np.array(words[1 : count + 1], dtype=np.float64), words[count + 1 :]
 
 
-def _pose(words: list[str]) -> SE2:
-    x, y, yaw = map(_finite, words)
-    return SE2.from_xy_yaw(x, y, yaw)
+def _laser(
+    time_s: float, ranges_m: NDArray[np.float64], start: float, step: float, pose: list[str]
+) -> _Laser:
+    angles_rad = np.empty(len(ranges_m), dtype=np.float64)
+    angles_rad[:] = start + step * np.arange(len(ranges_m))
+    x, y, yaw = map(_finite, pose)
+    return _Laser(time_s, ranges_m, angles_rad, SE2.from_xy_yaw(x, y, yaw))
 
 
 def _finite(word: str) -> float:

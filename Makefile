@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+#
+#   make demo    set up, then localise a simulated robot on a floorplan; results in out/demo
+#   make test    set up, then lint and run all tests
+#   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
+#   make lint    ruff and mypy
+#   make clean   remove what was built, not .venv; make distclean removes that, too
+
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint clean distclean
+
+BIN := .venv/bin
+# The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
+# repeat it, and sourcing ROS 2 or changing a requirement does.
+INPUTS := $(wildcard requirements*.txt) setup.py tools/setup.sh
+STAMP := .venv/.ready-$(shell (cat $(INPUTS); echo "$(ROS_DISTRO)") | sha256sum | cut -c1-16)
+
+# Compiled kernels stay in the checkout, and outlive make clean.
+export NUMBA_CACHE_DIR := $(CURDIR)/.venv/numba
+ifdef PYTHON
+export PYTHON
+endif
+ifneq ($(origin TORCH_INDEX_URL),undefined)
+export TORCH_INDEX_URL
+endif
+
+# Fast and independent tests first, two at a time; then those that use both cores themselves.
+QUICK := $(wildcard test/unit test/property test/architecture test/adapters)
+LONG := $(wildcard test/integration test/ros test/real)
+DEMO_ARGS ?=
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+setup: $(STAMP)
+
+$(STAMP):
+	@tools/setup.sh
+	@rm -f .venv/.ready-*
+	@touch $@
+
+demo: $(STAMP)
+	$(BIN)/fpnet demo $(DEMO_ARGS)
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test: lint
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 $(QUICK)
+	$(BIN)/pytest --durations=10 $(LONG)
+
+clean:
+	rm -rf build install log out *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf .venv
