@@ -28,6 +28,8 @@ from msg_adapters.stamps import stamp_to_msg
 
 _CLOCK_PERIOD_S = 0.01
 _DISCOVERY_POLL_S = 0.05
+# Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
+_DISCOVERY_SETTLE_S = 0.5
 # Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
@@ -91,6 +93,7 @@ class Replay(Node):
                 self.get_logger().warning('nobody subscribes; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
+        self._spin_for(_DISCOVERY_SETTLE_S)
 
     def _publish_all(
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+from nav_msgs.msg import Odometry
+import numpy as np
+import pytest
+from sensor_msgs.msg import PointCloud2
+
+from fpnet_ros.runtime import STREAM
+from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
+from msg_adapters.odometry import odometry_from_msg
+from msg_adapters.stamps import stamp_from_msg
+
+pytestmark = pytest.mark.ros
+
+START_NS = 1_700_000_000_000_000_000
+PERIOD_NS = 100_000_000
+SCANS = 25
+SPEED_MPS = 0.8
+# Walls, floor and ceiling of a room, the sensor starts at the origin.
+ROOM = np.array([[-4.0, -3.0, -1.0], [8.0, 5.0, 2.0]])
+
+
+def _sweep(rng: np.random.Generator, x: float) -> np.ndarray:
+    """Return (6000, 3) returns in the sensor frame, the sensor at ``(x, 0, 0)``, level."""
+    rays = rng.normal(size=(6000, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    walls = np.where(rays > 0.0, ROOM[1], ROOM[0]) - (x, 0.0, 0.0)
+    ranges = (walls / rays).min(axis=1) + rng.normal(scale=0.01, size=len(rays))
+    return rays * ranges[:, None]
+
+
+def _malformed() -> PointCloud2:
+    msg = cloud_to_msg(np.ones((200, 3)), START_NS, 'lidar')
+    msg.point_step = 8
+    return msg
+
+
+def test_clouds_become_odometry_and_frames_and_bad_ones_are_survived(bench):
+    readings = bench.collect(Odometry, 'kiss/odometry', STREAM)
+    frames = bench.collect(PointCloud2, 'kiss/frame', STREAM)
+    node = bench.start(
+        'odometry',
+        {
+            'lidar_odom_frame': 'odom_test',
+            'qos_overrides./lidar/points.subscription.reliability': 'reliable',
+        },
+        {'pointcloud_topic': 'lidar/points'},
+    )
+    publisher = bench.node.create_publisher(PointCloud2, 'lidar/points', STREAM)
+    assert bench.wait_for(lambda: publisher.get_subscription_count() > 0), node.log_tail()
+    rng = np.random.default_rng(8)
+    for index in range(SCANS):
+        if index == SCANS // 2:
+            publisher.publish(_malformed())
+            publisher.publish(cloud_to_msg(np.zeros((0, 3)), START_NS, 'lidar'))
+        stamp_ns = START_NS + index * PERIOD_NS
+        points = _sweep(rng, index * SPEED_MPS * PERIOD_NS / 1e9)
+        publisher.publish(cloud_to_msg(points, stamp_ns, 'lidar'))
+        assert bench.wait_for(lambda n=index: len(readings) > n, 10.0), node.log_tail()
+    assert bench.wait_for(lambda: len(readings) == len(frames) == SCANS), node.log_tail()
+    assert node.process.poll() is None
+
+    stamps = [START_NS + index * PERIOD_NS for index in range(SCANS)]
+    assert [stamp_from_msg(msg.header.stamp) for msg in readings] == stamps
+    assert [stamp_from_msg(msg.header.stamp) for msg in frames] == stamps
+    last = odometry_from_msg(readings[-1])
+    assert (last.frame_id, last.child_frame_id) == ('odom_test', 'lidar')
+    assert frames[-1].header.frame_id == 'lidar'
+    travelled_m = (SCANS - 1) * SPEED_MPS * PERIOD_NS / 1e9
+    np.testing.assert_allclose(last.T_odom_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.1)
+    np.testing.assert_allclose(last.T_odom_child[:3, :3], np.eye(3), atol=0.02)
+    assert len(cloud_from_msg(frames[-1]).points) > 5000
+    log = node.log.read_text()
+    assert log.count('point_step') == 1, log
+    assert 'Traceback' not in log
+
+
+def test_the_parameters_carry_their_documentation(bench):
+    from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
+    from rclpy.parameter import Parameter
+
+    node = bench.start('odometry', {'odometry.voxel_size': 0.3})
+
+    def call(kind, service, request):
+        client = bench.node.create_client(kind, f'/odometry/{service}')
+        assert bench.wait_for(client.service_is_ready), node.log_tail()
+        future = client.call_async(request)
+        assert bench.wait_for(future.done), node.log_tail()
+        return future.result()
+
+    names = ['odometry.voxel_size']
+    (descriptor,) = call(
+        DescribeParameters, 'describe_parameters', DescribeParameters.Request(names=names)
+    ).descriptors
+    assert 'voxel' in descriptor.description
+    assert descriptor.floating_point_range[0].from_value > 0.0
+    (value,) = call(GetParameters, 'get_parameters', GetParameters.Request(names=names)).values
+    assert value.double_value == 0.3
+    change = Parameter('odometry.voxel_size', value=0.5).to_parameter_msg()
+    (result,) = call(
+        SetParameters, 'set_parameters', SetParameters.Request(parameters=[change])
+    ).results
+    assert not result.successful
+    assert 'read' in result.reason
