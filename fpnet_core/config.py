@@ -93,6 +93,15 @@ class SegmentationConfig(Section):
     merge_depth_m: float = Field(
         0.1, ge=0.0, description='Constrictions shallower than this never separate rooms.'
     )
+    sure_width_m: float = Field(
+        1.2, gt=0.0, description='Narrower openings are doors even where nothing widens behind.'
+    )
+    jamb_reach_m: float = Field(
+        1.0, gt=0.0, description='How far from an opening both rooms must have widened.'
+    )
+    jamb_widening: float = Field(
+        1.1, ge=1.0, description='By which factor they must have widened to be rooms.'
+    )
     min_room_area_m2: float = Field(
         1.5, ge=0.0, description='Smaller rooms join the neighbour with the widest opening.'
     )
@@ -157,7 +166,7 @@ class PoseConfig(Section):
     coarse_sigma_m: float = Field(0.5, gt=0.0, description='Wall kernel of the early rejection.')
     wall_sigma_m: float = Field(0.2, gt=0.0, description='Wall kernel of the verification.')
     distinct_m: float = Field(
-        1.0, gt=0.0, description='Placements nearer than this are the same one.'
+        2.0, gt=0.0, description='Placements nearer than this are the same one.'
     )
 
 
@@ -183,6 +192,9 @@ class LocalizerConfig(Section):
     )
     null_score: float = Field(
         0.5, ge=0.0, le=1.0, description='Agreement that a wrong place reaches by chance.'
+    )
+    null_slack: float = Field(
+        0.1, ge=0.0, le=1.0, description='A claim survives scores lower by this much.'
     )
     max_speed_mps: float = Field(
         10.0, gt=0.0, description='A faster odometry step is a new odometry frame.'

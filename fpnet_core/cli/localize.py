@@ -55,6 +55,7 @@ def command(
     from fpnet_core.io import open_scans, read_map, read_tum, write_tum
     from fpnet_core.localizer import create_localizer, replay
     from fpnet_core.odometry import KissOdometry
+    from fpnet_core.trajectory import PlanarTrajectory
 
     grid = read_map(common.check_input(floorplan), resolution_m)
     if mirrored:
@@ -72,8 +73,21 @@ def command(
             on_scan=lambda: advance(1.0),
         )
     if tum is not None:
-        write_tum(tum, *run.trajectory())
-    summary = summarize_run(run, None if truth is None else read_tum(truth))
-    typer.echo(summary.line())
+        write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
+    reference = None
+    if truth is not None:
+        poses = read_tum(truth)
+        reference = PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)
+    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference)
+    last = run.outputs[-1] if run.outputs else localizer.output
+    typer.echo(f'{last.status.value} (p {last.probability:.2f}): {summary}')
     if json_path is not None:
-        common.write_json(json_path, summary.as_json())
+        report = {
+            'status': last.status.value,
+            'probability': round(last.probability, 4),
+            'scans': len(run.odometry),
+            'rejected_scans': run.rejected_scans,
+            'path_m': round(run.odometry.path_length_m(), 3),
+            **summary.as_json(),
+        }
+        common.write_json(json_path, report)

@@ -12,6 +12,7 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
+    from fpnet_core.config import SubmapConfig
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import GridMap, Submap
 
@@ -43,10 +44,10 @@ def command(
     tree = common.load(config, settings, seed)
     from fpnet_core.io import read_map
     from fpnet_core.localizer import match_maps
-    from fpnet_core.matching import LearnedMatcher
+    from fpnet_core.matching.learned import LearnedMatcher
 
     plan_grid = read_map(common.check_input(plan))
-    sub = _read_submap(common.check_input(submap))
+    sub = _read_submap(common.check_input(submap), tree.submap)
     result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree)
     report = _report(result, plan_grid, sub.grid)
     typer.echo(f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}')
@@ -58,13 +59,13 @@ def command(
         save_map_match(result, plot)
 
 
-def _read_submap(path: Path) -> Submap:
+def _read_submap(path: Path, config: SubmapConfig) -> Submap:
     from fpnet_core.submaps import submap_from_cloud, submap_from_grid
 
     if path.suffix.lower() in _CLOUD_SUFFIXES:
         from fpnet_core.io import read_cloud
 
-        return submap_from_cloud(read_cloud(path))
+        return submap_from_cloud(read_cloud(path), config)
     from fpnet_core.io import read_map
 
     return submap_from_grid(read_map(path))

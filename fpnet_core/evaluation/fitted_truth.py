@@ -79,7 +79,8 @@ def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:
     )
     if not flipped:
         return upright
-    return Affine2D(np.diag([-1.0, 1.0]), np.array([width - 1.0, 0.0])) @ upright
+    flip = Affine2D(np.diag([-1.0, 1.0]), np.array([width - 1.0, 0.0]))
+    return Affine2D.from_matrix((flip @ upright).matrix)
 
 
 def _read_json(path: Path) -> dict[str, Any]:

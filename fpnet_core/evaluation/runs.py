@@ -37,6 +37,21 @@ class RunSummary:
     tick_ms_p50: float | None
     tick_ms_p95: float | None
 
+    def __str__(self) -> str:
+        """Say the essentials in one line."""
+        if not self.localized:
+            return 'no pose was published'
+        text = (
+            f'{self.poses} poses, the first after {self.time_to_first_pose_s:.1f} s '
+            f'and {self.path_to_first_pose_m:.1f} m'
+        )
+        if self.median_position_error_m is None:
+            return text
+        return (
+            f'{text}; {self.wrong_poses} wrong, median error '
+            f'{self.median_position_error_m:.2f} m, {self.median_yaw_error_deg:.1f} deg'
+        )
+
     def as_json(self) -> dict[str, Any]:
         """Return a mapping of plain values, floats rounded to 4 digits."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}

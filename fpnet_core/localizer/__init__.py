@@ -4,19 +4,32 @@
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer.localizer import Localizer
+from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
+from fpnet_core.localizer.replay import ReplayResult, replay
 from fpnet_core.localizer.sides import MapSide, prepare_plan
-from fpnet_core.matching import LearnedMatcher
 
-__all__ = ['Localizer', 'MapSide', 'create_localizer', 'prepare_plan']
+__all__ = [
+    'Localizer',
+    'MapMatch',
+    'MapMatchStatus',
+    'MapSide',
+    'ReplayResult',
+    'create_localizer',
+    'match_maps',
+    'prepare_plan',
+    'replay',
+]
 
 
 def create_localizer(config: FpnetConfig) -> Localizer:
     """
-    Return a localizer with the configured matcher and its packaged or given weights.
+    Return a localizer with the learned matcher and its packaged or given weights.
 
     Raises
     ------
     WeightsError
         If the weights are missing, corrupt, or made for another feature schema.
     """
+    from fpnet_core.matching.learned import LearnedMatcher  # loads torch
+
     return Localizer(config, LearnedMatcher(config.matcher))

@@ -27,17 +27,20 @@ class Belief:
 
 
 def posterior(
-    scores: NDArray[np.float64], wall_length_m: float, config: LocalizerConfig
+    scores: NDArray[np.float64],
+    wall_length_m: float,
+    config: LocalizerConfig,
+    null_slack: float = 0.0,
 ) -> NDArray[np.float64]:
     """
     Probability of each of ``K`` distinct placements, ``(K,)``; the rest is "none of these".
 
     Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score, up to
     ``evidence_full_m``: walls of one building are not independent. "None of these" competes
-    with the score that a wrong place reaches by chance, ``null_score``.
+    with the score that a wrong place reaches by chance, ``null_score`` less ``null_slack``.
     """
     gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
-    logits = gain * np.append(scores, config.null_score)
+    logits = gain * np.append(scores, config.null_score - null_slack)
     weights = np.exp(logits - logits.max())
     return np.asarray(weights[:-1] / weights.sum())
 
@@ -73,29 +76,26 @@ class HypothesisTracker:
         frame although the submap may have been re-anchored.
         """
         if not estimates:
-            return self._without_candidate(None, 0.0)
-        scores = np.array([e.score for e in estimates])
-        p = float(posterior(scores, len(sub.walls) * WALL_SAMPLE_M, self._config)[0])
+            return self._nothing_found(0.0)
         best = estimates[0]
+        slack = self._config.null_slack if self._claimed else 0.0
+        scores = np.array([e.score for e in estimates])
+        p = float(posterior(scores, len(sub.walls) * WALL_SAMPLE_M, self._config, slack)[0])
+        if best.score < self._config.null_score - slack:
+            return self._nothing_found(p)
         self._count_win(best.A_plan_submap @ A_submap_odom, sub, A_submap_odom)
-        if best.score < self._config.null_score or p < self._config.release_probability:
-            return self._without_candidate(best, p)
-        if p >= self._config.claim_probability and self._wins >= self._config.confirm_ticks:
-            self._claimed = True
-        elif self._wins == 1:
-            self._claimed = False
+        confirmed = self._wins >= self._config.confirm_ticks
         if self._claimed:
-            self._was_localized = True
-            return Belief(Status.LOCALIZED, best, p)
-        return Belief(Status.AMBIGUOUS, best, p)
+            self._claimed = confirmed and p >= self._config.release_probability
+        else:
+            self._claimed = confirmed and p >= self._config.claim_probability
+        self._was_localized |= self._claimed
+        return Belief(Status.LOCALIZED if self._claimed else Status.AMBIGUOUS, best, p)
 
-    def _without_candidate(self, best: PoseEstimate | None, p: float) -> Belief:
+    def _nothing_found(self, p: float) -> Belief:
         self._claimed = False
-        if best is not None and best.score >= self._config.null_score:
-            return Belief(Status.AMBIGUOUS, best, p)
-        self._wins = 0
-        status = Status.LOST if self._was_localized else Status.SEARCHING
-        return Belief(status, None, p)
+        self._leader, self._wins = None, 0
+        return Belief(Status.LOST if self._was_localized else Status.SEARCHING, None, p)
 
     def _count_win(self, A_plan_odom: Affine2D, sub: MapEvidence, A_submap_odom: Affine2D) -> None:
         """Count how often in a row this placement has led."""
@@ -108,4 +108,4 @@ class HypothesisTracker:
         points = sub.walls if len(sub.walls) else sub.free
         corners = A_submap_odom.inv().apply([points.min(axis=0), points.max(axis=0)])
         moved = np.linalg.norm(A_plan_odom.apply(corners) - self._leader.apply(corners), axis=1)
-        return bool(moved.max() <= 2.0 * self._distinct_m)
+        return bool(moved.mean() <= self._distinct_m)

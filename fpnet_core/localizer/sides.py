@@ -124,7 +124,7 @@ def prepare_submap(submap: Submap, config: FpnetConfig, timer: StageTimer) -> Ma
 def allowed_scales(scale_tolerance: float) -> NDArray[np.float64]:
     """Scales to try, geometric steps around 1 that cover the tolerance; always holds 1."""
     steps = int(np.ceil(np.log1p(scale_tolerance) / _SCALE_STEP - 0.5))
-    return np.exp(_SCALE_STEP * np.arange(-steps, steps + 1))
+    return np.asarray(np.exp(_SCALE_STEP * np.arange(-steps, steps + 1)), dtype=np.float64)
 
 
 def compare(

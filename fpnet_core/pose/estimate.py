@@ -25,7 +25,7 @@ def select_promising(
     )
     order = np.argsort(-support, kind='stable')
     ranked = candidates.take(order[: 20 * config.max_refined])
-    keep = distinct(ranked, sub, config.distinct_m / 2, config.max_refined)
+    keep = distinct(ranked, sub, config.distinct_m / 4, config.max_refined)
     return ranked.take(keep)
 
 
@@ -74,8 +74,8 @@ def distinct(
     """
     Indices of candidates that place the submap differently from every better one.
 
-    Two placements differ when some corner of the submap's bounding box lands more than
-    ``distance_m`` apart. ``ranked`` is best first; at most ``limit`` indices are returned.
+    Two placements differ when the corners of the submap's bounding box land more than
+    ``distance_m`` apart on average. ``ranked`` is best first; at most ``limit`` indices are returned.
     """
     if len(ranked) == 0:
         return np.zeros(0, dtype=np.int64)
@@ -85,7 +85,7 @@ def distinct(
     placed = np.einsum('cij,kj->cki', ranked.linear, corners) + ranked.translation[:, None]
     kept: list[int] = []
     for index in range(len(ranked)):
-        moved = np.linalg.norm(placed[kept] - placed[index], axis=-1).max(axis=-1)
+        moved = np.linalg.norm(placed[kept] - placed[index], axis=-1).mean(axis=-1)
         if np.all(moved > distance_m):
             kept.append(index)
             if len(kept) == limit:

@@ -107,7 +107,8 @@ def _align(
             lever = final[i, 0] * mid[0] + final[i, 1] * mid[1]
             translation[c, i] = centre[i] + params[i] - lever
         linear[c] = final
-        cov[c] = _origin_covariance(np.linalg.inv(H), final, mid) * sigma * sigma
+        full = np.linalg.inv(H) * (sigma * sigma)
+        cov[c] = _origin_covariance(full, final, mid)  # type: ignore[arg-type]
 
 
 @numba.njit(cache=True)

@@ -3,6 +3,7 @@
 """Registered scans to a raster of free space, walls and lintels."""
 
 from fpnet_core.submaps.builder import SubmapBuilder
+from fpnet_core.submaps.cloud import submap_from_cloud
 from fpnet_core.submaps.image import submap_from_grid
 
-__all__ = ['SubmapBuilder', 'submap_from_grid']
+__all__ = ['SubmapBuilder', 'submap_from_cloud', 'submap_from_grid']
