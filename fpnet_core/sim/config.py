@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from fpnet_core.config import Section, SegmentationConfig
+from fpnet_core.config import Section, SegmentationConfig, SubmapConfig
 
 Range = tuple[float, float]
 
@@ -57,10 +57,12 @@ class ScanConfig(Section):
     small_tours: float = Field(
         0.7, ge=0.0, le=1.0, description='Share of tours through at most half of the rooms.'
     )
-    yaw_drift_rad: float = Field(
-        0.004, ge=0.0, description='Random walk of the heading per square root of a metre.'
+    yaw_drift_rad: Range = Field(
+        (0.0, 0.002), description='Random walk of the heading per square root of a metre.'
     )
-    length_drift: float = Field(0.01, ge=0.0, description='Relative error of odometry lengths.')
+    length_drift: float = Field(
+        0.004, ge=0.0, description='Largest relative error of odometry lengths.'
+    )
     resolution_m: tuple[float, ...] = Field(
         (0.05, 0.05, 0.1), description='Cell edges of submaps, drawn with equal chance.'
     )
@@ -73,4 +75,5 @@ class SimConfig(Section):
     drawing: DrawingConfig = DrawingConfig()
     building: BuildingConfig = BuildingConfig()
     scan: ScanConfig = ScanConfig()
+    submap: SubmapConfig = SubmapConfig()
     segmentation: SegmentationConfig = SegmentationConfig()

@@ -10,13 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import SubmapConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.config import ScanConfig
 from fpnet_core.sim.perturb import WORLD_CELL_M, World
 from fpnet_core.sim.scan2d import (
     EMPTY,
-    LINTEL,
-    MISS,
     carve,
     cast_rays,
     mark_ends,
@@ -41,11 +40,11 @@ GLASS_PASS = 0.85
 LINTEL_STANDOFF_M = 1.5
 """From nearer, the lintel is above a scanner's field of view."""
 
-HITS_OUTWEIGH = 5
-"""A cell is wall unless it was crossed this many times more often than hit."""
+BEYOND_RANGE = 2.0
+"""Rays that end beyond the used range still prove free space up to it, to this factor."""
 
 _MARGIN_CELLS = 4
-_STOP_CELLS = 0.5
+_INTO_CELL = 0.25  # returns lie a little inside the cell that a ray enters
 
 
 @dataclass(frozen=True)
@@ -144,7 +143,8 @@ def drift(
     """
     steps = np.diff(xy, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    noise = config.yaw_drift_rad * np.sqrt(lengths) * rng.standard_normal(len(steps))
+    rate = rng.uniform(*config.yaw_drift_rad)
+    noise = rate * np.sqrt(lengths) * rng.standard_normal(len(steps))
     yaw = np.concatenate([[0.0], np.cumsum(noise)])
     factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
     c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
@@ -158,9 +158,12 @@ def scan_walk(
     scanner: Scanner,
     rng: np.random.Generator,
     config: ScanConfig,
+    rule: SubmapConfig,
 ) -> tuple[Submap, SE2]:
     """
     Scan at every position of a walk and accumulate what drifting odometry makes of it.
+
+    ``rule`` decides as at run time which counts make a cell free, wall or lintel.
 
     Returns
     -------
@@ -172,36 +175,39 @@ def scan_walk(
     frame = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
     estimated, turn = frame.apply(estimated), yaw_error + frame.yaw
     cell_m = float(rng.choice(config.resolution_m))
-    origin = estimated.min(axis=0) - scanner.max_range_m - 1.0
-    cols, rows = np.ceil(
-        (estimated.max(axis=0) + scanner.max_range_m + 1.0 - origin) / cell_m
-    ).astype(int)
-    counts = _Counts(rows, cols)
+    margin = scanner.max_range_m + _MARGIN_CELLS * cell_m
+    origin = estimated.min(axis=0) - margin
+    cols, rows = np.ceil((estimated.max(axis=0) + margin - origin) / cell_m).astype(int)
+    counts = _Counts(rows, cols, cell_m, rule)
     for k in range(len(xy)):
         start = (estimated[k] - origin) / cell_m
-        _scan_once(world, xy[k], start, turn[k], cell_m, scanner, rng, counts)
+        _scan_once(world, xy[k], start, float(turn[k]), scanner, rng, counts)
     window = counts.window()
-    cells = np.full((rows, cols), UNKNOWN, np.int8)
-    cells[counts.free > 0] = FREE
-    cells[counts.is_wall()] = OCCUPIED
+    cells, lintel = counts.classify()
     corner = origin + np.array([window[1].start, window[0].start]) * cell_m
     grid = GridMap(cells[window], cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
-    lintel = (counts.lintel > 0) & (cells == FREE)
-    submap = Submap(grid, lintel[window], estimated, SE2.identity())
-    return submap, fit_rigid(xy, estimated, turn)
+    return Submap(grid, lintel[window], estimated), fit_rigid(xy, estimated, turn)
 
 
 class _Counts:
     """Per cell of the submap: how often it was crossed, hit, and hit above door height."""
 
-    def __init__(self, rows: int, cols: int) -> None:
+    def __init__(self, rows: int, cols: int, cell_m: float, rule: SubmapConfig) -> None:
         self.free = np.zeros((rows, cols), np.uint16)
         self.hit = np.zeros((rows, cols), np.uint16)
-        self.lintel = np.zeros((rows, cols), np.uint16)
+        self.high = np.zeros((rows, cols), np.uint16)
+        self.cell_m = cell_m
+        self.rule = rule
 
-    def is_wall(self) -> NDArray[np.bool_]:
-        """Say which cells are hit often enough for how often they are crossed."""
-        return (self.hit > 0) & (self.hit * HITS_OUTWEIGH > self.free)
+    def classify(self) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+        """Return cell values and the lintel mask, by the rule of the run-time builder."""
+        hit, free = self.hit.astype(np.float32), self.free.astype(np.float32)
+        is_wall = (hit > 0.0) & (hit >= self.rule.wall_share * (hit + free))
+        is_free = (free > 0.0) & ~is_wall
+        cells = np.full(is_wall.shape, UNKNOWN, np.int8)
+        cells[is_free] = FREE
+        cells[is_wall] = OCCUPIED
+        return cells, is_free & (self.high >= self.rule.lintel_min_hits)
 
     def window(self) -> tuple[slice, slice]:
         """Return the observed part of the raster with a small margin."""
@@ -218,28 +224,28 @@ def _scan_once(
     xy: NDArray[np.float64],
     start: NDArray[np.float64],
     turn: float,
-    cell_m: float,
     scanner: Scanner,
     rng: np.random.Generator,
     counts: _Counts,
 ) -> None:
     """Cast one scan at true position ``xy`` [m] and enter it at ``start`` (x, y) [cells]."""
     angles = (np.arange(scanner.rays) + rng.random()) * (2.0 * np.pi / scanner.rays)
+    heading = angles + turn
     x, y = world.to_cells(xy)
-    reach = scanner.max_range_m / WORLD_CELL_M
+    x0, y0 = start
+    reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
     passes = rng.random(scanner.rays) < GLASS_PASS
-    for raster in (world.body,) if scanner.is_planar else (world.body, world.high):
+    bodies = ((world.body, counts.hit, 0.0), (world.high, counts.high, LINTEL_STANDOFF_M))
+    for raster, ends, standoff_m in bodies[: 1 if scanner.is_planar else 2]:
         ranges, codes = cast_rays(raster, x, y, angles, reach, passes)
-        metres = ranges * WORLD_CELL_M + 0.25 * WORLD_CELL_M
+        metres = (ranges + _INTO_CELL) * WORLD_CELL_M
         metres += scanner.noise_m * rng.standard_normal(scanner.rays)
-        seen = np.where(ranges == MISS, 0.0, np.maximum(metres, 0.0)) / cell_m
-        near = codes == LINTEL
-        seen[near & (metres < LINTEL_STANDOFF_M)] = 0.0
-        heading = angles + turn
-        carve(counts.free, start[0], start[1], heading, np.maximum(seen - _STOP_CELLS, 0.0))
-        solid = (codes != EMPTY) & ~near
-        mark_ends(counts.hit, start[0], start[1], heading, seen, solid)
-        mark_ends(counts.lintel, start[0], start[1], heading, seen, near & (seen > 0.0))
+        is_return = (codes != EMPTY) & (metres >= standoff_m)
+        is_near = is_return & (metres <= scanner.max_range_m)
+        seen = np.where(is_return, np.minimum(metres, scanner.max_range_m), 0.0)
+        proven = np.maximum(seen - counts.rule.end_margin_m * is_near, 0.0) / counts.cell_m
+        carve(counts.free, x0, y0, heading, proven)
+        mark_ends(ends, x0, y0, heading, seen / counts.cell_m, is_near)
 
 
 def fit_rigid(

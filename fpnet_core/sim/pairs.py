@@ -30,7 +30,8 @@ from fpnet_core.types import RegionGraph, Segmentation, Submap
 MIN_SUB_REGIONS = 2
 """Submaps with fewer regions teach nothing; another tour is drawn."""
 
-_ATTEMPTS = 20
+_ATTEMPTS = 24
+_TOURS_PER_STOREY = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +78,8 @@ def generate_scene(seed: int, index: int, config: SimConfig | None = None) -> Pa
     """Return pair ``index`` as :func:`generate_pair` does, with the maps behind it."""
     config = config if config is not None else SimConfig()
     plan_id = index // config.pairs_per_plan
-    plan = _storey(seed, plan_id)
     for attempt in range(_ATTEMPTS):
+        plan = _storey(seed, plan_id, attempt // _TOURS_PER_STOREY)
         rng = np.random.default_rng([seed, plan_id, 1, index, attempt])
         scene = _draw_scene(plan, rng, config, plan_id)
         if scene is not None:
@@ -87,8 +88,8 @@ def generate_scene(seed: int, index: int, config: SimConfig | None = None) -> Pa
 
 
 @lru_cache(maxsize=2)
-def _storey(seed: int, plan_id: int) -> BuildingPlan:
-    return generate_plan(np.random.default_rng([seed, plan_id, 0]))
+def _storey(seed: int, plan_id: int, version: int) -> BuildingPlan:
+    return generate_plan(np.random.default_rng([seed, plan_id, 0, version]))
 
 
 def _draw_scene(
@@ -100,7 +101,7 @@ def _draw_scene(
     walk = plan_walk(world, rng, config.scan)
     if not len(walk):
         return None
-    submap, T_submap_building = scan_walk(world, walk, scanner, rng, config.scan)
+    submap, T_submap_building = scan_walk(world, walk, scanner, rng, config.scan, config.submap)
     sub = segment_submap(submap, config.segmentation)
     if len(sub.regions) < MIN_SUB_REGIONS:
         return None
