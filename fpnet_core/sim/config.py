@@ -58,11 +58,12 @@ class ScanConfig(Section):
         0.7, ge=0.0, le=1.0, description='Share of tours through at most half of the rooms.'
     )
     yaw_drift_rad: Range = Field(
-        (0.0, 0.002), description='Random walk of the heading per square root of a metre.'
+        (0.0, 0.0006), description='Random walk of the heading per square root of a metre.'
     )
     length_drift: float = Field(
         0.004, ge=0.0, description='Largest relative error of odometry lengths.'
     )
+    warp: Range = Field((0.0, 0.02), description='Largest strain of the warp of the whole map.')
     resolution_m: tuple[float, ...] = Field(
         (0.05, 0.05, 0.1), description='Cell edges of submaps, drawn with equal chance.'
     )

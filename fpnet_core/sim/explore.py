@@ -43,6 +43,9 @@ LINTEL_STANDOFF_M = 1.5
 BEYOND_RANGE = 2.0
 """Rays that end beyond the used range still prove free space up to it, to this factor."""
 
+WARP_WAVES = 3
+WARP_LENGTHS_M = (25.0, 80.0)
+
 _MARGIN_CELLS = 4
 _INTO_CELL = 0.25  # returns lie a little inside the cell that a ray enters
 
@@ -132,16 +135,17 @@ def _visit_rooms(
         walks.append(walk[1:])
 
 
-def drift(
+def estimate_walk(
     xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
     Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
 
-    The heading error is a random walk over path length, lengths are off by a constant factor;
-    the first position is kept.
+    Scan matching against a local map makes errors that depend on the place, so that a room
+    looks the same on the second visit, and small ones that grow with the way.
     """
-    steps = np.diff(xy, axis=0)
+    warped, bend = _warp(xy, rng, config)
+    steps = np.diff(warped, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     rate = rng.uniform(*config.yaw_drift_rad)
     noise = rate * np.sqrt(lengths) * rng.standard_normal(len(steps))
@@ -149,7 +153,27 @@ def drift(
     factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
     c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
     turned = np.stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]], 1)
-    return np.concatenate([xy[:1], xy[:1] + np.cumsum(factor * turned, axis=0)]), yaw
+    return np.concatenate(
+        [warped[:1], warped[:1] + np.cumsum(factor * turned, axis=0)]
+    ), yaw + bend
+
+
+def _warp(
+    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Displace places by a few long waves; return them and the local rotation [rad]."""
+    warped, bend = xy.copy(), np.zeros(len(xy))
+    strain = rng.uniform(*config.warp) / WARP_WAVES
+    for _ in range(WARP_WAVES):
+        angle, side = rng.uniform(-np.pi, np.pi, 2)
+        wave = (
+            2.0 * np.pi / rng.uniform(*WARP_LENGTHS_M) * np.array([np.cos(angle), np.sin(angle)])
+        )
+        push = strain / float(np.hypot(*wave)) * np.array([np.cos(side), np.sin(side)])
+        phase = xy @ wave + rng.uniform(-np.pi, np.pi)
+        warped += np.sin(phase)[:, None] * push
+        bend += 0.5 * np.cos(phase) * (wave[0] * push[1] - wave[1] * push[0])
+    return warped, bend
 
 
 def scan_walk(
@@ -170,7 +194,7 @@ def scan_walk(
     The submap, in a frame at a random place and angle, and ``T_submap_building``: the rigid
     transform that fits the true positions to the estimated ones best.
     """
-    estimated, yaw_error = drift(xy, rng, config)
+    estimated, yaw_error = estimate_walk(xy, rng, config)
     x, y = rng.uniform(-20.0, 20.0, 2)
     frame = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
     estimated, turn = frame.apply(estimated), yaw_error + frame.yaw
