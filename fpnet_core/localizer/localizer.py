@@ -58,7 +58,9 @@ class Localizer:
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
         self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
         self._stale_scans = 0
-        self._epoch = 0  # grows when the submap starts anew
+        self._submap: Submap | None = None
+        self._epoch = 0  # grows when plan or odometry frame are replaced
+        self._solved_epoch = -1  # of the last tick
         self._output = LocalizerOutput(0, Status.NO_PLAN)
 
     @property
@@ -113,13 +115,17 @@ class Localizer:
         Segment, match, verify and decide on what has been seen so far.
 
         ``now_ns`` stamps the output while there is no scan. Never raises on what sensors send;
-        "no answer" is a status.
+        "no answer" is a status. Without a new scan or plan the last output stands: the same
+        evidence confirms nothing twice.
         """
         timer = StageTimer()
         with self._lock:
-            plan, epoch = self._plan, self._epoch
             with timer.stage('take'):
-                submap = self._builder.take()
+                taken = self._builder.take()
+            if taken is None and self._solved_epoch == self._epoch:
+                return self._output
+            self._submap = taken or self._submap
+            plan, submap, epoch = self._plan, self._submap, self._epoch
         if plan is None or submap is None or not self._has_seen_enough(submap):
             status = Status.NO_PLAN if plan is None else Status.WAITING
             return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
@@ -173,7 +179,7 @@ class Localizer:
         """Keep the output unless the submap or plan was replaced while it was computed."""
         with self._lock:
             if epoch == self._epoch:
-                self._output = output
+                self._output, self._solved_epoch = output, epoch
             return self._output
 
     def _has_seen_enough(self, submap: Submap) -> bool:
@@ -205,6 +211,7 @@ class Localizer:
 
     def _start_anew(self) -> None:
         self._builder.reset()
+        self._submap = None
         self._last = None
         self._stale_scans = 0
         self._forget_placements()

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The localizer driven with planar scans of the planted building."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from planted import A_BUILDING_PLAN, building_cells, plan_grid
+import pytest
+
+from fpnet_core.config import FpnetConfig, load_config
+from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError
+from fpnet_core.geometry import SE2, angle_between
+from fpnet_core.localizer import Localizer
+from fpnet_core.types import FREE, GridMap, MatchResult, Status
+
+SCAN_NS = 200_000_000
+# A drive through four rooms, in building metres.
+VIA = [
+    (2, 3),
+    (3, 4),
+    (3, 6),
+    (8, 6),
+    (8, 9),
+    (8, 6),
+    (9, 6),
+    (9, 3),
+    (9, 6),
+    (17.3, 6),
+    (17.3, 3),
+]
+
+
+class IndifferentMatcher:
+    """Holds every pair for equally likely, so that the raster alone has to decide."""
+
+    def match(self, plan, sub, explored_area_m2):
+        shape = (len(plan), len(sub))
+        return MatchResult(np.zeros((0, 2)), np.zeros(0), np.full(shape, 0.01))
+
+
+def scan(xy, yaw, rng, rays=270, max_range=12.0):
+    """Planar returns (P, 3) in the sensor frame at a pose in the building."""
+    angles = np.linspace(-np.pi, np.pi, rays, endpoint=False) + rng.normal(0, 1e-3, rays)
+    steps = np.arange(0.1, max_range, 0.03)
+    along = np.stack([np.cos(angles + yaw), np.sin(angles + yaw)], axis=-1)
+    cells = building_cells(np.asarray(xy) + along[:, None] * steps[:, None])
+    blocked = cells != FREE
+    hit = blocked.any(axis=1)
+    ranges = steps[blocked.argmax(axis=1)] + rng.normal(0, 0.01, rays)
+    local = np.stack([np.cos(angles), np.sin(angles), np.zeros(rays)], axis=-1)
+    return (local * ranges[:, None])[hit].astype(np.float32)
+
+
+def drive(step_m=0.4):
+    """Poses (x, y, yaw) in the building along VIA."""
+    poses = []
+    for start, end in pairwise(VIA):
+        delta = np.subtract(end, start)
+        count = max(1, round(np.linalg.norm(delta) / step_m))
+        yaw = np.arctan2(delta[1], delta[0])
+        poses += [(*(np.asarray(start) + delta * k / count), yaw) for k in range(count)]
+    return poses
+
+
+@cache
+def recorded():
+    """Scans with odometry that starts at identity and knows nothing of the building."""
+    rng = np.random.default_rng(0)
+    first = None
+    scans = []
+    for index, (x, y, yaw) in enumerate(drive()):
+        T_building_sensor = SE2.from_xy_yaw(x, y, yaw)
+        first = first or T_building_sensor
+        T_odom_sensor = first.inv() @ T_building_sensor
+        points = scan((x, y), yaw, rng)
+        scans.append((points, T_odom_sensor.as_matrix4(), (index + 1) * SCAN_NS))
+    return scans
+
+
+def new_localizer(**overrides):
+    localizer = Localizer(load_config(None, overrides), IndifferentMatcher())
+    localizer.set_plan(plan_grid())
+    return localizer
+
+
+def run(localizer, scans, tick_every=5):
+    statuses = []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % tick_every == tick_every - 1:
+            statuses.append(localizer.tick(stamp_ns).status)
+    return statuses
+
+
+@pytest.fixture(scope='module')
+def finished():
+    localizer = new_localizer()
+    return localizer, run(localizer, recorded())
+
+
+def test_it_waits_then_finds_the_robot(finished):
+    _, statuses = finished
+    assert statuses[0] in (Status.WAITING, Status.SEARCHING, Status.AMBIGUOUS)
+    assert statuses[-1] is Status.LOCALIZED
+
+
+def test_the_pose_is_right_on_the_drawing(finished):
+    localizer, _ = finished
+    x, y, yaw = drive()[-1]
+    first = SE2.from_xy_yaw(*drive()[0])
+    T_odom_sensor = first.inv() @ SE2.from_xy_yaw(x, y, yaw)
+    pose = localizer.pose(T_odom_sensor.as_matrix4())
+    in_building = A_BUILDING_PLAN.apply(pose.translation)
+    assert np.linalg.norm(in_building - (x, y)) < 0.2
+    assert angle_between(pose.yaw + A_BUILDING_PLAN.yaw, yaw) < np.deg2rad(2.0)
+
+
+def test_the_same_calls_give_the_same_answer(finished):
+    localizer, statuses = finished
+    again = new_localizer()
+    assert run(again, recorded()) == statuses
+    np.testing.assert_array_equal(
+        again.output.A_plan_odom.matrix, localizer.output.A_plan_odom.matrix
+    )
+
+
+def test_without_a_plan_it_says_so():
+    localizer = Localizer(FpnetConfig(), IndifferentMatcher())
+    assert localizer.tick(1).status is Status.NO_PLAN
+    assert localizer.pose(np.eye(4)) is None
+
+
+def test_without_scans_it_waits():
+    assert new_localizer().tick(1).status is Status.WAITING
+
+
+def test_a_plan_without_rooms_is_refused_and_the_old_one_stays():
+    localizer = new_localizer()
+    before = localizer.plan
+    with pytest.raises(MapFormatError, match='holds no room'):
+        localizer.set_plan(GridMap(np.full((50, 50), 100, dtype=np.int8), 0.05))
+    assert localizer.plan is before
+
+
+@pytest.mark.parametrize(
+    ('pose', 'message'),
+    [
+        (np.eye(3), 'finite \\(4, 4\\)'),
+        (np.full((4, 4), np.nan), 'finite'),
+        (np.diag([1.0, 1.0, 2.0, 1.0]), 'no rotation'),
+        (np.diag([1.0, -1.0, 1.0, 1.0]), 'no rotation'),
+    ],
+)
+def test_a_pose_that_is_none_is_refused(pose, message):
+    with pytest.raises(OdometryError, match=message):
+        new_localizer().add_scan(np.zeros((10, 3), np.float32), pose, 1)
+
+
+def test_bad_points_are_refused_and_the_submap_is_kept():
+    localizer = new_localizer()
+    scans = recorded()[:20]
+    run(localizer, scans)
+    area = localizer.tick(1).submap.free_area_m2
+    with pytest.raises(CloudFormatError):
+        localizer.add_scan(np.zeros((10, 2), np.float32), np.eye(4), 10**12)
+    assert localizer.tick(2).submap.free_area_m2 == area
+
+
+def test_a_stale_scan_is_dropped_and_a_lasting_clock_reset_starts_anew():
+    localizer = new_localizer(**{'localizer.stale_scans_before_restart': 3})
+    scans = recorded()[:10]
+    run(localizer, scans)
+    points, pose, _ = scans[0]
+    for _ in range(2):
+        with pytest.raises(OdometryError, match='not newer'):
+            localizer.add_scan(points, pose, 1)
+    localizer.add_scan(points, pose, 1)
+    assert localizer.tick(2).submap.stamp_ns == 1
+
+
+def test_an_odometry_jump_starts_a_new_submap():
+    localizer = new_localizer()
+    scans = recorded()[:20]
+    run(localizer, scans)
+    before = localizer.tick(0).submap
+    points, _, stamp_ns = scans[-1]
+    far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
+    localizer.add_scan(points, far, stamp_ns + SCAN_NS)
+    after = localizer.tick(0).submap
+    assert len(after.path_xy) == 1 < len(before.path_xy)
+
+
+def test_a_claim_never_outlives_its_plan(finished):
+    localizer, _ = finished
+    assert localizer.output.status is Status.LOCALIZED
+    localizer.set_plan(plan_grid())
+    assert localizer.output.A_plan_odom is None
+    assert localizer.pose(np.eye(4)) is None
