@@ -8,16 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation.assemble import assemble, upsample_labels
-from fpnet_core.segmentation.basins import grow_basins, merge_basins
-from fpnet_core.segmentation.openings import find_openings
-from fpnet_core.segmentation.scene import (
-    Mask,
-    Scene,
-    clearance_m,
-    fill_furniture,
-    reduce_scene,
-)
+from fpnet_core.segmentation.assemble import assemble
+from fpnet_core.segmentation.rooms import cut_rooms
+from fpnet_core.segmentation.scene import Mask, Scene, fill_furniture
 from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A drawing whose border is free over more than this share is on white paper.
@@ -55,10 +48,7 @@ def segment_floorplan(
     free = fill_furniture(free, cell_m, config)
     scene = Scene(free, np.zeros_like(free), cell_m)
     blocked = ~free if on_paper else _framed(~free)
-    work = reduce_scene(scene, clearance_m(blocked, cell_m), config)
-    labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
-    openings = find_openings(labels, work, free, config)
-    full = upsample_labels(labels, work.stride, free)
+    full, openings = cut_rooms(scene, blocked, config)
     full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
     if on_paper:
         full = _drop(full, np.unique(_border(full)))

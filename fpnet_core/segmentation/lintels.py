@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import cv2
 import numpy as np
@@ -19,6 +20,8 @@ _MIN_WIDTH_M, _MAX_WIDTH_M = 0.5, 3.0
 _MIN_COVERAGE = 0.35
 # High returns this near to the opening line belong to it: half of a thick wall [m].
 _LINE_REACH_M = 0.3
+# Free space must go on for so far on both sides of a doorway [m].
+_PASSAGE_M = 0.5
 # How far from the line, in both directions, a room is looked for [m].
 _ROOM_REACH_M = 0.8
 
@@ -81,18 +84,18 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     doors: list[LintelDoor] = []
     cells = np.argwhere(lintel).astype(np.float64)
     for centre in _centres(lintel):
-        ends = np.array(narrowest_chord(free, *centre, _MAX_WIDTH_M / cell_m, DIRECTIONS)).reshape(
-            2, 2
+        ends = _doorway_line(free, centre, cell_m)
+        middle = ends.mean(axis=0)
+        known = any(
+            math.dist(middle, d.ends_rc.mean(axis=0)) * cell_m < _MIN_WIDTH_M for d in doors
         )
-        if any(
-            np.hypot(*(ends.mean(axis=0) - d.ends_rc.mean(axis=0))) < _MIN_WIDTH_M / cell_m
-            for d in doors
+        width_m = math.dist(ends[0], ends[1]) * cell_m
+        if (
+            known
+            or not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M
+            or _coverage(cells, ends, cell_m) < _MIN_COVERAGE
+            or not _is_passage(free, ends, cell_m)
         ):
-            continue
-        width_m = float(np.hypot(*(ends[1] - ends[0]))) * cell_m
-        if not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M:
-            continue
-        if _coverage(cells, ends, cell_m) < _MIN_COVERAGE:
             continue
         doors.append(LintelDoor(ends, cell_m))
         start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
@@ -114,6 +117,44 @@ def _centres(lintel: Mask) -> list[tuple[float, float]]:
         nearest = own[np.argmin(((own - centroids[k, ::-1]) ** 2).sum(axis=1))]
         middle.append((float(nearest[0]), float(nearest[1])))
     return middle
+
+
+def _doorway_line(free: Mask, centre: tuple[float, float], cell_m: float) -> NDArray[np.float64]:
+    """
+    Return the ends (2, 2) of the narrowest line across the doorway at ``centre``.
+
+    High returns lie on the face of the lintel, where a line may miss the jambs and run along
+    the wall instead: lines through places up to a wall's thickness away are tried as well.
+    """
+    reach = _MAX_WIDTH_M / cell_m
+    ends = np.array(narrowest_chord(free, centre[0], centre[1], reach, DIRECTIONS)).reshape(2, 2)
+    along = ends[1] - ends[0]
+    across = np.array([-along[1], along[0]]) / max(1.0, np.hypot(*along))
+    limits = np.array(free.shape) - 1
+    best, shortest = ends, math.dist(ends[0], ends[1])
+    for offset in np.arange(-_LINE_REACH_M, _LINE_REACH_M + cell_m, cell_m) / cell_m:
+        place = np.clip(np.array(centre) + offset * across, 0, limits)
+        if not free[tuple(np.rint(place).astype(np.int64))]:
+            continue
+        ends = np.array(narrowest_chord(free, place[0], place[1], reach, DIRECTIONS)).reshape(2, 2)
+        length = math.dist(ends[0], ends[1])
+        if _MIN_WIDTH_M / cell_m <= length < shortest:
+            best, shortest = ends, length
+    return best
+
+
+def _is_passage(free: Mask, ends: NDArray[np.float64], cell_m: float) -> bool:
+    """Tell whether ``free (H, W)`` goes on in the middle of a line on both of its sides."""
+    along = ends[1] - ends[0]
+    across = np.array([-along[1], along[0]]) / np.hypot(*along)
+    shares = np.array([0.4, 0.5, 0.6])[:, None]
+    middle = ends[0] + shares * along
+    limits = np.array(free.shape) - 1
+    for offset in np.arange(-_PASSAGE_M, _PASSAGE_M + cell_m, cell_m) / cell_m:
+        cells = np.clip(np.rint(middle + offset * across), 0, limits).astype(np.int64)
+        if not free[cells[:, 0], cells[:, 1]].any():
+            return False
+    return True
 
 
 def _coverage(cells: NDArray[np.float64], ends: NDArray[np.float64], cell_m: float) -> float:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import cv2
 from numba import njit
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.scene import Mask, WorkRaster
 
+# The closing line is looked for within this many clearances of a saddle, on each side.
+_LINE_REACH = 3.0
 # Directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
 
@@ -67,6 +70,46 @@ def narrowest_chord(
     return best
 
 
+@dataclass(frozen=True, eq=False)
+class Saddle:
+    """The widest cell ``rc`` (working cells) of one stretch of boundary between two rooms."""
+
+    rooms: tuple[int, int]
+    rc: tuple[int, int]
+    clearance_m: float
+
+
+def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[Saddle]:
+    """List one saddle per connected stretch of boundary of ``labels (h, w)``, widest first."""
+    boundary, low, high = _boundary(labels)
+    cells = np.flatnonzero(boundary)
+    if cells.size == 0:
+        return []
+    _, stretches = cv2.connectedComponents(boundary.astype(np.uint8), connectivity=8)
+    base = int(labels.max()) + 1
+    key = (stretches.ravel()[cells].astype(np.int64) * base + low.ravel()[cells]) * base
+    key += high.ravel()[cells]
+    value = work.clearance.ravel()[cells]
+    order = np.lexsort((cells, -value))
+    _, first = np.unique(key[order], return_index=True)
+    chosen = cells[order[np.sort(first)]]
+    return [
+        Saddle(
+            (int(low.ravel()[cell]), int(high.ravel()[cell])),
+            divmod(int(cell), labels.shape[1]),
+            float(work.clearance.ravel()[cell]),
+        )
+        for cell in chosen
+    ]
+
+
+def closing_line(saddle: Saddle, work: WorkRaster, free: Mask) -> NDArray[np.float64]:
+    """Return the ends (2, 2) of the shortest line of ``free (H, W)`` through a saddle."""
+    row, col = ((k + 0.5) * work.stride - 0.5 for k in saddle.rc)
+    reach = _LINE_REACH * (saddle.clearance_m / work.cell_m + 1.0) * work.stride
+    return np.array(narrowest_chord(free, row, col, reach, DIRECTIONS)).reshape(2, 2)
+
+
 def find_openings(
     labels: NDArray[np.int32],
     work: WorkRaster,
@@ -87,46 +130,15 @@ def find_openings(
     -------
     list of Opening, widest first; empty where no two rooms touch
     """
-    found: list[Opening] = []
-    centres: list[tuple[tuple[int, int], NDArray[np.float64]]] = []
+    kept: list[Saddle] = []
     separation = config.door_separation_m / work.cell_m
-    for rooms, rc, clearance in _saddle_cells(labels, work.clearance):
-        if any(
-            other == rooms and np.hypot(*(rc - place)) < separation for other, place in centres
+    for saddle in find_saddles_of_rooms(labels, work):
+        if not any(
+            other.rooms == saddle.rooms and math.dist(other.rc, saddle.rc) < separation
+            for other in kept
         ):
-            continue
-        centres.append((rooms, rc))
-        full = (rc + 0.5) * work.stride - 0.5
-        reach = 3.0 * (clearance / work.cell_m + 1.0) * work.stride
-        ends = narrowest_chord(free, full[0], full[1], reach, DIRECTIONS)
-        found.append(Opening(rooms, np.array(ends).reshape(2, 2), clearance))
-    return found
-
-
-def _saddle_cells(
-    labels: NDArray[np.int32], clearance: NDArray[np.float32]
-) -> list[tuple[tuple[int, int], NDArray[np.float64], float]]:
-    """List (rooms, work cell, clearance) of each connected stretch of boundary, widest first."""
-    boundary, low, high = _boundary(labels)
-    _, stretches = cv2.connectedComponents(boundary.astype(np.uint8), connectivity=8)
-    cells = np.flatnonzero(boundary)
-    if cells.size == 0:
-        return []
-    base = int(labels.max()) + 1
-    key = (stretches.ravel()[cells].astype(np.int64) * base + low.ravel()[cells]) * base
-    key += high.ravel()[cells]
-    value = clearance.ravel()[cells]
-    order = np.lexsort((cells, -value))
-    _, first = np.unique(key[order], return_index=True)
-    chosen = order[np.sort(first)]
-    return [
-        (
-            (int(low.ravel()[cell]), int(high.ravel()[cell])),
-            np.array(divmod(int(cell), labels.shape[1]), dtype=np.float64),
-            float(clearance.ravel()[cell]),
-        )
-        for cell in cells[chosen]
-    ]
+            kept.append(saddle)
+    return [Opening(s.rooms, closing_line(s, work, free), s.clearance_m) for s in kept]
 
 
 def _boundary(

@@ -86,8 +86,10 @@ def reduce_scene(
     work = _block_means(clearance, stride)
     sigma = config.smoothing_m / (scene.cell_m * stride)
     if sigma > 0.0:
-        work = cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    return WorkRaster(passable > _ALL, np.asarray(work), stride, scene.cell_m * stride)
+        work = np.asarray(
+            cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), np.float32
+        )
+    return WorkRaster(passable > _ALL, work, stride, scene.cell_m * stride)
 
 
 def _block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:

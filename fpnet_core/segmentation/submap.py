@@ -10,21 +10,16 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation.assemble import RoomScore, assemble, upsample_labels
-from fpnet_core.segmentation.basins import grow_basins, merge_basins
+from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import find_lintels
-from fpnet_core.segmentation.openings import find_openings
-from fpnet_core.segmentation.scene import (
-    Mask,
-    Scene,
-    clearance_m,
-    fill_furniture,
-    reduce_scene,
-)
+from fpnet_core.segmentation.rooms import cut_rooms
+from fpnet_core.segmentation.scene import Mask, Scene, fill_furniture
 from fpnet_core.types import FREE, OCCUPIED, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.15
+# Margin of unseen space around the grid in which rooms may go on [cells].
+_BEYOND_CELLS = 40
 # A disc of this diameter must pass wherever a seen room counts as seen [m].
 _ROOM_DISC_M = 0.5
 
@@ -60,13 +55,12 @@ def segment_submap(
     free = fill_furniture(free, cell_m, config)
     lintel, lintel_doors = find_lintels(submap.lintel & free, free, cell_m)
     scene = Scene(free, lintel, cell_m)
-    work = reduce_scene(scene, clearance_m(~free | lintel, cell_m), config)
-    labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
-    openings = find_openings(labels, work, free & ~lintel, config)
-    full = upsample_labels(labels, work.stride, free & ~lintel)
+    near_wall = _grown(wall | lintel, _WALL_SHADOW_M, cell_m)
+    full, openings = cut_rooms(scene, ~free | lintel, config, near_wall)
     openings += [door.between(full) for door in lintel_doors]
     full = _drop_glimpses(full, config, cell_m)
-    return assemble(grid, full, openings, config, metres_per_unit, _scores(full, scene, wall))
+    scores = _scores(full, ~scene.free & ~near_wall)
+    return assemble(grid, full, openings, config, metres_per_unit, scores)
 
 
 def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
@@ -82,15 +76,23 @@ def _opened(mask: Mask, width_m: float, cell_m: float) -> Mask:
     return np.asarray(opened[size:-size, size:-size], dtype=bool)
 
 
-def _scores(labels: NDArray[np.int32], scene: Scene, wall: Mask) -> dict[int, RoomScore]:
-    """Return the completeness of every room in ``labels (H, W)``."""
-    size = 2 * round(_WALL_SHADOW_M / scene.cell_m) + 1
-    shadow = cv2.dilate(wall.astype(np.uint8), np.ones((size, size), np.uint8)).astype(bool)
-    unseen = ~scene.free & ~shadow
+def _grown(mask: Mask, reach_m: float, cell_m: float) -> Mask:
+    """Return the cells within ``reach_m`` of ``mask``, in the maximum norm."""
+    size = 2 * round(reach_m / cell_m) + 1
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
+
+
+def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
+    """Return the completeness of every room in ``labels (H, W)``; beyond the grid is unseen."""
+    labels = np.pad(labels, _BEYOND_CELLS)
+    unseen = np.pad(unseen, _BEYOND_CELLS, constant_values=True)
     scores: dict[int, RoomScore] = {}
     for label, window in enumerate(find_objects(labels), start=1):
         if window is not None:
-            grown = tuple(slice(max(s.start - 1, 0), s.stop + 1) for s in window)
+            # The rectangle around a turned room leaves its axis-aligned window by less than
+            # half of the window's shorter side.
+            margin = 1 + min(s.stop - s.start for s in window) // 2
+            grown = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
             scores[label] = _score(labels[grown] == label, unseen[grown])
     return scores
 
@@ -99,8 +101,8 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
     """
     Score one room in its window: ``room`` and ``unseen (h, w)`` bool.
 
-    The unseen part is estimated as the unseen cells inside the room's convex hull that can be
-    reached from its outline without crossing a wall.
+    The unseen part is estimated as the unseen cells inside the smallest rectangle around the
+    room that can be reached from its outline without crossing a wall.
     """
     cells = room.astype(np.uint8)
     rim = cv2.dilate(cells, np.ones((3, 3), np.uint8)).astype(bool) & ~room
@@ -109,9 +111,10 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
     first = room[rows].argmax(axis=1)
     last = room.shape[1] - 1 - room[rows, ::-1].argmax(axis=1)
     sides = np.stack([np.r_[first, last], np.r_[rows, rows]], axis=1).astype(np.int32)
-    hull = np.zeros_like(cells)
-    cv2.fillConvexPoly(hull, cv2.convexHull(sides), 1)
-    _, pieces = cv2.connectedComponents((hull.astype(bool) & unseen).astype(np.uint8))
+    box = np.zeros_like(cells)
+    corners = cv2.boxPoints(cv2.minAreaRect(sides))
+    cv2.fillConvexPoly(box, np.rint(corners).astype(np.int32), 1)
+    _, pieces = cv2.connectedComponents((box.astype(bool) & unseen).astype(np.uint8))
     reached = np.unique(pieces[frontier])
     hidden = np.isin(pieces, reached[reached > 0]).sum()
     seen = float(np.count_nonzero(room))

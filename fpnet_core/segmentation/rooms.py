@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The core that floorplans and submaps share: from a clean scene to labelled rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.assemble import upsample_labels
+from fpnet_core.segmentation.basins import grow_basins, merge_basins
+from fpnet_core.segmentation.openings import (
+    Opening,
+    Saddle,
+    closing_line,
+    find_openings,
+    find_saddles_of_rooms,
+)
+from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
+
+# Joining rooms changes what their neighbours look like; it settles within so many rounds.
+_MAX_ROUNDS = 4
+
+IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]
+
+
+def cut_rooms(
+    scene: Scene,
+    blocked: Mask,
+    config: SegmentationConfig,
+    wall: Mask | None = None,
+) -> tuple[NDArray[np.int32], list[Opening]]:
+    """
+    Label the rooms of a scene and find the openings between them.
+
+    Parameters
+    ----------
+    scene : free space and closed doorways
+    blocked : (H, W) bool, what limits the clearance
+    config : thresholds in true metres
+    wall : (H, W) bool, where given, an opening must touch it: between two unseen places lies
+        the ragged edge of what was seen, not a door
+
+    Returns
+    -------
+    labels (H, W) int32 : 1..R, 0 where there is no room
+    openings : between these labels, widest first
+    """
+    work = reduce_scene(scene, clearance_m(blocked, scene.cell_m), config)
+    labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
+    passable = scene.free & ~scene.lintel
+
+    def is_door(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
+        if not _has_jambs(saddle, labels, work, config):
+            return False
+        return wall is None or _is_anchored(closing_line(saddle, work, passable), wall)
+
+    labels = _join_across(labels, work, is_door)
+    openings = find_openings(labels, work, passable, config)
+    return upsample_labels(labels, work.stride, passable), openings
+
+
+def _join_across(
+    labels: NDArray[np.int32], work: WorkRaster, is_door: IsDoor
+) -> NDArray[np.int32]:
+    """Return ``labels (h, w)`` with rooms joined wherever one of their openings is no door."""
+    for _ in range(_MAX_ROUNDS):
+        target = np.arange(int(labels.max(initial=0)) + 1, dtype=np.int32)
+        for saddle in find_saddles_of_rooms(labels, work):
+            a, b = (int(target[room]) for room in saddle.rooms)
+            if a != b and not is_door(saddle, labels, work):
+                target[target == max(a, b)] = min(a, b)
+        if (target == np.arange(len(target))).all():
+            break
+        labels = target[labels]
+    return labels
+
+
+def _has_jambs(
+    saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster, config: SegmentationConfig
+) -> bool:
+    """
+    Tell whether the free space widens on both sides of an opening, as it does at a door.
+
+    The neck between two bulges of a corridor stays as narrow as its saddle. Openings below
+    ``sure_width_m`` are taken for doors without this test.
+    """
+    if 2.0 * saddle.clearance_m < config.sure_width_m:
+        return True
+    reach = config.jamb_reach_m / work.cell_m
+    row, col = saddle.rc
+    size = int(np.ceil(reach))
+    window = np.s_[max(0, row - size) : row + size + 1, max(0, col - size) : col + size + 1]
+    rows, cols = np.ogrid[window]
+    disc = (rows - row) ** 2 + (cols - col) ** 2 <= reach**2
+    near, clearance = labels[window], work.clearance[window]
+    widest = (float(clearance[disc & (near == room)].max(initial=0.0)) for room in saddle.rooms)
+    return min(widest) >= config.jamb_widening * saddle.clearance_m
+
+
+def _is_anchored(ends_rc: NDArray[np.float64], wall: Mask) -> bool:
+    """Tell whether an end of a line lies on ``wall (H, W)``."""
+    cells = np.clip(np.rint(ends_rc).astype(np.int64), 0, np.array(wall.shape) - 1)
+    return bool(wall[cells[:, 0], cells[:, 1]].any())
