@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Triangle meshes made by raising flat polygons: all that a building needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import shapely
+from shapely import MultiPolygon, Polygon
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """``vertices (V, 3) float64`` [m] and ``triangles (T, 3) int64``, indices of vertices."""
+
+    vertices: Array
+    triangles: NDArray[np.int64]
+
+    @property
+    def corners(self) -> Array:
+        """The triangles' corner points (T, 3, 3) [m]."""
+        corners: Array = self.vertices[self.triangles]
+        return corners
+
+
+def merge_meshes(meshes: Sequence[TriangleMesh]) -> TriangleMesh:
+    """Return all triangles in one mesh; no meshes give an empty one."""
+    if not meshes:
+        return TriangleMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
+    return TriangleMesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate(
+            [mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]
+        ),
+    )
+
+
+def extrude_polygon(area: Polygon | MultiPolygon, bottom_m: float, top_m: float) -> TriangleMesh:
+    """Return the closed surface of the prism over ``area`` (holes allowed), facing outwards."""
+    parts = [part for part in shapely.get_parts(area).tolist() if isinstance(part, Polygon)]
+    pieces = []
+    for part in shapely.orient_polygons(parts):  # outer rings counter-clockwise, holes clockwise
+        rings = [part.exterior, *part.interiors]
+        pieces += [_side_faces(shapely.get_coordinates(r)[:-1], bottom_m, top_m) for r in rings]
+        pieces += [_cap(part, top_m, is_top=True), _cap(part, bottom_m, is_top=False)]
+    return merge_meshes(pieces)
+
+
+def horizontal_sheet(area: Polygon, z_m: float, faces_up: bool) -> TriangleMesh:
+    """Return a flat polygon at height ``z_m``: a floor (facing up) or a ceiling."""
+    return _cap(area, z_m, is_top=faces_up)
+
+
+def _side_faces(ring: Array, bottom_m: float, top_m: float) -> TriangleMesh:
+    """Return two triangles per edge of a ring (V, 2) whose solid lies to the left."""
+    count = len(ring)
+    low = np.arange(count)
+    next_low = np.roll(low, -1)
+    triangles = np.concatenate(
+        [
+            np.stack([low, next_low, next_low + count], axis=1),
+            np.stack([low, next_low + count, low + count], axis=1),
+        ]
+    )
+    vertices = np.concatenate(
+        [np.column_stack([ring, np.full(count, z)]) for z in (bottom_m, top_m)]
+    )
+    return TriangleMesh(vertices, triangles)
+
+
+def _cap(area: Polygon, z_m: float, is_top: bool) -> TriangleMesh:
+    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
+    rings = shapely.get_coordinates(shapely.orient_polygons(parts, exterior_cw=not is_top))
+    corners = rings.reshape(len(parts), 4, 2)[:, :3].reshape(-1, 2)
+    vertices = np.column_stack([corners, np.full(len(corners), z_m)])
+    return TriangleMesh(vertices, np.arange(len(corners), dtype=np.int64).reshape(-1, 3))

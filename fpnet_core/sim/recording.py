@@ -1,0 +1,323 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A simulated recording: a building, a tour, lidar sweeps, and a floorplan that is not the building.
+
+The robot's floorplan shows no furniture, has walls of another thickness, is stretched by a few
+per cent in x and y, has its own resolution, and lies somewhere else, turned by any angle. What is
+true is kept apart from what a robot would have: the bag's clouds and the floorplan carry none of
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import BagFormatError, ConfigError
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.bags import BagWriter, Storage
+from fpnet_core.io.maps import write_map
+from fpnet_core.io.scans import Scan
+from fpnet_core.io.trajectories import write_tum
+from fpnet_core.sim.building import Building, extrude
+from fpnet_core.sim.lidar import LidarModel, LidarSimulator
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.tours import Drive, Tour, TourLimits, plan_tour
+from fpnet_core.sim.types import BuildingPlan
+from fpnet_core.types import GridMap
+
+Array = NDArray[np.float64]
+
+CLOUD_TOPIC = '/points'
+TRUTH_TOPIC = '/ground_truth/pose'
+LIDAR_FRAME = 'lidar'
+BUILDING_FRAME = 'building'
+
+BAG_NAME, TUM_NAME, TRUTH_NAME, FLOORPLAN_NAME = 'bag', 'truth.tum', 'truth.json', 'floorplan.yaml'
+
+DEFAULT_FAMILIES = (
+    'double_corridor',
+    'racetrack',
+    'branched',
+    'diagonal',
+    'bent',
+    'curved_facade',
+    'bays',
+    'central_hall',
+)
+"""Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
+
+EPOCH_NS = 1_750_000_000 * 10**9
+"""Sensor time of a recording's start; ROS takes times near zero as unset."""
+
+_NS_PER_S = 10**9
+_PLAN_ATTEMPTS = 20
+_TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
+_LARGEST_SHIFT_M = 20.0
+
+
+@dataclass(frozen=True)
+class RecordingOptions:
+    """
+    What to simulate.
+
+    ``family`` is a key of ``FAMILIES`` (None draws one of ``DEFAULT_FAMILIES``); ``rooms`` bounds
+    the number of rooms besides corridors. The drawing's x and y stretch, pixel size [m] and wall
+    thickness [m] are drawn evenly from their ranges.
+    """
+
+    family: str | None = None
+    rooms: tuple[int, int] = (12, 45)
+    is_furnished: bool = True
+    stretch: tuple[float, float] = (0.96, 1.04)
+    resolution_m: tuple[float, float] = (0.03, 0.08)
+    drawn_wall_m: tuple[float, float] = (0.06, 0.3)
+    lidar: LidarModel = field(default_factory=LidarModel)
+    limits: TourLimits = field(default_factory=TourLimits)
+    drive: Drive = field(default_factory=Drive)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimulatedScan(Scan):
+    """
+    A sweep with all that the sensor reports.
+
+    ``stamp_ns`` is the end of the sweep, ``T_truth_sensor`` the sensor's pose in ``building`` at
+    that instant. ``intensity (P,) float32`` is in [0, 255], ``ring (P,) uint16``.
+    """
+
+    intensity: NDArray[np.float32]
+    ring: NDArray[np.uint16]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """
+    A simulated run, its scans cast on demand: equal indices give equal scans in any order.
+
+    ``floorplan`` is what the robot gets; ``A_plan_building`` maps true metres to nominal metres
+    of the floorplan's frame ``plan``.
+    """
+
+    seed: int
+    building: Building
+    tour: Tour
+    floorplan: GridMap
+    A_plan_building: Affine2D
+    lidar: LidarSimulator
+
+    def __len__(self) -> int:
+        """Count the scans."""
+        return int(self.tour.duration_s / self.lidar.model.period_s)
+
+    def __iter__(self) -> Iterator[SimulatedScan]:
+        """Yield the scans in time order."""
+        return (self.scan(index) for index in range(len(self)))
+
+    @property
+    def stamps_ns(self) -> NDArray[np.int64]:
+        """Time stamps of all scans ``(S,)``: the ends of their sweeps."""
+        period_ns = round(self.lidar.model.period_s * _NS_PER_S)
+        return EPOCH_NS + period_ns * np.arange(1, len(self) + 1, dtype=np.int64)
+
+    def truth(self) -> Array:
+        """Return ``T_building_sensor (S, 4, 4)`` at the stamps of all scans."""
+        R, origin = self.tour.sensor_poses((self.stamps_ns - EPOCH_NS) / _NS_PER_S)
+        poses = np.tile(np.eye(4), (len(R), 1, 1))
+        poses[:, :3, :3], poses[:, :3, 3] = R, origin
+        return poses
+
+    def scan(self, index: int) -> SimulatedScan:
+        """
+        Cast scan ``index``.
+
+        Raises
+        ------
+        IndexError
+            If there is no such scan.
+        """
+        if not 0 <= index < len(self):
+            raise IndexError(f'scan {index} of a recording with {len(self)} scans')
+        model = self.lidar.model
+        start_s = index * model.period_s
+        R, origin = self.tour.sensor_poses(start_s + model.column_times_s)
+        sweep = self.lidar.sweep(R, origin, np.random.default_rng((self.seed, index)))
+        R_end, origin_end = self.tour.sensor_poses(np.array([start_s + model.period_s]))
+        T_truth_sensor = np.eye(4)
+        T_truth_sensor[:3, :3], T_truth_sensor[:3, 3] = R_end[0], origin_end[0]
+        return SimulatedScan(
+            stamp_ns=int(self.stamps_ns[index]),
+            points=sweep.points,
+            time_s=sweep.time_s,
+            T_truth_sensor=T_truth_sensor,
+            intensity=sweep.intensity,
+            ring=sweep.ring,
+        )
+
+
+def make_recording(
+    seed: int, options: RecordingOptions | None = None, threads: int = 0
+) -> Recording:
+    """
+    Draw a building, a tour and a floorplan; scans are cast when they are asked for.
+
+    Parameters
+    ----------
+    seed : int
+        Equal seeds and options give equal recordings, to the byte.
+    options : RecordingOptions
+    threads : int
+        For ray casting, without influence on the result; 0 takes all cores.
+
+    Raises
+    ------
+    ConfigError
+        If the family is unknown, or no plan of it has enough rooms and allows such a tour.
+    """
+    options = options or RecordingOptions()
+    streams = np.random.SeedSequence(seed).spawn(3)
+    layout_rng, contents_rng, drawing_rng = (np.random.default_rng(s) for s in streams)
+    plan, tour = _draw_plan_and_tour(layout_rng, options)
+    building = extrude(
+        plan,
+        contents_rng,
+        keep_clear=tour.line().buffer(_TOUR_CLEARANCE_M),
+        is_furnished=options.is_furnished,
+    )
+    floorplan, A_plan_building = _draw_floorplan(plan, drawing_rng, options)
+    lidar = LidarSimulator(building, options.lidar, threads)
+    return Recording(seed, building, tour, floorplan, A_plan_building, lidar)
+
+
+def simulate_recording(
+    out_dir: Path | str,
+    seed: int,
+    *,
+    options: RecordingOptions | None = None,
+    storage: Storage = 'sqlite3',
+    threads: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Recording:
+    """
+    Simulate a recording and write it to a folder.
+
+    The folder gets ``bag`` (clouds on ``/points`` in frame ``lidar``, ground truth on
+    ``/ground_truth/pose`` in frame ``building``), ``floorplan.yaml`` with its image, ``truth.tum``
+    (planar sensor poses in ``building``; the bag's carry roll and pitch as well) and
+    ``truth.json``.
+
+    Parameters
+    ----------
+    out_dir : Path
+        Created where missing; must not hold a bag.
+    seed : int
+    options : RecordingOptions
+    storage : 'sqlite3' or 'mcap'
+    threads : int
+        For ray casting, without influence on the result; 0 takes all cores.
+    progress : callable
+        Is told the number of scans written and their total after each scan.
+
+    Raises
+    ------
+    BagFormatError
+        If the folder holds a bag or cannot be written.
+    ConfigError
+        See :func:`make_recording`.
+    """
+    out_dir = Path(out_dir)
+    if (out_dir / BAG_NAME).exists():
+        raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
+    recording = make_recording(seed, options, threads)
+    out_dir.mkdir(parents=True, exist_ok=True)
+    write_map(recording.floorplan, out_dir / FLOORPLAN_NAME)
+    _write_truth(recording, out_dir)
+    with BagWriter(out_dir / BAG_NAME, storage) as bag:
+        for index, scan in enumerate(recording):
+            _write_scan(bag, scan, recording.lidar.model.period_s)
+            if progress is not None:
+                progress(index + 1, len(recording))
+    return recording
+
+
+def _draw_plan_and_tour(
+    rng: np.random.Generator, options: RecordingOptions
+) -> tuple[BuildingPlan, Tour]:
+    """Draw plans until one has enough rooms, a corridor and a tour."""
+    reason = ''
+    for _ in range(_PLAN_ATTEMPTS):
+        family = options.family or str(rng.choice(DEFAULT_FAMILIES))
+        plan = generate_plan(rng, family, min_rooms=options.rooms[0] + 1)
+        count = sum(room.kind == 'room' for room in plan.rooms)
+        if not options.rooms[0] <= count <= options.rooms[1] or count == len(plan.rooms):
+            reason = f'the last plan has {count} rooms and {len(plan.rooms) - count} corridors'
+            continue
+        try:
+            return plan, plan_tour(plan, rng, options.limits, options.drive)
+        except ConfigError as error:
+            reason = str(error)
+    raise ConfigError(
+        f'no plan of family {options.family or "any"} with {options.rooms[0]} to '
+        f'{options.rooms[1]} rooms, a corridor and a tour in {_PLAN_ATTEMPTS} attempts: {reason}'
+    )
+
+
+def _draw_floorplan(
+    plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions
+) -> tuple[GridMap, Affine2D]:
+    """Draw the building stretched, then lay the sheet somewhere else, turned."""
+    stretch = Affine2D(np.diag(rng.uniform(*options.stretch, size=2)), np.zeros(2))
+    sheet = render_plan(
+        plan,
+        resolution_m=float(rng.uniform(*options.resolution_m)),
+        wall_m=float(rng.uniform(*options.drawn_wall_m)),
+        T_plan_building=stretch,
+    )
+    x, y = rng.uniform(-_LARGEST_SHIFT_M, _LARGEST_SHIFT_M, size=2)
+    T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
+    floorplan = GridMap(
+        sheet.cells, sheet.resolution, T_plan_sheet @ sheet.T_frame_grid, sheet.frame
+    )
+    A_plan_building: Affine2D = T_plan_sheet @ stretch
+    return floorplan, A_plan_building
+
+
+def _write_truth(recording: Recording, out_dir: Path) -> None:
+    poses, tour, plan = recording.truth(), recording.tour, recording.building.plan
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    write_tum(
+        out_dir / TUM_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, tour.sensor_height_m
+    )
+    truth: dict[str, Any] = {
+        'seed': recording.seed,
+        'family': plan.family,
+        'rooms': len(plan.rooms),
+        'doors': len(plan.doors),
+        'tour_rooms': list(tour.rooms),
+        'scans': len(recording),
+        'duration_s': round(tour.duration_s, 3),
+        'path_m': round(tour.path_m, 3),
+        'A_plan_building': recording.A_plan_building.matrix[:2].tolist(),
+        'cloud_topic': CLOUD_TOPIC,
+        'truth_topic': TRUTH_TOPIC,
+    }
+    text = json.dumps(truth, indent=2) + '\n'
+    (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
+
+
+def _write_scan(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:
+    # The stamp is the end of the sweep, and drivers that stamp so count points' times from it.
+    time_s = (scan.time_s - period_s).astype(np.float32) if scan.time_s is not None else None
+    bag.write_cloud(
+        CLOUD_TOPIC, scan.stamp_ns, LIDAR_FRAME, scan.points, scan.intensity, scan.ring, time_s
+    )
+    if scan.T_truth_sensor is not None:
+        bag.write_pose(TRUTH_TOPIC, scan.stamp_ns, BUILDING_FRAME, scan.T_truth_sensor)
