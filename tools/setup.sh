@@ -70,7 +70,7 @@ require_python() {
 }
 
 pip_install() {
-    "$VENV/bin/python" -m pip install --quiet --no-input --disable-pip-version-check "$@"
+    "$VENV/bin/python" -m pip install -qq --no-input --disable-pip-version-check "$@"
 }
 
 # On Linux, PyPI's torch brings gigabytes of CUDA libraries; the CPU build is on PyTorch's own

@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet segment``: a floorplan, robot map, cloud or recording, cut into rooms and doors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.segmentation import ScaleEstimate
+    from fpnet_core.types import GridMap, Segmentation, Submap
+
+_MAP_SUFFIXES = ('.yaml', '.yml', '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
+_YAML_SUFFIXES = ('.yaml', '.yml')
+_CLOUD_SUFFIXES = ('.ply', '.pcd', '.npy', '.xyz')
+
+
+def command(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar='INPUT',
+            help='Image or map_server YAML; point file; ROS 2 bag, CARMEN log or scan folder.',
+        ),
+    ],
+    as_submap: Annotated[
+        bool,
+        typer.Option('--submap', help='The image is a robot map: unknown space is not a wall.'),
+    ] = False,
+    resolution_m: Annotated[
+        float | None,
+        typer.Option(
+            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the rooms and doors.')
+    ] = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Cut a floorplan, robot map or recording into rooms and doors.
+
+    Lengths are metres as the input states them; for an image without a scale they are nominal,
+    and the printed factor, estimated from door widths, makes them true. Exits 1 where no room
+    is found.
+
+    Example: fpnet segment plan.png --plot rooms.png --json rooms.json
+    """
+    tree = common.load(config, settings)
+    common.check_input(source)
+    suffix = source.suffix.lower()
+    is_map = source.is_file() and suffix in _MAP_SUFFIXES
+    subject: GridMap | Submap
+    subject = _read_map(source, resolution_m, as_submap) if is_map else _read_submap(source, tree)
+    scale_is_known = not is_map or suffix in _YAML_SUFFIXES or resolution_m is not None
+    started = time.perf_counter()
+    segmentation, scale = _segment(subject, tree, scale_is_known)
+    elapsed_ms = 1e3 * (time.perf_counter() - started)
+    if str(json_path) != '-':
+        _print_summary(segmentation, scale, elapsed_ms)
+    if json_path is not None:
+        common.write_json(json_path, _report(segmentation, scale, elapsed_ms))
+    if plot is not None:
+        _draw(segmentation, plot)
+    if not segmentation.rooms:
+        raise typer.Exit(1)
+
+
+def _read_map(path: Path, resolution_m: float | None, as_submap: bool) -> GridMap | Submap:
+    from fpnet_core.io import read_map
+    from fpnet_core.submaps import submap_from_grid
+
+    grid = read_map(path, resolution_m)
+    return submap_from_grid(grid) if as_submap else grid
+
+
+def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
+    """Return the submap of a point file or of a whole recording."""
+    from fpnet_core.errors import CloudFormatError
+    from fpnet_core.io import open_scans, read_cloud
+    from fpnet_core.submaps import SubmapBuilder, submap_from_cloud
+
+    if path.suffix.lower() in _CLOUD_SUFFIXES:
+        return submap_from_cloud(read_cloud(path), tree.submap)
+    scans = open_scans(path)
+    odometry = None
+    if not scans.has_poses:
+        from fpnet_core.odometry import KissOdometry
+
+        odometry = KissOdometry(tree.odometry)
+    builder = SubmapBuilder(tree.submap)
+    with common.progress('accumulating scans', total=len(scans)) as advance:
+        for scan in scans:
+            points, T_odom_sensor = scan.points, scan.T_odom_sensor
+            if odometry is not None:
+                points, T_odom_sensor = odometry.register_scan(scan)
+            assert T_odom_sensor is not None
+            builder.add_scan(points, T_odom_sensor, scan.stamp_ns)
+            advance(1.0)
+    submap = builder.take()
+    if submap is None:
+        raise CloudFormatError(f'{path} holds no usable scan; check the range limits')
+    return submap
+
+
+def _segment(
+    subject: GridMap | Submap, tree: FpnetConfig, scale_is_known: bool
+) -> tuple[Segmentation, ScaleEstimate]:
+    from fpnet_core.segmentation import (
+        estimate_metres_per_unit,
+        segment_floorplan,
+        segment_submap,
+        segment_unknown_scale,
+    )
+    from fpnet_core.types import Submap
+
+    if not scale_is_known:
+        return segment_unknown_scale(subject, tree.segmentation)
+    if isinstance(subject, Submap):
+        segmentation = segment_submap(subject, tree.segmentation)
+    else:
+        segmentation = segment_floorplan(subject, tree.segmentation)
+    return segmentation, estimate_metres_per_unit(segmentation, tree.segmentation)
+
+
+def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    rooms, doors = segmentation.rooms, segmentation.doors
+    table = Table('room', 'area [m²]', 'x [m]', 'y [m]', 'doors')
+    for column in table.columns:
+        column.justify = 'right'
+    for room in rooms:
+        count = sum(room.id in portal.rooms for portal in segmentation.portals)
+        x, y = room.centroid
+        table.add_row(str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count))
+    console = Console()
+    if rooms:
+        console.print(table)
+    area_m2 = sum(room.area_m2 for room in rooms)
+    console.print(
+        f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
+        f'door widths suggest a scale factor of {scale.factor:.2f} '
+        f'(confidence {scale.confidence:.2f})',
+        highlight=False,
+        soft_wrap=True,
+    )
+    if not rooms:
+        console.print(segmentation.reason or 'no room was found', highlight=False)
+
+
+def _report(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> dict[str, Any]:
+    from fpnet_core.io import pixel_to_xy
+
+    grid = segmentation.grid
+    return {
+        'frame': grid.frame,
+        'resolution_m': grid.resolution,
+        'affine_xy_from_px': pixel_to_xy(grid).matrix[:2].tolist(),
+        'scale': {'factor': scale.factor, 'confidence': scale.confidence},
+        'rooms': [
+            {
+                'id': room.id,
+                'area_m2': room.area_m2,
+                'centroid_xy_m': room.centroid.tolist(),
+                'polygon_xy_m': room.polygon.tolist(),
+                'observed_fraction': room.observed_fraction,
+            }
+            for room in segmentation.rooms
+        ],
+        'doors': [
+            {
+                'id': portal.door,
+                'rooms': list(portal.rooms),
+                'width_m': portal.width_m,
+                'ends_xy_m': portal.ends.tolist(),
+            }
+            for portal in segmentation.portals
+        ],
+        'reason': segmentation.reason,
+        'timings_ms': {'segment': round(elapsed_ms, 2)},
+    }
+
+
+def _draw(segmentation: Segmentation, path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
+
+    figure = Figure(figsize=(10.0, 10.0), layout='constrained')
+    ax = figure.add_subplot()
+    draw_grid(ax, segmentation.grid)
+    draw_segmentation(ax, segmentation, with_ids=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)
