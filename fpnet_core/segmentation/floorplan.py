@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +42,7 @@ def segment_floorplan(
     free = grid.cells == FREE
     if not free.any():
         return _empty(grid, 'the grid has no free cells')
-    on_paper = _border(free).mean() > _PAPER_BORDER_SHARE
+    on_paper = is_on_paper(free)
     if free.all():
         return _empty(grid, 'the grid has no walls')
     cell_m = grid.resolution * metres_per_unit
@@ -53,6 +54,20 @@ def segment_floorplan(
     if on_paper:
         full = _drop(full, np.unique(_border(full)))
     return assemble(grid, full, openings, config, metres_per_unit)
+
+
+def is_on_paper(free: Mask) -> bool:
+    """Tell whether the outside of a drawing is free, so that its border mostly is."""
+    return bool(_border(free).mean() > _PAPER_BORDER_SHARE)
+
+
+def interior(free: Mask) -> Mask:
+    """Return ``free (H, W)`` without the paper around a drawing."""
+    if not is_on_paper(free):
+        return free
+    _, pieces = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    outside = np.unique(_border(pieces))
+    return free & ~np.isin(pieces, outside)
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:
