@@ -53,6 +53,7 @@ class Subcommand:
 
 
 COMMANDS = {
+    'bench': Subcommand('fpnet_core.cli.bench', 'Compare methods on the same inputs.'),
     'demo': Subcommand(
         'fpnet_core.cli.demo', 'Localise a simulated robot on a floorplan, all parts running.'
     ),

@@ -34,7 +34,7 @@ class Attention(nn.Module):
         ----------
         target : (B, T, width)
         source : (B, S, width)
-        source_mask : (B, S) bool; a graph without a True sends zeros through ``merge``
+        source_mask : (B, S) bool; a graph without a True sends zeros
         phi : (B, heads or 1, T, S) factors of the softmaxed weights, or None for ones
         """
         query = self.query(target).unflatten(-1, (self.heads, -1)).transpose(1, 2)
@@ -42,12 +42,12 @@ class Attention(nn.Module):
             part.unflatten(-1, (self.heads, -1)).transpose(1, 2)
             for part in self.key_value(source).chunk(2, dim=-1)
         )
-        hidden = ~source_mask[:, None, None, :]
-        logits = (query @ key.transpose(-1, -2)) * self.scale
-        weights = logits.masked_fill(hidden, MASKED).softmax(dim=-1)
-        weights = (weights if phi is None else weights * phi).masked_fill(hidden, 0.0)
+        # Added rather than filled in: both directions of it are cheap, and exp() of it is zero.
+        padding = (~source_mask)[:, None, None, :] * MASKED
+        weights = torch.softmax((query * self.scale) @ key.transpose(-1, -2) + padding, dim=-1)
+        weights = weights if phi is None else weights * phi
         message: Tensor = self.merge((weights @ value).transpose(1, 2).flatten(-2))
-        return message
+        return message * source_mask.any(dim=-1)[:, None, None]
 
 
 class Propagation(nn.Module):

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 from fpnet_core.graphs.features import POSITION
 from fpnet_core.models.batch import GraphBatch
@@ -68,10 +67,11 @@ class EdgeFunction(nn.Module):
         super().__init__()
         self.mapping, self.layers, self.heads = mapping, layers, heads
         if mapping is EdgeMapping.LEARNED:
+            # Convolutions of size one are linear maps per pair that keep heads contiguous.
             self.project = nn.Sequential(
-                nn.Linear(_PAIR_FEATURES, _HIDDEN),
+                nn.Conv2d(_PAIR_FEATURES, _HIDDEN, 1),
                 nn.ReLU(),
-                nn.Linear(_HIDDEN, layers * heads),
+                nn.Conv2d(_HIDDEN, layers * heads, 1),
             )
 
     def forward(self, batch: GraphBatch) -> tuple[Tensor | None, ...]:
@@ -84,15 +84,14 @@ class EdgeFunction(nn.Module):
             case EdgeMapping.DISTANCE:
                 return (distance_weights(batch).unsqueeze(1),) * self.layers
             case EdgeMapping.LEARNED:
-                raw: Tensor = self.project(_pair_features(batch)).permute(0, 3, 1, 2)
-                # softplus keeps phi positive; dividing by softplus(0) starts it around one.
-                weights = functional.softplus(raw) / functional.softplus(raw.new_zeros(()))
+                # Starts around one, where the network is the one without edges.
+                weights: Tensor = 1.0 + self.project(_pair_features(batch))
                 return torch.split(weights, self.heads, dim=1)
 
 
 def _pair_features(batch: GraphBatch) -> Tensor:
-    """Return invariant features ``(B, R, R, 5)`` of every ordered pair of nodes."""
+    """Return invariant features ``(B, 5, R, R)`` of every ordered pair of nodes."""
     distance, linked = pair_distances(batch), batch.adjacency
     own = torch.eye(linked.shape[-1], device=linked.device).expand_as(linked)
     near, far = torch.exp(-distance / _NEAR), torch.exp(-distance / _FAR)
-    return torch.stack([linked, own, near, far, linked * near], dim=-1)
+    return torch.stack([linked, own, near, far, linked * near], dim=1)

@@ -3,7 +3,7 @@
 """Training of the matching network; importing this package loads torch."""
 
 from fpnet_core.training.config import TrainingConfig, parse_training_config
-from fpnet_core.training.data import PairArrays, split_by_plan
+from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan, split_rng
 from fpnet_core.training.loop import EpochRecord, Hooks, Trainer
 
 __all__ = [
@@ -12,6 +12,8 @@ __all__ = [
     'PairArrays',
     'Trainer',
     'TrainingConfig',
+    'load_pairs',
     'parse_training_config',
     'split_by_plan',
+    'split_rng',
 ]

@@ -14,7 +14,8 @@ from torch import Tensor
 
 from fpnet_core.graphs.features import AREA, AREA_SCALE, HU, POSITION
 from fpnet_core.models import GraphBatch, pad_graphs
-from fpnet_core.training.config import AugmentationConfig
+from fpnet_core.sim.dataset import PairDataset
+from fpnet_core.training.config import AugmentationConfig, TrainingConfig
 from fpnet_core.types import IGNORE, UNMATCHED
 
 _SHAPE = slice(HU.start, AREA.stop)
@@ -22,6 +23,8 @@ _SHAPE = slice(HU.start, AREA.stop)
 _HU_SKEW = HU.stop - 1
 # Batches are cut from runs of this many batches sorted by size, so that little is padding.
 _SORTED_BATCHES = 8
+# Second word of the split's seed; epochs count up from zero and never reach it.
+_SPLIT_STREAM = 2**31
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +55,27 @@ class PairBatch:
     def to(self, device: torch.device) -> PairBatch:
         """Return the batch on ``device``."""
         return PairBatch(self.plan.to(device), self.sub.to(device), self.labels.to(device))
+
+
+def load_pairs(dataset: PairDataset) -> list[PairArrays]:
+    """Return all stored pairs as arrays, about 20 kB each."""
+    stored = (dataset[index] for index in range(len(dataset)))
+    return [
+        PairArrays(
+            plan_feat=pair.plan.node_feat,
+            plan_edges=pair.plan.edges,
+            sub_feat=pair.sub.node_feat,
+            sub_edges=pair.sub.edges,
+            labels=pair.labels,
+            plan_id=pair.plan_id,
+        )
+        for pair in stored
+    ]
+
+
+def split_rng(config: TrainingConfig) -> np.random.Generator:
+    """Return the generator that splits plans; apart from those that draw batches."""
+    return np.random.default_rng([config.seed, _SPLIT_STREAM])
 
 
 def split_by_plan(

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet train``: fit the matching network to generated pairs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import FpnetError
+
+if TYPE_CHECKING:
+    from fpnet_core.training import EpochRecord, TrainingConfig
+
+DataOption = Annotated[
+    Path, typer.Option('--data', metavar='DIR', help='Pairs from fpnet simulate pairs.')
+]
+RunOption = Annotated[
+    Path, typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.')
+]
+TrainingSetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--set',
+        metavar='KEY=VALUE',
+        help='Override a training setting, as network.width=64; repeatable.',
+    ),
+]
+EpochsOption = Annotated[
+    int | None, typer.Option('--epochs', min=1, help='Passes over the training pairs.')
+]
+ThreadsOption = Annotated[
+    int, typer.Option('--threads', min=1, help='CPU threads; more only help on idle cores.')
+]
+
+
+def command(
+    data: DataOption,
+    out: RunOption,
+    epochs: EpochsOption = None,
+    settings: TrainingSetOption = None,
+    seed: common.SeedOption = None,
+    device: common.DeviceOption = 'cpu',
+    threads: ThreadsOption = 1,
+) -> None:
+    """
+    Train the matching network and write matcher.safetensors with its manifest.
+
+    Stops early when held-back plans no longer improve; called again, it goes on where it was.
+
+    Example: fpnet train --data runs/pairs --out runs/train --set network.width=64
+    """
+    common.check_input(data)
+    config = _training_config(settings, epochs, seed)
+    import torch
+
+    from fpnet_core.sim.dataset import PairDataset
+    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan, split_rng
+
+    torch.set_num_threads(threads)
+    dataset = PairDataset(data)
+    pairs = load_pairs(dataset)
+    training, validation = split_by_plan(pairs, config.validation_fraction, split_rng(config))
+    if not training:
+        raise FpnetError(f'{data}: all pairs share one plan; generate pairs of more plans')
+    recipe = {'pairs': len(pairs), **dataset.manifest}
+    trainer = Trainer(config, out, device, recipe)
+    typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
+    remaining = (config.epochs - trainer.next_epoch) * len(training)
+    with common.progress('training', remaining) as advance:
+        trainer.fit(training, validation, Hooks(on_pairs=advance, on_epoch=_report))
+    typer.echo(f'best validation F1 {trainer.best_f1:.3f} in epoch {trainer.best_epoch}')
+
+
+def _training_config(
+    settings: list[str] | None, epochs: int | None, seed: int | None
+) -> TrainingConfig:
+    from fpnet_core.training.config import parse_training_config
+
+    overrides: dict[str, Any] = common.parse_settings(settings or ())
+    if epochs is not None:
+        overrides['epochs'] = epochs
+    if seed is not None:
+        overrides['seed'] = seed
+    return parse_training_config(overrides)
+
+
+def _report(record: EpochRecord) -> None:
+    typer.echo(
+        f'epoch {record.epoch:3d}  loss {record.loss:.3f}  val loss {record.val_loss:.3f}  '
+        f'precision {record.val_precision:.3f}  recall {record.val_recall:.3f}  '
+        f'F1 {record.val_f1:.3f}'
+    )
