@@ -94,9 +94,9 @@ def _has_jambs(
     row, col = saddle.rc
     size = int(np.ceil(reach))
     window = np.s_[max(0, row - size) : row + size + 1, max(0, col - size) : col + size + 1]
-    rows, cols = np.ogrid[window]
-    disc = (rows - row) ** 2 + (cols - col) ** 2 <= reach**2
     near, clearance = labels[window], work.clearance[window]
+    rows, cols = np.ogrid[: near.shape[0], : near.shape[1]]
+    disc = np.hypot(rows + window[0].start - row, cols + window[1].start - col) <= reach
     widest = (float(clearance[disc & (near == room)].max(initial=0.0)) for room in saddle.rooms)
     return min(widest) >= config.jamb_widening * saddle.clearance_m
 
