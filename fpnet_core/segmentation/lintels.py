@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.openings import DIRECTIONS, Opening, narrowest_chord
+from fpnet_core.segmentation.openings import Opening, narrowest_line
 from fpnet_core.segmentation.scene import Mask
 
 # A doorway is neither narrower nor wider than this [m].
@@ -84,7 +84,9 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     doors: list[LintelDoor] = []
     cells = np.argwhere(lintel).astype(np.float64)
     for centre in _centres(lintel):
-        ends = _doorway_line(free, centre, cell_m)
+        ends = narrowest_line(
+            free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
+        )
         middle = ends.mean(axis=0)
         known = any(
             math.dist(middle, d.ends_rc.mean(axis=0)) * cell_m < _MIN_WIDTH_M for d in doors
@@ -117,30 +119,6 @@ def _centres(lintel: Mask) -> list[tuple[float, float]]:
         nearest = own[np.argmin(((own - centroids[k, ::-1]) ** 2).sum(axis=1))]
         middle.append((float(nearest[0]), float(nearest[1])))
     return middle
-
-
-def _doorway_line(free: Mask, centre: tuple[float, float], cell_m: float) -> NDArray[np.float64]:
-    """
-    Return the ends (2, 2) of the narrowest line across the doorway at ``centre``.
-
-    High returns lie on the face of the lintel, where a line may miss the jambs and run along
-    the wall instead: lines through places up to a wall's thickness away are tried as well.
-    """
-    reach = _MAX_WIDTH_M / cell_m
-    ends = np.array(narrowest_chord(free, centre[0], centre[1], reach, DIRECTIONS)).reshape(2, 2)
-    along = ends[1] - ends[0]
-    across = np.array([-along[1], along[0]]) / max(1.0, np.hypot(*along))
-    limits = np.array(free.shape) - 1
-    best, shortest = ends, math.dist(ends[0], ends[1])
-    for offset in np.arange(-_LINE_REACH_M, _LINE_REACH_M + cell_m, cell_m) / cell_m:
-        place = np.clip(np.array(centre) + offset * across, 0, limits)
-        if not free[tuple(np.rint(place).astype(np.int64))]:
-            continue
-        ends = np.array(narrowest_chord(free, place[0], place[1], reach, DIRECTIONS)).reshape(2, 2)
-        length = math.dist(ends[0], ends[1])
-        if _MIN_WIDTH_M / cell_m <= length < shortest:
-            best, shortest = ends, length
-    return best
 
 
 def _is_passage(free: Mask, ends: NDArray[np.float64], cell_m: float) -> bool:

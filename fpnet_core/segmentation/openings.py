@@ -17,6 +17,8 @@ from fpnet_core.segmentation.scene import Mask, WorkRaster
 
 # The closing line is looked for within this many clearances of a saddle, on each side.
 _LINE_REACH = 3.0
+# It may move so far across the wall to find the jambs [m].
+_SLIDE_M = 0.3
 # Directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
 
@@ -104,10 +106,44 @@ def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[S
 
 
 def closing_line(saddle: Saddle, work: WorkRaster, free: Mask) -> NDArray[np.float64]:
-    """Return the ends (2, 2) of the shortest line of ``free (H, W)`` through a saddle."""
+    """Return the ends (2, 2) of the line in ``free (H, W)`` that closes a saddle's opening."""
     row, col = ((k + 0.5) * work.stride - 0.5 for k in saddle.rc)
-    reach = _LINE_REACH * (saddle.clearance_m / work.cell_m + 1.0) * work.stride
-    return np.array(narrowest_chord(free, row, col, reach, DIRECTIONS)).reshape(2, 2)
+    clearance = saddle.clearance_m / work.cell_m * work.stride
+    reach = _LINE_REACH * (clearance + work.stride)
+    slide = _SLIDE_M / work.cell_m * work.stride
+    return narrowest_line(free, (row, col), reach, slide, clearance)
+
+
+def narrowest_line(
+    free: Mask, place: tuple[float, float], reach: float, slide: float, min_length: float
+) -> NDArray[np.float64]:
+    """
+    Return the ends (2, 2) of the narrowest line across the doorway near ``place``.
+
+    A line through a place on the wall's face may miss the jambs and run along the wall
+    instead: places up to ``slide`` away across the first line are tried as well, and of those
+    within a cell of the narrowest the middle one is taken, which is in the middle of the wall.
+
+    Parameters
+    ----------
+    free : (H, W) bool
+    place : row and column, fractional
+    reach, slide, min_length : cells; half the longest line, and the shortest line when sliding
+    """
+    ends = np.array(narrowest_chord(free, place[0], place[1], reach, DIRECTIONS)).reshape(2, 2)
+    along = ends[1] - ends[0]
+    across = np.array([-along[1], along[0]]) / max(1.0, float(np.hypot(*along)))
+    limits = np.array(free.shape) - 1
+    lines = [ends]
+    for offset in np.arange(-slide, slide + 1.0):
+        row, col = np.clip(np.array(place) + offset * across, 0, limits)
+        if free[round(row), round(col)]:
+            chord = narrowest_chord(free, row, col, reach, DIRECTIONS)
+            lines.append(np.array(chord).reshape(2, 2))
+    lengths = np.array([math.dist(*line) for line in lines])
+    usable = np.flatnonzero(lengths >= min(min_length, lengths[0]))
+    narrow = usable[lengths[usable] <= lengths[usable].min() + 1.0]
+    return lines[int(narrow[len(narrow) // 2])]
 
 
 def find_openings(
