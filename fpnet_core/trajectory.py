@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.geometry import Affine2D
 
@@ -27,6 +27,13 @@ class PlanarTrajectory:
     def __len__(self) -> int:
         """Count the poses."""
         return len(self.stamps_ns)
+
+    @classmethod
+    def from_transforms(cls, stamps_ns: ArrayLike, T_frame_body: ArrayLike) -> PlanarTrajectory:
+        """Project rigid transforms ``(S, 4, 4)`` on the ground plane."""
+        poses = np.asarray(T_frame_body, dtype=np.float64).reshape(-1, 4, 4)
+        yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+        return cls(np.asarray(stamps_ns, dtype=np.int64), poses[:, :2, 3], yaw)
 
     def path_length_m(self, until_ns: int | None = None) -> float:
         """Length of the path, up to and including ``until_ns``."""

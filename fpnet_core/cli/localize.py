@@ -77,7 +77,7 @@ def command(
     reference = None
     if truth is not None:
         poses = read_tum(truth)
-        reference = PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)
+        reference = PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
     summary = summarize_run(run.published, run.odometry, run.tick_ms, reference)
     last = run.outputs[-1] if run.outputs else localizer.output
     typer.echo(f'{last.status.value} (p {last.probability:.2f}): {summary}')

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The real Intel and Freiburg-079 laser logs through the command line, against fitted truth."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.evaluation.fitted_truth import read_fitted_truth
+from fpnet_core.io import open_scans, read_tum, write_tum
+from fpnet_core.trajectory import PlanarTrajectory
+
+RADISH = Path(__file__).parents[2].parent / 'shared' / 'data' / 'radish'
+pytestmark = [
+    pytest.mark.real,
+    pytest.mark.slow,
+    pytest.mark.skipif(not RADISH.exists(), reason='the real laser logs are not here'),
+]
+
+
+def localized(name, tmp_path):
+    """Summary of ``fpnet localize`` over a log; poses are compared on the drawing."""
+    truth = read_fitted_truth(RADISH, name)
+    scans = list(open_scans(truth.log))
+    path = PlanarTrajectory.from_transforms(
+        [scan.stamp_ns for scan in scans], [scan.T_odom_sensor for scan in scans]
+    ).mapped(truth.A_plan_log)
+    write_tum(tmp_path / 'truth.tum', path.stamps_ns, path.xy, path.yaw)
+    arguments = ['localize', str(truth.log), '--floorplan', str(truth.plan_path)]
+    arguments += ['--mirrored'] if truth.mirrored else []
+    for setting in (
+        'pose.scale_tolerance=0.25',
+        'pose.strain_sigma=0.05',
+        'localizer.tick_period_s=30',
+    ):
+        arguments += ['--set', setting]
+    arguments += ['--truth', str(tmp_path / 'truth.tum')]
+    arguments += ['--tum', str(tmp_path / 'out.tum'), '--json', str(tmp_path / 'out.json')]
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code in (0, None)
+    return json.loads((tmp_path / 'out.json').read_text()), tmp_path / 'out.tum'
+
+
+def test_intel_is_found_and_never_misplaced(tmp_path):
+    summary, tum = localized('intel', tmp_path)
+    print(summary)
+    assert summary['localized']
+    assert summary['wrong_poses'] == 0
+    assert summary['median_position_error_m'] < 0.5
+    assert len(read_tum(tum)) == summary['poses']
+
+
+def test_freiburg_runs_through_and_no_pose_is_wrong(tmp_path):
+    # The drawing is stretched by 11 percent and its rooms repeat: "not sure" is accepted,
+    # a wrong pose is not.
+    summary, _ = localized('freiburg-079', tmp_path)
+    print(summary)
+    assert summary['scans'] > 4000
+    assert summary['wrong_poses'] == 0
