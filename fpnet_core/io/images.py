@@ -29,8 +29,11 @@ _WHITE_MARGIN = 25  # grey levels below white that still are white, if no other 
 _NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level
 _GREY_RANGE = (40, 250)  # levels that can mean unknown
 _GREY_TOLERANCE = 5  # grey levels; compression and resampling blur the unknown level
+_TENT = _GREY_TOLERANCE + 1.0 - np.abs(np.arange(-_GREY_TOLERANCE, _GREY_TOLERANCE + 1))
 _BORDER_SHARE = 0.3  # of the border's pixels have the unknown level
 _GREY_SHARE = 0.02  # of the image, for an unknown level that is not on the border
+_FILL_SHARE = 0.02  # of the image has a shade that fills walls or furniture
+_FILL_TOLERANCE = 4  # grey levels around such a shade, for blurred edges
 _BLOB_SHARE = 0.5  # of a level's pixels survive an opening if they form areas, not lines
 _WALL_DEPTH_M = 0.4  # occupied deeper than this behind a surface says nothing: unknown
 _EXIT_WIDTH_M = 1.6  # openings in the outer wall up to this do not let the outside in
@@ -133,11 +136,29 @@ def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
     if unknown_level is not None:
         threshold = max(threshold, 0.5 * (white + unknown_level))
     free = grey >= threshold
-    dark = threshold if unknown_level is None else unknown_level - _GREY_TOLERANCE
-    cells = np.where(free, FREE, np.where(grey < dark, OCCUPIED, UNKNOWN)).astype(np.int8)
-    depth_m = resolution_m * ndimage.distance_transform_edt(~free) if free.any() else np.zeros(1)
-    cells[(cells == OCCUPIED) & (depth_m > _WALL_DEPTH_M)] = UNKNOWN
+    occupied = ~free if unknown_level is None else _ink(grey, histogram, unknown_level, threshold)
+    depth_m = resolution_m * ndimage.distance_transform_edt(~free)
+    occupied &= depth_m <= _WALL_DEPTH_M
+    cells = np.select([free, occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
     return outside_as_unknown(cells, resolution_m)
+
+
+def _ink(
+    grey: NDArray[np.uint8], histogram: NDArray[np.int64], unknown_level: float, threshold: float
+) -> NDArray[np.bool_]:
+    """
+    Return what is drawn on a picture that has a grey for unknown.
+
+    Darker than unknown is ink. Lighter shades are ink if they are a fill, that is one shade on
+    much of the picture, or the blurred edge of a line; else they are a robot map's half-sure
+    free space.
+    """
+    ink: NDArray[np.bool_] = grey < unknown_level - _GREY_TOLERANCE
+    shade = (grey > unknown_level + _GREY_TOLERANCE) & (grey < threshold)
+    is_fill = histogram >= _FILL_SHARE * grey.size
+    ink |= shade & ndimage.binary_dilation(is_fill, iterations=_FILL_TOLERANCE)[grey]
+    ink |= ndimage.binary_dilation(ink, np.ones((3, 3))) & shade
+    return ink
 
 
 def _white_level(histogram: NDArray[np.int64]) -> tuple[float, float]:
@@ -164,10 +185,11 @@ def _unknown_level(
     """Return the grey that stands for unknown or outside; None where there is none."""
     low, high = _GREY_RANGE[0], int(min(_GREY_RANGE[1], white - 2 * _GREY_TOLERANCE))
     border = np.concatenate([grey[0], grey[-1], grey[1:-1, 0], grey[1:-1, -1]])
-    blur = np.ones(2 * _GREY_TOLERANCE + 1)
-    on_border = np.convolve(np.bincount(border, minlength=256)[low:high], blur, mode='same')
-    if on_border.max() >= _BORDER_SHARE * border.size:
-        return float(low + on_border.argmax())
+    on_border = np.bincount(border, minlength=256)[low:high]
+    near = np.convolve(on_border, np.ones(2 * _GREY_TOLERANCE + 1), mode='same')
+    if near.max() >= _BORDER_SHARE * border.size:
+        # A tent peaks in the middle of a blurred level, where the box above is flat.
+        return float(low + np.convolve(on_border, _TENT, mode='same').argmax())
     for level in low + np.argsort(histogram[low:high])[::-1][:3]:
         if histogram[level] < _GREY_SHARE * grey.size:
             break
