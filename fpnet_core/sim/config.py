@@ -14,7 +14,7 @@ Range = tuple[float, float]
 class DrawingConfig(Section):
     """How a storey's drawing differs from the building."""
 
-    resolution_m: Range = Field((0.04, 0.1), description='Cell edge of the drawing.')
+    resolution_m: Range = Field((0.05, 0.1), description='Cell edge of the drawing.')
     wall_factor: Range = Field((0.5, 1.8), description='Drawn over true wall thickness.')
     scale_error: float = Field(
         0.06, ge=0.0, lt=0.5, description='Largest error of the nominal scale.'
@@ -65,7 +65,7 @@ class ScanConfig(Section):
     )
     warp: Range = Field((0.0, 0.02), description='Largest strain of the warp of the whole map.')
     resolution_m: tuple[float, ...] = Field(
-        (0.05, 0.05, 0.1), description='Cell edges of submaps, drawn with equal chance.'
+        (0.05, 0.1), description='Cell edges of submaps, drawn with equal chance.'
     )
 
 
@@ -73,6 +73,8 @@ class SimConfig(Section):
     """The whole of matching-pair generation."""
 
     pairs_per_plan: int = Field(4, ge=1, description='Pairs drawn from one storey.')
+    min_rooms: int = Field(8, ge=2, description='Fewest rooms of a storey.')
+    max_rooms: int = Field(64, ge=2, description='Most rooms of a storey.')
     drawing: DrawingConfig = DrawingConfig()
     building: BuildingConfig = BuildingConfig()
     scan: ScanConfig = ScanConfig()

@@ -103,14 +103,18 @@ def write_pairs(
     config = config if config is not None else SimConfig()
     out_dir.mkdir(parents=True, exist_ok=True)
     _write_manifest(out_dir, seed, count, config)
-    starts = range(0, count, BLOCK_PAIRS)[shard::num_shards]
+    present = _present_blocks(out_dir)
+    wanted = {
+        start: min(BLOCK_PAIRS, count - start)
+        for start in range(0, count, BLOCK_PAIRS)[shard::num_shards]
+    }
     tasks = [
-        (out_dir, seed, start, min(BLOCK_PAIRS, count - start), config)
-        for start in starts
-        if not _block_path(out_dir, start, min(BLOCK_PAIRS, count - start)).exists()
+        (out_dir, seed, start, size, config)
+        for start, size in wanted.items()
+        if _size(present.get(start)) < size
     ]
     report = on_pairs if on_pairs is not None else _ignore
-    report(sum(min(BLOCK_PAIRS, count - start) for start in starts) - sum(t[3] for t in tasks))
+    report(sum(wanted.values()) - sum(task[3] for task in tasks))
     written = 0
     for size in _run(tasks, workers):
         written += size
@@ -137,6 +141,16 @@ def _run(tasks: Sequence[_Task], workers: int) -> Iterator[int]:
 
 def _block_path(out_dir: Path, start: int, size: int) -> Path:
     return out_dir / f'pairs-{start:07d}-{size:03d}.npz'
+
+
+def _size(path: Path | None) -> int:
+    return 0 if path is None else int(path.stem.rsplit('-', 1)[1])
+
+
+def _present_blocks(folder: Path) -> dict[int, Path]:
+    """Return blocks by their first pair; of an extended last block, the longer version."""
+    paths = sorted(folder.glob('pairs-*.npz'), key=_size)
+    return dict(sorted((int(path.stem.split('-')[1]), path) for path in paths))
 
 
 def _write_block(task: _Task) -> int:
@@ -240,12 +254,12 @@ class PairDataset:
 
     def __init__(self, folder: Path) -> None:
         self.manifest = read_manifest(folder)
-        self._paths = sorted(folder.glob('pairs-*.npz'))
+        self._paths = list(_present_blocks(folder).values())
         if not self._paths:
             raise ConfigError(
                 f'{folder} holds no pairs yet; write them with: fpnet simulate pairs'
             )
-        self._first = _offsets([int(path.stem.rsplit('-', 1)[1]) for path in self._paths])
+        self._first = _offsets([_size(path) for path in self._paths])
         self._blocks: dict[int, dict[str, NDArray[Any]]] = {}
 
     def __len__(self) -> int:

@@ -79,7 +79,8 @@ def generate_scene(seed: int, index: int, config: SimConfig | None = None) -> Pa
     config = config if config is not None else SimConfig()
     plan_id = index // config.pairs_per_plan
     for attempt in range(_ATTEMPTS):
-        plan = _storey(seed, plan_id, attempt // _TOURS_PER_STOREY)
+        version = attempt // _TOURS_PER_STOREY
+        plan = _storey(seed, plan_id, version, config.min_rooms, config.max_rooms)
         rng = np.random.default_rng([seed, plan_id, 1, index, attempt])
         scene = _draw_scene(plan, rng, config, plan_id)
         if scene is not None:
@@ -88,8 +89,9 @@ def generate_scene(seed: int, index: int, config: SimConfig | None = None) -> Pa
 
 
 @lru_cache(maxsize=2)
-def _storey(seed: int, plan_id: int, version: int) -> BuildingPlan:
-    return generate_plan(np.random.default_rng([seed, plan_id, 0, version]))
+def _storey(seed: int, plan_id: int, version: int, min_rooms: int, max_rooms: int) -> BuildingPlan:
+    rng = np.random.default_rng([seed, plan_id, 0, version])
+    return generate_plan(rng, min_rooms=min_rooms, max_rooms=max_rooms)
 
 
 def _draw_scene(

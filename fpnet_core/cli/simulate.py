@@ -1,0 +1,149 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate``: generated floorplans, matching pairs and recordings."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from fpnet_core.types import GridMap
+
+EXTENSIONS = {'recording': 'fpnet_core.cli.simulate_recording'}
+"""Further subcommands: modules that export ``command``."""
+
+app = typer.Typer(
+    help='Generate floorplans, matching pairs and lidar recordings.',
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+for _name, _module in EXTENSIONS.items():
+    if find_spec(_module) is not None:
+        app.command(_name)(import_module(_module).command)
+
+OutFile = Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')]
+FamilyOption = Annotated[
+    str | None, typer.Option('--family', metavar='NAME', help='Layout family; default: any.')
+]
+
+
+@app.command('pairs')
+def pairs(
+    out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Folder for the pairs.')],
+    count: Annotated[int, typer.Option('--count', min=1, help='Pairs in all shards together.')],
+    seed: common.SeedOption = 0,
+    shard: Annotated[
+        str, typer.Option('--shard', metavar='I/N', help='Write every N-th block only, from I on.')
+    ] = '0/1',
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
+) -> None:
+    """
+    Write pairs of a floorplan's and a partial robot map's region graphs with the true matches.
+
+    Blocks that exist are kept: call it again to go on, with a larger count to add pairs.
+
+    Example: fpnet simulate pairs --out runs/pairs --count 10000 --seed 1
+    """
+    part, parts = parse_shard(shard)
+    from fpnet_core.sim.dataset import write_pairs
+
+    with common.progress('pairs', total=count // parts) as advance:
+        written = write_pairs(out, seed or 0, count, part, parts, workers, on_pairs=advance)
+    typer.echo(f'{written} pairs written to {out}')
+
+
+@app.command('plan')
+def plan(
+    out: OutFile,
+    seed: common.SeedOption = 0,
+    family: FamilyOption = None,
+    resolution_m: Annotated[
+        float, typer.Option('--resolution', min=0.01, max=0.5, help='Metres per pixel.')
+    ] = 0.05,
+) -> None:
+    """
+    Draw one generated floorplan as a map_server image with its YAML file.
+
+    Example: fpnet simulate plan --out plan.png --seed 3 --family racetrack
+    """
+    import numpy as np
+
+    from fpnet_core.io import write_map
+    from fpnet_core.sim.plans import generate_plan
+    from fpnet_core.sim.render import render_plan
+
+    storey = generate_plan(np.random.default_rng(seed or 0), family)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_map(render_plan(storey, resolution_m), out.with_suffix('.yaml'))
+    width, height = storey.extent[1] - storey.extent[0]
+    typer.echo(
+        f'{storey.family}: {len(storey.rooms)} rooms, {len(storey.doors)} doors, '
+        f'{width:.0f} x {height:.0f} m'
+    )
+
+
+@app.command('gallery')
+def gallery(
+    out: OutFile,
+    seed: common.SeedOption = 0,
+    family: FamilyOption = None,
+    with_pairs: Annotated[
+        bool, typer.Option('--pairs', help='Show matching pairs instead of storeys.')
+    ] = False,
+) -> None:
+    """
+    Draw a sheet of generated floorplans, or of matching pairs.
+
+    Example: fpnet simulate gallery --out sheet.png --seed 1
+    """
+    if with_pairs and family is not None:
+        raise ConfigError('--family draws storeys only; leave out --pairs')
+    if with_pairs:
+        _gallery_of_pairs(out, seed or 0)
+    else:
+        _gallery_of_plans(out, seed or 0, family)
+    typer.echo(f'written: {out}')
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """Parse ``I/N`` with 0 <= I < N."""
+    first, _, second = text.partition('/')
+    if first.isdecimal() and second.isdecimal() and int(first) < int(second):
+        return int(first), int(second)
+    raise ConfigError(f'--shard {text}: expected I/N with 0 <= I < N, as 0/4')
+
+
+def _gallery_of_plans(out: Path, seed: int, family: str | None) -> None:
+    import numpy as np
+
+    from fpnet_core.sim.plans import FAMILIES, generate_plan
+    from fpnet_core.sim.render import render_plan
+    from fpnet_core.viz.simulated import save_plans
+
+    names = [family] * 4 if family is not None else list(FAMILIES)
+    drawings: list[tuple[str, GridMap]] = []
+    for name in common.track(names, 'storeys'):
+        for k in range(4):
+            storey = generate_plan(np.random.default_rng([seed, len(drawings), k]), name)
+            title = f'{name}: {len(storey.rooms)} rooms, {len(storey.doors)} doors'
+            drawings.append((title, render_plan(storey, 0.1)))
+    save_plans(drawings, 8, out)
+
+
+def _gallery_of_pairs(out: Path, seed: int) -> None:
+    from fpnet_core.sim.config import SimConfig
+    from fpnet_core.sim.pairs import generate_scene
+    from fpnet_core.viz.simulated import save_pairs
+
+    step = SimConfig().pairs_per_plan
+    scenes = [generate_scene(seed, step * i) for i in common.track(range(12), 'pairs')]
+    save_pairs(scenes, out)

@@ -1,0 +1,201 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+import json
+
+import numpy as np
+import pytest
+import shapely
+
+from fpnet_core.cli.simulate import parse_shard
+from fpnet_core.errors import ConfigError
+from fpnet_core.geometry import SE2
+from fpnet_core.sim import dataset
+from fpnet_core.sim.config import BuildingConfig, ScanConfig, SimConfig
+from fpnet_core.sim.dataset import PairDataset, write_pairs
+from fpnet_core.sim.explore import Scanner, fit_rigid, plan_walk, scan_walk
+from fpnet_core.sim.pairs import generate_pair, generate_scene
+from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.types import FREE, OCCUPIED, RegionLabel
+
+SMALL = SimConfig(max_rooms=14)
+EXACT = ScanConfig(
+    planar=0.0, noise_m=(0.0, 0.0), yaw_drift_rad=(0.0, 0.0), length_drift=0.0, warp=(0.0, 0.0)
+)
+BARE = BuildingConfig(
+    furnished=0.0, closed_doors=(0.0, 0.0), removed_walls=0.0, added_walls=0.0, glass=(0.0, 0.0)
+)
+
+
+@pytest.fixture(scope='module')
+def plan():
+    return generate_plan(np.random.default_rng(4), 'house')
+
+
+def test_pairs_do_not_depend_on_what_came_before():
+    alone = generate_pair(9, 5, SMALL)
+    generate_pair(9, 0, SMALL)
+    again = generate_pair(9, 5, SMALL)
+    np.testing.assert_array_equal(alone.sub_labels, again.sub_labels)
+    np.testing.assert_array_equal(alone.plan_graph.node_feat, again.plan_graph.node_feat)
+    np.testing.assert_array_equal(alone.A_plan_submap.matrix, again.A_plan_submap.matrix)
+
+
+def test_pairs_of_one_storey_share_its_id_only():
+    first, second = generate_pair(9, 4, SMALL), generate_pair(9, 5, SMALL)
+    assert first.plan_id == second.plan_id == 1
+    assert not np.allclose(first.A_plan_submap.matrix, second.A_plan_submap.matrix)
+
+
+@pytest.mark.parametrize('index', [0, 4, 8])
+def test_the_true_transform_puts_partners_on_each_other(index):
+    scene = generate_scene(21, index, SMALL)
+    pair = scene.pair
+    labels = pair.sub_labels
+    assert len(labels) == len(pair.sub_graph)
+    matched = np.flatnonzero(labels >= 0)
+    assert len(np.unique(labels[matched])) == len(matched) > 0
+    for i in matched.tolist():
+        sub, plan = pair.sub_graph.regions[i], pair.plan_graph.regions[labels[i]]
+        assert sub.label is plan.label
+        if sub.label is RegionLabel.DOOR:
+            gap = pair.A_plan_submap.apply(sub.centroid) - plan.centroid
+            assert np.hypot(*gap) < 0.6
+    rc = np.argwhere(scene.submap.grid.cells == FREE)
+    xy = pair.A_plan_submap.apply(scene.submap.grid.rc_to_xy(rc))
+    grid = scene.plan_segmentation.grid
+    target = np.rint(grid.xy_to_rc(xy)).astype(int)
+    inside = ((target >= 0) & (target < grid.shape)).all(axis=1)
+    hits = grid.cells[target[inside, 0], target[inside, 1]] == FREE
+    assert hits.sum() / len(rc) > 0.75
+
+
+def test_an_exact_robot_in_an_empty_building_sees_its_plan(plan):
+    rng = np.random.default_rng(1)
+    world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=1.0)
+    walk = plan_walk(world, rng, EXACT)
+    scanner = Scanner(is_planar=False, height_m=1.0, max_range_m=15.0, noise_m=0.0, rays=540)
+    submap, T_submap_building = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    np.testing.assert_allclose(T_submap_building.apply(walk), submap.path_xy, atol=1e-9)
+    rooms = world.room_of >= 0
+    for value, near_room in ((FREE, True), (OCCUPIED, True)):
+        rc = np.argwhere(submap.grid.cells == value)
+        xy = T_submap_building.inv().apply(submap.grid.rc_to_xy(rc))
+        cells = np.floor(world.to_cells(xy)).astype(int)
+        reach = np.array([-4, 0, 4])
+        touched = np.zeros(len(cells), bool)
+        for dx in reach:
+            for dy in reach:
+                touched |= rooms[cells[:, 1] + dy, cells[:, 0] + dx]
+        assert touched.mean() > 0.999 if near_room else touched.mean() < 0.001
+    assert submap.lintel.any()
+
+
+def test_lintels_lie_in_walls_and_span_a_door(plan):
+    rng = np.random.default_rng(1)
+    world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=1.0)
+    walk = plan_walk(world, rng, EXACT)
+    scanner = Scanner(is_planar=False, height_m=1.0, max_range_m=15.0, noise_m=0.0, rays=540)
+    submap, T = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    lintels = T.inv().apply(submap.grid.rc_to_xy(np.argwhere(submap.lintel)))
+    rooms = shapely.union_all([shapely.Polygon(room.polygon).buffer(-0.1) for room in plan.rooms])
+    assert not shapely.contains_xy(rooms, *lintels.T).any()
+    under = [
+        shapely.contains_xy(shapely.LineString(door.ends).buffer(0.15), *lintels.T).sum()
+        for door in plan.doors
+    ]
+    assert max(under) > 8
+
+
+def test_planar_scanners_know_no_lintels(plan):
+    rng = np.random.default_rng(1)
+    world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=0.3)
+    scanner = Scanner(is_planar=True, height_m=0.3, max_range_m=15.0, noise_m=0.0, rays=540)
+    walk = plan_walk(world, rng, EXACT)
+    submap, _ = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    assert not submap.lintel.any()
+
+
+def test_the_best_rigid_fit_recovers_a_planted_transform():
+    rng = np.random.default_rng(3)
+    xy = rng.uniform((-3.0, 2.0), (15.0, 40.0), (30, 2))
+    planted = SE2.from_xy_yaw(4.0, -9.0, 2.1)
+    found = fit_rigid(xy, planted.apply(xy), np.full(30, 2.1))
+    np.testing.assert_allclose(found.matrix, planted.matrix, atol=1e-9)
+    one = fit_rigid(xy[:1], planted.apply(xy[:1]), np.array([2.1]))
+    np.testing.assert_allclose(one.matrix, planted.matrix, atol=1e-9)
+
+
+def test_moved_doors_stay_in_their_walls(plan):
+    moved = move_doors(plan, np.random.default_rng(0), share=1.0)
+    changed = 0
+    for before, after in zip(plan.doors, moved.doors, strict=True):
+        assert before.rooms == after.rooms
+        assert before.width_m == pytest.approx(after.width_m)
+        along = before.ends[1] - before.ends[0]
+        shift = after.ends[0] - before.ends[0]
+        assert abs(along[0] * shift[1] - along[1] * shift[0]) < 1e-9
+        changed += np.abs(shift).max() > 0.0
+    assert changed > 0
+
+
+def test_blocks_hold_what_was_generated(tmp_path, monkeypatch):
+    monkeypatch.setattr(dataset, 'BLOCK_PAIRS', 2)
+    assert write_pairs(tmp_path, seed=9, count=3, config=SMALL) == 3
+    pairs = PairDataset(tmp_path)
+    assert len(pairs) == 3
+    for index in range(3):
+        expected, stored, whole = generate_pair(9, index, SMALL), pairs[index], pairs.pair(index)
+        np.testing.assert_array_equal(stored.labels, expected.sub_labels)
+        np.testing.assert_array_equal(stored.plan.node_feat, expected.plan_graph.node_feat)
+        np.testing.assert_array_equal(stored.sub.edges, expected.sub_graph.edges)
+        np.testing.assert_array_equal(whole.sub_graph.edge_feat, expected.sub_graph.edge_feat)
+        assert stored.plan_id == 0
+        for a, b in zip(whole.plan_graph.regions, expected.plan_graph.regions, strict=True):
+            np.testing.assert_array_equal(a.polygon, b.polygon)
+            assert (a.label, a.area_m2, a.confidence) == (b.label, b.area_m2, b.confidence)
+
+
+def test_writing_goes_on_where_it_stopped_and_shards_agree(tmp_path, monkeypatch):
+    monkeypatch.setattr(dataset, 'BLOCK_PAIRS', 2)
+    done = []
+    assert write_pairs(tmp_path, 9, 3, config=SMALL, on_pairs=done.append) == 3
+    assert write_pairs(tmp_path, 9, 3, config=SMALL) == 0
+    assert write_pairs(tmp_path, 9, 4, config=SMALL, shard=1, num_shards=2) == 2
+    assert len(PairDataset(tmp_path)) == 4
+    assert sum(done) == 3
+    np.testing.assert_array_equal(
+        PairDataset(tmp_path)[-1].labels, generate_pair(9, 3, SMALL).sub_labels
+    )
+    assert json.loads((tmp_path / dataset.MANIFEST).read_text())['count'] == 4
+
+
+def test_another_seed_or_configuration_is_refused(tmp_path):
+    write_pairs(tmp_path, 9, 1, config=SMALL)
+    with pytest.raises(ConfigError, match='another seed'):
+        write_pairs(tmp_path, 10, 1, config=SMALL)
+    with pytest.raises(ConfigError, match='another config'):
+        write_pairs(tmp_path, 9, 1, config=SimConfig(max_rooms=15))
+
+
+def test_a_folder_without_pairs_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match='manifest'):
+        PairDataset(tmp_path)
+
+
+def test_other_schemas_are_refused(tmp_path):
+    write_pairs(tmp_path, 9, 1, config=SMALL)
+    path = tmp_path / dataset.MANIFEST
+    path.write_text(json.dumps({**json.loads(path.read_text()), 'feature_schema': 999}))
+    with pytest.raises(ConfigError, match='feature_schema 999'):
+        PairDataset(tmp_path)
+
+
+@pytest.mark.parametrize('text', ['2/2', '1', 'a/b', '-1/3', '3/1'])
+def test_malformed_shards_are_refused(text):
+    with pytest.raises(ConfigError, match='expected I/N'):
+        parse_shard(text)
+
+
+def test_shards_are_parsed():
+    assert parse_shard('3/7') == (3, 7)
