@@ -28,7 +28,7 @@ _HEADER = """\
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# Every parameter of fpnet_ros with its default. The nodes take this file with
+# Every key of the configuration. The nodes take this file with
 #   ros2 run fpnet_ros localizer --ros-args --params-file fpnet.yaml
 # and the command line with fpnet localize --config fpnet.yaml; keys may be left out.
 # Generated from the configuration tree by python -m fpnet_core.config_docs.
@@ -71,10 +71,10 @@ def config_fields(section: type[Section] = FpnetConfig, prefix: str = '') -> Ite
             yield _leaf(key, info)
 
 
-def render_yaml() -> str:
-    """Return the documented ROS parameter file that holds every default."""
+def render_yaml(config: FpnetConfig | None = None) -> str:
+    """Return the documented ROS parameter file of ``config``; None takes the defaults."""
     lines = [_HEADER, '/**:', '  ros__parameters:']
-    lines += _render_section(FpnetConfig, FpnetConfig(), '    ')
+    lines += _render_section(FpnetConfig, config or FpnetConfig(), '    ')
     return '\n'.join(lines) + '\n'
 
 

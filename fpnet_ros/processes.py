@@ -179,7 +179,7 @@ class ProcessGroup:
                 stderr=subprocess.STDOUT,
                 env=self._environment,
                 start_new_session=True,
-                preexec_fn=_end_with_parent,  # noqa: PLW1509 - the parent starts no thread before
+                preexec_fn=_end_with_parent,  # noqa: PLW1509 - a system call that takes no lock
             )
         child = Child(name, process, log)
         self._children.append(child)

@@ -11,6 +11,7 @@ import sys
 import time
 from typing import Any
 
+from nav_msgs.msg import Odometry
 from pydantic import Field
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -27,6 +28,7 @@ from fpnet_ros.runtime import STREAM, run_node
 from msg_adapters.stamps import stamp_to_msg
 
 _CLOCK_PERIOD_S = 0.01
+_SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
@@ -45,6 +47,9 @@ class ReplayParameters(Section):
     wait_for_subscriber_s: float = Field(
         10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
     )
+    max_ahead: int = Field(
+        0, ge=0, description='Pause while kiss/odometry is this many messages behind; 0: never.'
+    )
 
 
 class Replay(Node):
@@ -59,6 +64,9 @@ class Replay(Node):
         self._clock_publisher: Publisher[Any] | None = None
         if self._parameters.clock:
             self._clock_publisher = self.create_publisher(ClockMsg, '/clock', 10)
+        self._confirmed = 0
+        if self._parameters.max_ahead:
+            self.create_subscription(Odometry, 'kiss/odometry', self._confirm, STREAM)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
@@ -110,10 +118,33 @@ class Replay(Node):
                     started_s = time.monotonic()
                 if stamp_ns < first_ns:
                     continue
+                started_s += self._wait_for_odometry(played)
                 self._wait_until(stamp_ns, first_ns, started_s)
                 publishers[topic].publish(data)
                 played += 1
         return played
+
+    def _confirm(self, _: Odometry) -> None:
+        self._confirmed += 1
+
+    def _wait_for_odometry(self, played: int) -> float:
+        """
+        Pause while odometry is too far behind; returns for how long [s].
+
+        A machine too slow for the sensor's rate thus plays slower instead of losing scans. What
+        odometry refuses is never confirmed, so silence ends the pause and counts as done.
+        """
+        started_s = time.monotonic()
+        heard_s, confirmed = started_s, self._confirmed
+        while self._parameters.max_ahead and played - confirmed >= self._parameters.max_ahead:
+            self._spin_for(_CLOCK_PERIOD_S)
+            if self._confirmed != confirmed:
+                heard_s, confirmed = time.monotonic(), self._confirmed
+            elif time.monotonic() - heard_s > _SILENCE_S:
+                self.get_logger().warning('odometry is silent; playing on')
+                self._confirmed = played
+                break
+        return time.monotonic() - started_s
 
     def _wait_until(self, stamp_ns: int, first_ns: int, started_s: float) -> None:
         """Spin until the recorded time ``stamp_ns`` is due, keeping /clock running."""

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import logging
 from typing import Any, TypeVar
 
 import rclpy
-from rclpy.exceptions import ROSInterruptException
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.node import Node
@@ -19,7 +19,7 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
-from fpnet_core.errors import FpnetError
+from fpnet_core.errors import ConfigError, FpnetError
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -33,6 +33,14 @@ LATCHED = QoSProfile(
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
 """As map_server: whoever subscribes later still gets the last message."""
+
+STATUS = QoSProfile(
+    history=QoSHistoryPolicy.KEEP_LAST,
+    depth=10,
+    reliability=QoSReliabilityPolicy.RELIABLE,
+    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last."""
 
 SENSOR_DATA = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -67,20 +75,49 @@ def run_node(
     """
     node: AnyNode | None = None
     try:
-        rclpy.init(args=None if arguments is None else list(arguments))
+        _enter_ros(arguments)
         node = make_node()
         run(node)
-    except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
+    except (KeyboardInterrupt, ExternalShutdownException):
         return 0
     except FpnetError as error:
         logger = get_logger('fpnet_ros') if node is None else node.get_logger()
         logger.fatal(' '.join(str(error).split()))
         return 1
+    except RuntimeError:
+        if rclpy.ok():
+            raise
+        # The signal arrived within a callback, whose publishers were gone from then on.
+        return 0
     finally:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+class _ToRos(logging.Handler):
+    """Hands what the core logs to the ROS logger, so that it reaches /rosout too."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log one record at its level."""
+        logger = get_logger(record.name)
+        message = record.getMessage()
+        if record.levelno >= logging.ERROR:
+            logger.error(message)
+        elif record.levelno >= logging.WARNING:
+            logger.warning(message)
+        else:
+            logger.info(message)
+
+
+def _enter_ros(arguments: Sequence[str] | None) -> None:
+    try:
+        rclpy.init(args=None if arguments is None else list(arguments))
+    except RuntimeError as error:
+        # rcl raises its own child for unreadable parameter files and malformed --ros-args.
+        raise ConfigError(f'{error}; check the arguments after --ros-args') from None
+    logging.basicConfig(level=logging.INFO, handlers=[_ToRos()])
 
 
 def log_throttled(node: Node, error: FpnetError) -> None:

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Judge a demo: what the nodes published over a simulated recording, against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.evaluation.runs import RunSummary, summarize_run
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.trajectories import read_tum
+from fpnet_core.trajectory import PlanarTrajectory
+
+POSES_NAME, SESSION_NAME, TICK_NAME = 'poses.tum', 'session.json', 'last_tick.npz'
+"""What a session of the nodes leaves in its folder."""
+
+TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
+"""What a simulated recording holds besides its bag and floorplan."""
+
+
+@dataclass(frozen=True, eq=False)
+class DemoRun:
+    """
+    A judged demo.
+
+    ``published`` is in the floorplan's frame and nominal metres, ``truth`` in true metres in
+    ``building``; ``A_plan_building`` maps the latter to the former.
+    """
+
+    summary: RunSummary
+    published: PlanarTrajectory
+    truth: PlanarTrajectory
+    A_plan_building: Affine2D
+    scans: int
+    registered_scans: int
+
+    @property
+    def is_success(self) -> bool:
+        """True where the robot was localised and never told a wrong place."""
+        return self.summary.localized and self.summary.wrong_poses == 0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return {
+            **self.summary.as_json(),
+            'scans': self.scans,
+            'registered_scans': self.registered_scans,
+        }
+
+
+def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
+    """
+    Compare the poses published during a session with the recording's truth.
+
+    Raises
+    ------
+    FpnetError
+        If a file is missing or damaged.
+    """
+    truth = _planar(recording_dir / TRUTH_POSES_NAME)
+    A_plan_building = Affine2D.from_matrix(
+        _read_json(recording_dir / TRUTH_NAME)['A_plan_building']
+    )
+    session = _read_json(session_dir / SESSION_NAME)
+    published = _planar(session_dir / POSES_NAME)
+    summary = summarize_run(
+        published, truth, _tick_durations_ms(session['ticks']), truth, A_plan_building
+    )
+    return DemoRun(
+        summary,
+        published,
+        truth,
+        A_plan_building,
+        int(session['scans']),
+        int(session['registered_scans']),
+    )
+
+
+def _planar(path: Path) -> PlanarTrajectory:
+    """Read a TUM file; one without poses is a trajectory without poses."""
+    if path.is_file() and not path.read_text(encoding='utf-8').strip():
+        return PlanarTrajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
+    poses = read_tum(path)
+    return PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)
+
+
+def _tick_durations_ms(ticks: list[dict[str, Any]]) -> NDArray[np.float64]:
+    """Return the durations of the ticks that had a submap to work on."""
+    return np.array([tick['total_ms'] for tick in ticks if 'total_ms' in tick], dtype=np.float64)
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        values: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise FpnetError(f'cannot read {path}: {error.strerror}; run the demo again') from None
+    except ValueError as error:
+        raise FpnetError(f'{path} is not valid JSON ({error}); run the demo again') from None
+    return values

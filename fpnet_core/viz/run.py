@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A localization run in one picture: floorplan, submap, matches, true and estimated path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Affine2D
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import LocalizerOutput, MatchResult, Segmentation
+from fpnet_core.viz.match import shared_colours
+from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_UNMATCHED: Colour = (0.75, 0.75, 0.75)
+_TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
+_SIZE_INCHES, _DPI = (16.0, 8.5), 110
+_GAP_NS = 2_000_000_000  # poses further apart than this are not joined by a line
+
+
+def plot_run(
+    path: Path,
+    plan: Segmentation,
+    output: LocalizerOutput,
+    published: PlanarTrajectory,
+    truth: PlanarTrajectory | None = None,
+    title: str = '',
+) -> None:
+    """
+    Write the picture of a run.
+
+    Parameters
+    ----------
+    path : image file; its folder is created
+    plan : the segmented floorplan
+    output : a tick, usually the last; without a segmentation only the floorplan is drawn
+    published : poses given out, frame ``plan``
+    truth : true poses, mapped to ``plan``
+    title : shown above
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    draw_grid(left, plan.grid)
+    draw_segmentation(left, plan)
+    _draw_paths(left, published, truth)
+    if output.segmentation is not None:
+        colours = _submap_colours(plan, output.segmentation, output)
+        draw_grid(right, output.segmentation.grid)
+        draw_segmentation(right, output.segmentation, colours)
+        if output.match is not None:
+            draw_matches(left, right, plan, output.segmentation, output.match)
+    left.legend(loc='best')
+    left.set_title('floorplan')
+    right.set_title(f'submap: {output.status.value}, p {output.probability:.2f}')
+    figure.suptitle(title)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+
+
+def draw_matches(
+    plan_axes: Axes,
+    sub_axes: Axes,
+    plan: Segmentation,
+    sub: Segmentation,
+    match: MatchResult,
+) -> None:
+    """Join the centroids of matched regions across two Axes; opacity shows the score."""
+    from matplotlib.patches import ConnectionPatch
+
+    for (plan_id, sub_id), score in zip(match.pairs.tolist(), match.scores.tolist(), strict=True):
+        line = ConnectionPatch(
+            xyA=tuple(plan.regions[plan_id].centroid),
+            coordsA=plan_axes.transData,
+            xyB=tuple(sub.regions[sub_id].centroid),
+            coordsB=sub_axes.transData,
+            color=_MATCH,
+            alpha=float(np.clip(score, 0.2, 1.0)),
+            linewidth=1.2,
+        )
+        plan_axes.figure.add_artist(line)
+
+
+def _submap_colours(
+    plan: Segmentation, sub: Segmentation, output: LocalizerOutput
+) -> Mapping[int, Colour]:
+    """Colour submap regions like the plan's: by the placement if there is one, else by match."""
+    if output.A_plan_odom is not None and output.submap is not None:
+        A_plan_submap: Affine2D = output.A_plan_odom @ output.submap.T_odom_submap
+        return shared_colours(plan, sub, A_plan_submap)
+    colours = dict.fromkeys(range(len(sub.regions)), _UNMATCHED)
+    if output.match is not None:
+        colours |= {sub_id: region_colour(p) for p, sub_id in output.match.pairs.tolist()}
+    return colours
+
+
+def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory | None) -> None:
+    if truth is not None:
+        ax.plot(*truth.xy.T, color=_TRUTH, linewidth=3.0, alpha=0.6, label='true path')
+        ax.plot(*truth.xy[0], marker='o', color=_TRUTH, label='start')
+    x, y = _broken_at_gaps(published).T
+    ax.plot(x, y, color=_ESTIMATE, linewidth=1.2, label='published poses')
+
+
+def _broken_at_gaps(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
+    """Return the positions with NaN rows where nothing was published for a while."""
+    gaps = np.flatnonzero(np.diff(trajectory.stamps_ns) > _GAP_NS) + 1
+    return np.insert(trajectory.xy, gaps, np.nan, axis=0)

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Run the whole path over a recording: every part a process of its own, over real DDS.
+
+``fpnet demo`` runs this program between simulating the recording and judging the result, as the
+core knows no ROS. It starts ``floorplan_server``, ``odometry``, ``localizer`` and ``replay`` in a
+private ROS domain, listens to ``/floorplan_pose`` like any user of the localizer, and writes
+
+- ``poses.tum``: every published pose, floorplan frame;
+- ``session.json``: what the localizer said after each tick, and counts of scans;
+- ``last_tick.npz``: the localizer's last tick;
+- ``log/*.log``: what each process printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+from fpnet_core.errors import BagFormatError, FpnetError
+from fpnet_core.io.bags import POINT_CLOUD, BagReader
+from fpnet_ros.monitor import Monitor
+from fpnet_ros.processes import (
+    Child,
+    ProcessGroup,
+    free_domain_id,
+    node_command,
+    private_environment,
+    ros_arguments,
+)
+
+_READY_S = 180.0  # a cold start compiles the ray-carving kernels
+_QUIET_S = 5.0  # after the last cloud, odometry is done when it has been quiet for so long
+_STALLED_S = 60.0
+_POLL_S = 0.1
+_MAX_AHEAD = 20  # scans; a slow machine takes longer, but gives the same result
+
+
+@dataclass(frozen=True)
+class SessionOptions:
+    """
+    What to run.
+
+    ``bag`` holds one topic of clouds; ``out`` is the folder for results and logs; ``rate`` is in
+    recorded seconds per second; ``params_file`` configures every node, None takes the defaults.
+    """
+
+    bag: Path
+    floorplan: Path
+    out: Path
+    rate: float = 1.0
+    params_file: Path | None = None
+
+
+def run_session(options: SessionOptions) -> None:
+    """
+    Run the nodes over the recording until it is played and worked off, and write the results.
+
+    Raises
+    ------
+    FpnetError
+        If the recording has no clouds, or a node dies or falls silent.
+    KeyboardInterrupt
+        On SIGINT and SIGTERM, after every node has ended.
+    """
+    topic, scans = _cloud_topic(options.bag)
+    domain_id = free_domain_id()
+    environment = private_environment(domain_id)
+    with ProcessGroup(options.out / 'log', environment) as group:
+        _start_listening_nodes(group, options, topic)
+        os.environ.update(environment)
+        with Monitor(scans) as monitor:
+            _wait_until(monitor, group, lambda: monitor.is_ready(topic))
+            replay = group.start('replay', _replay_command(options, topic))
+            _follow(monitor, group, replay)
+    monitor.write(options.out)
+
+
+def _cloud_topic(path: Path) -> tuple[str, int]:
+    with BagReader(path) as bag:
+        topics = [topic for topic, msgtype in bag.topics.items() if msgtype == POINT_CLOUD]
+        if len(topics) != 1:
+            raise BagFormatError(
+                f'bag {path} has {len(topics)} topics of clouds, expected one; record one lidar'
+            )
+        return topics[0], bag.count(topics[0])
+
+
+def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: str) -> None:
+    def start(
+        name: str, parameters: dict[str, Any], remappings: dict[str, str] | None = None
+    ) -> None:
+        arguments = ros_arguments(parameters, remappings)
+        if options.params_file is not None:
+            arguments += ['--params-file', str(options.params_file)]
+        group.start(name, [*node_command(name), *arguments])
+
+    # Reliable, as the result shall not depend on how much shared memory this machine has.
+    reliable = 'qos_overrides.{}.subscription.reliability'
+    start('floorplan_server', {'floorplan': str(options.floorplan)})
+    start('odometry', {reliable.format(topic): 'reliable'}, {'pointcloud_topic': topic})
+    start(
+        'localizer',
+        {'run_dir': str(options.out), reliable.format('/kiss/frame'): 'reliable'},
+    )
+
+
+def _replay_command(options: SessionOptions, topic: str) -> list[str]:
+    # Only the clouds: whatever else the recording holds, the true poses above all, stays in it.
+    parameters = {
+        'bag': str(options.bag),
+        'topics': [topic],
+        'rate': options.rate,
+        'wait_for_subscriber_s': _STALLED_S,
+        'max_ahead': _MAX_AHEAD,
+    }
+    return [*node_command('replay'), *ros_arguments(parameters)]
+
+
+def _wait_until(monitor: Monitor, group: ProcessGroup, is_ready: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + _READY_S
+    while not is_ready():
+        monitor.spin(_POLL_S)
+        group.check()
+        if time.monotonic() > deadline:
+            raise FpnetError(f'the nodes were not ready within {_READY_S:.0f} s; see their logs')
+
+
+def _follow(monitor: Monitor, group: ProcessGroup, replay: Child) -> None:
+    """Return when the recording is played and odometry has worked it off."""
+    parent = os.getppid()
+    while True:
+        monitor.spin(_POLL_S)
+        group.check(may_end=[replay])
+        if os.getppid() != parent:
+            raise KeyboardInterrupt
+        quiet_s = monitor.quiet_s()
+        if monitor.is_complete() or (replay.process.poll() == 0 and quiet_s > _QUIET_S):
+            return
+        if quiet_s > _STALLED_S:
+            raise FpnetError(f'no odometry for {quiet_s:.0f} s; see the logs of the nodes')
+
+
+def _parse(arguments: Sequence[str] | None) -> SessionOptions:
+    parser = argparse.ArgumentParser(prog='python -m fpnet_ros.demo', description=__doc__)
+    parser.add_argument('bag', type=Path)
+    parser.add_argument('floorplan', type=Path)
+    parser.add_argument('out', type=Path)
+    parser.add_argument('--rate', type=float, default=1.0)
+    parser.add_argument('--params-file', type=Path)
+    return SessionOptions(**vars(parser.parse_args(arguments)))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program; returns 0, 1 on a known error, 130 where it was interrupted."""
+    try:
+        run_session(_parse(arguments))
+    except FpnetError as error:
+        print(f'fpnet: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Listen to a running localizer: show its pose, keep what it published."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+import time
+from types import TracebackType
+from typing import Self
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from fpnet_core.io.trajectories import write_tum
+from fpnet_core.types import Status
+from fpnet_ros.runtime import STATUS, STREAM
+from msg_adapters.diagnostics import LocalizerReport, report_from_msg
+from msg_adapters.poses import StampedPose, pose_from_msg
+from msg_adapters.stamps import stamp_from_msg
+
+POSES_NAME, SESSION_NAME = 'poses.tum', 'session.json'
+
+_LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal
+
+
+class Monitor(Node):
+    """
+    Collects poses, ticks and odometry stamps; a context manager around rclpy.
+
+    Parameters
+    ----------
+    scans
+        Number of scans in the recording, for the progress bar.
+    """
+
+    def __init__(self, scans: int) -> None:
+        rclpy.init()
+        super().__init__('fpnet_demo')
+        self.poses: list[StampedPose] = []
+        self.ticks: list[LocalizerReport] = []
+        self.odometry_stamps_ns: list[int] = []
+        self._scans = scans
+        self._heard_s = time.monotonic()
+        self._line_s = 0.0
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self._console = Console()
+        self._bar = Progress(
+            TextColumn('localising'),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeRemainingColumn(),
+            TextColumn('{task.description}'),
+            console=self._console,
+            transient=True,
+            disable=not self._console.is_terminal,
+        )
+        self._task = self._bar.add_task('starting the nodes', total=scans)
+        self.create_subscription(PoseStamped, 'floorplan_pose', self._on_pose, STREAM)
+        self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
+        self.create_subscription(Odometry, 'kiss/odometry', self._on_odometry, STREAM)
+
+    def __enter__(self) -> Self:
+        """Show the progress bar."""
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Leave ROS."""
+        self._bar.stop()
+        self._executor.shutdown()
+        self.destroy_node()
+        rclpy.try_shutdown()
+
+    def spin(self, seconds: float) -> None:
+        """Handle messages for a while; raises KeyboardInterrupt on SIGINT and SIGTERM."""
+        deadline = time.monotonic() + seconds
+        try:
+            while (left_s := deadline - time.monotonic()) > 0.0:
+                self._executor.spin_once(timeout_sec=left_s)
+        except ExternalShutdownException:
+            raise KeyboardInterrupt from None
+        if not self.context.ok():
+            raise KeyboardInterrupt
+        self._show()
+
+    def is_ready(self, cloud_topic: str) -> bool:
+        """Tell whether the localizer has its floorplan and everyone has found everyone."""
+        return (
+            any(tick.status is not Status.NO_PLAN for tick in self.ticks)
+            and self.count_subscribers(cloud_topic) > 0
+            and self.count_subscribers('kiss/frame') > 0
+            and self.count_publishers('kiss/odometry') > 0
+        )
+
+    def is_complete(self) -> bool:
+        """Tell whether every scan went through odometry and a tick has seen the last one."""
+        done = len(self.odometry_stamps_ns) >= self._scans
+        return done and self.ticks[-1].stamp_ns >= self.odometry_stamps_ns[-1]
+
+    def quiet_s(self) -> float:
+        """Return the time since odometry was last heard."""
+        return time.monotonic() - self._heard_s
+
+    def write(self, folder: Path) -> None:
+        """Write ``poses.tum`` and ``session.json``."""
+        poses = [pose.T_frame_body for pose in self.poses]
+        write_tum(
+            folder / POSES_NAME,
+            [pose.stamp_ns for pose in self.poses],
+            np.array([pose.translation for pose in poses]),
+            [pose.yaw for pose in poses],
+        )
+        session = {
+            'scans': self._scans,
+            'registered_scans': len(self.odometry_stamps_ns),
+            'ticks': [
+                {
+                    'stamp_ns': tick.stamp_ns,
+                    'status': tick.status.value,
+                    'probability': tick.probability,
+                    **tick.values,
+                }
+                for tick in self.ticks
+            ],
+        }
+        (folder / SESSION_NAME).write_text(json.dumps(session, indent=1), encoding='utf-8')
+
+    def _on_pose(self, msg: PoseStamped) -> None:
+        self.poses.append(pose_from_msg(msg))
+
+    def _on_status(self, msg: DiagnosticStatus) -> None:
+        self.ticks.append(report_from_msg(msg))
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        self.odometry_stamps_ns.append(stamp_from_msg(msg.header.stamp))
+        self._heard_s = time.monotonic()
+
+    def _show(self) -> None:
+        done, text = len(self.odometry_stamps_ns), self._describe()
+        self._bar.update(self._task, completed=done, description=text)
+        if self._bar.disable and time.monotonic() - self._line_s > _LINE_PERIOD_S:
+            self._line_s = time.monotonic()
+            self._console.print(f'scan {done}/{self._scans}  {text}', highlight=False)
+
+    def _describe(self) -> str:
+        if not self.ticks:
+            return 'starting the nodes'
+        tick = self.ticks[-1]
+        text = f'{tick.status.value} (p {tick.probability:.2f})'
+        if tick.status is not Status.LOCALIZED or not self.poses:
+            return text
+        pose = self.poses[-1].T_frame_body
+        return f'{text}  x {pose.x:.2f} m  y {pose.y:.2f} m  {math.degrees(pose.yaw):.0f} deg'
