@@ -108,6 +108,9 @@ class SegmentationConfig(Section):
     min_submap_room_area_m2: float = Field(
         2.0, ge=0.0, description='Glimpsed rooms smaller than this are dropped (a_th).'
     )
+    glimpse_edge_m: float = Field(
+        0.8, ge=0.0, description='Small rooms with a longer edge to unseen space stay apart.'
+    )
     solid_width_m: float = Field(
         0.2, ge=0.0, le=1.0, description='Seen free space narrower than this is a stray ray.'
     )

@@ -16,6 +16,10 @@ from fpnet_core.segmentation.scene import WorkRaster
 # Clearances are ordered in steps of a millimetre: radix sort, and no ties decided by rounding.
 _STEP_M = 1e-3
 
+_ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
+NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
+"""Slices that put each cell beside its right and its upper neighbour."""
+
 
 @dataclass(frozen=True, eq=False)
 class Basins:
@@ -23,19 +27,29 @@ class Basins:
     Catchment areas of the clearance's maxima.
 
     ``labels (h, w)`` int32 is basin index + 1, 0 outside the mask; ``peaks (B,)`` is the
-    largest clearance of each basin [m]; ``areas (B,)`` its size in working cells.
+    largest clearance of each basin [m]; ``areas (B,)`` its size and ``frontiers (B,)`` its
+    border to unseen space, both in working cells.
     """
 
     labels: NDArray[np.int32]
     peaks: NDArray[np.float32]
     areas: NDArray[np.int64]
+    frontiers: NDArray[np.int64]
 
 
 @njit(cache=True)
 def _flood(
-    height: NDArray[np.float32], order: NDArray[np.int64], labels: NDArray[np.int32]
+    height: NDArray[np.float32],
+    mask: NDArray[np.bool_],
+    order: NDArray[np.int64],
+    labels: NDArray[np.int32],
 ) -> int:
-    """Label cells in descending order by their highest labelled neighbour; count the basins."""
+    """
+    Label cells in descending order by their highest labelled neighbour; count the basins.
+
+    Diagonal neighbours count only beside a free cell: a wall drawn as a diagonal line of single
+    cells is closed.
+    """
     cols = height.shape[1]
     count = 0
     for index in order:
@@ -45,7 +59,9 @@ def _flood(
         for d_row in range(-1, 2):
             for d_col in range(-1, 2):
                 label = labels[row + d_row, col + d_col]
-                if label > 0 and height[row + d_row, col + d_col] > best_height:
+                if label == 0 or height[row + d_row, col + d_col] <= best_height:
+                    continue
+                if mask[row + d_row, col] or mask[row, col + d_col]:
                     best = label
                     best_height = height[row + d_row, col + d_col]
         if best == 0:
@@ -68,11 +84,13 @@ def grow_basins(work: WorkRaster) -> Basins:
     steps = np.minimum(height.ravel()[cells] / _STEP_M, 65535).astype(np.uint16)
     order = cells[np.argsort(65535 - steps, kind='stable')]
     labels = np.zeros(mask.shape, dtype=np.int32)
-    count = _flood(height, order, labels)
+    count = _flood(height, mask, order, labels)
     areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     peaks = np.zeros(count + 1, dtype=np.float32)
     np.maximum.at(peaks, labels.ravel()[cells], height.ravel()[cells])
-    return Basins(np.ascontiguousarray(labels[1:-1, 1:-1]), peaks[1:], areas)
+    inner = np.ascontiguousarray(labels[1:-1, 1:-1])
+    frontiers = np.bincount(inner[work.frontier], minlength=count + 1)[1:]
+    return Basins(inner, peaks[1:], areas, frontiers)
 
 
 def find_saddles(
@@ -88,7 +106,7 @@ def find_saddles(
     """
     keys, values = [], []
     base = int(labels.max(initial=0)) + 1
-    for here, there in _neighbour_slices():
+    for here, there in NEIGHBOURS:
         a, b = labels[here], labels[there]
         meet = (a != b) & (a > 0) & (b > 0)
         low, high = np.minimum(a[meet], b[meet]), np.maximum(a[meet], b[meet])
@@ -102,23 +120,14 @@ def find_saddles(
     return np.stack([unique // base, unique % base], axis=1), value[order][first]
 
 
-def _neighbour_slices() -> list[tuple[tuple[slice, slice], tuple[slice, slice]]]:
-    head, tail, every = slice(None, -1), slice(1, None), slice(None)
-    return [
-        ((every, head), (every, tail)),
-        ((head, every), (tail, every)),
-        ((head, head), (tail, tail)),
-        ((head, tail), (tail, head)),
-    ]
-
-
 class _Groups:
-    """Union-find over labels that keeps each group's peak and area."""
+    """Union-find over labels that keeps each group's peak, area and frontier."""
 
     def __init__(self, basins: Basins) -> None:
         self.parent = list(range(len(basins.peaks) + 1))
         self.peak = [0.0, *basins.peaks.tolist()]
         self.area = [0, *basins.areas.tolist()]
+        self.frontier = [0, *basins.frontiers.tolist()]
 
     def root(self, label: int) -> int:
         while self.parent[label] != label:
@@ -130,6 +139,7 @@ class _Groups:
         keep, gone = (a, b) if self.peak[a] >= self.peak[b] else (b, a)
         self.parent[gone] = keep
         self.area[keep] += self.area[gone]
+        self.frontier[keep] += self.frontier[gone]
 
 
 def is_one_room(saddle_m: float, peak_m: float, config: SegmentationConfig) -> bool:
@@ -156,7 +166,8 @@ def merge_basins(
     Join basins into rooms; returns room labels (h, w), 1..R without gaps, 0 outside.
 
     Saddles are visited from the widest to the narrowest and joined by :func:`is_one_room`;
-    then rooms below ``min_area_m2`` join the neighbour with the widest opening. That is the
+    then rooms below ``min_area_m2`` join the neighbour with the widest opening, unless unseen
+    space cuts them short: a glimpse through a door is no part of the room in front. That is the
     paper's breadth-first clustering "room - connection - room" (section III-B): regions above
     ``a_th = min_area_m2`` are seeds, smaller candidates are collected across their widest
     connection, and growth stops at other seeds and at closed (lintel) doorways.
@@ -168,18 +179,29 @@ def merge_basins(
         a, b = groups.root(left), groups.root(right)
         if a != b and is_one_room(saddle, min(groups.peak[a], groups.peak[b]), config):
             groups.join(a, b)
-    min_cells = min_area_m2 / work.cell_m**2
-    absorbing = True
-    while absorbing:
-        absorbing = False
-        for left, right, _ in edges:
-            a, b = groups.root(left), groups.root(right)
-            if a != b and min(groups.area[a], groups.area[b]) < min_cells:
-                groups.join(a, b)
-                absorbing = True
+    _absorb_small(groups, edges, min_area_m2 / work.cell_m**2, config.glimpse_edge_m / work.cell_m)
     roots = np.array([groups.root(label) for label in range(len(groups.parent))])
     keep = np.array([label for label in np.unique(roots) if label and groups.area[label] >= 1])
     relabel = np.zeros(len(roots), dtype=np.int32)
     for number, root in enumerate(keep.tolist(), start=1):
         relabel[roots == root] = number
     return np.asarray(relabel[basins.labels], dtype=np.int32)
+
+
+def _absorb_small(
+    groups: _Groups, edges: list[tuple[int, int, float]], min_cells: float, max_frontier: float
+) -> None:
+    """Join small groups across their widest saddle until none is left that may be joined."""
+    absorbing = True
+    while absorbing:
+        absorbing = False
+        for left, right, _ in edges:
+            a, b = groups.root(left), groups.root(right)
+            small = [
+                g
+                for g in (a, b)
+                if groups.area[g] < min_cells and groups.frontier[g] <= max_frontier
+            ]
+            if a != b and small:
+                groups.join(a, b)
+                absorbing = True

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Mask, Scene, fill_furniture
+from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
 from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A drawing whose border is free over more than this share is on white paper.
@@ -47,9 +47,9 @@ def segment_floorplan(
         return _empty(grid, 'the grid has no walls')
     cell_m = grid.resolution * metres_per_unit
     free = fill_furniture(free, cell_m, config)
-    scene = Scene(free, np.zeros_like(free), cell_m)
     blocked = ~free if on_paper else _framed(~free)
-    full, openings = cut_rooms(scene, blocked, config)
+    scene = Scene(free, np.zeros_like(free), cell_m, clearance_m(blocked, cell_m))
+    full, openings = cut_rooms(scene, config)
     full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
     if on_paper:
         full = _drop(full, np.unique(_border(full)))

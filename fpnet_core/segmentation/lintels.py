@@ -83,7 +83,9 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     closed = np.zeros(lintel.shape, dtype=np.uint8)
     doors: list[LintelDoor] = []
     cells = np.argwhere(lintel).astype(np.float64)
-    for centre in _centres(lintel):
+    for centre in _centres(lintel, cell_m):
+        if any(_is_beside(door.ends_rc, centre, _LINE_REACH_M / cell_m) for door in doors):
+            continue
         ends = narrowest_line(
             free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
@@ -105,11 +107,27 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     return closed.astype(bool) & free, doors
 
 
-def _centres(lintel: Mask) -> list[tuple[float, float]]:
-    """Return a cell in the middle of each component of high returns, largest first."""
-    _, components, stats, centroids = cv2.connectedComponentsWithStats(
-        lintel.astype(np.uint8), connectivity=8
-    )
+def _is_beside(ends: NDArray[np.float64], place: tuple[float, float], reach: float) -> bool:
+    """Tell whether ``place`` lies within ``reach`` cells of the line ``ends``."""
+    (r0, c0), (r1, c1) = ends.tolist()
+    dr, dc = r1 - r0, c1 - c0
+    share = ((place[0] - r0) * dr + (place[1] - c0) * dc) / max(dr * dr + dc * dc, 1e-9)
+    share = min(max(share, 0.0), 1.0)
+    return math.hypot(place[0] - r0 - share * dr, place[1] - c0 - share * dc) <= reach
+
+
+def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
+    """
+    Return a cell in the middle of each component of high returns, largest first.
+
+    Components with too few high returns around them to cover even the narrowest doorway are
+    left out: most of a long submap's are such specks.
+    """
+    mask = lintel.astype(np.uint8)
+    window = 2 * round(_MIN_WIDTH_M / cell_m) + 1
+    around = cv2.boxFilter(mask, cv2.CV_32S, (window, window), normalize=False)
+    dense = mask * (around >= _MIN_COVERAGE * _MIN_WIDTH_M / cell_m).astype(np.uint8)
+    _, components, stats, centroids = cv2.connectedComponentsWithStats(dense, connectivity=8)
     order = np.argsort(-stats[1:, cv2.CC_STAT_AREA], kind='stable') + 1
     cells = np.argwhere(components > 0)
     owner = components[components > 0]

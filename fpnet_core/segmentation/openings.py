@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.basins import NEIGHBOURS
 from fpnet_core.segmentation.scene import Mask, WorkRaster
 
 # The closing line is looked for within this many clearances of a saddle, on each side.
@@ -182,10 +183,7 @@ def _boundary(
 ) -> tuple[Mask, NDArray[np.int32], NDArray[np.int32]]:
     """Mark cells whose right or upper neighbour has another label; give both labels."""
     low, high = np.zeros_like(labels), np.zeros_like(labels)
-    for here, there in (
-        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
-        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
-    ):
+    for here, there in NEIGHBOURS:
         a, b = labels[here], labels[there]
         meet = (a != b) & (a > 0) & (b > 0) & (high[here] == 0)
         low[here][meet] = np.minimum(a, b)[meet]

@@ -19,7 +19,7 @@ from fpnet_core.segmentation.openings import (
     find_openings,
     find_saddles_of_rooms,
 )
-from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
+from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, reduce_scene
 
 # Joining rooms changes what their neighbours look like; it settles within so many rounds.
 _MAX_ROUNDS = 4
@@ -27,36 +27,31 @@ _MAX_ROUNDS = 4
 IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]
 
 
-def cut_rooms(
-    scene: Scene,
-    blocked: Mask,
-    config: SegmentationConfig,
-    wall: Mask | None = None,
-) -> tuple[NDArray[np.int32], list[Opening]]:
+def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int32], list[Opening]]:
     """
     Label the rooms of a scene and find the openings between them.
 
     Parameters
     ----------
-    scene : free space and closed doorways
-    blocked : (H, W) bool, what limits the clearance
+    scene : free space, closed doorways, clearance; where it has a ``wall``, openings must touch
+        it: between two unseen places lies the ragged edge of what was seen, not a door
     config : thresholds in true metres
-    wall : (H, W) bool, where given, an opening must touch it: between two unseen places lies
-        the ragged edge of what was seen, not a door
 
     Returns
     -------
     labels (H, W) int32 : 1..R, 0 where there is no room
     openings : between these labels, widest first
     """
-    work = reduce_scene(scene, clearance_m(blocked, scene.cell_m), config)
+    work = reduce_scene(scene, config)
     labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
     passable = scene.free & ~scene.lintel
 
     def is_door(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
         if not _has_jambs(saddle, labels, work, config):
             return False
-        return wall is None or _is_anchored(closing_line(saddle, work, passable), wall)
+        if scene.wall is None:
+            return True
+        return _is_anchored(closing_line(saddle, work, passable), scene.wall)
 
     labels = _join_across(labels, work, is_door)
     openings = find_openings(labels, work, passable, config)

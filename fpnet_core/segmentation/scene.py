@@ -25,12 +25,17 @@ class Scene:
 
     ``free (H, W)`` is space that belongs to some room or door; ``lintel (H, W)`` cells are
     free and close a doorway. ``cell_m`` is the cell edge in true metres, nominal edge times
-    metres per unit.
+    metres per unit. ``clearance (H, W)`` float32 is the distance to what limits the free space
+    [true metres]. Of a partial map, ``wall (H, W)`` marks cells at or near a wall and
+    ``unseen (H, W)`` those that are neither free nor near a wall; of a drawing both are None.
     """
 
     free: Mask
     lintel: Mask
     cell_m: float
+    clearance: NDArray[np.float32]
+    wall: Mask | None = None
+    unseen: Mask | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +45,13 @@ class WorkRaster:
 
     ``mask (h, w)`` marks blocks that are free throughout (and not under a lintel), so a wall
     of one cell stays closed; ``clearance (h, w)`` float32 is the distance to the nearest wall
-    [true metres], measured before the reduction so that openings keep their width.
+    [true metres], measured before the reduction so that openings keep their width;
+    ``frontier (h, w)`` marks free blocks that touch unseen space.
     """
 
     mask: Mask
     clearance: NDArray[np.float32]
+    frontier: Mask
     stride: int
     cell_m: float
 
@@ -77,19 +84,23 @@ def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
     return np.asarray(np.maximum(cells - 0.5, 0.0) * np.float32(cell_m), dtype=np.float32)
 
 
-def reduce_scene(
-    scene: Scene, clearance: NDArray[np.float32], config: SegmentationConfig
-) -> WorkRaster:
-    """Reduce a scene and its ``clearance (H, W)`` to the working resolution."""
+def reduce_scene(scene: Scene, config: SegmentationConfig) -> WorkRaster:
+    """Reduce a scene to the working resolution."""
     stride = max(1, round(config.work_resolution_m / scene.cell_m))
     passable = _block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
-    work = _block_means(clearance, stride)
+    work = _block_means(scene.clearance, stride)
     sigma = config.smoothing_m / (scene.cell_m * stride)
     if sigma > 0.0:
         work = np.asarray(
             cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), np.float32
         )
-    return WorkRaster(passable > _ALL, work, stride, scene.cell_m * stride)
+    mask = np.asarray(passable > _ALL)
+    frontier = np.zeros_like(mask)
+    if scene.unseen is not None:
+        unseen = _block_means(scene.unseen.astype(np.float32), stride) > 0.0
+        touched = cv2.dilate(unseen.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        frontier = mask & touched
+    return WorkRaster(mask, work, frontier, stride, scene.cell_m * stride)
 
 
 def _block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:

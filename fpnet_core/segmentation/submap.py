@@ -13,13 +13,15 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import find_lintels
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Mask, Scene, fill_furniture
+from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
 from fpnet_core.types import FREE, OCCUPIED, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.15
 # Margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
+# Clearance at the very edge of unseen space [m].
+_UNSEEN_CREDIT_M = 0.5
 # A disc of this diameter must pass wherever a seen room counts as seen [m].
 _ROOM_DISC_M = 0.5
 
@@ -54,13 +56,28 @@ def segment_submap(
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
     free = fill_furniture(free, cell_m, config)
     lintel, lintel_doors = find_lintels(submap.lintel & free, free, cell_m)
-    scene = Scene(free, lintel, cell_m)
     near_wall = _grown(wall | lintel, _WALL_SHADOW_M, cell_m)
-    full, openings = cut_rooms(scene, ~free | lintel, config, near_wall)
+    scene = _scene(free, lintel, near_wall, cell_m)
+    full, openings = cut_rooms(scene, config)
     openings += [door.between(full) for door in lintel_doors]
     full = _drop_glimpses(full, config, cell_m)
-    scores = _scores(full, ~scene.free & ~near_wall)
+    scores = _scores(full, ~free & ~near_wall)
     return assemble(grid, full, openings, config, metres_per_unit, scores)
+
+
+def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
+    """
+    Return the scene of a partial map.
+
+    Unseen space limits the clearance less than a wall does: a room seen through its door keeps
+    a clearance that grows behind the jambs, so that the door is found before the room is.
+    """
+    unseen = ~free & ~wall
+    solid = (~free & wall) | lintel
+    clearance = np.minimum(
+        clearance_m(solid, cell_m), clearance_m(unseen, cell_m) + np.float32(_UNSEEN_CREDIT_M)
+    )
+    return Scene(free, lintel, cell_m, clearance, wall, unseen)
 
 
 def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:

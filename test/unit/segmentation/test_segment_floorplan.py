@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Synthetic drawings, turned by odd angles, against their known rooms and doors."""
+
+import cv2
+import numpy as np
+import pytest
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.geometry import SE2
+from fpnet_core.segmentation import (
+    estimate_metres_per_unit,
+    segment_floorplan,
+    segment_unknown_scale,
+)
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
+
+CONFIG = SegmentationConfig()
+RESOLUTION_M = 0.05
+# Rooms (x0, y0, x1, y1) of a small office [m]; 0.2 m walls in between, corridor first.
+ROOMS = [
+    (0.0, 4.2, 16.0, 6.0),
+    (0.0, 0.0, 5.0, 4.0),
+    (5.2, 0.0, 8.4, 4.0),
+    (8.6, 0.0, 16.0, 4.0),
+    (0.0, 6.2, 7.0, 11.0),
+    (7.2, 6.2, 16.0, 11.0),
+]
+# Door (x0, y0, x1, y1) passages, each through its wall.
+DOORS = [
+    (2.0, 3.9, 2.9, 4.3),
+    (6.0, 3.9, 6.9, 4.3),
+    (12.0, 3.9, 12.9, 4.3),
+    (3.0, 5.9, 3.95, 6.3),
+    (8.0, 5.9, 8.95, 6.3),
+    (14.0, 5.9, 14.95, 6.3),
+    (6.9, 8.0, 7.3, 8.9),
+]
+DOOR_ROOMS = [(0, 1), (0, 2), (0, 3), (0, 4), (0, 5), (0, 5), (4, 5)]
+
+
+def rectangle(x0, y0, x1, y1):
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def draw(T_grid_plan, free=(), solid=(), size=(440, 520), paper=False, scale=1.0):
+    """Raster of free and then solid polygons [m], drawn with sixteenth-cell precision."""
+    cells = np.full(size, FREE if paper else OCCUPIED, dtype=np.uint8)
+
+    def fill(polygon, value):
+        xy = T_grid_plan.apply(polygon * scale) / RESOLUTION_M - 0.5
+        cv2.fillPoly(cells, [np.rint(xy * 16).astype(np.int32)], int(value), shift=4)
+
+    if paper:
+        fill(rectangle(-0.3, -0.3, 16.3, 11.3), OCCUPIED)
+    for polygon in free:
+        fill(polygon, FREE)
+    for polygon in solid:
+        fill(polygon, OCCUPIED)
+    return cells.astype(np.int8)
+
+
+def office(angle_deg=0.0, solid=(), paper=False, T_frame_grid=None, scale=1.0):
+    angle = np.deg2rad(angle_deg)
+    middle = np.array([8.0, 5.5]) * scale
+    centre = np.array([13.0, 11.0])
+    turn = SE2.from_xy_yaw(0.0, 0.0, angle)
+    T_grid_plan = SE2(turn.linear, centre - turn.apply(middle))
+    free = [rectangle(*box) for box in ROOMS + DOORS]
+    cells = draw(T_grid_plan, free, solid, paper=paper, scale=scale)
+    grid = GridMap(cells, RESOLUTION_M, T_frame_grid or SE2.identity())
+    return grid, grid.T_frame_grid @ T_grid_plan
+
+
+def area_of(box):
+    return (box[2] - box[0]) * (box[3] - box[1])
+
+
+def room_at(segmentation, T_frame_plan, box):
+    """Id of the room whose label lies at the middle of a room box."""
+    middle = T_frame_plan.apply(rectangle(*box).mean(axis=0))
+    row, col = np.rint(segmentation.grid.xy_to_rc(middle)).astype(int)
+    return segmentation.labels[row, col] - 1
+
+
+@pytest.mark.parametrize('angle_deg', [0.0, 17.3, 63.9, 151.2])
+@pytest.mark.parametrize('paper', [False, True])
+def test_office_is_cut_into_its_rooms_and_doors_at_any_angle(angle_deg, paper):
+    grid, T_frame_plan = office(
+        angle_deg, paper=paper, T_frame_grid=SE2.from_xy_yaw(-31.0, 12.5, 0.7)
+    )
+    segmentation = segment_floorplan(grid, CONFIG)
+    assert len(segmentation.rooms) == len(ROOMS)
+    ids = [room_at(segmentation, T_frame_plan, box) for box in ROOMS]
+    assert sorted(ids) == list(range(len(ROOMS)))
+    for box, room_id in zip(ROOMS, ids, strict=True):
+        room = segmentation.regions[room_id]
+        assert room.area_m2 == pytest.approx(area_of(box), rel=0.06)
+        middle = T_frame_plan.apply(rectangle(*box).mean(axis=0))
+        assert np.hypot(*(room.centroid - middle)) < 0.12
+    found = {tuple(sorted(portal.rooms)): portal for portal in segmentation.portals}
+    assert len(segmentation.portals) == len(DOORS)
+    for box, (a, b) in zip(DOORS, DOOR_ROOMS, strict=True):
+        middle = T_frame_plan.apply(rectangle(*box).mean(axis=0))
+        near = [p for p in segmentation.portals if np.hypot(*(p.ends.mean(0) - middle)) < 0.25]
+        assert len(near) == 1
+        assert tuple(sorted(near[0].rooms)) == tuple(sorted((ids[a], ids[b])))
+        assert near[0].width_m == pytest.approx(0.93, abs=0.13)
+        assert segmentation.regions[near[0].door].label is RegionLabel.DOOR
+    assert set(found) == {tuple(sorted((ids[a], ids[b]))) for a, b in DOOR_ROOMS}
+
+
+def test_polygons_are_counter_clockwise_and_hold_their_area():
+    segmentation = segment_floorplan(office(24.0)[0], CONFIG)
+    for region in segmentation.regions:
+        x, y = region.polygon.T
+        signed = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
+        assert signed == pytest.approx(region.area_m2, rel=0.05)
+
+
+def test_furniture_changes_neither_rooms_nor_doors():
+    legs = [(9.5 + 0.7 * k, 1.0 + 0.6 * (k % 3)) for k in range(8)]
+    cabinets = [rectangle(2.0, 8.0, 3.2, 8.8), rectangle(13.0, 8.5, 14.4, 9.0)]
+    solid = cabinets + [rectangle(x, y, x + 0.1, y + 0.1) for x, y in legs]
+    clean = segment_floorplan(office(33.0)[0], CONFIG)
+    furnished = segment_floorplan(office(33.0, solid)[0], CONFIG)
+    assert len(furnished.rooms) == len(clean.rooms)
+    assert len(furnished.doors) == len(clean.doors)
+    for before, after in zip(clean.rooms, furnished.rooms, strict=True):
+        assert after.area_m2 == pytest.approx(before.area_m2, rel=0.02)
+
+
+def test_corridor_with_bulges_stays_one_room():
+    corridor = [rectangle(0.0, 0.0, 20.0, 1.5)]
+    bulges = [rectangle(x, 1.4, x + 2.0, 2.1) for x in (2.0, 9.0, 15.0)]
+    grid = GridMap(draw(SE2.from_xy_yaw(2.0, 1.0, 0.5), corridor + bulges), RESOLUTION_M)
+    segmentation = segment_floorplan(grid, CONFIG)
+    assert len(segmentation.rooms) == 1
+    assert segmentation.portals == ()
+
+
+@pytest.mark.parametrize('scale', [0.55, 0.8, 1.3])
+def test_unknown_scale_is_recovered_from_the_doors(scale):
+    grid, _ = office(20.0, scale=scale)
+    segmentation, estimate = segment_unknown_scale(grid, CONFIG)
+    assert len(segmentation.rooms) == len(ROOMS)
+    assert estimate.factor * scale == pytest.approx(1.0, rel=0.12)
+    assert estimate.confidence > 0.5
+    largest = max(area_of(box) for box in ROOMS)
+    assert segmentation.rooms[0].area_m2 == pytest.approx(largest * scale**2, rel=0.06)
+
+
+def test_scale_of_a_plan_without_doors_is_not_claimed():
+    grid = GridMap(draw(SE2.from_xy_yaw(2.0, 2.0, 0.3), [rectangle(0, 0, 5, 4)]), RESOLUTION_M)
+    estimate = estimate_metres_per_unit(segment_floorplan(grid, CONFIG))
+    assert (estimate.factor, estimate.confidence) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize('value', [FREE, OCCUPIED, UNKNOWN])
+@pytest.mark.parametrize('shape', [(1, 1), (1, 40), (60, 50)])
+def test_uniform_grids_give_an_empty_result_with_a_reason(value, shape):
+    segmentation = segment_floorplan(GridMap(np.full(shape, value), 0.05), CONFIG)
+    assert segmentation.regions == ()
+    assert segmentation.portals == ()
+    assert segmentation.reason
+
+
+def test_random_noise_neither_fails_nor_invents_rooms():
+    rng = np.random.default_rng(5)
+    cells = rng.choice([FREE, OCCUPIED, UNKNOWN], size=(83, 131)).astype(np.int8)
+    segmentation = segment_floorplan(GridMap(cells, 0.05), CONFIG)
+    assert all(room.area_m2 >= CONFIG.min_room_area_m2 for room in segmentation.rooms)
