@@ -1,0 +1,248 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Bags in both storages: round trips, topic choice, poses in between, and damage."""
+
+import logging
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import Stores, get_typestore
+
+from fpnet_core.errors import BagFormatError, CloudFormatError
+from fpnet_core.geometry import SE2
+from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
+from fpnet_core.io import BagReader, BagWriter, open_scans
+from fpnet_core.io.bag_scans import PoseTrack
+from fpnet_core.types import GridMap
+
+STORAGES = ('sqlite3', 'mcap')
+POINTS = np.random.default_rng(1).normal(0.0, 5.0, (50, 3)).astype(np.float32)
+SECOND_NS = 1_000_000_000
+START_NS = 1_700_000_000 * SECOND_NS
+
+
+def pose(x, yaw, y=2.0):
+    return rigid_from_quaternion([x, y, 0.5], [0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
+
+
+def record(path, storage='sqlite3', clouds=('/points',), odometry=('/odom',), child='lidar'):
+    """Three clouds, a second apart; odometry at twice that rate, turning 0.2 rad per second."""
+    with BagWriter(path, storage) as bag:
+        for k in range(5):
+            for topic in odometry:
+                stamp = START_NS + k * SECOND_NS // 2
+                bag.write_odometry(topic, stamp, 'odom', child, pose(0.5 * k, 0.1 * k))
+            if k % 2 == 0:
+                for topic in clouds:
+                    time = np.linspace(0, 0.1, 50)
+                    stamp = START_NS + k * SECOND_NS // 2
+                    bag.write_cloud(topic, stamp, 'lidar', POINTS + k, np.ones(50), None, time)
+                bag.write_pose('/ground_truth', stamp, 'map', pose(100.0 + k, 1.0))
+    return path
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_scans_round_trip(tmp_path, storage):
+    source = open_scans(record(tmp_path / 'bag', storage), truth_topic='/ground_truth')
+    scans = list(source)
+    assert (source.kind, len(source), len(scans), source.has_poses) == ('bag', 3, 3, True)
+    np.testing.assert_array_equal(scans[1].points, POINTS + np.float32(2))
+    np.testing.assert_allclose(scans[1].time_s, np.linspace(0, 0.1, 50))
+    np.testing.assert_allclose(scans[1].T_odom_sensor, pose(1.0, 0.2), atol=1e-12)
+    np.testing.assert_allclose(scans[1].T_truth_sensor, pose(102.0, 1.0), atol=1e-12)
+    assert scans[1].stamp_ns == START_NS + SECOND_NS
+    assert [scan.stamp_ns for scan in source] == [scan.stamp_ns for scan in scans]
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_grid_round_trip_is_row_major_with_a_turned_origin(tmp_path, storage):
+    cells = np.array([[0, 100, -1], [-1, 0, 0]], np.int8)
+    with BagWriter(tmp_path / 'bag', storage) as bag:
+        bag.write_grid('/map', 7, GridMap(cells, 0.05, SE2.from_xy_yaw(1.0, 2.0, 0.6), 'plan'))
+    with BagReader(tmp_path / 'bag') as bag:
+        [(_, stamp_ns, message)] = bag.messages(['/map'])
+    assert (stamp_ns, message.header.frame_id) == (7, 'plan')
+    assert (message.info.height, message.info.width) == (2, 3)
+    assert message.data.tolist() == [0, 100, -1, -1, 0, 0]
+    assert message.info.origin.orientation.z == pytest.approx(np.sin(0.3))
+
+
+def test_storage_file_without_its_folder(tmp_path):
+    bag = record(tmp_path / 'bag', 'mcap')
+    assert len(list(open_scans(next(bag.glob('*.mcap'))))) == 3
+    (bag / 'metadata.yaml').unlink()
+    assert len(list(open_scans(bag))) == 3
+
+
+def test_raw_clouds_need_an_odometry(tmp_path):
+    source = open_scans(record(tmp_path / 'bag', odometry=()))
+    assert not source.has_poses
+    assert all(scan.T_odom_sensor is None for scan in source)
+
+
+def test_odometry_can_be_ignored(tmp_path):
+    assert not open_scans(record(tmp_path / 'bag'), odometry_topic='').has_poses
+
+
+def test_truth_is_never_taken_for_odometry(tmp_path):
+    bag = record(tmp_path / 'bag', odometry=('/truth/odometry', '/robot/gt'))
+    source = open_scans(bag)
+    assert not source.has_poses
+    assert next(iter(source)).T_truth_sensor is None
+
+
+def test_debug_clouds_of_kiss_are_passed_over(tmp_path):
+    clouds = ('/kiss/frame', '/kiss/local_map', '/velodyne_points')
+    odometry = ('/wheels', '/kiss/odometry')
+    source = open_scans(record(tmp_path / 'bag', clouds=clouds, odometry=odometry))
+    assert (source.cloud_topic, source.odometry_topic) == ('/velodyne_points', '/kiss/odometry')
+    source = open_scans(record(tmp_path / 'bag2', clouds=clouds[:2]))
+    assert source.cloud_topic == '/kiss/frame'
+
+
+@pytest.mark.parametrize(
+    ('topics', 'options', 'message'),
+    [
+        ({'clouds': ()}, {}, 'no PointCloud2 topic; it holds /ground_truth, /odom'),
+        ({'clouds': ('/a', '/b')}, {}, 'several PointCloud2 topics: /a, /b'),
+        ({'odometry': ('/a', '/b')}, {}, 'several Odometry topics: /a, /b'),
+        ({}, {'cloud_topic': '/odom'}, '/odom is nav_msgs'),
+        ({}, {'odometry_topic': '/none'}, '/none is missing'),
+        ({}, {'truth_topic': '/points'}, '/points is sensor_msgs'),
+    ],
+)
+def test_topics_that_do_not_serve_are_named(tmp_path, topics, options, message):
+    bag = record(tmp_path / 'bag', **topics)
+    with pytest.raises(BagFormatError, match=message):
+        open_scans(bag, **options)
+
+
+def test_topics_can_be_chosen(tmp_path):
+    bag = record(tmp_path / 'bag', clouds=('/a', '/b'), odometry=('/c', '/d'))
+    source = open_scans(bag, cloud_topic='/b', odometry_topic='/c')
+    assert (source.cloud_topic, source.odometry_topic) == ('/b', '/c')
+
+
+def test_sensor_mounting_comes_from_static_transforms(tmp_path):
+    """The lidar hangs on a mast, turned by 0.5 rad; odometry is that of base."""
+    T_base_mast, T_mast_lidar = pose(0.2, 0.5, 0.0), pose(-0.1, -0.2, 0.3)
+    types = get_typestore(Stores.ROS2_JAZZY)
+    msg = types.types
+    bag = record(tmp_path / 'bag', child='base')
+    with Writer(tmp_path / 'with_tf', version=9) as writer, BagReader(bag) as reader:
+        tf = writer.add_connection('/tf_static', 'tf2_msgs/msg/TFMessage', typestore=types)
+        stamp = msg['builtin_interfaces/msg/Time'](0, 0)
+        transforms = [
+            msg['geometry_msgs/msg/TransformStamped'](
+                msg['std_msgs/msg/Header'](stamp, parent),
+                child,
+                msg['geometry_msgs/msg/Transform'](
+                    msg['geometry_msgs/msg/Vector3'](*T[:3, 3]),
+                    msg['geometry_msgs/msg/Quaternion'](*quaternion_from_rigid(T)),
+                ),
+            )
+            for parent, child, T in (
+                ('base', 'mast', T_base_mast),
+                ('mast', 'lidar', T_mast_lidar),
+            )
+        ]
+        message = msg['tf2_msgs/msg/TFMessage'](transforms)
+        writer.write(tf, 0, types.serialize_cdr(message, 'tf2_msgs/msg/TFMessage'))
+        connections = {}
+        for topic, msgtype, at_ns, data in reader.raw_messages():
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, msgtype, typestore=types)
+            writer.write(connections[topic], at_ns, data)
+    scan = list(open_scans(tmp_path / 'with_tf'))[1]
+    np.testing.assert_allclose(
+        scan.T_odom_sensor, pose(1.0, 0.2) @ T_base_mast @ T_mast_lidar, atol=1e-9
+    )
+
+
+def test_unknown_mounting_is_said(tmp_path, caplog):
+    bag = record(tmp_path / 'bag', child='base')
+    with caplog.at_level(logging.WARNING):
+        scan = next(iter(open_scans(bag)))
+    assert 'no static transform between base and lidar' in caplog.text
+    np.testing.assert_allclose(scan.T_odom_sensor, pose(0.0, 0.0))
+
+
+def test_track_interpolates_within_and_not_beyond():
+    track = PoseTrack([100, 200_000_100], [pose(1.0, 0.2), pose(2.0, 0.6)], 'base')
+    np.testing.assert_allclose(track.at(50_000_100), pose(1.25, 0.3), atol=1e-9)
+    np.testing.assert_array_equal(track.at(100), pose(1.0, 0.2))
+    assert track.at(99) is None
+    assert track.at(200_000_101) is None
+    gap = PoseTrack([0, 2 * SECOND_NS], [pose(1.0, 0.2), pose(2.0, 0.6)], 'base')
+    assert gap.at(SECOND_NS) is None
+
+
+def test_clouds_outside_the_odometry_are_left_out(tmp_path, caplog):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for k in range(4):
+            bag.write_cloud('/points', (k + 1) * SECOND_NS, 'lidar', POINTS)
+        bag.write_odometry('/odom', 2 * SECOND_NS, 'odom', 'lidar', pose(1.0, 0.0))
+    with caplog.at_level(logging.WARNING):
+        scans = list(open_scans(tmp_path / 'bag'))
+    assert [scan.stamp_ns for scan in scans] == [2 * SECOND_NS]
+    assert '3 of 4 clouds' in caplog.text
+
+
+def test_writer_refuses_what_it_cannot_write(tmp_path):
+    record(tmp_path / 'bag')
+    with pytest.raises(BagFormatError, match='exists'):
+        BagWriter(tmp_path / 'bag')
+    with pytest.raises(BagFormatError, match='unknown'):
+        BagWriter(tmp_path / 'new', 'tape')
+    with BagWriter(tmp_path / 'new') as bag:
+        bag.write_pose('/a', 1, 'map', np.eye(4))
+        with pytest.raises(BagFormatError, match='carries geometry_msgs'):
+            bag.write_cloud('/a', 2, 'lidar', POINTS)
+        with pytest.raises(BagFormatError, match='not a rigid'):
+            bag.write_pose('/a', 3, 'map', 2.0 * np.eye(4))
+
+
+def test_missing_bags(tmp_path):
+    with pytest.raises(BagFormatError, match='does not exist'):
+        BagReader(tmp_path / 'none')
+    with pytest.raises(CloudFormatError, match='does not exist'):
+        open_scans(tmp_path / 'none')
+    (tmp_path / 'empty.mcap').write_bytes(b'')
+    (tmp_path / 'empty.db3').write_bytes(b'')
+    for name in ('empty.mcap', 'empty.db3'):
+        with pytest.raises(BagFormatError, match=name):
+            open_scans(tmp_path / name)
+
+
+def test_zero_quaternion_in_odometry_is_named(tmp_path):
+    bag = record(tmp_path / 'bag', 'mcap')
+    file = next(bag.glob('*.mcap'))
+    data = file.read_bytes()
+    second = quaternion_from_rigid(pose(0.5, 0.1)).tobytes()
+    assert second in data
+    file.write_bytes(data.replace(second, bytes(32)))
+    with pytest.raises(BagFormatError, match='zero'):
+        open_scans(bag)
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_mutated_bags_never_escape_the_error_types(tmp_path, storage):
+    """Seeded damage anywhere in storage or metadata is an error of ours, or harmless."""
+    bag = record(tmp_path / 'bag', storage)
+    rng = np.random.default_rng(23)
+    for file in sorted(bag.iterdir()):
+        good = file.read_bytes()
+        for _ in range(25):
+            data = bytearray(good)
+            for position in rng.integers(0, len(data), rng.integers(1, 6)):
+                data[position] = rng.integers(256)
+            if rng.random() < 0.3:
+                data = data[: rng.integers(1, len(data))]
+            file.write_bytes(bytes(data))
+            try:
+                for scan in open_scans(bag):
+                    assert np.isfinite(scan.points).all()
+            except (BagFormatError, CloudFormatError):
+                continue
+        file.write_bytes(good)

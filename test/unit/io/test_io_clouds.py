@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Point files of every layout, written here byte by byte."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.errors import CloudFormatError
+from fpnet_core.io import read_cloud
+
+POINTS = np.array([[1.5, -2.25, 0.125], [10.0, 20.0, -30.0], [-7.0, 0.5, 3.0]])
+
+
+def ply(fmt, extra=()):
+    """Three vertices with a colour before and extra lines after, then a face to pass over."""
+    header = [
+        'ply', f'format {fmt} 1.0', 'comment made here', 'element vertex 3', 'property uchar red',
+        'property float x', 'property float y', 'property double z', *extra,
+        'element face 1', 'property list uchar int vertex_indices', 'end_header\n',
+    ]  # fmt: skip
+    head = '\n'.join(header).encode()
+    if fmt == 'ascii':
+        rows = ''.join(f'255 {x} {y} {z}\n' for x, y, z in POINTS)
+        return head + rows.encode() + b'3 0 1 2\n'
+    order = '<' if 'little' in fmt else '>'
+    dtype = np.dtype([('r', 'u1'), ('x', order + 'f4'), ('y', order + 'f4'), ('z', order + 'f8')])
+    records = np.zeros(3, dtype)
+    for name, column in zip('xyz', POINTS.T, strict=True):
+        records[name] = column
+    return head + records.tobytes() + b'\x03'
+
+
+def pcd(encoding):
+    header = (
+        '# .PCD v0.7\nVERSION 0.7\nFIELDS x y z _ intensity\nSIZE 4 4 4 1 4\nTYPE F F F U F\n'
+        'COUNT 1 1 1 4 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\n'
+        f'DATA {encoding}\n'
+    ).encode()
+    if encoding == 'ascii':
+        return header + ''.join(f'{x} {y} {z} 0 0 0 0 9\n' for x, y, z in POINTS).encode()
+    dtype = np.dtype([('xyz', '<f4', 3), ('pad', 'u1', 4), ('i', '<f4')])
+    records = np.zeros(3, dtype)
+    records['xyz'] = POINTS
+    return header + records.tobytes()
+
+
+FILES = {
+    'ascii.ply': ply('ascii'),
+    'little.ply': ply('binary_little_endian'),
+    'big.ply': ply('binary_big_endian'),
+    'ascii.pcd': pcd('ascii'),
+    'binary.pcd': pcd('binary'),
+    'plain.xyz': b'# x y z\n' + b''.join(b'%g %g %g 7\n' % tuple(p) for p in POINTS),
+}
+
+
+@pytest.mark.parametrize('name', FILES)
+def test_every_layout_gives_the_same_points(tmp_path, name):
+    (tmp_path / name).write_bytes(FILES[name])
+    points = read_cloud(tmp_path / name)
+    np.testing.assert_array_equal(points, POINTS)
+    assert points.dtype == np.float64
+
+
+def test_npy_with_more_columns(tmp_path):
+    np.save(tmp_path / 'a.npy', np.column_stack([POINTS, np.ones(3)]).astype(np.float32))
+    np.testing.assert_array_equal(read_cloud(tmp_path / 'a.npy'), POINTS)
+
+
+def test_compressed_pcd(tmp_path):
+    o3d = pytest.importorskip('open3d')
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(POINTS))
+    o3d.io.write_point_cloud(str(tmp_path / 'a.pcd'), cloud, compressed=True)
+    np.testing.assert_allclose(read_cloud(tmp_path / 'a.pcd'), POINTS, atol=1e-6)
+
+
+def test_points_that_are_not_finite_are_dropped(tmp_path):
+    points = np.vstack([POINTS, [[np.nan, 0, 0], [0, np.inf, 0]]])
+    np.save(tmp_path / 'a.npy', points)
+    np.testing.assert_array_equal(read_cloud(tmp_path / 'a.npy'), POINTS)
+
+
+@pytest.mark.parametrize(
+    ('name', 'data', 'message'),
+    [
+        ('a.ply', ply('binary_little_endian')[:-30], 'truncated'),
+        ('a.ply', b'solid', 'header|begin'),
+        ('a.ply', ply('binary_middle_endian'), 'no known format'),
+        ('a.ply', ply('ascii', ['property list uchar int neighbours']), 'list properties'),
+        ('a.ply', ply('ascii').replace(b' x\n', b' a\n'), 'expected fields x, y and z'),
+        ('a.ply', ply('ascii').replace(b'vertex 3', b'vertex -3'), 'damaged'),
+        ('a.ply', ply('binary_big_endian').replace(b'vertex 3', b'vertex 3000000'), 'truncated'),
+        ('a.pcd', pcd('binary').replace(b'POINTS 3', b'POINTS 4'), 'truncated'),
+        ('a.pcd', pcd('binary').replace(b'SIZE 4 ', b'SIZE '), 'different lengths'),
+        ('a.pcd', pcd('binary').replace(b'DATA binary', b'DATA zipped'), 'unknown PCD encoding'),
+        ('a.pcd', b'FIELDS x y z\n', 'no DATA line'),
+        ('a.npy', b'\x93NUMPY junk', 'damaged'),
+        ('a.xyz', b'1 2\n', 'damaged'),
+        ('a.xyz', b'one two three\n', 'damaged'),
+        ('a.stl', b'', 'unknown point file'),
+        ('a.ply', b'', 'header'),
+    ],
+)  # fmt: skip
+def test_damaged_files_are_named(tmp_path, name, data, message):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(CloudFormatError, match=message):
+        read_cloud(tmp_path / name)
+
+
+def test_pickled_arrays_are_refused(tmp_path):
+    np.save(tmp_path / 'a.npy', np.array([object()]), allow_pickle=True)
+    with pytest.raises(CloudFormatError):
+        read_cloud(tmp_path / 'a.npy')
+
+
+def test_missing_and_empty(tmp_path):
+    with pytest.raises(CloudFormatError, match='No such file'):
+        read_cloud(tmp_path / 'a.ply')
+    np.save(tmp_path / 'a.npy', np.zeros((0, 3)))
+    with pytest.raises(CloudFormatError, match='no finite point'):
+        read_cloud(tmp_path / 'a.npy')
+
+
+@pytest.mark.filterwarnings('ignore')
+@pytest.mark.parametrize('name', FILES)
+def test_mutated_files_never_escape_the_error_type(tmp_path, name):
+    good, path = FILES[name], tmp_path / name
+    rng = np.random.default_rng(17)
+    for _ in range(200):
+        data = bytearray(good)
+        for position in rng.integers(0, len(data), rng.integers(1, 5)):
+            data[position] = rng.integers(256)
+        path.write_bytes(bytes(data[: rng.integers(1, len(data) + 1)]))
+        try:
+            assert np.isfinite(read_cloud(path)).all()
+        except CloudFormatError:
+            continue

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""KISS-ICP behind its guard: planted motion comes back, bad sweeps leave the state alone."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.config import OdometryConfig
+from fpnet_core.errors import CloudFormatError
+from fpnet_core.io import Scan
+from fpnet_core.odometry import MIN_POINTS, KissOdometry
+
+CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.2)
+
+
+def room(rng, count=6000):
+    """Points on the walls, floor and ceiling of a room of 9 x 6 x 3 m, off centre."""
+    size = np.array([9.0, 6.0, 3.0])
+    points = rng.uniform(0.0, size, (count, 3))
+    face = rng.integers(0, 3, count)
+    side = rng.integers(0, 2, count)
+    points[np.arange(count), face] = side * size[face]
+    return points - [3.0, 2.0, 1.2]
+
+
+def motion(k):
+    """Pose of the sensor after k sweeps: 8 cm ahead, 1.5 cm to the left, 0.02 rad each."""
+    c, s = np.cos(0.02 * k), np.sin(0.02 * k)
+    T = np.eye(4)
+    T[:2, :2] = [[c, -s], [s, c]]
+    T[:2, 3] = 0.08 * k, 0.015 * k
+    return T
+
+
+def seen_from(T, points):
+    return (points - T[:3, 3]) @ T[:3, :3]
+
+
+def test_planted_motion_is_recovered():
+    rng = np.random.default_rng(7)
+    odometry = KissOdometry(CONFIG)
+    for k in range(12):
+        sweep = odometry.register(seen_from(motion(k), room(rng)), None)
+    np.testing.assert_allclose(sweep.T_odom_sensor, motion(11), atol=0.03)
+
+
+def distance_to_room(points):
+    """Distance of each world point to the nearest wall, floor or ceiling."""
+    low, high = np.array([-3.0, -2.0, -1.2]), np.array([6.0, 4.0, 1.8])
+    return np.minimum(np.abs(points - low), np.abs(points - high)).min(axis=1)
+
+
+def test_points_come_back_as_seen_from_where_the_sweep_ends():
+    """The sensor moves during the sweep: walls are smeared, and sharp again afterwards."""
+    rng = np.random.default_rng(8)
+    odometry = KissOdometry(CONFIG)
+    for k in range(6):
+        world = room(rng, 3000)
+        time = rng.uniform(0.0, 0.1, len(world))
+        at = [motion(3 * (k + t / 0.1)) for t in time]
+        skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
+        sweep = odometry.register(skewed, time)
+    end = motion(18)
+    smeared = distance_to_room(skewed @ end[:3, :3].T + end[:3, 3]).mean()
+    sharp = distance_to_room(sweep.points @ end[:3, :3].T + end[:3, 3]).mean()
+    assert smeared > 0.04
+    assert sharp < 0.4 * smeared
+
+
+def test_times_without_spread_register_without_deskewing():
+    """KISS-ICP aborts the whole process on such times; the second sweep is what does it."""
+    rng = np.random.default_rng(9)
+    odometry = KissOdometry(CONFIG)
+    for _ in range(3):
+        points = room(rng)
+        sweep = odometry.register(points, np.full(len(points), 3.5))
+    assert np.isfinite(sweep.T_odom_sensor).all()
+
+
+@pytest.mark.parametrize(
+    ('points', 'time_s', 'message'),
+    [
+        (np.zeros((0, 3)), None, '0 of 0 points'),
+        (np.full((500, 3), np.nan), None, '0 of 500'),
+        (np.full((500, 3), 1e6), None, '0 of 500'),
+        (np.zeros((500, 3)), None, '0 of 500'),
+        (np.ones((MIN_POINTS - 1, 3)), None, 'expected at least'),
+        (np.ones((500, 2)), None, r'expected points \(P, 3\)'),
+        (np.ones((500, 3)), np.zeros(499), '500 points but times'),
+    ],
+)
+def test_bad_sweeps_are_refused_and_change_nothing(points, time_s, message):
+    rng = np.random.default_rng(10)
+    guarded, plain = KissOdometry(CONFIG), KissOdometry(CONFIG)
+    sweeps = [seen_from(motion(k), room(rng)) for k in range(3)]
+    for sweep in sweeps[:2]:
+        guarded.register(sweep, None)
+        plain.register(sweep, None)
+    with pytest.raises(CloudFormatError, match=message):
+        guarded.register(points, time_s)
+    np.testing.assert_allclose(
+        guarded.register(sweeps[2], None).T_odom_sensor,
+        plain.register(sweeps[2], None).T_odom_sensor,
+        atol=1e-6,
+    )
+
+
+def test_reset_starts_at_identity():
+    rng = np.random.default_rng(11)
+    odometry = KissOdometry(CONFIG)
+    for k in range(4):
+        odometry.register(seen_from(motion(k), room(rng)), None)
+    odometry.reset()
+    np.testing.assert_array_equal(odometry.register(room(rng), None).T_odom_sensor, np.eye(4))
+
+
+def test_register_scan_returns_single_precision_points_first():
+    points = room(np.random.default_rng(12)).astype(np.float32)
+    deskewed, T_odom_sensor = KissOdometry(CONFIG).register_scan(Scan(0, points))
+    assert deskewed.dtype == np.float32
+    np.testing.assert_array_equal(T_odom_sensor, np.eye(4))
