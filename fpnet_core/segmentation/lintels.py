@@ -82,6 +82,7 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     """
     closed = np.zeros(lintel.shape, dtype=np.uint8)
     doors: list[LintelDoor] = []
+    middles: list[tuple[float, float]] = []
     cells = np.argwhere(lintel).astype(np.float64)
     for centre in _centres(lintel, cell_m):
         if any(_is_beside(door.ends_rc, centre, _LINE_REACH_M / cell_m) for door in doors):
@@ -89,10 +90,8 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
         ends = narrowest_line(
             free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
-        middle = ends.mean(axis=0)
-        known = any(
-            math.dist(middle, d.ends_rc.mean(axis=0)) * cell_m < _MIN_WIDTH_M for d in doors
-        )
+        middle = (float(ends[0, 0] + ends[1, 0]) / 2, float(ends[0, 1] + ends[1, 1]) / 2)
+        known = any(math.dist(middle, other) * cell_m < _MIN_WIDTH_M for other in middles)
         width_m = math.dist(ends[0], ends[1]) * cell_m
         if (
             known
@@ -102,6 +101,7 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
         ):
             continue
         doors.append(LintelDoor(ends, cell_m))
+        middles.append(middle)
         start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
         cv2.line(closed, start, stop, 1, thickness=2)
     return closed.astype(bool) & free, doors

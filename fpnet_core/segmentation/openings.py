@@ -131,20 +131,46 @@ def narrowest_line(
     place : row and column, fractional
     reach, slide, min_length : cells; half the longest line, and the shortest line when sliding
     """
-    ends = np.array(narrowest_chord(free, place[0], place[1], reach, DIRECTIONS)).reshape(2, 2)
-    along = ends[1] - ends[0]
-    across = np.array([-along[1], along[0]]) / max(1.0, float(np.hypot(*along)))
-    limits = np.array(free.shape) - 1
-    lines = [ends]
-    for offset in np.arange(-slide, slide + 1.0):
-        row, col = np.clip(np.array(place) + offset * across, 0, limits)
-        if free[round(row), round(col)]:
-            chord = narrowest_chord(free, row, col, reach, DIRECTIONS)
-            lines.append(np.array(chord).reshape(2, 2))
-    lengths = np.array([math.dist(*line) for line in lines])
-    usable = np.flatnonzero(lengths >= min(min_length, lengths[0]))
-    narrow = usable[lengths[usable] <= lengths[usable].min() + 1.0]
-    return lines[int(narrow[len(narrow) // 2])]
+    ends = _slide_to_narrowest(
+        free, float(place[0]), float(place[1]), reach, slide, min_length, DIRECTIONS
+    )
+    return np.array(ends).reshape(2, 2)
+
+
+@njit(cache=True)
+def _slide_to_narrowest(
+    free: NDArray[np.bool_],
+    row: float,
+    col: float,
+    reach: float,
+    slide: float,
+    min_length: float,
+    directions: int,
+) -> tuple[float, float, float, float]:
+    """Carry out :func:`narrowest_line` in compiled code; long submaps ask for hundreds."""
+    first = narrowest_chord(free, row, col, reach, directions)
+    d_row, d_col = first[2] - first[0], first[3] - first[1]
+    first_length = np.hypot(d_row, d_col)
+    unit = max(1.0, first_length)
+    count = int(np.floor(2.0 * slide)) + 2
+    lines = np.empty((count, 4))
+    lengths = np.full(count, 1e18)
+    lines[0, :] = first
+    lengths[0] = first_length
+    for k in range(1, count):
+        offset = k - 1 - slide
+        r = min(max(row - offset * d_col / unit, 0.0), free.shape[0] - 1.0)
+        c = min(max(col + offset * d_row / unit, 0.0), free.shape[1] - 1.0)
+        if free[round(r), round(c)]:
+            chord = narrowest_chord(free, r, c, reach, directions)
+            lines[k, :] = chord
+            lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
+    shortest = min(min_length, first_length)
+    usable = (lengths >= shortest) & (lengths < 1e18)
+    least = lengths[usable].min()
+    narrow = np.flatnonzero(usable & (lengths <= least + 1.0))
+    chosen = lines[narrow[len(narrow) // 2]]
+    return chosen[0], chosen[1], chosen[2], chosen[3]
 
 
 def find_openings(
