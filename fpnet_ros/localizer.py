@@ -30,7 +30,8 @@ from fpnet_ros.runtime import (
     SENSOR_DATA,
     STATUS,
     STREAM,
-    log_throttled,
+    ErrorLog,
+    one_line,
     run_node,
 )
 from msg_adapters.clouds import cloud_from_msg
@@ -60,6 +61,7 @@ class LocalizerNode(Node):
 
     def __init__(self) -> None:
         super().__init__('localizer')
+        self._errors = ErrorLog(self.get_logger().error)
         self._run_dir = declare_section(self, LocalizerParameters).run_dir
         config = declare_section(self, FpnetConfig, without=('odometry',))
         self._localizer = create_localizer(config)
@@ -107,7 +109,7 @@ class LocalizerNode(Node):
             _check_same_body(odometry, frame_msg.header.frame_id)
             self._localizer.add_scan(cloud.points, odometry.T_odom_child, odometry.stamp_ns)
         except FpnetError as error:
-            log_throttled(self, error)
+            self._errors.report(error)
             return
         pose = self._localizer.pose(odometry.T_odom_child)
         if pose is not None:
@@ -117,7 +119,7 @@ class LocalizerNode(Node):
         try:
             grid = grid_from_msg(msg)
         except FpnetError as error:
-            log_throttled(self, error)
+            self.get_logger().error(one_line(error))
             return
         self._submit(self._take_floorplan, grid, msg.header.frame_id)
 
@@ -125,7 +127,7 @@ class LocalizerNode(Node):
         try:
             self._localizer.set_plan(grid)
         except FpnetError as error:
-            log_throttled(self, error)
+            self.get_logger().error(one_line(error))
             return
         self._plan_frame = frame_id
         self.get_logger().info(f'took the floorplan in frame {frame_id}')

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 import sys
 
-from fpnet_core.odometry import KissOdometry
 from nav_msgs.msg import Odometry
 from pydantic import Field
 from rclpy.node import Node
@@ -16,8 +15,9 @@ from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, Section
 from fpnet_core.errors import FpnetError
+from fpnet_core.odometry import KissOdometry
 from fpnet_ros.params import declare_section
-from fpnet_ros.runtime import SENSOR_DATA, STREAM, log_throttled, run_node
+from fpnet_ros.runtime import SENSOR_DATA, STREAM, ErrorLog, run_node
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.stamps import stamp_from_msg
@@ -39,6 +39,7 @@ class OdometryNode(Node):
 
     def __init__(self) -> None:
         super().__init__('odometry')
+        self._errors = ErrorLog(self.get_logger().error)
         self._odom_frame = declare_section(self, OdometryParameters).lidar_odom_frame
         self._kiss = KissOdometry(declare_section(self, OdometryConfig, 'odometry.'))
         self._odometry_publisher = self.create_publisher(Odometry, 'kiss/odometry', STREAM)
@@ -56,7 +57,7 @@ class OdometryNode(Node):
             cloud = cloud_from_msg(msg)
             scan = self._kiss.register(cloud.points, cloud.time_s)
         except FpnetError as error:
-            log_throttled(self, error)
+            self._errors.report(error)
             return
         stamp_ns, sensor_frame = stamp_from_msg(msg.header.stamp), msg.header.frame_id
         self._odometry_publisher.publish(

@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 import logging
+import math
+import time
 from typing import Any, TypeVar
 
 import rclpy
@@ -58,8 +61,8 @@ STREAM = QoSProfile(
 )
 """What this package publishes; subscriptions of either reliability match it."""
 
-# Throttle of repeated errors: bad clouds come at sensor rate.
 ERROR_PERIOD_S = 5.0
+"""Time between two lines about the same kind of bad input."""
 
 
 def run_node(
@@ -82,7 +85,7 @@ def run_node(
         return 0
     except FpnetError as error:
         logger = get_logger('fpnet_ros') if node is None else node.get_logger()
-        logger.fatal(' '.join(str(error).split()))
+        logger.fatal(one_line(error))
         return 1
     except RuntimeError:
         if rclpy.ok():
@@ -120,6 +123,38 @@ def _enter_ros(arguments: Sequence[str] | None) -> None:
     logging.basicConfig(level=logging.INFO, handlers=[_ToRos()])
 
 
-def log_throttled(node: Node, error: FpnetError) -> None:
-    """Log bad input that was dropped: one line, and not at sensor rate."""
-    node.get_logger().error(' '.join(str(error).split()), throttle_duration_sec=ERROR_PERIOD_S)
+class ErrorLog:
+    """
+    Logs bad input that was dropped: one line per kind of error and period, not at sensor rate.
+
+    Parameters
+    ----------
+    log
+        Takes the line.
+    clock
+        Returns seconds.
+    """
+
+    def __init__(
+        self, log: Callable[[str], Any], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._log = log
+        self._clock = clock
+        self._logged_s: dict[type[FpnetError], float] = {}
+        self._withheld: Counter[type[FpnetError]] = Counter()
+
+    def report(self, error: FpnetError) -> None:
+        """Log ``error`` unless one of its kind was logged within ``ERROR_PERIOD_S``."""
+        kind, now_s = type(error), self._clock()
+        if now_s - self._logged_s.get(kind, -math.inf) < ERROR_PERIOD_S:
+            self._withheld[kind] += 1
+            return
+        self._logged_s[kind] = now_s
+        withheld = self._withheld.pop(kind, 0)
+        suffix = f' ({withheld} more since the last report)' if withheld else ''
+        self._log(one_line(error) + suffix)
+
+
+def one_line(error: Exception) -> str:
+    """Return the message of an error without line breaks."""
+    return ' '.join(str(error).split())

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the nodes share, without a middleware running."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+from typing import Literal
+
+from pydantic import Field
+import pytest
+from rcl_interfaces.msg import ParameterType
+
+from fpnet_core.config import Section
+from fpnet_core.config_docs import config_fields
+from fpnet_core.errors import CloudFormatError, FpnetError, OdometryError
+from fpnet_ros import processes
+from fpnet_ros.params import describe
+from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
+from fpnet_ros.runtime import ErrorLog
+
+SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        state = Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != 'Z'
+
+
+def _wait_until_ended(pid: int, timeout_s: float = 10.0) -> bool:
+    deadline = time.monotonic() + timeout_s
+    while _is_running(pid) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return not _is_running(pid)
+
+
+class TestErrorLog:
+    def test_one_line_per_kind_and_period_with_a_count_of_the_rest(self):
+        lines, now = [], [100.0]
+        log = ErrorLog(lines.append, lambda: now[0])
+        log.report(CloudFormatError('first\n  cloud'))
+        log.report(CloudFormatError('second cloud'))
+        log.report(OdometryError('first pose'))
+        now[0] += 4.9
+        log.report(CloudFormatError('third cloud'))
+        now[0] += 0.2
+        log.report(CloudFormatError('fourth cloud'))
+        log.report(OdometryError('second pose'))
+        assert lines == [
+            'first cloud',
+            'first pose',
+            'fourth cloud (2 more since the last report)',
+            'second pose',
+        ]
+
+
+class TestDescriptors:
+    class Keys(Section):
+        open_ends: float = Field(0.5, gt=0.0, lt=1.0, description='Between.')
+        least: int = Field(3, ge=1, description='At least.')
+        above: int = Field(3, gt=1, description='More than.')
+        free: float = Field(0.0, description='Anything.')
+        mode: Literal['slow', 'fast'] = Field('slow', description='How.')
+        names: tuple[str, ...] = Field((), description='Which.')
+
+    def test_ranges_types_and_texts_come_from_the_tree(self):
+        d = {field.key: describe(field) for field in config_fields(self.Keys)}
+        (interval,) = d['open_ends'].floating_point_range
+        assert 0.0 < interval.from_value < 1e-300
+        assert 1.0 - 1e-15 < interval.to_value < 1.0
+        assert d['least'].integer_range[0].from_value == 1
+        assert d['above'].integer_range[0].from_value == 2
+        assert d['least'].integer_range[0].to_value == 2**63 - 1
+        assert not d['free'].floating_point_range
+        assert d['mode'].type == ParameterType.PARAMETER_STRING
+        assert d['mode'].additional_constraints == 'one of slow, fast'
+        assert d['names'].type == ParameterType.PARAMETER_STRING_ARRAY
+        assert d['names'].description == 'Which.'
+        assert all(descriptor.read_only for descriptor in d.values())
+
+
+class TestProcesses:
+    def test_ros_arguments_keep_types_apart(self):
+        arguments = ros_arguments({'a': '1', 'b': 1.0, 'c': True, 'd': ['/x']}, {'from': 'to'})
+        assert arguments == [
+            '--ros-args',
+            *('-p', 'a:="1"', '-p', 'b:=1.0', '-p', 'c:=true', '-p', 'd:=["/x"]'),
+            *('-r', 'from:=to'),
+        ]
+
+    def test_a_child_that_dies_is_named_with_its_last_words(self, tmp_path):
+        with ProcessGroup(tmp_path, os.environ) as group:
+            sleeper = group.start('sleeper', SLEEP)
+            dying = group.start(
+                'dying', [sys.executable, '-c', 'import sys; print("last words"); sys.exit(3)']
+            )
+            dying.process.wait(timeout=20)
+            with pytest.raises(NodeDiedError, match=r'dying ended with status 3(.|\n)*last words'):
+                group.check()
+        assert _wait_until_ended(sleeper.process.pid)
+
+    def test_a_child_may_end_well_only_where_that_is_expected(self, tmp_path):
+        with ProcessGroup(tmp_path, os.environ) as group:
+            done = group.start('done', [sys.executable, '-c', 'pass'])
+            done.process.wait(timeout=20)
+            group.check(may_end=[done])
+            with pytest.raises(NodeDiedError, match='done ended with status 0'):
+                group.check()
+
+    def test_stubborn_children_are_killed(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(processes, '_GRACE_S', 0.5)
+        script = (
+            'import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN);'
+            'print("deaf", flush=True); time.sleep(600)'
+        )
+        with ProcessGroup(tmp_path, os.environ) as group:
+            child = group.start('stubborn', [sys.executable, '-c', script])
+            deadline = time.monotonic() + 20
+            while 'deaf' not in child.log_tail() and time.monotonic() < deadline:
+                time.sleep(0.02)
+        assert child.process.returncode == -signal.SIGKILL
+
+    def test_children_end_where_the_parent_is_killed(self, tmp_path):
+        script = (
+            'import os, sys, time; from pathlib import Path;'
+            'from fpnet_ros.processes import ProcessGroup;'
+            f'group = ProcessGroup(Path({str(tmp_path)!r}), os.environ);'
+            f'print(group.start("child", {SLEEP!r}).process.pid, flush=True); time.sleep(600)'
+        )
+        root = Path(processes.__file__).parents[1]
+        with subprocess.Popen(
+            [sys.executable, '-c', script], stdout=subprocess.PIPE, text=True, cwd=root
+        ) as parent:
+            child_pid = int(parent.stdout.readline())
+            assert _is_running(child_pid)
+            parent.kill()
+        assert _wait_until_ended(child_pid)
+
+    def test_a_missing_share_file_is_named(self):
+        with pytest.raises(FpnetError, match=r'config/absent\.xml'):
+            processes.share_file('config/absent.xml')
+
+    def test_the_domain_is_one_that_nobody_uses(self):
+        assert 1 <= processes.free_domain_id() <= 100
