@@ -39,7 +39,7 @@ def upsample_labels(labels: NDArray[np.int32], stride: int, free: Mask) -> NDArr
     """
     rows, cols = free.shape
     full = np.repeat(np.repeat(labels, stride, axis=0), stride, axis=1)[:rows, :cols]
-    full = full.astype(np.uint16)
+    full = full.astype(np.float32)  # cv2 dilates no 32-bit integers; these are exact
     kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     for _ in range(stride):
         grown = cv2.dilate(full, kernel)

@@ -139,7 +139,7 @@ def test_corridor_with_bulges_stays_one_room():
     assert segmentation.portals == ()
 
 
-@pytest.mark.parametrize('scale', [0.55, 0.8, 1.3])
+@pytest.mark.parametrize('scale', [0.75, 0.9, 1.3])
 def test_unknown_scale_is_recovered_from_the_doors(scale):
     grid, _ = office(20.0, scale=scale)
     segmentation, estimate = segment_unknown_scale(grid, CONFIG)
