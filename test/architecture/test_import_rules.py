@@ -1,0 +1,195 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Who may import whom: layers inside the core, and what stays out of it altogether."""
+
+import ast
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+LAYERS = [
+    {'errors', 'geometry', 'types', 'config', 'config_docs', 'trajectory'},
+    {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
+    {'models', 'matching', 'pose', 'metrics'},
+    {'localizer', 'baselines'},
+    {'sim', 'training', 'evaluation', 'viz'},
+    {'cli'},
+]
+LEVEL = {module: level for level, modules in enumerate(LAYERS) for module in modules}
+
+ROS_PACKAGES = (
+    'rclpy', 'tf2_ros', 'tf2_msgs', 'std_msgs', 'geometry_msgs', 'nav_msgs', 'sensor_msgs',
+    'visualization_msgs', 'diagnostic_msgs', 'builtin_interfaces', 'rosidl_runtime_py',
+)  # fmt: skip
+TORCH = ('torch', 'lightning_fabric')
+TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_core.training')
+SIM_USERS = ('fpnet_core.sim', 'fpnet_core.training', 'fpnet_core.evaluation', 'fpnet_core.cli')
+HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2')
+ADAPTERS_MAY = (
+    'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
+)  # fmt: skip
+
+
+def module_name(path):
+    parts = path.relative_to(ROOT).with_suffix('').parts
+    return '.'.join(parts[:-1] if parts[-1] == '__init__' else parts)
+
+
+def sources(package):
+    return sorted((ROOT / package).rglob('*.py'))
+
+
+class _WithoutAnnotations(ast.NodeTransformer):
+    """Drops what is imported for type checkers only."""
+
+    def visit_If(self, node):
+        is_for_types = isinstance(node.test, ast.Name) and node.test.id == 'TYPE_CHECKING'
+        return None if is_for_types else self.generic_visit(node)
+
+
+def imported(path, with_annotations=True):
+    """Absolute names of everything that a file imports, at any depth."""
+    tree = ast.parse(path.read_text(encoding='utf-8'))
+    if not with_annotations:
+        tree = _WithoutAnnotations().visit(tree)
+    name = module_name(path)
+    package = name if path.name == '__init__.py' else name.rpartition('.')[0]
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ''
+            if node.level:
+                parent = package.rsplit('.', node.level - 1)[0] if node.level > 1 else package
+                base = f'{parent}.{base}'.rstrip('.')
+            # `from fpnet_core import io` imports a module, too.
+            names.add(base)
+            names.update(f'{base}.{alias.name}' for alias in node.names)
+    return names
+
+
+FILES = {
+    module_name(path): path
+    for package in ('fpnet_core', 'msg_adapters', 'fpnet_ros')
+    for path in sources(package)
+}
+IMPORTS = {module: imported(path) for module, path in FILES.items()}
+RUN_TIME_IMPORTS = {module: imported(path, False) for module, path in FILES.items()}
+
+
+def within(name, packages):
+    return any(name == package or name.startswith(f'{package}.') for package in packages)
+
+
+def offences(importers, is_forbidden, imports=IMPORTS):
+    return sorted(
+        f'{module} imports {name}'
+        for module, names in imports.items()
+        if importers(module)
+        for name in names
+        if is_forbidden(name)
+    )
+
+
+def layer_of(name):
+    parts = name.split('.')
+    return LEVEL.get(parts[1]) if parts[0] == 'fpnet_core' and len(parts) > 1 else None
+
+
+def test_the_scan_sees_imports():
+    assert 'numpy' in IMPORTS['fpnet_core.types']
+    assert 'fpnet_core.geometry' in IMPORTS['fpnet_core.types']
+    assert len(IMPORTS) > 40
+
+
+def test_every_module_of_the_core_has_a_layer():
+    modules = {name.split('.')[1] for name in IMPORTS if name.startswith('fpnet_core.')}
+    assert modules - set(LEVEL) <= {'weights'}
+
+
+def test_nothing_imports_from_further_right():
+    found = [
+        f'{module} (layer {layer_of(module)}) imports {name} (layer {layer_of(name)})'
+        for module, names in IMPORTS.items()
+        if layer_of(module) is not None
+        for name in names
+        if layer_of(name) is not None and layer_of(name) > layer_of(module)
+    ]
+    assert sorted(found) == []
+
+
+def test_no_cycles_between_the_modules_of_the_core():
+    graph = {module: set() for module in LEVEL}
+    for module, names in IMPORTS.items():
+        own = module.split('.')[1] if module.startswith('fpnet_core.') else None
+        for name in names if own in graph else ():
+            parts = name.split('.')
+            if parts[0] == 'fpnet_core' and len(parts) > 1 and parts[1] in graph:
+                graph[own].add(parts[1])
+    for module, neighbours in graph.items():
+        neighbours.discard(module)
+    left = dict(graph)
+    while free := [module for module, neighbours in left.items() if not neighbours & left.keys()]:
+        for module in free:
+            del left[module]
+    assert left == {}
+
+
+def test_the_core_knows_no_ros_and_nothing_that_does():
+    forbidden = (*ROS_PACKAGES, 'msg_adapters', 'fpnet_ros')
+    assert offences(lambda m: within(m, ['fpnet_core']), lambda n: within(n, forbidden)) == []
+
+
+def test_torch_stays_where_networks_are():
+    found = offences(
+        lambda m: (
+            within(m, ['fpnet_core', 'msg_adapters', 'fpnet_ros']) and not within(m, TORCH_HOMES)
+        ),
+        lambda n: within(n, TORCH),
+    )
+    assert found == []
+
+
+def test_the_simulator_serves_training_evaluation_and_the_command_line_only():
+    found = offences(
+        lambda m: not within(m, SIM_USERS),
+        lambda n: within(n, ['fpnet_core.sim']),
+        RUN_TIME_IMPORTS,
+    )
+    assert found == []
+
+
+def test_adapters_need_no_rclpy_and_little_of_the_core():
+    is_adapter = lambda m: within(m, ['msg_adapters'])  # noqa: E731
+    assert offences(is_adapter, lambda n: within(n, ['rclpy', 'fpnet_ros'])) == []
+    core = offences(
+        is_adapter, lambda n: within(n, ['fpnet_core']) and not within(n, ADAPTERS_MAY)
+    )
+    assert core == []
+
+
+@pytest.mark.parametrize('module', [
+    'fpnet_core', 'fpnet_core.types', 'fpnet_core.config', 'fpnet_core.io', 'fpnet_core.cli',
+    'fpnet_core.io.pointcloud2', 'fpnet_core.io.maps', 'fpnet_core.io.scans',
+])  # fmt: skip
+def test_importing_leaves_heavy_libraries_unloaded(module):
+    code = f'import sys, {module}; print([m for m in {HEAVY!r} if m in sys.modules])'
+    result = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert result.stdout.strip() == '[]'
+
+
+def test_public_names_of_io_all_resolve():
+    import fpnet_core.io as io
+
+    assert sorted(io.__all__) == sorted(set(io.__all__))
+    for name in io.__all__:
+        assert getattr(io, name).__module__.startswith('fpnet_core.io.')
+    with pytest.raises(AttributeError, match='read_tea_leaves'):
+        _ = io.read_tea_leaves

@@ -1,0 +1,242 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The shell around the subcommands: lazy loading, exit codes, options, output."""
+
+import ast
+from importlib.util import find_spec
+import json
+from pathlib import Path
+import re
+import subprocess
+import sys
+import time
+
+import numpy as np
+from PIL import Image
+import pytest
+import typer
+
+from fpnet_core import cli
+from fpnet_core.cli import COMMANDS, Subcommand, common, main
+from fpnet_core.errors import ConfigError, FpnetError
+
+
+def run(*arguments):
+    """Call the command line in this process; returns its exit status."""
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    return stop.value.code or 0
+
+
+@pytest.fixture
+def subcommand(monkeypatch):
+    """Plug in a subcommand for the duration of a test; returns a function to do so."""
+
+    def plug(function, name='fpnet_core.cli.plugged'):
+        module = type(sys)(name)
+        module.command = function
+        monkeypatch.setitem(sys.modules, name, module)
+        monkeypatch.setitem(COMMANDS, 'plugged', Subcommand(name, 'Only in this test.'))
+
+    return plug
+
+
+def test_help_names_every_subcommand(capsys):
+    assert run('--help') == 0
+    text = capsys.readouterr().out
+    for name, entry in COMMANDS.items():
+        assert re.search(rf'\b{name}\b', text)
+        assert entry.summary.split()[0] in text
+
+
+def test_help_is_quick_and_loads_no_subcommand():
+    code = (
+        'import sys, time; start = time.perf_counter()\n'
+        'from fpnet_core.cli import main\n'
+        'try: main(["--help"])\n'
+        'except SystemExit: pass\n'
+        'print(time.perf_counter() - start, file=sys.stderr)\n'
+        'print([m for m in sys.modules if m.startswith("fpnet_core.cli.")], file=sys.stderr)'
+    )
+    best_s, loaded = 9.0, ''
+    for _ in range(3):  # the first may compile, and another test may hold the processor
+        result = subprocess.run(
+            [sys.executable, '-c', code], capture_output=True, text=True, check=True
+        )
+        elapsed, loaded = result.stderr.splitlines()
+        best_s = min(best_s, float(elapsed))
+    assert loaded == '[]'
+    assert best_s < 0.5
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+def test_each_module_exports_one_entry(name):
+    """Either ``command`` or ``app``, found without importing; its help shows an example."""
+    spec = find_spec(COMMANDS[name].module)
+    assert spec is not None, f'{COMMANDS[name].module} does not exist'
+    source = Path(spec.origin).read_text(encoding='utf-8')
+    names = {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
+    assert ('command' in names) != bool(re.search(r'^app = ', source, re.MULTILINE))
+    assert f'fpnet {name}' in source.split('def ', 1)[1]
+
+
+@pytest.mark.parametrize(
+    'arguments', [('nonsense',), ('segment',), ('segment', '--resolution', 'x')]
+)
+def test_wrong_usage_exits_2(capsys, arguments):
+    assert run(*arguments) == 2
+    assert 'Usage: fpnet' in capsys.readouterr().err
+
+
+def test_known_errors_are_one_line_and_exit_1(capsys, subcommand):
+    def fail():
+        raise FpnetError('the map is\n   upside down')
+
+    subcommand(fail)
+    assert run('plugged') == 1
+    assert capsys.readouterr().err == 'fpnet: the map is upside down\n'
+
+
+def test_unwritable_output_is_one_line(capsys, subcommand, tmp_path):
+    (tmp_path / 'file').write_text('')
+    subcommand(lambda: common.write_json(tmp_path / 'file' / 'out.json', {}))
+    assert run('plugged') == 1
+    assert capsys.readouterr().err.startswith(f'fpnet: {tmp_path}')
+
+
+def test_programming_errors_are_not_hidden(subcommand):
+    def fail():
+        raise KeyError('a defect')
+
+    subcommand(fail)
+    with pytest.raises(KeyError):
+        main(['plugged'])
+
+
+def test_interrupt_exits_130_without_a_traceback(capsys, subcommand):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    subcommand(interrupted)
+    assert run('plugged') == 130
+    assert 'Traceback' not in capsys.readouterr().err
+
+
+def test_an_answer_of_no_has_its_own_status(subcommand):
+    def no():
+        raise typer.Exit(1)
+
+    subcommand(no)
+    assert run('plugged') == 1
+
+
+def test_groups_are_plugged_in(monkeypatch, capsys):
+    module = type(sys)('fpnet_core.cli.grouped')
+    module.app = typer.Typer()
+    module.app.callback()(lambda: None)
+    module.app.command('inner')(lambda: typer.echo('inside'))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(COMMANDS, 'grouped', Subcommand(module.__name__, 'A group.'))
+    assert run('grouped', 'inner') == 0
+    assert capsys.readouterr().out == 'inside\n'
+
+
+def test_common_options_reach_the_configuration(subcommand, tmp_path):
+    seen = []
+
+    def command(
+        config: common.ConfigOption = None,
+        settings: common.SetOption = None,
+        seed: common.SeedOption = None,
+    ):
+        seen.append(common.load(config, settings, seed))
+
+    subcommand(command)
+    (tmp_path / 'fpnet.yaml').write_text('seed: 3\nsubmap: {resolution_m: 0.1, max_range_m: 9}\n')
+    arguments = ['--config', str(tmp_path / 'fpnet.yaml'), '--set', 'submap.max_range_m=7.5']
+    assert run('plugged', *arguments) == 0
+    assert run('plugged', *arguments, '--seed', '5') == 0
+    assert (seen[0].seed, seen[1].seed) == (3, 5)
+    assert (seen[0].submap.resolution_m, seen[0].submap.max_range_m) == (0.1, 7.5)
+
+
+@pytest.mark.parametrize('setting', ['submap', '=1', 'a..b=1', '.a=1', 'a=[', ''])
+def test_malformed_settings_are_named(setting):
+    with pytest.raises(ConfigError, match='--set'):
+        common.parse_settings([setting])
+
+
+def test_settings_are_typed():
+    parsed = common.parse_settings(['a.b=1', 'a.c=0.5', 'a.d=true', 'a.e=text', 'a.f=x=y'])
+    assert parsed == {'a.b': 1, 'a.c': 0.5, 'a.d': True, 'a.e': 'text', 'a.f': 'x=y'}
+
+
+def test_json_goes_to_a_file_or_to_stdout(tmp_path, capsys):
+    common.write_json(tmp_path / 'new' / 'a.json', {'b': 1})
+    assert json.loads((tmp_path / 'new' / 'a.json').read_text()) == {'b': 1}
+    common.write_json(Path('-'), {'b': 2})
+    assert json.loads(capsys.readouterr().out) == {'b': 2}
+    with pytest.raises(ValueError, match='JSON'):
+        common.write_json(Path('-'), {'b': float('nan')})
+
+
+def test_progress_is_silent_without_a_terminal(capfd):
+    with common.progress('working', total=3) as advance:
+        advance(1.0)
+    assert list(common.track([1, 2, 3], 'counting')) == [1, 2, 3]
+    assert capfd.readouterr() == ('', '')
+
+
+def test_version(monkeypatch, capsys):
+    monkeypatch.setattr('importlib.metadata.version', lambda name: '9.8.7')
+    assert run('--version') == 0
+    assert capsys.readouterr().out == 'fpnet 9.8.7\n'
+
+
+def test_runs_as_a_module():
+    started = time.monotonic()
+    command = [sys.executable, '-m', 'fpnet_core.cli', 'segment', 'nowhere.png']
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert result.stderr == 'fpnet: nowhere.png does not exist; give an existing file or folder\n'
+    assert time.monotonic() - started < 20.0
+    assert cli.__doc__ is not None
+
+
+@pytest.fixture(scope='module')
+def plan(tmp_path_factory):
+    """Two rooms of 6 x 5 m and 4 x 5 m, a wall between them, a door of 1 m in it."""
+    picture = np.full((140, 240), 178, np.uint8)
+    picture[16:124, 16:224] = 0
+    picture[20:120, 20:140] = 255
+    picture[20:120, 144:220] = 255
+    picture[60:80, 140:144] = 255
+    path = tmp_path_factory.mktemp('plan') / 'plan.png'
+    Image.fromarray(picture).save(path)
+    return path
+
+
+def test_segment_finds_the_rooms_of_a_drawing(plan, tmp_path, capsys):
+    out = tmp_path / 'rooms.json'
+    arguments = ['--resolution', '0.05', '--json', str(out), '--plot', str(tmp_path / 'rooms.png')]
+    assert run('segment', str(plan), *arguments) == 0
+    assert '2 rooms' in capsys.readouterr().out
+    report = json.loads(out.read_text())
+    rooms = sorted(report['rooms'], key=lambda room: -room['area_m2'])
+    assert [room['area_m2'] for room in rooms] == pytest.approx([30.0, 19.0], rel=0.05)
+    assert rooms[0]['centroid_xy_m'] == pytest.approx([4.0, 3.5], abs=0.1)
+    [door] = report['doors']
+    assert door['width_m'] == pytest.approx(1.0, abs=0.15)
+    assert sorted(door['rooms']) == sorted(room['id'] for room in rooms)
+    assert Image.open(tmp_path / 'rooms.png').width > 400
+
+
+def test_segment_prints_json_alone_on_stdout(plan, capsys):
+    assert run('segment', str(plan), '--json', '-') == 0
+    assert len(json.loads(capsys.readouterr().out)['rooms']) == 2
+
+
+def test_segment_says_what_is_wrong_with_its_input(tmp_path, capsys):
+    (tmp_path / 'a.png').write_bytes(b'\x89PNG junk')
+    assert run('segment', str(tmp_path / 'a.png')) == 1
+    assert capsys.readouterr().err.count('\n') == 1
