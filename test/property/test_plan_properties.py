@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What holds for every generated storey, whatever its family."""
 
+from functools import cache
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -13,10 +15,14 @@ SEEDS = range(3)
 STOREYS = [(family, seed) for family in FAMILIES for seed in SEEDS]
 
 
+@cache
+def _storey(family, seed):
+    return generate_plan(np.random.default_rng([seed, 11]), family)
+
+
 @pytest.fixture(params=STOREYS, ids=lambda p: f'{p[0]}-{p[1]}')
 def plan(request):
-    family, seed = request.param
-    return generate_plan(np.random.default_rng([seed, 11]), family)
+    return _storey(*request.param)
 
 
 def _outlines(plan):

@@ -40,8 +40,8 @@ def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
     parts = []
     for _ in range(2):
         layout = (double_corridor, branched, racetrack)[int(rng.integers(3))]
-        smaller = replace(style, median_area_m2=1.3 * style.median_area_m2)
-        parts.append(finish(rng, layout(rng, smaller), style, 'disconnected'))
+        larger = replace(style, room_side_m=1.15 * style.room_side_m)
+        parts.append(finish(rng, layout(rng, larger), style, 'disconnected'))
     first, second = (part.extent for part in parts)
     gap = rng.uniform(2.0 * style.wall_m, 8.0)
     shift = np.array([first[1, 0] + gap - second[0, 0], rng.uniform(-8.0, 8.0)])
@@ -54,10 +54,12 @@ def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
 def _half(rng: np.random.Generator, style: Style) -> tuple[BuildingPlan, float]:
     """Return a wing whose corridor starts at the origin and runs along +x, and its width [m]."""
     width, depth = corridor_width(rng), bank_depth(rng, style)
-    length = float(rng.uniform(14.0, 30.0))
+    length = float(max(rng.uniform(14.0, 30.0), depth + width))
     arms = [Arm((0.0, 0.0), (length, 0.0), width, depth, bank_depth(rng, style))]
     if rng.random() < 0.6:
-        x, reach = rng.uniform(0.6, 1.0) * length - width / 2.0, rng.uniform(10.0, 20.0)
+        nearest = depth + width / 2.0  # the side wing's rooms must not cross the axis
+        x = float(max(rng.uniform(0.6, 1.0) * length - width / 2.0, nearest))
+        reach = rng.uniform(10.0, 20.0)
         side = 1.0 if rng.random() < 0.5 else -1.0
         arms.append(
             Arm(

@@ -13,9 +13,9 @@ from fpnet_core.sim.plans.layout import Cell, Style
 from fpnet_core.sim.plans.skeleton import Arm, build_cells
 
 CORRIDOR_WIDTHS_M = (1.6, 3.0)
-BANK_DEPTHS_M = (3.2, 9.5)
-BANK_DEPTH_SIDES = (0.75, 1.3)
-"""Depth of a bank in sides of a square room of the style's median area."""
+BANK_DEPTHS_M = (2.6, 12.0)
+BANK_SPREAD = 0.4
+"""Standard deviation of the logarithm of a bank's depth over the side of a typical room."""
 
 
 def corridor_width(rng: np.random.Generator) -> float:
@@ -25,8 +25,8 @@ def corridor_width(rng: np.random.Generator) -> float:
 
 def bank_depth(rng: np.random.Generator, style: Style) -> float:
     """Draw the depth of a bank of rooms [m]: a typical room is about as deep as wide."""
-    side = np.sqrt(style.median_area_m2)
-    return float(np.clip(side * rng.uniform(*BANK_DEPTH_SIDES), *BANK_DEPTHS_M))
+    depth = style.room_side_m * np.exp(BANK_SPREAD * rng.standard_normal())
+    return float(np.clip(depth, *BANK_DEPTHS_M))
 
 
 def double_corridor(rng: np.random.Generator, style: Style) -> list[Cell]:

@@ -96,8 +96,8 @@ def draw_style(rng: np.random.Generator) -> Style:
     is_uniform = bool(rng.random() < 0.15)
     return Style(
         wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3])),
-        median_area_m2=float(29.0 * np.exp(0.35 * rng.standard_normal())),
-        spread=float(rng.uniform(0.5, 1.1)),
+        room_side_m=float(5.7 * np.exp(0.2 * rng.standard_normal())),
+        spread=float(rng.uniform(0.2, 0.5)),
         is_uniform=is_uniform,
         room_to_room=float(rng.choice([0.0, 0.04, 0.15])),
         second_door=float(rng.uniform(0.1, 0.5)),

@@ -54,14 +54,15 @@ class Style:
     """
     Habits of one building's architect.
 
-    ``median_area_m2`` and ``spread`` (standard deviation of the logarithm) describe room sizes;
+    ``room_side_m`` is the side of a typical square room, ``spread`` the standard deviation of
+    the logarithm of its aspect;
     ``is_uniform`` repeats one room size and one door position; the probabilities say how often
     neighbouring rooms are joined directly and how often a large room gets a second door.
     """
 
     wall_m: float = 0.15
-    median_area_m2: float = 21.0
-    spread: float = 0.75
+    room_side_m: float = 4.6
+    spread: float = 0.35
     is_uniform: bool = False
     room_to_room: float = 0.04
     second_door: float = 0.2

@@ -82,17 +82,17 @@ def split_length(
     """
     Cut a bank of ``depth_m`` into rooms and return the cut positions, from 0 to ``length_m``.
 
-    Room areas are log-normal around the style's median; a uniform style repeats one width.
+    Widths are log-normal around the depth; a uniform style repeats one width.
     """
     lower = max(MIN_ROOM_WIDTH_M, depth_m / MAX_ASPECT)
     upper = max(lower, depth_m * MAX_ASPECT)
     if style.is_uniform:
-        width = float(np.clip(style.median_area_m2 / depth_m, lower, upper))
+        width = float(np.clip(style.room_side_m, lower, upper))
         return np.linspace(0.0, length_m, max(1, round(length_m / width)) + 1)
     widths: list[float] = []
     while sum(widths) < length_m:
-        area = style.median_area_m2 * np.exp(style.spread * rng.standard_normal())
-        widths.append(float(np.clip(area / depth_m, lower, upper)))
+        width = depth_m * np.exp(style.spread * rng.standard_normal())
+        widths.append(float(np.clip(width, lower, upper)))
     if len(widths) > 1 and sum(widths) - length_m > widths[-1] / 2.0:
         widths.pop()
     cuts = np.concatenate([[0.0], np.cumsum(widths)])
