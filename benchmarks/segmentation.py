@@ -28,14 +28,30 @@ RESOLUTION_M = 0.05
 FREE_GREY = 250
 DOOR_TOLERANCE_M = 0.75
 PLANS = {
-    'tune': (
-        'lab_a_scan lab_c_scan lab_ipa NLB office_a office_b office_c office_d office_e '
-        'Freiburg52_scan'
-    ).split(),
-    'report': (
-        'lab_b_scan lab_d_scan lab_f_scan lab_intel Freiburg79_scan Freiburg101_scan office_f '
-        'office_g office_h office_i'
-    ).split(),
+    'tune': [
+        'lab_a_scan',
+        'lab_c_scan',
+        'lab_ipa',
+        'NLB',
+        'office_a',
+        'office_b',
+        'office_c',
+        'office_d',
+        'office_e',
+        'Freiburg52_scan',
+    ],
+    'report': [
+        'lab_b_scan',
+        'lab_d_scan',
+        'lab_f_scan',
+        'lab_intel',
+        'Freiburg79_scan',
+        'Freiburg101_scan',
+        'office_f',
+        'office_g',
+        'office_h',
+        'office_i',
+    ],
 }
 
 

@@ -48,6 +48,9 @@ class SubmapConfig(Section):
     lintel_top_m: float = Field(
         2.45, gt=1.0, description='Returns above this height say nothing about lintels.'
     )
+    carve_top_m: float = Field(
+        3.0, gt=1.0, description='Rays above this height prove no free space: uneven high walls.'
+    )
     lintel_min_hits: int = Field(2, ge=1, description='High returns that make a lintel cell.')
     wall_share: float = Field(
         0.3, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'

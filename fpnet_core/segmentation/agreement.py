@@ -21,6 +21,8 @@ _NOISE_CELLS = 100
 _SAME_ROOM_IOU = 0.5
 # Hand-drawn rooms end this far from the middle of their doors at most [cells].
 _LABEL_GAP_CELLS = 10
+# Shorter contacts are where labels squeeze through a wall that is one cell thick [cells].
+_MIN_OPENING_CELLS = 10
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def true_openings(truth: NDArray[np.int32], free: Mask) -> NDArray[np.float64]:
     Labels ``truth (H, W)`` are grown over ``free (H, W)``; each connected stretch of contact
     of two rooms is one opening, at its middle. Rooms that do not touch give (0, 2).
     """
-    grown = np.where(free, expand_labels(truth, _LABEL_GAP_CELLS), 0)
+    grown = np.where(free, expand_labels(truth, _LABEL_GAP_CELLS), 0)  # type: ignore[no-untyped-call]
     base = int(truth.max()) + 1
     contact = np.zeros(truth.shape, dtype=np.int64)
     for axis in (0, 1):
@@ -77,8 +79,9 @@ def true_openings(truth: NDArray[np.int32], free: Mask) -> NDArray[np.float64]:
     places = []
     for pair in np.unique(contact[contact > 0]):
         stretches = cv2.dilate((contact == pair).astype(np.uint8), np.ones((3, 3), np.uint8))
-        _, _, _, centres = cv2.connectedComponentsWithStats(stretches, connectivity=8)
-        places.append(centres[1:, ::-1])
+        _, _, stats, centres = cv2.connectedComponentsWithStats(stretches, connectivity=8)
+        sides = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+        places.append(centres[1:, ::-1][sides >= _MIN_OPENING_CELLS])
     return np.concatenate(places) if places else np.zeros((0, 2))
 
 

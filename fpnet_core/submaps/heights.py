@@ -115,7 +115,7 @@ class HeightTracker:
             floor + config.body_high_m,
             floor + config.lintel_height_m,
             top,
-            ceiling - _CEILING_MARGIN_M,
+            min(ceiling - _CEILING_MARGIN_M, floor + config.carve_top_m),
         )
 
 
