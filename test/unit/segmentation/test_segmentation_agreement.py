@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scores of known overlaps, and drawings on an Axes."""
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+import numpy as np
+import pytest
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.geometry import SE2
+from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
+
+
+def halves(cut):
+    """Labels 1 and 2 left and right of column ``cut`` in 40 x 100 cells."""
+    labels = np.ones((40, 100), dtype=np.int32)
+    labels[:, cut:] = 2
+    return labels
+
+
+def test_equal_labels_agree_fully_whatever_their_numbers():
+    agreement = room_agreement(3 - halves(30), halves(30))
+    assert (agreement.precision, agreement.recall, agreement.f1) == (1.0, 1.0, 1.0)
+
+
+def test_shifted_border_costs_its_share():
+    agreement = room_agreement(halves(40), halves(50))
+    assert agreement.precision == pytest.approx((1.0 + 50 / 60) / 2)
+    assert agreement.recall == pytest.approx((40 / 50 + 1.0) / 2)
+    assert agreement.f1 == 1.0
+
+
+def test_merged_rooms_keep_recall_and_lose_f1():
+    agreement = room_agreement(np.ones((40, 100), dtype=np.int32), halves(50))
+    assert (agreement.precision, agreement.recall, agreement.f1) == (0.5, 1.0, 0.0)
+
+
+def test_no_room_counts_as_nothing():
+    nothing = np.zeros((40, 100), dtype=np.int32)
+    assert room_agreement(nothing, halves(50)).f1 == 0.0
+    assert place_agreement(np.zeros((0, 2)), np.ones((3, 2)), 1.0).recall == 0.0
+
+
+def test_opening_lies_where_two_labels_meet():
+    truth = halves(50)
+    truth[:, 46:54] = 0
+    free = np.ones(truth.shape, dtype=bool)
+    free[:, 46:54] = False
+    free[5:25, 46:54] = True
+    (place,) = true_openings(truth, free)
+    assert place == pytest.approx([14.5, 49.5], abs=1.0)
+
+
+def test_places_match_one_to_one():
+    truth = np.array([[0.0, 0.0], [10.0, 0.0]])
+    found = np.array([[0.5, 0.0], [0.4, 0.3], [30.0, 0.0]])
+    agreement = place_agreement(found, truth, 1.0)
+    assert agreement.precision == pytest.approx(1 / 3)
+    assert agreement.recall == pytest.approx(1 / 2)
+
+
+def test_drawing_covers_the_rotated_grid_and_keeps_colours():
+    cells = np.full((60, 90), OCCUPIED)
+    cells[5:55, 5:85] = FREE
+    grid = GridMap(cells, 0.1, SE2.from_xy_yaw(2.0, -1.0, 0.6))
+    segmentation = segment_floorplan(grid, SegmentationConfig())
+    ax = Figure().add_subplot()
+    draw_grid(ax, grid)
+    draw_segmentation(ax, segmentation, {0: (1.0, 0.0, 0.0)}, with_ids=True)
+    FigureCanvasAgg(ax.figure).draw()
+    corners = grid.rc_to_xy([[-0.5, -0.5], [-0.5, 89.5], [59.5, 89.5], [59.5, -0.5]])
+    assert ax.get_xlim() == pytest.approx((corners[:, 0].min(), corners[:, 0].max()))
+    assert ax.get_ylim() == pytest.approx((corners[:, 1].min(), corners[:, 1].max()))
+    assert ax.patches[0].get_facecolor()[:3] == (1.0, 0.0, 0.0)
+    assert [text.get_text() for text in ax.texts] == ['0']
+    assert len({region_colour(k) for k in range(40)}) == 40
