@@ -28,8 +28,8 @@ def log_assignment(
     iterations : number of row and column sweeps
     """
     couplings = _with_dustbins(scores, dustbin, plan_mask, sub_mask)
-    log_rows = _log_masses(plan_mask, sub_mask.sum(dim=-1))
-    log_columns = _log_masses(sub_mask, plan_mask.sum(dim=-1))
+    log_rows = _log_masses(plan_mask, sub_mask.sum(dim=-1), scores.dtype)
+    log_columns = _log_masses(sub_mask, plan_mask.sum(dim=-1), scores.dtype)
     u = torch.zeros_like(log_rows)
     v = torch.zeros_like(log_columns)
     for _ in range(iterations):
@@ -56,9 +56,9 @@ def _with_dust(mask: Tensor) -> Tensor:
     return torch.cat([mask, mask.new_ones(mask.shape[0], 1)], dim=-1)
 
 
-def _log_masses(mask: Tensor, dust_mass: Tensor) -> Tensor:
+def _log_masses(mask: Tensor, dust_mass: Tensor, dtype: torch.dtype) -> Tensor:
     """Return log masses ``(B, R+1)``: 0 for real nodes, MASKED for padding, then the dustbin."""
-    nodes = torch.where(mask, 0.0, MASKED)
+    nodes = (~mask).to(dtype) * MASKED
     # The floor stands in for log(0) where the other side is empty.
-    dust = dust_mass.clamp_min(torch.finfo(nodes.dtype).tiny).log().unsqueeze(-1)
-    return torch.cat([nodes, dust], dim=-1)
+    dust = dust_mass.to(dtype).clamp_min(torch.finfo(dtype).tiny).log()
+    return torch.cat([nodes, dust.unsqueeze(-1)], dim=-1)

@@ -1,0 +1,258 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+import csv
+import json
+
+from graph_pairs import toy_pair
+import numpy as np
+import pytest
+import torch
+
+from fpnet_core.baselines import NearestNeighborMatcher
+from fpnet_core.config import MatcherConfig
+from fpnet_core.errors import ConfigError, WeightsError
+from fpnet_core.graphs.features import AREA, HU, LABEL, POSITION
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.metrics import MatchCounts, count_matches
+from fpnet_core.training import (
+    Hooks,
+    PairArrays,
+    Trainer,
+    TrainingConfig,
+    parse_training_config,
+    split_by_plan,
+)
+from fpnet_core.training.config import AugmentationConfig
+from fpnet_core.training.data import augment, batch_order, collate
+from fpnet_core.training.loop import learning_rate_at, make_fabric
+from fpnet_core.types import IGNORE, UNMATCHED
+
+NO_CHANGE = AugmentationConfig(
+    mirror_probability=0.0, feature_noise=0.0, scale_noise=0.0, drop_probability=0.0
+)
+QUICK = {
+    'epochs': 3,
+    'batch_size': 8,
+    'network.width': 8,
+    'network.blocks': 1,
+    'network.position_widths': [6],
+}
+
+
+def arrays(plan, sub, labels, plan_id=0):
+    return PairArrays(plan.node_feat, plan.edges, sub.node_feat, sub.edges, labels, plan_id)
+
+
+def toy_arrays(count, seed=0, rooms=8, seen=4):
+    rng = np.random.default_rng(seed)
+    return [arrays(*toy_pair(rng, rooms, seen), plan_id=i) for i in range(count)]
+
+
+def test_split_keeps_plans_apart():
+    pairs = [p for plan in range(10) for p in [toy_arrays(1)[0]] * 3]
+    pairs = [
+        PairArrays(p.plan_feat, p.plan_edges, p.sub_feat, p.sub_edges, p.labels, i // 3)
+        for i, p in enumerate(pairs)
+    ]
+    training, validation = split_by_plan(pairs, 0.2, np.random.default_rng(0))
+    ids = [{p.plan_id for p in part} for part in (training, validation)]
+    assert not ids[0] & ids[1]
+    assert (len(training), len(validation)) == (24, 6)
+
+
+def test_collate_pads_labels_with_ignore():
+    pairs = [*toy_arrays(1, seen=2), *toy_arrays(1, seen=5)]
+    batch = collate(pairs)
+    short = len(pairs[0].labels)
+    assert batch.labels[0, :short].tolist() == pairs[0].labels.tolist()
+    assert (batch.labels[0, short:] == IGNORE).all()
+    assert batch.labels.shape == batch.sub.mask.shape
+
+
+def test_batches_cover_every_pair_once_and_hold_similar_sizes():
+    sizes = np.random.default_rng(1).integers(5, 100, 103)
+    batches = batch_order(sizes, 8, np.random.default_rng(2))
+    assert sorted(np.concatenate(batches).tolist()) == list(range(103))
+    spread = np.mean([np.ptp(sizes[b]) for b in batches])
+    assert spread < 0.5 * np.ptp(sizes)
+
+
+def test_augmentation_only_turns_positions_when_all_else_is_off():
+    pair = toy_arrays(1)[0]
+    changed = augment(pair, NO_CHANGE, np.random.default_rng(3))
+    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
+        assert after[:, POSITION.stop :] == pytest.approx(before[:, POSITION.stop :])
+        assert not np.allclose(after[:, POSITION], before[:, POSITION], atol=1e-3)
+        norms = [np.linalg.norm(x[:, POSITION], axis=1) for x in (before, after)]
+        assert norms[1] == pytest.approx(norms[0], abs=1e-5)
+        # A proper rotation: the cross product of two positions keeps its sign and value.
+        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
+        assert cross[1] == pytest.approx(cross[0], abs=1e-4)
+
+
+def test_mirroring_turns_both_sides_over_and_flips_the_skew_moment():
+    pair = toy_arrays(1)[0]
+    config = NO_CHANGE.model_copy(update={'mirror_probability': 1.0})
+    changed = augment(pair, config, np.random.default_rng(3))
+    for before, after in ((pair.plan_feat, changed.plan_feat), (pair.sub_feat, changed.sub_feat)):
+        cross = [x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0] for x in (before, after)]
+        assert cross[1] == pytest.approx(-cross[0], abs=1e-4)
+        assert after[:, HU.stop - 1] == pytest.approx(-before[:, HU.stop - 1])
+
+
+def test_scale_noise_moves_positions_and_areas_of_the_submap_together():
+    pair = toy_arrays(1)[0]
+    config = NO_CHANGE.model_copy(update={'scale_noise': 0.3})
+    changed = augment(pair, config, np.random.default_rng(5))
+    ratio = np.linalg.norm(changed.sub_feat[:, POSITION]) / np.linalg.norm(
+        pair.sub_feat[:, POSITION]
+    )
+    assert abs(np.log(ratio)) > 0.005
+    # AREA is the logarithm of the area over 2.
+    shift = (changed.sub_feat - pair.sub_feat)[:, AREA]
+    assert shift == pytest.approx(np.full_like(shift, np.log(ratio)), abs=1e-4)
+    assert changed.plan_feat[:, AREA] == pytest.approx(pair.plan_feat[:, AREA])
+
+
+def test_dropping_regions_keeps_labels_on_the_same_regions():
+    pair = toy_arrays(1)[0]
+    config = NO_CHANGE.model_copy(update={'drop_probability': 0.4})
+    changed = augment(pair, config, np.random.default_rng(4))
+    assert len(changed.plan_feat) < len(pair.plan_feat)
+    assert len(changed.labels) == len(changed.sub_feat) < len(pair.sub_feat)
+    # Area tells the toy rooms apart and survives augmentation.
+    kept = changed.plan_feat[:, AREA.start]
+    by_area = {float(a): i for i, a in enumerate(pair.plan_feat[:, AREA.start])}
+    by_sub_area = {float(a): i for i, a in enumerate(pair.sub_feat[:, AREA.start])}
+    for row, label in zip(changed.sub_feat, changed.labels, strict=True):
+        original = pair.labels[by_sub_area[float(row[AREA.start])]]
+        if label == UNMATCHED:
+            assert float(pair.plan_feat[original, AREA.start]) not in kept.tolist()
+        elif row[LABEL][1] == 1.0:
+            assert by_area[float(kept[label])] == original
+    for edges, rows in (
+        (changed.plan_edges, changed.plan_feat),
+        (changed.sub_edges, changed.sub_feat),
+    ):
+        assert edges.max(initial=0) < len(rows)
+
+
+def test_learning_rate_rises_then_falls_to_zero():
+    config = TrainingConfig(learning_rate=0.01, warmup_fraction=0.1)
+    rates = [learning_rate_at(step, 100, config) for step in range(100)]
+    assert rates[0] == pytest.approx(0.001)
+    assert max(rates) == pytest.approx(0.01)
+    assert int(np.argmax(rates)) in (9, 10)
+    assert rates[-1] < 1e-5
+
+
+def test_run_folder_holds_what_the_matcher_loads(tmp_path):
+    pairs = toy_arrays(16)
+    seen = []
+    trainer = Trainer(parse_training_config(QUICK), tmp_path, recipe={'pairs': 16})
+    trainer.fit(pairs[:12], pairs[12:], Hooks(on_pairs=seen.append))
+    assert sum(seen) == 3 * 12
+    rows = list(csv.DictReader((tmp_path / 'curves.csv').open()))
+    assert [row['epoch'] for row in rows] == ['0', '1', '2']
+    manifest = json.loads((tmp_path / 'matcher.json').read_text())
+    assert manifest['training']['data'] == {'pairs': 16}
+    assert manifest['figures']['validation']['val_f1'] == trainer.best_f1
+    LearnedMatcher(MatcherConfig(weights=str(tmp_path / 'matcher.safetensors')))
+
+
+def test_resumed_run_equals_an_uninterrupted_one(tmp_path):
+    pairs = toy_arrays(20)
+    config = parse_training_config(QUICK)
+    whole = Trainer(config, tmp_path / 'whole')
+    whole.fit(pairs[:16], pairs[16:])
+
+    class Stop(Exception):
+        pass
+
+    def stop_after_first(record):
+        if record.epoch == 0:
+            raise Stop
+
+    with pytest.raises(Stop):
+        Trainer(config, tmp_path / 'parts').fit(
+            pairs[:16], pairs[16:], Hooks(on_epoch=stop_after_first)
+        )
+    resumed = Trainer(config, tmp_path / 'parts')
+    assert resumed.next_epoch == 1
+    resumed.fit(pairs[:16], pairs[16:])
+    for name, value in whole.bare_network.state_dict().items():
+        torch.testing.assert_close(resumed.bare_network.state_dict()[name], value)
+
+
+def test_training_stops_when_validation_no_longer_improves(tmp_path):
+    pairs = toy_arrays(6)
+    # Without a learning rate worth the name nothing improves after the first epoch.
+    config = parse_training_config(QUICK | {'epochs': 30, 'patience': 2, 'learning_rate': 1e-12})
+    trainer = Trainer(config, tmp_path)
+    trainer.fit(pairs[:4], pairs[4:])
+    assert trainer.next_epoch == 3
+
+
+def test_folder_of_another_run_is_refused(tmp_path):
+    Trainer(parse_training_config(QUICK), tmp_path)
+    with pytest.raises(ConfigError, match='other settings'):
+        Trainer(parse_training_config(QUICK | {'seed': 1}), tmp_path)
+
+
+def test_damaged_state_is_refused(tmp_path):
+    pairs = toy_arrays(4)
+    config = parse_training_config(QUICK)
+    Trainer(config, tmp_path).fit(pairs[:3], pairs[3:])
+    (tmp_path / 'last.safetensors').write_bytes(b'nonsense')
+    with pytest.raises(WeightsError, match='not a training state'):
+        Trainer(config, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ('overrides', 'message'),
+    [
+        ({'network.widht': 64}, r'network\.widht'),
+        ({'epochs': 0}, 'epochs'),
+        ({'network.width': 27}, 'multiple of heads'),
+    ],
+)
+def test_bad_settings_are_named(overrides, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_training_config(overrides)
+
+
+@pytest.mark.parametrize('device', ['tpu', 'cuda:x', 'cuda:99'])
+def test_bad_devices_are_refused(device):
+    with pytest.raises(ConfigError, match='device'):
+        make_fabric(device)
+
+
+@pytest.mark.timeout(120)
+def test_network_learns_to_beat_nearest_neighbour(tmp_path):
+    rng = np.random.default_rng(0)
+    toys = [toy_pair(rng, rooms=6, seen=3) for _ in range(48)]
+    pairs = [arrays(*toy, plan_id=i) for i, toy in enumerate(toys)]
+    config = parse_training_config(
+        {
+            'epochs': 25,
+            'batch_size': 8,
+            'learning_rate': 4e-3,
+            'patience': 25,
+            'network.width': 32,
+            'network.blocks': 3,
+            'network.edge_mapping': 'learned',
+            'augmentation.drop_probability': 0.0,
+        }
+    )
+    # Overfitting is the aim: the same pairs validate, under rotations they were not trained on.
+    Trainer(config, tmp_path).fit(pairs, pairs)
+    settings = MatcherConfig(weights=str(tmp_path / 'matcher.safetensors'))
+    learned, nearest = (
+        sum(
+            (count_matches(m.match(p, s, 500.0).pairs, labels) for p, s, labels in toys),
+            MatchCounts(0, 0, 0),
+        )
+        for m in (LearnedMatcher(settings), NearestNeighborMatcher(settings))
+    )
+    assert learned.recall > nearest.recall + 0.2
+    assert learned.f1 > nearest.f1 + 0.2
