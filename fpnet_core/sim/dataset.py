@@ -12,58 +12,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
 import json
 import multiprocessing
 import os
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.geometry import Affine2D
+from fpnet_core.sim.blocks import (
+    Block,
+    StoredPair,
+    matching_pair,
+    pack_pairs,
+    row_offsets,
+    stored_pair,
+)
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.pairs import MatchingPair, generate_pair
-from fpnet_core.types import FEATURE_SCHEMA, Region, RegionGraph, RegionLabel
+from fpnet_core.types import FEATURE_SCHEMA
 
 DATASET_SCHEMA = 1
 """Version of the block layout; a folder of another version is refused."""
 
 BLOCK_PAIRS = 40
 MANIFEST = 'manifest.json'
-
-_SIDES: tuple[Literal['plan', 'sub'], ...] = ('plan', 'sub')
-_SCALARS = ('area_m2', 'observed_fraction', 'frontier_fraction', 'confidence')
-
-
-@dataclass(frozen=True, eq=False)
-class SideArrays:
-    """
-    One side's graph: ``node_feat (R, D)``, ``edge_feat (E, De)`` float32, ``edges (E, 2)`` int64.
-
-    ``positions (R, 2)`` are the regions' centroids [m] and ``is_door (R,)`` their labels.
-    """
-
-    node_feat: NDArray[np.float32]
-    edges: NDArray[np.int64]
-    edge_feat: NDArray[np.float32]
-    positions: NDArray[np.float64]
-    is_door: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class StoredPair:
-    """A pair as arrays; ``labels (N,)`` int64 as in :class:`fpnet_core.sim.pairs.MatchingPair`."""
-
-    plan: SideArrays
-    sub: SideArrays
-    labels: NDArray[np.int64]
-    A_plan_submap: Affine2D
-    explored_area_m2: float
-    plan_id: int
-    family: str
 
 
 def write_pairs(
@@ -160,44 +134,10 @@ def _write_block(task: _Task) -> int:
     path = _block_path(out_dir, start, size)
     part = path.with_name(f'.{path.stem}-{os.getpid()}.part')
     with part.open('wb') as file:
-        np.savez_compressed(file, **_packed(pairs))
+        arrays: dict[str, Any] = pack_pairs(pairs)
+        np.savez_compressed(file, **arrays)
     part.replace(path)
     return size
-
-
-def _packed(pairs: Sequence[MatchingPair]) -> dict[str, Any]:
-    """Return a block's arrays by name; text is fixed-width unicode."""
-    block: dict[str, Any] = {
-        'labels': np.concatenate([pair.sub_labels for pair in pairs]),
-        'A_plan_submap': np.stack([pair.A_plan_submap.matrix for pair in pairs]),
-        'explored_area_m2': np.array([pair.explored_area_m2 for pair in pairs]),
-        'plan_id': np.array([pair.plan_id for pair in pairs]),
-        'family': np.array([pair.family for pair in pairs]),
-    }
-    for side in _SIDES:
-        graphs = [pair.plan_graph if side == 'plan' else pair.sub_graph for pair in pairs]
-        block |= {f'{side}_{name}': array for name, array in _packed_side(graphs).items()}
-    return block
-
-
-def _packed_side(graphs: Sequence[RegionGraph]) -> dict[str, Any]:
-    regions = [region for graph in graphs for region in graph.regions]
-    return {
-        'ptr': _offsets([len(graph) for graph in graphs]),
-        'edge_ptr': _offsets([len(graph.edges) for graph in graphs]),
-        'vertex_ptr': _offsets([len(region.polygon) for region in regions]),
-        'node_feat': np.concatenate([graph.node_feat for graph in graphs]),
-        'edges': np.concatenate([graph.edges for graph in graphs]),
-        'edge_feat': np.concatenate([graph.edge_feat for graph in graphs]),
-        'positions': np.stack([region.centroid for region in regions]),
-        'is_door': np.array([region.label is RegionLabel.DOOR for region in regions]),
-        'polygons': np.concatenate([region.polygon for region in regions]),
-        'scalars': np.array([[getattr(r, name) for name in _SCALARS] for r in regions]),
-    }
-
-
-def _offsets(sizes: Sequence[int]) -> NDArray[np.int64]:
-    return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
 def _write_manifest(out_dir: Path, seed: int, count: int, config: SimConfig) -> None:
@@ -259,8 +199,8 @@ class PairDataset:
             raise ConfigError(
                 f'{folder} holds no pairs yet; write them with: fpnet simulate pairs'
             )
-        self._first = _offsets([_size(path) for path in self._paths])
-        self._blocks: dict[int, dict[str, NDArray[Any]]] = {}
+        self._first = row_offsets([_size(path) for path in self._paths])
+        self._blocks: dict[int, Block] = {}
 
     def __len__(self) -> int:
         """Count the pairs."""
@@ -269,31 +209,14 @@ class PairDataset:
     def __getitem__(self, index: int) -> StoredPair:
         """Return pair ``index`` as arrays; negative indices count from the end."""
         block, row = self._locate(index)
-        return StoredPair(
-            plan=_side(block, 'plan', row),
-            sub=_side(block, 'sub', row),
-            labels=_rows(block, 'labels', 'sub_ptr', row),
-            A_plan_submap=Affine2D.from_matrix(block['A_plan_submap'][row]),
-            explored_area_m2=float(block['explored_area_m2'][row]),
-            plan_id=int(block['plan_id'][row]),
-            family=str(block['family'][row]),
-        )
+        return stored_pair(block, row)
 
     def pair(self, index: int) -> MatchingPair:
         """Return pair ``index`` with complete region graphs, as matchers take them."""
-        stored = self[index]
         block, row = self._locate(index)
-        return MatchingPair(
-            plan_graph=_graph(block, 'plan', row, stored.plan),
-            sub_graph=_graph(block, 'sub', row, stored.sub),
-            sub_labels=stored.labels,
-            A_plan_submap=stored.A_plan_submap,
-            explored_area_m2=stored.explored_area_m2,
-            plan_id=stored.plan_id,
-            family=stored.family,
-        )
+        return matching_pair(block, row)
 
-    def _locate(self, index: int) -> tuple[dict[str, NDArray[Any]], int]:
+    def _locate(self, index: int) -> tuple[Block, int]:
         position = index + len(self) if index < 0 else index
         if not 0 <= position < len(self):
             raise IndexError(f'pair {index} of {len(self)}')
@@ -302,38 +225,3 @@ class PairDataset:
             with np.load(self._paths[number], allow_pickle=False) as file:
                 self._blocks[number] = {name: file[name] for name in file.files}
         return self._blocks[number], position - int(self._first[number])
-
-
-def _rows(block: dict[str, NDArray[Any]], name: str, pointer: str, row: int) -> NDArray[Any]:
-    start, end = block[pointer][row : row + 2]
-    return block[name][start:end]
-
-
-def _side(block: dict[str, NDArray[Any]], side: str, row: int) -> SideArrays:
-    node, edge = f'{side}_ptr', f'{side}_edge_ptr'
-    return SideArrays(
-        node_feat=_rows(block, f'{side}_node_feat', node, row),
-        edges=_rows(block, f'{side}_edges', edge, row),
-        edge_feat=_rows(block, f'{side}_edge_feat', edge, row),
-        positions=_rows(block, f'{side}_positions', node, row),
-        is_door=_rows(block, f'{side}_is_door', node, row),
-    )
-
-
-def _graph(
-    block: dict[str, NDArray[Any]], side: Literal['plan', 'sub'], row: int, arrays: SideArrays
-) -> RegionGraph:
-    first = int(block[f'{side}_ptr'][row])
-    scalars = _rows(block, f'{side}_scalars', f'{side}_ptr', row)
-    regions = tuple(
-        Region(
-            id=i,
-            label=RegionLabel.DOOR if arrays.is_door[i] else RegionLabel.ROOM,
-            polygon=_rows(block, f'{side}_polygons', f'{side}_vertex_ptr', first + i),
-            centroid=arrays.positions[i],
-            **dict(zip(_SCALARS, map(float, scalars[i]), strict=True)),
-        )
-        for i in range(len(arrays.positions))
-    )
-    frame: Literal['plan', 'submap'] = 'plan' if side == 'plan' else 'submap'
-    return RegionGraph(regions, arrays.edges, arrays.node_feat, arrays.edge_feat, frame)

@@ -19,12 +19,13 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.sim.config import DrawingConfig, SimConfig
-from fpnet_core.sim.explore import draw_scanner, plan_walk, scan_walk
+from fpnet_core.sim.explore import draw_scanner, scan_walk
 from fpnet_core.sim.labels import label_regions
 from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.render import render_plan
 from fpnet_core.sim.types import BuildingPlan
+from fpnet_core.sim.walks import plan_walk
 from fpnet_core.types import RegionGraph, Segmentation, Submap
 
 MIN_SUB_REGIONS = 2

@@ -31,7 +31,6 @@ def render_plan(
     wall_m: float | None = None,
     T_plan_building: Affine2D | None = None,
     margin_m: float = 1.0,
-    outer_wall_m: float | None = None,
 ) -> GridMap:
     """
     Draw rooms and doors free, walls occupied, the outside unknown.
@@ -43,7 +42,6 @@ def render_plan(
     wall_m : drawn wall thickness; None takes the plan's. Never under 1.5 cells
     T_plan_building : where and how (rotated, stretched) the drawing shows the building
     margin_m : unknown border around the drawing
-    outer_wall_m : thickness of the outer wall; None takes ``wall_m``
 
     Returns
     -------
@@ -51,11 +49,10 @@ def render_plan(
     """
     A = T_plan_building if T_plan_building is not None else Affine2D.identity()
     wall = max(wall_m if wall_m is not None else plan.wall_m, MIN_WALL_PX * resolution_m)
-    outer = max(outer_wall_m if outer_wall_m is not None else wall, MIN_WALL_PX * resolution_m)
     outlines = room_outlines(plan, wall)
     free = [A.apply(outline) for outline in outlines]
     doors = [A.apply(door_outline(door, wall, plan.wall_m)) for door in plan.doors]
-    shell = [A.apply(ring) for ring in shell_outlines(plan, outer)]
+    shell = [A.apply(ring) for ring in shell_outlines(plan, wall)]
     corners = np.concatenate(shell)
     origin = corners.min(axis=0) - margin_m
     columns, rows = np.ceil((corners.max(axis=0) + margin_m - origin) / resolution_m).astype(int)

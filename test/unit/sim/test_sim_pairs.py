@@ -12,10 +12,11 @@ from fpnet_core.geometry import SE2
 from fpnet_core.sim import dataset
 from fpnet_core.sim.config import BuildingConfig, ScanConfig, SimConfig
 from fpnet_core.sim.dataset import PairDataset, write_pairs
-from fpnet_core.sim.explore import Scanner, fit_rigid, plan_walk, scan_walk
+from fpnet_core.sim.explore import Scanner, fit_rigid, scan_walk
 from fpnet_core.sim.pairs import generate_pair, generate_scene
 from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
 from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.walks import plan_walk
 from fpnet_core.types import FREE, OCCUPIED, RegionLabel
 
 SMALL = SimConfig(max_rooms=14)
