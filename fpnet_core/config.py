@@ -158,8 +158,14 @@ class PoseConfig(Section):
     scale_tolerance: float = Field(
         0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
     )
-    map_scale_tolerance: float = Field(
-        0.35, ge=0.0, le=0.7, description='The same for maps whose scale comes from door widths.'
+    sure_scale_confidence: float = Field(
+        0.55, ge=0.0, le=1.0, description='Two maps whose door widths agree this well are "sure".'
+    )
+    sure_scale_tolerance: float = Field(
+        0.35, ge=0.0, le=3.0, description='Scales tried between two maps of sure scale.'
+    )
+    unsure_scale_tolerance: float = Field(
+        1.2, ge=0.0, le=3.0, description='Scales tried between two maps of unsure scale.'
     )
     strain_sigma: float = Field(
         0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, PoseConfig
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.belief import WALL_SAMPLE_M, posterior
 from fpnet_core.localizer.sides import (
@@ -22,7 +23,7 @@ from fpnet_core.localizer.sides import (
     prepare_submap,
 )
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation import ScaleEstimate, segment_unknown_scale
 from fpnet_core.types import GridMap, Submap
 
 
@@ -61,7 +62,7 @@ def match_maps(
     Place ``submap`` on ``plan`` although neither scale is trusted.
 
     Door widths give each map a first metric scale; placements are then searched over
-    ``map_scale_tolerance`` around it.
+    a range around it, which is wide where few doors agree.
 
     Raises
     ------
@@ -71,13 +72,13 @@ def match_maps(
     timer = StageTimer()
     with timer.stage('total'):
         with timer.stage('scale'):
-            plan_factor = _metres_per_unit(plan, config)
-            sub_factor = _metres_per_unit(submap.grid, config)
+            plan_scale = segment_unknown_scale(plan, config.segmentation)[1]
+            sub_scale = segment_unknown_scale(submap, config.segmentation)[1]
         with timer.stage('segment'):
-            plan_side = prepare_plan(_rescaled(plan, plan_factor), config)
-        metric = replace(submap, grid=_rescaled(submap.grid, sub_factor))
+            plan_side = prepare_plan(_rescaled(plan, plan_scale.factor), config)
+        metric = replace(submap, grid=_rescaled(submap.grid, sub_scale.factor))
         sub_side = prepare_submap(metric, config, timer)
-        scales = allowed_scales(config.pose.map_scale_tolerance)
+        scales = _scales_to_try(plan_scale, sub_scale, config.pose)
         comparison = compare(
             plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, scales
         )
@@ -85,15 +86,19 @@ def match_maps(
     placed = None
     if status is not MapMatchStatus.UNMATCHED:
         A = comparison.estimates[0].A_plan_submap
-        placed = Affine2D(A.linear * (sub_factor / plan_factor), A.translation / plan_factor)
+        linear = A.linear * (sub_scale.factor / plan_scale.factor)
+        placed = Affine2D(linear, A.translation / plan_scale.factor)
     return MapMatch(
         status, placed, score, probability, plan_side, sub_side, comparison, timer.timings_ms
     )
 
 
-def _metres_per_unit(grid: GridMap, config: FpnetConfig) -> float:
-    """Metres per nominal metre by door widths; 1 where there is no door to tell."""
-    return segment_unknown_scale(grid, config.segmentation)[1].factor
+def _scales_to_try(
+    plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig
+) -> NDArray[np.float64]:
+    """Scales around 1 between two maps in estimated metres: many doors narrow the range."""
+    sure = min(plan.confidence, sub.confidence) >= config.sure_scale_confidence
+    return allowed_scales(config.sure_scale_tolerance if sure else config.unsure_scale_tolerance)
 
 
 def _rescaled(grid: GridMap, factor: float) -> GridMap:
