@@ -99,7 +99,7 @@ class Affine2D:
 
     def inv(self) -> Self:
         """Return ``T_b_a``."""
-        inverse = np.linalg.inv(self.linear)
+        inverse = np.asarray(np.linalg.inv(self.linear), dtype=np.float64)
         return type(self)(inverse, -inverse @ self.translation)
 
     def __matmul__(self, other: Any) -> Any:
