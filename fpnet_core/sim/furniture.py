@@ -106,7 +106,9 @@ def _door_zone(plan: BuildingPlan, index: int) -> Polygon:
     door = plan.doors[index]
     opening = opening_polygon(plan, door)
     reach = DOOR_CLEARANCE_M * door_normal(door)
-    both = [shapely.transform(opening, lambda xy, move=move: xy + move) for move in (reach, -reach)]
+    both = [
+        shapely.transform(opening, lambda xy, move=move: xy + move) for move in (reach, -reach)
+    ]
     return shapely.convex_hull(shapely.union_all(both))
 
 
@@ -184,9 +186,7 @@ def _piece(kind: str, *solids: Solid) -> FurniturePiece:
     return FurniturePiece(kind, solids, shapely.convex_hull(shapely.union_all(bases)))
 
 
-def _block(
-    x: float, y: float, width: float, depth: float, bottom: float, top: float
-) -> Solid:
+def _block(x: float, y: float, width: float, depth: float, bottom: float, top: float) -> Solid:
     """Return a box whose base starts at the corner (x, y); metres."""
     return Solid(shapely.box(x, y, x + width, y + depth), bottom, top)
 
@@ -221,7 +221,9 @@ def _cabinet(rng: np.random.Generator, deepest_m: float = 0.6) -> FurniturePiece
 
 def _shelf(rng: np.random.Generator) -> FurniturePiece:
     width, height = rng.uniform(0.8, 2.4), rng.uniform(1.7, 2.2)
-    boards = [_block(-width / 2.0, 0.0, width, 0.3, z, z + 0.03) for z in np.arange(0, height, 0.4)]
+    boards = [
+        _block(-width / 2.0, 0.0, width, 0.3, z, z + 0.03) for z in np.arange(0, height, 0.4)
+    ]
     sides = [_block(x, 0.0, 0.03, 0.3, 0.0, height) for x in (-width / 2.0, width / 2.0 - 0.03)]
     return _piece('shelf', *boards, *sides, _block(-width / 2.0, 0.0, width, 0.02, 0.0, height))
 

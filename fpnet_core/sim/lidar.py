@@ -68,7 +68,7 @@ class LidarModel:
     @property
     def column_times_s(self) -> Array:
         """Time ``(C,)`` at which each column fires, from the start of the sweep [s]."""
-        return np.arange(self.columns) * (self.period_s / self.columns)
+        return np.arange(self.columns, dtype=np.float64) * (self.period_s / self.columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +110,8 @@ class LidarSimulator:
         for mesh, share in zip(building.parts, REFLECTIVITY, strict=True):
             if len(mesh.triangles):
                 index = self._scene.add_triangles(
-                    o3d.core.Tensor(mesh.vertices.astype(np.float32)),
-                    o3d.core.Tensor(mesh.triangles.astype(np.uint32)),
+                    o3d.core.Tensor.from_numpy(mesh.vertices.astype(np.float32)),
+                    o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32)),
                 )
                 self._reflectivity[index] = share
         self._elevations = np.linspace(
@@ -135,7 +135,7 @@ class LidarSimulator:
         rays = np.empty((*directions.shape[:2], 6), dtype=np.float32)
         rays[..., :3] = origin[:, None, :]
         rays[..., 3:] = directions @ R.astype(np.float32).transpose(0, 2, 1)
-        hits = self._scene.cast_rays(o3d.core.Tensor(rays), nthreads=self._threads)
+        hits = self._scene.cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=self._threads)
         depth = hits['t_hit'].numpy()
         normals = hits['primitive_normals'].numpy()
         cosine = np.abs(np.einsum('cbi,cbi->cb', normals, rays[..., 3:]))

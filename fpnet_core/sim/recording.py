@@ -55,6 +55,9 @@ DEFAULT_FAMILIES = (
 )
 """Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
 
+Progress = Callable[[int, int], None]
+"""Is told how many scans are done, and of how many."""
+
 EPOCH_NS = 1_750_000_000 * 10**9
 """Sensor time of a recording's start; ROS takes times near zero as unset."""
 
@@ -135,6 +138,23 @@ class Recording:
         poses[:, :3, :3], poses[:, :3, 3] = R, origin
         return poses
 
+    def summary(self) -> dict[str, Any]:
+        """Return what the recording holds and how its floorplan is distorted, for JSON."""
+        plan = self.building.plan
+        return {
+            'seed': self.seed,
+            'family': plan.family,
+            'rooms': len(plan.rooms),
+            'doors': len(plan.doors),
+            'tour_rooms': list(self.tour.rooms),
+            'scans': len(self),
+            'duration_s': round(self.tour.duration_s, 3),
+            'path_m': round(self.tour.path_m, 3),
+            'A_plan_building': self.A_plan_building.matrix[:2].tolist(),
+            'cloud_topic': CLOUD_TOPIC,
+            'truth_topic': TRUTH_TOPIC,
+        }
+
     def scan(self, index: int) -> SimulatedScan:
         """
         Cast scan ``index``.
@@ -204,25 +224,43 @@ def simulate_recording(
     options: RecordingOptions | None = None,
     storage: Storage = 'sqlite3',
     threads: int = 0,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Recording:
     """
-    Simulate a recording and write it to a folder.
+    Simulate a recording and write it: :func:`make_recording` and :func:`write_recording`.
+
+    Raises
+    ------
+    BagFormatError, ConfigError
+        See there.
+    """
+    _check_folder(Path(out_dir))
+    recording = make_recording(seed, options, threads)
+    write_recording(recording, out_dir, storage=storage, progress=progress)
+    return recording
+
+
+def write_recording(
+    recording: Recording,
+    out_dir: Path | str,
+    *,
+    storage: Storage = 'sqlite3',
+    progress: Progress | None = None,
+) -> None:
+    """
+    Write a recording to a folder.
 
     The folder gets ``bag`` (clouds on ``/points`` in frame ``lidar``, ground truth on
     ``/ground_truth/pose`` in frame ``building``), ``floorplan.yaml`` with its image, ``truth.tum``
     (planar sensor poses in ``building``; the bag's carry roll and pitch as well) and
-    ``truth.json``.
+    ``truth.json``, see :meth:`Recording.summary`.
 
     Parameters
     ----------
+    recording : Recording
     out_dir : Path
         Created where missing; must not hold a bag.
-    seed : int
-    options : RecordingOptions
     storage : 'sqlite3' or 'mcap'
-    threads : int
-        For ray casting, without influence on the result; 0 takes all cores.
     progress : callable
         Is told the number of scans written and their total after each scan.
 
@@ -230,22 +268,26 @@ def simulate_recording(
     ------
     BagFormatError
         If the folder holds a bag or cannot be written.
-    ConfigError
-        See :func:`make_recording`.
     """
     out_dir = Path(out_dir)
-    if (out_dir / BAG_NAME).exists():
-        raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
-    recording = make_recording(seed, options, threads)
+    _check_folder(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
     write_map(recording.floorplan, out_dir / FLOORPLAN_NAME)
-    _write_truth(recording, out_dir)
+    poses, height_m = recording.truth(), recording.tour.sensor_height_m
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    write_tum(out_dir / TUM_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, height_m)
+    text = json.dumps(recording.summary(), indent=2) + '\n'
+    (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
     with BagWriter(out_dir / BAG_NAME, storage) as bag:
         for index, scan in enumerate(recording):
             _write_scan(bag, scan, recording.lidar.model.period_s)
             if progress is not None:
                 progress(index + 1, len(recording))
-    return recording
+
+
+def _check_folder(out_dir: Path) -> None:
+    if (out_dir / BAG_NAME).exists():
+        raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
 
 
 def _draw_plan_and_tour(
@@ -288,29 +330,6 @@ def _draw_floorplan(
     )
     A_plan_building: Affine2D = T_plan_sheet @ stretch
     return floorplan, A_plan_building
-
-
-def _write_truth(recording: Recording, out_dir: Path) -> None:
-    poses, tour, plan = recording.truth(), recording.tour, recording.building.plan
-    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
-    write_tum(
-        out_dir / TUM_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, tour.sensor_height_m
-    )
-    truth: dict[str, Any] = {
-        'seed': recording.seed,
-        'family': plan.family,
-        'rooms': len(plan.rooms),
-        'doors': len(plan.doors),
-        'tour_rooms': list(tour.rooms),
-        'scans': len(recording),
-        'duration_s': round(tour.duration_s, 3),
-        'path_m': round(tour.path_m, 3),
-        'A_plan_building': recording.A_plan_building.matrix[:2].tolist(),
-        'cloud_topic': CLOUD_TOPIC,
-        'truth_topic': TRUTH_TOPIC,
-    }
-    text = json.dumps(truth, indent=2) + '\n'
-    (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
 
 
 def _write_scan(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:

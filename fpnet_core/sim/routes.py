@@ -188,8 +188,10 @@ def _points_inside(area: shapely.Geometry, rng: np.random.Generator, count: int 
     x0, y0, x1, y1 = area.bounds
     points = rng.uniform((x0, y0), (x1, y1), size=(4 * count, 2))
     shapely.prepare(area)
-    inside = points[shapely.contains_xy(area, points)][:count]
-    return inside if len(inside) else shapely.get_coordinates(area.representative_point())
+    inside: Array = points[shapely.contains_xy(area, points)][:count]
+    if not len(inside):
+        inside = shapely.get_coordinates(area.representative_point())
+    return inside
 
 
 def _shortest_inside(area: Polygon, start: Array, goal: Array) -> list[Array]:
@@ -212,5 +214,5 @@ def _shortest_inside(area: Polygon, start: Array, goal: Array) -> list[Array]:
 
 def _into(area: Polygon, xy: Array) -> Array:
     """Return the point of ``area`` nearest to ``xy``."""
-    nearest = shapely.shortest_line(area, shapely.Point(xy))
-    return shapely.get_coordinates(nearest)[0]
+    nearest: Array = shapely.get_coordinates(shapely.shortest_line(area, shapely.Point(xy)))[0]
+    return nearest

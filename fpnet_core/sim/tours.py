@@ -19,12 +19,25 @@ import shapely
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import wrap_to_pi
+from fpnet_core.sim.openings import walkable_area
 from fpnet_core.sim.routes import Place, Router
 from fpnet_core.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
 
 SENSOR_HEIGHT_M = 0.9
+BODY_RADIUS_M = 0.22
+"""The robot's half width: its path keeps this far from all walls and door frames."""
+
+
+VISIT_DEPTH_M = (1.2, 2.5)
+"""How far into a room the robot drives, measured from its door."""
+
+_MOST_STARTS = 12
+_NEARNESS_M = 5.0  # rooms much farther than this from the nearest one are rarely next
+_LOOK_RAD = (0.4, 1.0)
+_LINGER_S = 4.0  # typical time to stop, look around and turn back
+_PACE = 0.75  # mean speed on a path over the highest speed
 
 
 @dataclass(frozen=True)
@@ -34,8 +47,11 @@ class Drive:
     speed_mps: float = 1.0
     acceleration_mps2: float = 0.8
     turn_rate_radps: float = float(np.deg2rad(55.0))
-    turn_acceleration_radps2: float = float(np.deg2rad(120.0))
+    turn_acceleration_radps2: float = float(np.deg2rad(90.0))
     lookahead_m: float = 0.4
+    standstill_s: float = 1.0
+    """Pause before the first move, in which an odometry builds its first map."""
+
     step_s: float = 0.01
     sway_rad: float = float(np.deg2rad(0.25))
     """Standard deviation of roll and pitch at full speed: floors and tyres are not perfect."""
@@ -124,16 +140,18 @@ def plan_tour(
     Raises
     ------
     ConfigError
-        If no start allows that many rooms in the time allowed.
+        If no tour through that many rooms, in the time allowed and clear of walls, was found.
     """
     limits, drive = limits or TourLimits(), drive or Drive()
-    router = Router(plan)
+    router, area = Router(plan), walkable_area(plan)
     candidates = [i for i, room in enumerate(plan.rooms) if room.kind == 'room']
-    for start in rng.permutation(candidates).tolist():
+    starts = rng.permutation(candidates)[:_MOST_STARTS].tolist()
+    for start in starts if len(candidates) >= limits.rooms else []:
         rooms, legs = _choose_rooms(plan, router, start, rng, limits, drive)
         if len(rooms) >= limits.rooms:
             tour = _drive_legs(legs, rooms, rng, drive)
-            if limits.shortest_s <= tour.duration_s <= limits.longest_s:
+            in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
+            if in_time and _is_clear(tour, area):
                 return tour
     raise ConfigError(
         f'{plan.family} plan with {len(candidates)} rooms has no tour through {limits.rooms} of '
@@ -142,13 +160,9 @@ def plan_tour(
     )
 
 
-VISIT_DEPTH_M = (1.2, 2.5)
-"""How far into a room the robot drives, measured from its door."""
-
-_NEARNESS_M = 5.0  # rooms much farther than this from the nearest one are rarely next
-_LOOK_RAD = (0.4, 1.0)
-_LINGER_S = 4.0  # typical time to stop, look around and turn back
-_PACE = 0.75  # mean speed on a path over the highest speed
+def _is_clear(tour: Tour, area: shapely.Geometry) -> bool:
+    """Say whether the driven path keeps off the walls: the controller cuts corners a little."""
+    return bool(shapely.covers(area.buffer(-BODY_RADIUS_M), tour.line()))
 
 
 def _choose_rooms(
@@ -202,13 +216,14 @@ def _drive_legs(
     first = legs[0].path[1] - legs[0].path[0]
     yaw = float(np.arctan2(first[1], first[0]) + rng.uniform(-1.0, 1.0) * np.pi / 2.0)
     robot = _Robot(legs[0].path[0], yaw, drive)
+    robot.wait(drive.standstill_s)
     for leg in legs:
         robot.follow(leg.path)
         robot.turn(leg.look_rad)
     xy_yaw = np.array(robot.track)
     speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], drive.step_s, axis=0), axis=1)
     return Tour(
-        time_s=np.arange(len(xy_yaw)) * drive.step_s,
+        time_s=drive.step_s * np.arange(len(xy_yaw), dtype=np.float64),
         xy=xy_yaw[:, :2],
         yaw_rad=xy_yaw[:, 2],
         tilt_rad=_sway(speed / drive.speed_mps, rng, drive),
@@ -243,6 +258,11 @@ class _Robot:
         self._speed, self._rate = 0.0, 0.0
         self._drive = drive
         self.track: list[tuple[float, float, float]] = [(self._x, self._y, self._yaw)]
+
+    def wait(self, duration_s: float) -> None:
+        """Stand still."""
+        for _ in range(round(duration_s / self._drive.step_s)):
+            self._step(0.0, 0.0)
 
     def follow(self, path: Array) -> None:
         """Drive along a polyline (V, 2) by pure pursuit and stop at its end."""
@@ -280,7 +300,9 @@ class _Robot:
         drive, dt = self._drive, self._drive.step_s
         stoppable = np.sqrt(drive.turn_acceleration_radps2 * abs(error_rad))
         rate = min(self._GAIN * abs(error_rad), stoppable, drive.turn_rate_radps)
-        self._rate += _limit(np.copysign(rate, error_rad) - self._rate, dt * drive.turn_acceleration_radps2)
+        self._rate += _limit(
+            np.copysign(rate, error_rad) - self._rate, dt * drive.turn_acceleration_radps2
+        )
         self._speed += _limit(speed_mps - self._speed, dt * drive.acceleration_mps2)
         self._yaw += self._rate * dt
         self._x += self._speed * dt * float(np.cos(self._yaw))
@@ -296,5 +318,6 @@ def _resample(path: Array, spacing_m: float) -> Array:
     """Return points at equal spacing along a polyline (V, 2), its end included."""
     line = shapely.LineString(path)
     count = max(2, int(np.ceil(line.length / spacing_m)) + 1)
-    points = shapely.line_interpolate_point(line, np.linspace(0.0, line.length, count))
-    return shapely.get_coordinates(points)
+    places = np.linspace(0.0, line.length, count)
+    points: Array = shapely.get_coordinates(shapely.line_interpolate_point(line, places))
+    return points

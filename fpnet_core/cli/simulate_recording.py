@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate recording``: a lidar recording in a generated building, with ground truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    out: common.OutOption = None,
+    seed: common.SeedOption = None,
+    family: Annotated[
+        str | None,
+        typer.Option('--family', metavar='NAME', help='Layout of the building; default: drawn.'),
+    ] = None,
+    storage: Annotated[
+        Literal['sqlite3', 'mcap'], typer.Option('--storage', help='Format of the bag.')
+    ] = 'sqlite3',
+    columns: Annotated[
+        int,
+        typer.Option('--columns', min=16, max=4096, help='Azimuth steps of a sweep of 32 beams.'),
+    ] = 720,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Write a lidar recording in a generated building, its inexact floorplan, and the truth.
+
+    The folder gets bag/ (PointCloud2 at 10 Hz), floorplan.yaml with its image, truth.tum (true
+    sensor poses in the building) and truth.json (how the floorplan is distorted).
+
+    Example: fpnet simulate recording --out out/recording --seed 3
+    """
+    from fpnet_core.sim.lidar import LidarModel
+    from fpnet_core.sim.recording import RecordingOptions, make_recording, write_recording
+
+    folder = out if out is not None else Path('out') / 'recording'
+    options = RecordingOptions(family=family, lidar=LidarModel(columns=columns))
+    recording = make_recording(seed or 0, options)
+    with common.progress('casting scans', total=len(recording)) as advance:
+        write_recording(
+            recording, folder, storage=storage, progress=lambda _done, _total: advance(1.0)
+        )
+    summary = recording.summary()
+    if json_path is not None:
+        common.write_json(json_path, summary)
+    typer.echo(
+        f'{summary["family"]}: {summary["rooms"]} rooms, {summary["path_m"]:.0f} m through '
+        f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}'
+    )

@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A recording on disk: what is written reads back, and real KISS-ICP tracks it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.config import OdometryConfig
+from fpnet_core.errors import BagFormatError
+from fpnet_core.io.bags import BagReader
+from fpnet_core.io.maps import read_map
+from fpnet_core.io.scans import open_scans
+from fpnet_core.io.trajectories import read_tum
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.sim.lidar import LidarModel
+from fpnet_core.sim.recording import (
+    CLOUD_TOPIC,
+    TRUTH_TOPIC,
+    RecordingOptions,
+    make_recording,
+    simulate_recording,
+)
+
+SEED = 2
+COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))
+
+
+@pytest.fixture(scope='module')
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('recording')
+    seen = []
+    recording = simulate_recording(
+        folder, SEED, options=COARSE, progress=lambda done, total: seen.append((done, total))
+    )
+    assert seen == [(i + 1, len(recording)) for i in range(len(recording))]
+    return folder, recording
+
+
+def test_bag_holds_the_scans_and_the_truth(written):
+    folder, recording = written
+    source = open_scans(folder / 'bag', truth_topic=TRUTH_TOPIC)
+    assert len(source) == len(recording)
+    assert not source.has_poses
+    for index, (scan, expected) in enumerate(zip(source, recording, strict=True)):
+        assert scan.stamp_ns == expected.stamp_ns
+        assert np.allclose(scan.T_truth_sensor, expected.T_truth_sensor, atol=1e-9)
+        if index % 100 == 0:
+            assert scan.points.tobytes() == expected.points.tobytes()
+            relative = expected.time_s - expected.time_s[0]
+            assert scan.time_s == pytest.approx(relative, abs=1e-7)
+
+
+def test_cloud_message_is_a_lidar_driver_s(written):
+    folder, recording = written
+    with BagReader(folder / 'bag') as bag:
+        assert set(bag.topics) == {CLOUD_TOPIC, TRUTH_TOPIC}
+        message = next(m for topic, _, m in bag.messages([CLOUD_TOPIC]))
+    assert message.header.frame_id == 'lidar'
+    names = [field.name for field in message.fields]
+    assert names == ['x', 'y', 'z', 'intensity', 'ring', 'time']
+    assert message.width == len(recording.scan(0).points)
+
+
+def test_floorplan_and_truth_files_agree_with_the_recording(written):
+    folder, recording = written
+    grid = read_map(folder / 'floorplan.yaml')
+    assert np.array_equal(grid.cells, recording.floorplan.cells)
+    assert np.allclose(grid.T_frame_grid.matrix, recording.floorplan.T_frame_grid.matrix)
+    trajectory = read_tum(folder / 'truth.tum')
+    assert np.array_equal(trajectory.stamps_ns, recording.stamps_ns)
+    assert np.allclose(trajectory.xy, recording.truth()[:, :2, 3], atol=1e-5)
+    truth = json.loads((folder / 'truth.json').read_text())
+    assert np.array_equal(truth['A_plan_building'], recording.A_plan_building.matrix[:2])
+    assert truth['seed'] == SEED
+    assert truth['tour_rooms'] == list(recording.tour.rooms)
+
+
+def test_nothing_is_overwritten(written):
+    folder, _ = written
+    with pytest.raises(BagFormatError, match='exists'):
+        simulate_recording(folder, SEED, options=COARSE)
+
+
+def test_kiss_icp_tracks_the_full_sensor():
+    # 20 s with turns and a door; the whole tours' figures are in docs/recordings.md.
+    recording = make_recording(SEED)
+    odometry = KissOdometry(OdometryConfig())
+    first = recording.scan(0).T_truth_sensor
+    for index in range(200):
+        scan = recording.scan(index)
+        _, T_odom_sensor = odometry.register_scan(scan)
+    error = np.linalg.inv(first @ T_odom_sensor) @ scan.T_truth_sensor
+    assert np.linalg.norm(error[:2, 3]) < 0.3
+    assert abs(np.arctan2(error[1, 0], error[0, 0])) < np.deg2rad(3.0)
+
+
+def test_command_writes_a_recording(tmp_path, capsys):
+    out = tmp_path / 'recording'
+    words = ['simulate', 'recording', '--out', str(out), '--seed', '3', '--storage', 'mcap']
+    words += ['--family', 'bent', '--columns', '60', '--json', str(tmp_path / 'summary.json')]
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 0
+    assert 'bent' in capsys.readouterr().out
+    assert list((out / 'bag').glob('*.mcap'))
+    assert json.loads((tmp_path / 'summary.json').read_text())['family'] == 'bent'
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 1
+    assert 'exists' in capsys.readouterr().err
