@@ -51,14 +51,26 @@ class ScanConfig(Section):
         0.4, ge=0.0, le=1.0, description='Share of planar scanners; others see all heights.'
     )
     max_range_m: Range = Field((12.0, 20.0), description='Rays are used up to this range.')
+    narrow: float = Field(
+        0.5, ge=0.0, le=1.0, description='Share of planar scanners that only look ahead.'
+    )
     noise_m: Range = Field((0.0, 0.03), description='Standard deviation of a range.')
     rays: int = Field(540, ge=90, le=4096, description='Rays per turn of the scanner.')
     pose_spacing_m: Range = Field((0.5, 1.0), description='Path between two scans.')
-    small_tours: float = Field(
-        0.7, ge=0.0, le=1.0, description='Share of tours through at most half of the rooms.'
+    tiny_tours: float = Field(
+        0.3, ge=0.0, le=1.0, description='Share of tours that end after one to four rooms.'
+    )
+    large_tours: float = Field(
+        0.25, ge=0.0, le=1.0, description='Share of tours through more than half of the rooms.'
     )
     yaw_drift_rad: Range = Field(
         (0.0, 0.0006), description='Random walk of the heading per square root of a metre.'
+    )
+    jitter_m: Range = Field(
+        (0.0, 0.015), description='Standard deviation of the position of a single scan.'
+    )
+    jitter_rad: Range = Field(
+        (0.0, 0.004), description='Standard deviation of the heading of a single scan.'
     )
     length_drift: float = Field(
         0.004, ge=0.0, description='Largest relative error of odometry lengths.'

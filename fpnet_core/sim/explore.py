@@ -28,6 +28,9 @@ GLASS_PASS = 0.85
 LINTEL_STANDOFF_M = 1.5
 """From nearer, the lintel is above a scanner's field of view."""
 
+NARROW_FOV_RAD = (np.pi, 1.5 * np.pi)
+"""Field of view of scanners that only look ahead."""
+
 BEYOND_RANGE = 2.0
 """Rays that end beyond the used range still prove free space up to it, to this factor."""
 
@@ -37,24 +40,33 @@ _INTO_CELL = 0.25  # returns lie a little inside the cell that a ray enters
 
 @dataclass(frozen=True)
 class Scanner:
-    """One robot's scanner: ``is_planar`` sees one height only; others see lintels as well."""
+    """
+    One robot's scanner: ``is_planar`` sees one height only; others see lintels as well.
+
+    ``rays`` spread evenly over ``fov_rad``, whose middle points ahead.
+    """
 
     is_planar: bool
     height_m: float
     max_range_m: float
     noise_m: float
     rays: int
+    fov_rad: float = 2.0 * np.pi
 
 
 def draw_scanner(rng: np.random.Generator, config: ScanConfig) -> Scanner:
     """Draw a scanner; planar ones are mounted lower, among the legs of tables and chairs."""
     is_planar = bool(rng.random() < config.planar)
+    fov_rad = 2.0 * np.pi
+    if is_planar and rng.random() < config.narrow:
+        fov_rad = float(rng.uniform(*NARROW_FOV_RAD))
     return Scanner(
         is_planar=is_planar,
         height_m=float(rng.uniform(0.15, 0.7) if is_planar else rng.uniform(0.7, 1.4)),
         max_range_m=float(rng.uniform(*config.max_range_m)),
         noise_m=float(rng.uniform(*config.noise_m)),
-        rays=config.rays,
+        rays=round(config.rays * fov_rad / (2.0 * np.pi)),
+        fov_rad=fov_rad,
     )
 
 
@@ -85,9 +97,11 @@ def scan_walk(
     origin = estimated.min(axis=0) - margin
     cols, rows = np.ceil((estimated.max(axis=0) + margin - origin) / cell_m).astype(int)
     counts = _Counts(rows, cols, cell_m, rule)
+    ahead = np.gradient(xy, axis=0) if len(xy) > 1 else np.array([[1.0, 0.0]])
     for k in range(len(xy)):
         start = (estimated[k] - origin) / cell_m
-        _scan_once(world, xy[k], start, float(turn[k]), scanner, rng, counts)
+        heading = float(np.arctan2(ahead[k, 1], ahead[k, 0]))
+        _scan_once(world, (xy[k], heading), (start, float(turn[k])), scanner, rng, counts)
     window = counts.window()
     cells, lintel = counts.classify()
     corner = origin + np.array([window[1].start, window[0].start]) * cell_m
@@ -127,18 +141,22 @@ class _Counts:
 
 def _scan_once(
     world: World,
-    xy: NDArray[np.float64],
-    start: NDArray[np.float64],
-    turn: float,
+    pose: tuple[NDArray[np.float64], float],
+    estimate: tuple[NDArray[np.float64], float],
     scanner: Scanner,
     rng: np.random.Generator,
     counts: _Counts,
 ) -> None:
-    """Cast one scan at true position ``xy`` [m] and enter it at ``start`` (x, y) [cells]."""
-    angles = (np.arange(scanner.rays) + rng.random()) * (2.0 * np.pi / scanner.rays)
+    """
+    Cast one scan at its true ``pose`` (position [m], heading) and enter it where odometry says.
+
+    ``estimate`` is the start of all rays (x, y) [cells] and by how much they are turned.
+    """
+    (x0, y0), turn = estimate
+    x, y = world.to_cells(pose[0])
+    spread = (np.arange(scanner.rays) + rng.random()) / scanner.rays - 0.5
+    angles = pose[1] + scanner.fov_rad * spread
     heading = angles + turn
-    x, y = world.to_cells(xy)
-    x0, y0 = start
     reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
     passes = rng.random(scanner.rays) < GLASS_PASS
     bodies = ((world.body, counts.hit, 0.0), (world.high, counts.high, LINTEL_STANDOFF_M))

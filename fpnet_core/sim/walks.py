@@ -19,8 +19,9 @@ WALK_STRIDE = 4
 REACH_M = 7.0
 """Nearby rooms are visited first: the chance falls by e over this much more way."""
 
-SMALL_TOUR_SHARE = (0.08, 0.5)
-"""Share of the rooms that a small tour visits."""
+TINY_TOUR_ROOMS = 4
+SMALL_TOUR_SHARE = (0.1, 0.5)
+"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits."""
 
 WARP_WAVES = 3
 WARP_LENGTHS_M = (25.0, 80.0)
@@ -61,9 +62,7 @@ def _visit_rooms(
     if not len(cells):
         return []
     rooms = room_of.ravel()[cells]
-    is_small = rng.random() < config.small_tours
-    share = rng.uniform(*SMALL_TOUR_SHARE) if is_small else rng.uniform(SMALL_TOUR_SHARE[1], 1.0)
-    target = max(1, round(share * len(np.unique(rooms))))
+    target = _draw_tour_rooms(len(np.unique(rooms)), rng, config)
     cols = passable.shape[1]
     here = int(rng.choice(cells))
     visited = {int(room_of.ravel()[here])}
@@ -88,6 +87,17 @@ def _visit_rooms(
         walks.append(walk[1:])
 
 
+def _draw_tour_rooms(count: int, rng: np.random.Generator, config: ScanConfig) -> int:
+    """Draw how many of ``count`` rooms a tour visits: early maps matter as much as late ones."""
+    draw = rng.random()
+    if draw < config.tiny_tours:
+        return int(rng.integers(1, TINY_TOUR_ROOMS + 1))
+    least, most = SMALL_TOUR_SHARE
+    if draw > 1.0 - config.large_tours:
+        least, most = most, 1.0
+    return max(1, round(float(rng.uniform(least, most)) * count))
+
+
 def estimate_walk(
     xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -95,7 +105,7 @@ def estimate_walk(
     Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
 
     Scan matching against a local map makes errors that depend on the place, so that a room
-    looks the same on the second visit, and small ones that grow with the way.
+    looks the same on the second visit, small ones that grow with the way, and some jitter.
     """
     warped, bend = _warp(xy, rng, config)
     steps = np.diff(warped, axis=0)
@@ -105,10 +115,12 @@ def estimate_walk(
     yaw = np.concatenate([[0.0], np.cumsum(noise)])
     factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
     c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-    turned = np.stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]], 1)
-    return np.concatenate(
-        [warped[:1], warped[:1] + np.cumsum(factor * turned, axis=0)]
-    ), yaw + bend
+    dx, dy = factor * steps.T
+    moved = np.cumsum(np.stack([c * dx - s * dy, s * dx + c * dy], axis=1), axis=0)
+    estimated = np.concatenate([warped[:1], warped[:1] + moved])
+    jitter_m, jitter_rad = rng.uniform(*config.jitter_m), rng.uniform(*config.jitter_rad)
+    estimated += jitter_m * rng.standard_normal(estimated.shape)
+    return estimated, yaw + bend + jitter_rad * rng.standard_normal(len(yaw))
 
 
 def _warp(
@@ -118,11 +130,10 @@ def _warp(
     warped, bend = xy.copy(), np.zeros(len(xy))
     strain = rng.uniform(*config.warp) / WARP_WAVES
     for _ in range(WARP_WAVES):
-        angle, side = rng.uniform(-np.pi, np.pi, 2)
-        wave = (
-            2.0 * np.pi / rng.uniform(*WARP_LENGTHS_M) * np.array([np.cos(angle), np.sin(angle)])
-        )
-        push = strain / float(np.hypot(*wave)) * np.array([np.cos(side), np.sin(side)])
+        a, b = rng.uniform(-np.pi, np.pi, 2)
+        rate = 2.0 * np.pi / rng.uniform(*WARP_LENGTHS_M)
+        wave = rate * np.array([np.cos(a), np.sin(a)])
+        push = strain / rate * np.array([np.cos(b), np.sin(b)])
         phase = xy @ wave + rng.uniform(-np.pi, np.pi)
         warped += np.sin(phase)[:, None] * push
         bend += 0.5 * np.cos(phase) * (wave[0] * push[1] - wave[1] * push[0])

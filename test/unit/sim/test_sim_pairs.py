@@ -21,7 +21,13 @@ from fpnet_core.types import FREE, OCCUPIED, RegionLabel
 
 SMALL = SimConfig(max_rooms=14)
 EXACT = ScanConfig(
-    planar=0.0, noise_m=(0.0, 0.0), yaw_drift_rad=(0.0, 0.0), length_drift=0.0, warp=(0.0, 0.0)
+    planar=0.0,
+    noise_m=(0.0, 0.0),
+    yaw_drift_rad=(0.0, 0.0),
+    jitter_m=(0.0, 0.0),
+    jitter_rad=(0.0, 0.0),
+    length_drift=0.0,
+    warp=(0.0, 0.0),
 )
 BARE = BuildingConfig(
     furnished=0.0, closed_doors=(0.0, 0.0), removed_walls=0.0, added_walls=0.0, glass=(0.0, 0.0)
@@ -115,6 +121,20 @@ def test_planar_scanners_know_no_lintels(plan):
     walk = plan_walk(world, rng, EXACT)
     submap, _ = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
     assert not submap.lintel.any()
+
+
+def test_narrow_scanners_look_ahead(plan):
+    rng = np.random.default_rng(1)
+    world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=0.3)
+    middle = np.array(shapely.Polygon(plan.rooms[0].polygon).representative_point().coords[0])
+    ahead = np.array([0.8, -0.6])
+    walk = np.stack([middle, middle + 0.1 * ahead])
+    scanner = Scanner(True, 0.3, max_range_m=15.0, noise_m=0.0, rays=540, fov_rad=np.pi)
+    submap, T = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    seen = T.inv().apply(submap.grid.rc_to_xy(np.argwhere(submap.grid.cells == FREE)))
+    along = (seen - middle) @ ahead
+    assert along.min() > -0.2
+    assert along.max() > 0.5
 
 
 def test_the_best_rigid_fit_recovers_a_planted_transform():
