@@ -4,21 +4,16 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet_core.cli import common, simulate_recording
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
-
-EXTENSIONS = {'recording': 'fpnet_core.cli.simulate_recording'}
-"""Further subcommands: modules that export ``command``."""
 
 app = typer.Typer(
     help='Generate floorplans, matching pairs and lidar recordings.',
@@ -26,9 +21,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _name, _module in EXTENSIONS.items():
-    if find_spec(_module) is not None:
-        app.command(_name)(import_module(_module).command)
+app.command('recording')(simulate_recording.command)
 
 OutFile = Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')]
 FamilyOption = Annotated[
