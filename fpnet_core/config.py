@@ -173,6 +173,12 @@ class PoseConfig(Section):
     max_pairs: int = Field(
         800, ge=1, description='Region pairs of each kind that become candidates.'
     )
+    focused_pairs: int = Field(
+        250, ge=1, description='The same once the matcher is sure of enough pairs.'
+    )
+    sure_pairs: int = Field(
+        4, ge=1, description='Pairs above the graded threshold that are enough.'
+    )
     max_refined: int = Field(48, ge=1, description='Candidates that are refined and verified.')
     max_estimates: int = Field(8, ge=2, description='Distinct placements that are reported.')
     coarse_sigma_m: float = Field(0.5, gt=0.0, description='Wall kernel of the early rejection.')

@@ -152,6 +152,7 @@ def compare(
     with timer.stage('match'):
         match = matcher.match(plan.graph, sub.graph, explored_area_m2)
     with timer.stage('propose'):
+        is_sure = len(match.pairs) >= config.sure_pairs
         candidates = propose(
             plan.segmentation,
             sub.segmentation,
@@ -159,7 +160,7 @@ def compare(
             plan.evidence,
             sub.evidence,
             scales,
-            config.max_pairs,
+            config.focused_pairs if is_sure else config.max_pairs,
         )
         promising = select_promising(plan.evidence, sub.evidence, candidates, config)
     with timer.stage('verify'):
