@@ -67,6 +67,8 @@ class LocalizerNode(Node):
         self._localizer = create_localizer(config)
         self._pairing = StampPairing[PointCloud2, Odometry](SCAN_QUEUE)
         self._plan_frame = ''
+        self._newest: OdometryReading | None = None
+        self._published_ns: int | None = None
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix='tick')
         self._tick: Future[None] | None = None
         self._pose_publisher = self.create_publisher(PoseStamped, 'floorplan_pose', STREAM)
@@ -111,8 +113,17 @@ class LocalizerNode(Node):
         except FpnetError as error:
             self._errors.report(error)
             return
+        self._newest = odometry
+        self._publish_pose()
+
+    def _publish_pose(self) -> None:
+        """Publish the pose at the newest scan, once, if the localizer claims one."""
+        odometry = self._newest
+        if odometry is None or odometry.stamp_ns == self._published_ns:
+            return
         pose = self._localizer.pose(odometry.T_odom_child)
         if pose is not None:
+            self._published_ns = odometry.stamp_ns
             self._pose_publisher.publish(pose_to_msg(pose, odometry.stamp_ns, self._plan_frame))
 
     def _on_floorplan(self, msg: OccupancyGrid) -> None:
@@ -134,6 +145,7 @@ class LocalizerNode(Node):
         self._publish_status(self._localizer.output)
 
     def _start_tick(self) -> None:
+        self._publish_pose()  # the last tick may have found the robot after its newest scan
         if self._tick is None or self._tick.done():
             self._tick = self._submit(self._run_tick)
 

@@ -3,12 +3,25 @@
 """Real nodes in processes of their own, in a private domain; the test is one more participant."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+import json
 import os
 from pathlib import Path
+import shutil
+import subprocess
+import sys
 import time
 from typing import Any
 
+import numpy as np
 import pytest
+
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.bags import BagWriter
+from fpnet_core.io.maps import write_map
+from fpnet_core.io.trajectories import write_tum
+from fpnet_core.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
+from fpnet_core.trajectory import PlanarTrajectory
 
 rclpy = pytest.importorskip('rclpy')
 
@@ -73,3 +86,70 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     executor.shutdown()
     node.destroy_node()
     rclpy.shutdown(context=context)
+
+
+SCANS = 300  # half a minute of the tour: a slow machine needs more of it to be localised
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """The start of a simulated recording, as ``simulate_recording`` would write it."""
+
+    folder: Path
+    floorplan: Path
+    stamps_ns: np.ndarray
+    truth: PlanarTrajectory
+    A_plan_building: Affine2D
+
+
+@pytest.fixture(scope='session')
+def excerpt(tmp_path_factory: pytest.TempPathFactory) -> Excerpt:
+    folder = tmp_path_factory.mktemp('excerpt')
+    recording = make_recording(0)
+    write_map(recording.floorplan, folder / 'floorplan.yaml')
+    with BagWriter(folder / 'bag') as bag:
+        for index in range(SCANS):
+            scan = recording.scan(index)
+            bag.write_cloud(
+                CLOUD_TOPIC,
+                scan.stamp_ns,
+                LIDAR_FRAME,
+                scan.points,
+                scan.intensity,
+                scan.ring,
+                scan.time_s.astype(np.float32),
+            )
+            bag.write_pose('/ground_truth/pose', scan.stamp_ns, 'building', scan.T_truth_sensor)
+    poses = recording.truth()[:SCANS]
+    yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
+    truth = PlanarTrajectory(recording.stamps_ns[:SCANS], poses[:, :2, 3], yaw)
+    write_tum(folder / 'truth.tum', truth.stamps_ns, truth.xy, truth.yaw)
+    facts = {'A_plan_building': recording.A_plan_building.matrix[:2].tolist()}
+    (folder / 'truth.json').write_text(json.dumps(facts))
+    return Excerpt(
+        folder, folder / 'floorplan.yaml', truth.stamps_ns, truth, recording.A_plan_building
+    )
+
+
+@pytest.fixture(scope='session')
+def install_space(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the package with colcon in a workspace of its own; returns ``install``."""
+    workspace = tmp_path_factory.mktemp('workspace')
+    root = Path(__file__).parents[2]
+    scripts = Path(sys.executable).parent
+    colcon = shutil.which('colcon', path=f'{scripts}{os.pathsep}{os.environ["PATH"]}')
+    if colcon is None:
+        pytest.fail('colcon is missing; install requirements-dev.txt')
+    environment = dict(os.environ)
+    environment['PATH'] = f'{scripts}{os.pathsep}{environment["PATH"]}'
+    environment.setdefault('AMENT_PREFIX_PATH', sys.prefix)
+    subprocess.run(
+        [
+            *(colcon, '--log-base', 'log', 'build', '--base-paths', str(root)),
+            *('--packages-select', 'fpnet_ros'),
+        ],
+        cwd=workspace,
+        env=environment,
+        check=True,
+    )
+    return workspace / 'install'
