@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
-_SHARED_AREA = 0.3  # regions that share this part of the smaller one are shown alike
+_SHARED_AREA = 0.3  # a room with this share of its cells on one plan room is shown like it
+_SAME_DOOR_M = 1.0
+_CELL_STRIDE = 7  # every so many cells vote
 
 
 def shared_colours(
@@ -30,22 +32,32 @@ def shared_colours(
     """
     Colour of each submap region: that of the plan region below it, grey where there is none.
 
-    ``A_plan_sub`` places the submap; the region that covers most of it lends the colour.
+    ``A_plan_sub`` places the submap. A room takes the colour of the plan room that lies below
+    most of its cells, a door that of the nearest plan door.
     """
-    from shapely import Polygon
-
-    plan_shapes = [(r.id, r.label, Polygon(r.polygon).buffer(0)) for r in plan.regions]
-    colours = {}
-    for region in sub.regions:
-        shape = Polygon(A_plan_sub.apply(region.polygon)).buffer(0)
-        shared = [
-            (shape.intersection(other).area / min(shape.area, other.area), plan_id)
-            for plan_id, label, other in plan_shapes
-            if label is region.label and shape.intersects(other)
-        ]
-        best, plan_id = max(shared, default=(0.0, -1))
-        colours[region.id] = region_colour(plan_id) if best >= _SHARED_AREA else _UNMATCHED
+    colours = {region.id: _UNMATCHED for region in sub.regions}
+    for room in sub.rooms:
+        cells = np.argwhere(sub.labels == room.id + 1)[::_CELL_STRIDE]
+        below = _labels_at(plan, A_plan_sub.apply(sub.grid.rc_to_xy(cells)))
+        counts = np.bincount(below)
+        counts[0] = 0
+        if len(cells) and counts.max() >= _SHARED_AREA * len(cells):
+            colours[room.id] = region_colour(int(counts.argmax()) - 1)
+    plan_doors = np.array([door.centroid for door in plan.doors]).reshape(-1, 2)
+    for door in sub.doors:
+        gaps = np.linalg.norm(plan_doors - A_plan_sub.apply(door.centroid), axis=1)
+        if len(gaps) and gaps.min() <= _SAME_DOOR_M:
+            colours[door.id] = region_colour(plan.doors[int(gaps.argmin())].id)
     return colours
+
+
+def _labels_at(segmentation: Segmentation, xy: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Labels below metric points (P, 2), 0 outside the raster."""
+    rc = np.round(segmentation.grid.xy_to_rc(xy)).astype(np.int64)
+    inside = ((rc >= 0) & (rc < segmentation.labels.shape)).all(axis=1)
+    labels = np.zeros(len(rc), dtype=np.int32)
+    labels[inside] = segmentation.labels[rc[inside, 0], rc[inside, 1]]
+    return labels
 
 
 def draw_walls_on_plan(
