@@ -6,9 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import colorsys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
@@ -20,6 +21,7 @@ Colour = tuple[float, float, float]
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 # Hues a golden angle apart stay distinct however many there are.
+_TINT = 0.55  # opacity of a room's colour
 _GOLDEN = 0.6180339887498949
 
 
@@ -32,23 +34,10 @@ def region_colour(region_id: int) -> Colour:
 
 def draw_grid(ax: Axes, grid: GridMap) -> None:
     """Draw a grid in its own frame: free white, unknown light grey, occupied dark."""
-    from matplotlib.transforms import Affine2D as PlotAffine
-
     grey = np.full(grid.shape, _GREY_UNKNOWN)
     grey[grid.cells == FREE] = _GREY_FREE
     grey[grid.cells == OCCUPIED] = _GREY_OCCUPIED
-    height_m, width_m = (cells * grid.resolution for cells in grid.shape)
-    placed = PlotAffine(grid.T_frame_grid.matrix) + ax.transData
-    ax.imshow(
-        grey,
-        cmap='gray',
-        vmin=0.0,
-        vmax=1.0,
-        origin='lower',
-        extent=(0.0, width_m, 0.0, height_m),
-        interpolation='nearest',
-        transform=placed,
-    )
+    _show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
     corners = grid.rc_to_xy(np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * grid.shape - 0.5)
     ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
     ax.set_ylim(corners[:, 1].min(), corners[:, 1].max())
@@ -64,18 +53,37 @@ def draw_segmentation(
     with_ids: bool = False,
 ) -> None:
     """
-    Draw rooms as filled outlines and doors as lines over whatever ``ax`` shows.
+    Draw rooms as tinted cells and doors as lines over whatever ``ax`` shows.
 
     ``colours`` overrides the colour of a region by id, so that matched regions of plan and
     submap can share one; ``with_ids`` writes each room's id at its centroid.
     """
     chosen = colours or {}
+    tint = np.zeros((*segmentation.labels.shape, 4))
     for room in segmentation.rooms:
-        colour = chosen.get(room.id, region_colour(room.id))
-        ax.fill(*room.polygon.T, facecolor=colour, edgecolor=colour, alpha=0.55, linewidth=1.0)
+        tint[segmentation.labels == room.id + 1] = (
+            *chosen.get(room.id, region_colour(room.id)),
+            _TINT,
+        )
         if with_ids:
             ax.annotate(str(room.id), tuple(room.centroid), ha='center', va='center', fontsize=7)
+    _show_raster(ax, segmentation.grid, tint)
     for portal in segmentation.portals:
         style = '-' if portal.rooms[1] is not None else ':'
         colour = chosen.get(portal.door, _DOOR_COLOUR)
         ax.plot(*portal.ends.T, color=colour, linewidth=2.0, linestyle=style)
+
+
+def _show_raster(ax: Axes, grid: GridMap, image: NDArray[np.float64], **options: Any) -> None:
+    """Show an image of the grid's cells at the grid's place."""
+    from matplotlib.transforms import Affine2D as PlotAffine
+
+    height_m, width_m = (cells * grid.resolution for cells in grid.shape)
+    ax.imshow(
+        image,
+        origin='lower',
+        extent=(0.0, width_m, 0.0, height_m),
+        interpolation='nearest',
+        transform=PlotAffine(grid.T_frame_grid.matrix) + ax.transData,
+        **options,
+    )
