@@ -151,7 +151,7 @@ def build_cells(rng: np.random.Generator, arms: list[Arm], style: Style) -> list
     for kind in KINDS:
         for part in polygons_of(lanes[kind]):
             cells += [Cell(piece, kind) for piece in cut_holes(part)]
-    taken = shapely.union_all(list(lanes.values()), grid_size=1e-3)
+    taken = _areas(shapely.union_all(list(lanes.values()), grid_size=1e-3))
     for arm in arms:
         for outline, depth in _banks(arm):
             allowed: shapely.Geometry = outline
@@ -160,5 +160,12 @@ def build_cells(rng: np.random.Generator, arms: list[Arm], style: Style) -> list
             for part in polygons_of(shapely.difference(allowed, taken, grid_size=1e-3)):
                 if part.area > 1.0 and not part.interiors:
                     cells += slice_bank(rng, part, arm, depth, style)
-            taken = shapely.union(taken, allowed, grid_size=1e-3)
+            taken = _areas(shapely.union(taken, allowed, grid_size=1e-3))
     return absorb_slivers(cells)
+
+
+def _areas(geometry: shapely.Geometry) -> shapely.Geometry:
+    """Return the polygonal part: snapping to a grid may leave lines, which overlays refuse."""
+    if geometry.geom_type in ('Polygon', 'MultiPolygon'):
+        return geometry
+    return shapely.union_all(polygons_of(geometry))
