@@ -75,7 +75,8 @@ def distinct(
     Indices of candidates that place the submap differently from every better one.
 
     Two placements differ when the corners of the submap's bounding box land more than
-    ``distance_m`` apart on average. ``ranked`` is best first; at most ``limit`` indices are returned.
+    ``distance_m`` apart on average. ``ranked`` is best first; at most ``limit`` indices are
+    returned.
     """
     if len(ranked) == 0:
         return np.zeros(0, dtype=np.int64)
