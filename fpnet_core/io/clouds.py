@@ -10,6 +10,7 @@ cloud. They are used for compressed PCD only.
 from __future__ import annotations
 
 from collections.abc import Callable
+import os
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -176,12 +177,10 @@ def _read_text(file: BinaryIO, count: int, columns: int) -> NDArray[np.float64]:
 def _read_records(file: BinaryIO, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
     if count < 0 or dtype.itemsize == 0:
         raise ValueError('the header describes no points')
-    data = file.read(count * dtype.itemsize)
-    if len(data) != count * dtype.itemsize:
-        raise ValueError(
-            f'truncated: {count} points need {count * dtype.itemsize} bytes, got {len(data)}'
-        )
-    return np.frombuffer(data, dtype=dtype)
+    needed, left = count * dtype.itemsize, os.fstat(file.fileno()).st_size - file.tell()
+    if left < needed:  # checked first: a damaged count must not make us reserve that memory
+        raise ValueError(f'truncated: {count} points need {needed} bytes, got {left}')
+    return np.frombuffer(file.read(needed), dtype=dtype)
 
 
 def _stack(records: NDArray[Any]) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 MAX_PIXELS = 100_000_000
 """Larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
 
+_FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF')  # others run foreign programs or are no maps
 _WHITE_SHARE = 0.005  # the paper or free space fills at least this share of the image
 _WHITE_MARGIN = 25  # grey levels below white that still are white, if no other grey is near
 _NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level
@@ -56,7 +57,7 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
         with warnings.catch_warnings():
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
-            with Image.open(path) as image:
+            with Image.open(path, formats=_FORMATS) as image:
                 _check_size(image, path)
                 return _to_array(image)
     except Image.DecompressionBombError:
@@ -69,7 +70,7 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
         # Pillow's decoders raise many kinds on damaged bytes (OSError, SyntaxError, struct.error).
         detail = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise MapFormatError(
-            f'{path} is no readable image ({detail}); expected PNG, PGM or JPEG'
+            f'{path} is no readable image ({detail}); expected PNG, PGM, JPEG, BMP or TIFF'
         ) from None
 
 

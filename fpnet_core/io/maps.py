@@ -10,6 +10,7 @@ lowest y. This module flips once, and :func:`pixel_to_xy` relates the two.
 from __future__ import annotations
 
 from pathlib import Path
+import reprlib
 from typing import Any
 
 import numpy as np
@@ -123,11 +124,13 @@ def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
         raise MapFormatError(f'{path}: resolution must be positive, got {resolution_m}')
     origin = fields.get('origin')
     if not isinstance(origin, list) or len(origin) != 3:
-        raise MapFormatError(f'{path}: origin must be [x, y, yaw] in m, m, rad, got {origin!r}')
+        raise MapFormatError(
+            f'{path}: origin must be [x, y, yaw] in m, m, rad, got {reprlib.repr(origin)}'
+        )
     x, y, yaw = (_as_number(value, 'origin', path) for value in origin)
     image = fields.get('image')
     if not isinstance(image, str) or not image:
-        raise MapFormatError(f'{path}: image must name the map image, got {image!r}')
+        raise MapFormatError(f'{path}: image must name the map image, got {reprlib.repr(image)}')
     cells = _threshold(load_pixels(path.parent / image), fields, path)
     return GridMap(cells[::-1], resolution_m, SE2.from_xy_yaw(x, y, yaw))
 
@@ -162,7 +165,7 @@ def _as_number(value: Any, key: str, path: Path) -> float:
     except (TypeError, ValueError, OverflowError):
         number = float('nan')
     if not np.isfinite(number):
-        raise MapFormatError(f'{path}: {key} must be a finite number, got {value!r}')
+        raise MapFormatError(f'{path}: {key} must be a finite number, got {reprlib.repr(value)}')
     return number
 
 
@@ -170,9 +173,11 @@ def _threshold(
     pixels: NDArray[np.float32], fields: dict[str, Any], path: Path
 ) -> NDArray[np.int8]:
     """Return the cell values ``(H, W)`` by nav2 map_server's rules, row 0 at the top."""
-    mode = str(fields.get('mode', 'trinary'))
+    mode = fields.get('mode', 'trinary')
     if mode not in _MODES:
-        raise MapFormatError(f'{path}: mode must be one of {", ".join(_MODES)}, got {mode!r}')
+        raise MapFormatError(
+            f'{path}: mode must be one of {", ".join(_MODES)}, got {reprlib.repr(mode)}'
+        )
     free_below = _number(fields, 'free_thresh', path, _FREE_THRESHOLD)
     occupied_above = _number(fields, 'occupied_thresh', path, _OCCUPIED_THRESHOLD)
     if not 0.0 <= free_below <= occupied_above <= 1.0:
