@@ -194,12 +194,13 @@ def _finite_points(raw: NDArray[Any], time_name: str | None) -> CloudArrays:
         for column, name in enumerate('xyz'):
             points[:, column] = raw[name].ravel()
     time = raw[time_name].ravel().astype(np.float64) if time_name else None
-    # The sum is finite exactly if all three are, but for sums beyond 3e38 m: no matter.
-    finite = np.isfinite(points.sum(axis=1))
-    dropped = len(points) - int(np.count_nonzero(finite))
-    if dropped:
-        points = points[finite]
-        time = None if time is None else time[finite]
+    finite = np.isfinite(points)
+    dropped = 0
+    if not finite.all():
+        kept = finite.all(axis=1)
+        dropped = len(points) - int(np.count_nonzero(kept))
+        points = points[kept]
+        time = None if time is None else time[kept]
     return CloudArrays(points, None if time is None else sweep_seconds(time), dropped)
 
 
@@ -214,11 +215,12 @@ def sweep_seconds(time: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """
     if not time.size:
         return time
-    relative: NDArray[np.float64] = time - time.min()
-    spread = float(relative.max())
+    first, last = float(time.min()), float(time.max())
     for unit_s in (1.0, 1e-3, 1e-6, 1e-9):
-        if spread * unit_s <= LONGEST_SWEEP_S:
-            return relative * unit_s
+        if (last - first) * unit_s <= LONGEST_SWEEP_S:
+            relative = time - first
+            relative *= unit_s
+            return relative
     return None
 
 
