@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet localize`` from a bag of raw clouds to poses on the floorplan, through KISS-ICP."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.evaluation.runs import pose_errors
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io import read_tum, write_tum
+from fpnet_core.sim.lidar import LidarModel
+from fpnet_core.sim.recording import RecordingOptions, simulate_recording
+from fpnet_core.trajectory import PlanarTrajectory
+
+pytestmark = pytest.mark.slow
+
+# Fewer rays than the demo's lidar, so that odometry takes a fraction of the time.
+COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=300))
+
+
+def run_cli(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return ended.value.code or 0
+
+
+@pytest.fixture(scope='module')
+def localized(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('localize')
+    simulate_recording(folder / 'drive', 2, options=COARSE, storage='mcap')
+    truth = read_tum(folder / 'drive' / 'truth.tum')
+    A_plan_building = Affine2D.from_matrix(
+        json.loads((folder / 'drive' / 'truth.json').read_text())['A_plan_building']
+    )
+    path = PlanarTrajectory.from_transforms(truth.stamps_ns, truth.T_frame_body)
+    on_plan = path.mapped(A_plan_building)
+    write_tum(folder / 'on_plan.tum', on_plan.stamps_ns, on_plan.xy, on_plan.yaw)
+    code = run_cli(
+        'localize', folder / 'drive' / 'bag',
+        '--floorplan', folder / 'drive' / 'floorplan.yaml',
+        '--truth', folder / 'on_plan.tum',
+        '--tum', folder / 'out.tum',
+        '--json', folder / 'out.json',
+    )  # fmt: skip
+    assert code == 0
+    return folder, json.loads((folder / 'out.json').read_text()), on_plan
+
+
+def test_the_robot_is_found_and_no_pose_is_wrong(localized):
+    _, summary, _ = localized
+    assert summary['localized']
+    assert summary['wrong_poses'] == 0
+    assert summary['median_position_error_m'] < 0.5
+    assert summary['rejected_scans'] == 0
+    assert 0.0 < summary['path_to_first_pose_m'] < summary['path_m']
+
+
+def test_the_poses_written_are_those_that_were_judged(localized):
+    folder, summary, on_plan = localized
+    poses = read_tum(folder / 'out.tum')
+    assert len(poses) == summary['poses']
+    written = PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
+    position, _ = pose_errors(written, on_plan)
+    assert np.median(position) == pytest.approx(summary['median_position_error_m'], abs=1e-3)
+
+
+def test_bad_recordings_end_in_one_line(localized, tmp_path, capsys):
+    folder, _, _ = localized
+    plan = folder / 'drive' / 'floorplan.yaml'
+    corrupt = tmp_path / 'corrupt.mcap'
+    bag = next((folder / 'drive' / 'bag').glob('*.mcap'))
+    corrupt.write_bytes(bag.read_bytes()[:20_000])
+    text = tmp_path / 'notes.txt'
+    text.write_text('no recording')
+    for recording in (tmp_path / 'missing', corrupt, text):
+        assert run_cli('localize', recording, '--floorplan', plan) == 1
+        error = capsys.readouterr().err
+        assert error.startswith('fpnet: '), recording
+        assert error.count('\n') == 1, error
+
+
+def test_bad_weights_end_in_one_line(localized, tmp_path, capsys):
+    folder, _, _ = localized
+    weights = tmp_path / 'bad.safetensors'
+    weights.write_bytes(b'not tensors')
+    weights.with_suffix('.json').write_text('{}')
+    code = run_cli(
+        'localize', folder / 'drive' / 'bag',
+        '--floorplan', folder / 'drive' / 'floorplan.yaml',
+        '--set', f'matcher.weights={weights}',
+    )  # fmt: skip
+    assert code == 1
+    assert capsys.readouterr().err.count('\n') == 1

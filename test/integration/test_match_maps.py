@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet match`` on two drawings of one building, of other scale, turn and place."""
+
+import json
+
+import cv2
+import numpy as np
+from planted import A_BUILDING_PLAN, building_cells, draw_building
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.types import FREE, OCCUPIED
+
+PIXELS_PER_M = 14.0  # of the robot map below: nothing says so to the matcher
+TURN_RAD = np.deg2rad(128.0)
+
+
+def grey(cells):
+    """Image rows, top first: free white, walls black, unknown mid grey."""
+    image = np.full(cells.shape, 205, dtype=np.uint8)
+    image[cells == FREE] = 254
+    image[cells == OCCUPIED] = 0
+    return image[::-1]
+
+
+def write_plan(path):
+    """The drawing at 0.05 m per pixel; returns the map from building metres to its pixels."""
+    origin = SE2.from_xy_yaw(-10.0, -16.0, 0.3)
+    grid = draw_building(A_BUILDING_PLAN, 0.05, 'plan', origin, (700, 800))
+    image = grey(grid.cells)
+    image[image == 205] = 0  # drawings are black outside
+    cv2.imwrite(str(path), image)
+    flip = Affine2D(np.diag([20.0, -20.0]), np.array([-0.5, 700 - 0.5]))
+    return flip @ origin.inv() @ A_BUILDING_PLAN.inv()
+
+
+def write_robot_map(path, keep):
+    """A part of the building at another scale; returns building metres to its pixels."""
+    rows, cols = 420, 460
+    c, s = np.cos(TURN_RAD), np.sin(TURN_RAD)
+    middle = np.array([10.0, 6.5])
+    linear = PIXELS_PER_M * np.diag([1.0, -1.0]) @ np.array([[c, -s], [s, c]])
+    to_pixels = Affine2D(linear, np.array([cols / 2, rows / 2]) - linear @ middle)
+    v, u = np.mgrid[:rows, :cols]
+    xy = to_pixels.inv().apply(np.stack([u, v], axis=-1))
+    cells = building_cells(xy)
+    cells[~keep(xy[..., 0], xy[..., 1])] = -1
+    cv2.imwrite(str(path), grey(cells)[::-1])
+    return to_pixels
+
+
+def run_match(tmp_path, *extra):
+    out = tmp_path / 'match.json'
+    arguments = ['match', '--plan', str(tmp_path / 'plan.png')]
+    arguments += ['--submap', str(tmp_path / 'robot.png'), '--json', str(out), *extra]
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code in (0, None)
+    return json.loads(out.read_text())
+
+
+def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path):
+    plan_px = write_plan(tmp_path / 'plan.png')
+    robot_px = write_robot_map(tmp_path / 'robot.png', lambda x, y: (x < 15) | (y > 5.2))
+    result = run_match(tmp_path, '--plot', str(tmp_path / 'match.png'))
+    assert result['status'] == 'matched'
+    got = Affine2D.from_matrix(result['affine_plan_from_submap_px'])
+    corners = robot_px.apply([[0.0, 0.0], [20.0, 0.0], [0.0, 13.0], [14.0, 13.0]])
+    truth = plan_px @ robot_px.inv()
+    assert np.linalg.norm(got.apply(corners) - truth.apply(corners), axis=1).max() < 8.0
+    assert set(result) >= {'status', 'affine_plan_from_submap_px', 'score', 'timings_ms'}
+    assert cv2.imread(str(tmp_path / 'match.png')) is not None
+
+
+def test_one_plain_room_is_not_claimed(tmp_path):
+    write_plan(tmp_path / 'plan.png')
+    write_robot_map(tmp_path / 'robot.png', lambda x, y: (x > 0.3) & (x < 6.5) & (y < 4.5))
+    assert run_match(tmp_path)['status'] != 'matched'
+
+
+def test_a_map_without_free_space_is_one_clear_error(tmp_path, capsys):
+    write_plan(tmp_path / 'plan.png')
+    cv2.imwrite(str(tmp_path / 'robot.png'), np.zeros((50, 60), dtype=np.uint8))
+    arguments = ['match', '--plan', str(tmp_path / 'plan.png')]
+    with pytest.raises(SystemExit) as ended:
+        main([*arguments, '--submap', str(tmp_path / 'robot.png')])
+    assert ended.value.code == 1
+    error = capsys.readouterr().err
+    assert error.startswith('fpnet: ')
+    assert error.count('\n') == 1
