@@ -103,7 +103,9 @@ main() {
     say "making $VENV with $("$python" --version) (takes some minutes, once)"
     "$python" -m venv "${options[@]}" "$VENV"
     touch "$VENV/COLCON_IGNORE"
+    say 'installing PyTorch'
     install_torch
+    say "installing $requirements and requirements-dev.txt"
     pip_install -r "$requirements" -r requirements-dev.txt
     pip_install --no-deps --no-build-isolation --editable .
     say 'done'
