@@ -36,9 +36,9 @@ from fpnet_ros.processes import (
     ros_arguments,
 )
 
-_READY_S = 180.0  # a cold start compiles the ray-carving kernels
+_READY_S = 300.0  # after an installation the localizer compiles first
 _QUIET_S = 5.0  # after the last cloud, odometry is done when it has been quiet for so long
-_STALLED_S = 60.0
+_STALLED_S = 90.0
 _POLL_S = 0.1
 _MAX_AHEAD = 20  # scans; a slow machine takes longer, but gives the same result
 
@@ -135,13 +135,13 @@ def _wait_until(monitor: Monitor, group: ProcessGroup, is_ready: Callable[[], bo
 
 def _follow(monitor: Monitor, group: ProcessGroup, replay: Child) -> None:
     """Return when the recording is played and odometry has worked it off."""
-    parent = os.getppid()
+    parent, started_s = os.getppid(), time.monotonic()
     while True:
         monitor.spin(_POLL_S)
         group.check(may_end=[replay])
         if os.getppid() != parent:
             raise KeyboardInterrupt
-        quiet_s = monitor.quiet_s()
+        quiet_s = min(monitor.quiet_s(), time.monotonic() - started_s)
         if monitor.is_complete() or (replay.process.poll() == 0 and quiet_s > _QUIET_S):
             return
         if quiet_s > _STALLED_S:

@@ -22,6 +22,7 @@ from fpnet_core.config import FpnetConfig, Section
 from fpnet_core.errors import FpnetError, OdometryError
 from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import create_localizer
+from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.params import declare_section
 from fpnet_ros.runtime import (
@@ -65,6 +66,8 @@ class LocalizerNode(Node):
         self._run_dir = declare_section(self, LocalizerParameters).run_dir
         config = declare_section(self, FpnetConfig, without=('odometry',))
         self._localizer = create_localizer(config)
+        self.get_logger().info('warming up; the first time after an installation takes longer')
+        warm_up(config)
         self._pairing = StampPairing[PointCloud2, Odometry](SCAN_QUEUE)
         self._plan_frame = ''
         self._newest: OdometryReading | None = None

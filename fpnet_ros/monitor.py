@@ -30,6 +30,7 @@ from msg_adapters.stamps import stamp_from_msg
 
 POSES_NAME, SESSION_NAME = 'poses.tum', 'session.json'
 
+_STARTING = 'starting the nodes; after an installation they compile for a while'
 _LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal
 
 
@@ -65,7 +66,7 @@ class Monitor(Node):
             transient=True,
             disable=not self._console.is_terminal,
         )
-        self._task = self._bar.add_task('starting the nodes', total=scans)
+        self._task = self._bar.add_task(_STARTING, total=scans)
         self.create_subscription(PoseStamped, 'floorplan_pose', self._on_pose, STREAM)
         self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
         self.create_subscription(Odometry, 'kiss/odometry', self._on_odometry, STREAM)
@@ -81,8 +82,9 @@ class Monitor(Node):
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Leave ROS."""
+        """Leave ROS, with a last line about where things stand."""
         self._bar.stop()
+        self._print_line()
         self._executor.shutdown()
         self.destroy_node()
         rclpy.try_shutdown()
@@ -111,7 +113,7 @@ class Monitor(Node):
     def is_complete(self) -> bool:
         """Tell whether every scan went through odometry and a tick has seen the last one."""
         done = len(self.odometry_stamps_ns) >= self._scans
-        return done and self.ticks[-1].stamp_ns >= self.odometry_stamps_ns[-1]
+        return done and self.ticks[-1].stamp_ns == self.odometry_stamps_ns[-1]
 
     def quiet_s(self) -> float:
         """Return the time since odometry was last heard."""
@@ -152,15 +154,19 @@ class Monitor(Node):
         self._heard_s = time.monotonic()
 
     def _show(self) -> None:
-        done, text = len(self.odometry_stamps_ns), self._describe()
-        self._bar.update(self._task, completed=done, description=text)
+        done = len(self.odometry_stamps_ns)
+        self._bar.update(self._task, completed=done, description=self._describe())
         if self._bar.disable and time.monotonic() - self._line_s > _LINE_PERIOD_S:
             self._line_s = time.monotonic()
-            self._console.print(f'scan {done}/{self._scans}  {text}', highlight=False)
+            self._print_line()
+
+    def _print_line(self) -> None:
+        done = len(self.odometry_stamps_ns)
+        self._console.print(f'scan {done}/{self._scans}  {self._describe()}', highlight=False)
 
     def _describe(self) -> str:
         if not self.ticks:
-            return 'starting the nodes'
+            return _STARTING
         tick = self.ticks[-1]
         text = f'{tick.status.value} (p {tick.probability:.2f})'
         if tick.status is not Status.LOCALIZED or not self.poses:
