@@ -24,7 +24,8 @@ class _NoMatcher:
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
         shape = len(plan), len(sub)
         even = np.full(shape, 1.0 / (1.0 + max(*shape, 1)), dtype=np.float32)
-        return MatchResult(np.zeros((0, 2)), np.zeros(0), even)
+        pairs = np.zeros((0, 2), dtype=np.int64)
+        return MatchResult(pairs, np.zeros(0, dtype=np.float32), even)
 
 
 def warm_up(config: FpnetConfig) -> None:
