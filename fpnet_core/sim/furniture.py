@@ -29,6 +29,9 @@ ROOM_DENSITY_PER_M2 = (0.10, 0.28)
 CORRIDOR_DENSITY_PER_M2 = (0.0, 0.06)
 """Pieces per square metre; each building draws its own density from the range."""
 
+FIXTURE_SPACING_M = 5.0
+"""Length of corridor wall per radiator, notice board or fire extinguisher."""
+
 _MAX_PIECES = 16
 _TRIES_PER_PIECE = 6
 _WALL_GAP_M = (0.01, 0.06)
@@ -69,6 +72,10 @@ class FurniturePiece:
         return merge_meshes([extrude_polygon(*solid) for solid in self.solids])
 
 
+Maker = Callable[[np.random.Generator], FurniturePiece]
+"""Draws a piece in its own frame."""
+
+
 def furnish(
     plan: BuildingPlan, rng: np.random.Generator, keep_clear: shapely.Geometry | None = None
 ) -> tuple[FurniturePiece, ...]:
@@ -97,7 +104,10 @@ def furnish(
     pieces: list[FurniturePiece] = []
     for room, outline in zip(plan.rooms, room_polygons(plan), strict=True):
         count = min(_MAX_PIECES, int(rng.poisson(densities[room.kind] * outline.area)))
-        pieces += _furnish_room(room, outline, blocked, count, rng)
+        makers: list[Maker] = [_draw_piece if room.kind == 'room' else _corridor_cabinet] * count
+        if room.kind != 'room':
+            makers += [_fixture] * int(rng.poisson(outline.length / FIXTURE_SPACING_M))
+        pieces += _furnish_room(room, outline, blocked, makers, rng)
     return tuple(pieces)
 
 
@@ -116,26 +126,23 @@ def _furnish_room(
     room: PlanRoom,
     outline: Polygon,
     blocked: shapely.Geometry,
-    count: int,
+    makers: list[Maker],
     rng: np.random.Generator,
 ) -> list[FurniturePiece]:
-    """Try to place ``count`` pieces that touch neither each other nor what is blocked."""
+    """Place a piece of each maker where it touches neither others nor what is blocked."""
     shapely.prepare(outline)
     pieces: list[FurniturePiece] = []
-    for _ in range(count * _TRIES_PER_PIECE):
-        if len(pieces) == count:
-            break
-        if room.kind == 'room':
-            piece = _place(room.polygon, outline, rng)
-        else:
-            piece = _against_wall(_cabinet(rng, deepest_m=0.45), room.polygon, rng)
-        fits = (
-            outline.contains(piece.footprint)
-            and not blocked.intersects(piece.footprint)
-            and all(other.footprint.distance(piece.footprint) > _PIECE_GAP_M for other in pieces)
-        )
-        if fits and (room.kind == 'room' or _leaves_passage(outline, [*pieces, piece])):
-            pieces.append(piece)
+    for make in makers:
+        for _ in range(_TRIES_PER_PIECE):
+            piece = _place(make(rng), room.polygon, outline, rng)
+            fits = (
+                outline.contains(piece.footprint)
+                and not blocked.intersects(piece.footprint)
+                and all(p.footprint.distance(piece.footprint) > _PIECE_GAP_M for p in pieces)
+            )
+            if fits and (room.kind == 'room' or _leaves_passage(outline, [*pieces, piece])):
+                pieces.append(piece)
+                break
     return pieces
 
 
@@ -148,11 +155,9 @@ def _leaves_passage(outline: Polygon, pieces: list[FurniturePiece]) -> bool:
 
 
 def _place(
-    ring: NDArray[np.float64], outline: Polygon, rng: np.random.Generator
+    piece: FurniturePiece, ring: NDArray[np.float64], outline: Polygon, rng: np.random.Generator
 ) -> FurniturePiece:
-    """Draw a piece and a place for it: most stand against a wall, tables in the middle."""
-    kind = rng.choice(len(_CATALOGUE), p=_FREQUENCIES)
-    piece = _CATALOGUE[kind](rng)
+    """Draw a place: tables stand anywhere in a room, all else against a wall."""
     if piece.kind != 'table':
         return _against_wall(piece, ring, rng)
     x0, y0, x1, y1 = outline.bounds
@@ -219,6 +224,16 @@ def _cabinet(rng: np.random.Generator, deepest_m: float = 0.6) -> FurniturePiece
     return _piece('cabinet', _block(-width / 2.0, 0.0, width, depth, 0.0, height))
 
 
+def _corridor_cabinet(rng: np.random.Generator) -> FurniturePiece:
+    return _cabinet(rng, deepest_m=0.45)
+
+
+def _fixture(rng: np.random.Generator) -> FurniturePiece:
+    width, depth, bottom = rng.uniform(0.25, 1.4), rng.uniform(0.06, 0.2), rng.uniform(0.0, 1.2)
+    top = bottom + rng.uniform(0.4, 1.0)
+    return _piece('fixture', _block(-width / 2.0, 0.0, width, depth, bottom, top))
+
+
 def _shelf(rng: np.random.Generator) -> FurniturePiece:
     width, height = rng.uniform(0.8, 2.4), rng.uniform(1.7, 2.2)
     boards = [
@@ -271,12 +286,9 @@ def _table(rng: np.random.Generator) -> FurniturePiece:
     return _piece('table', *solids)
 
 
-_CATALOGUE: tuple[Callable[[np.random.Generator], FurniturePiece], ...] = (
-    _cabinet,
-    _shelf,
-    _desk,
-    _sofa,
-    _bed,
-    _table,
-)
+_CATALOGUE: tuple[Maker, ...] = (_cabinet, _shelf, _desk, _sofa, _bed, _table)
 _FREQUENCIES = (0.25, 0.2, 0.25, 0.08, 0.07, 0.15)
+
+
+def _draw_piece(rng: np.random.Generator) -> FurniturePiece:
+    return _CATALOGUE[int(rng.choice(len(_CATALOGUE), p=_FREQUENCIES))](rng)
