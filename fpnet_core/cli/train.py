@@ -32,6 +32,9 @@ TrainingSetOption = Annotated[
 EpochsOption = Annotated[
     int | None, typer.Option('--epochs', min=1, help='Passes over the training pairs.')
 ]
+LimitOption = Annotated[
+    int | None, typer.Option('--limit', min=2, help='Use only the first pairs of the folder.')
+]
 ThreadsOption = Annotated[
     int, typer.Option('--threads', min=1, help='CPU threads; more only help on idle cores.')
 ]
@@ -41,6 +44,7 @@ def command(
     data: DataOption,
     out: RunOption,
     epochs: EpochsOption = None,
+    limit: LimitOption = None,
     settings: TrainingSetOption = None,
     seed: common.SeedOption = None,
     device: common.DeviceOption = 'cpu',
@@ -58,12 +62,12 @@ def command(
     import torch
 
     from fpnet_core.sim.dataset import PairDataset
-    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan, split_rng
+    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan
 
     torch.set_num_threads(threads)
     dataset = PairDataset(data)
-    pairs = load_pairs(dataset)
-    training, validation = split_by_plan(pairs, config.validation_fraction, split_rng(config))
+    pairs = load_pairs(dataset, limit)
+    training, validation = split_by_plan(pairs, config.validation_fraction, config.seed)
     if not training:
         raise FpnetError(f'{data}: all pairs share one plan; generate pairs of more plans')
     recipe = {'pairs': len(pairs), **dataset.manifest}

@@ -29,10 +29,10 @@ CONNECTED, UNCONNECTED = 1.0, 0.7
 SELF_WEIGHT, FAR_WEIGHT, LARGEST_INVERSE_DISTANCE = 20.0, 0.5, 10.0
 """Values of the distance variant: the node itself, non-adjacent nodes, bound of the rest."""
 
-_PAIR_FEATURES = 5
-_HIDDEN = 16
-# Distances in units of POSITION_UNIT_M at which the learned variant's soft thresholds sit.
-_NEAR, _FAR = 0.1, 0.5
+# Ranges at which the learned variant's soft thresholds sit, in POSITION_UNIT_M: 1 to 30 m.
+_RANGES = (0.05, 0.15, 0.5, 1.5)
+_PAIR_FEATURES = 3 + len(_RANGES)
+_HIDDEN = 32
 
 
 def pair_distances(batch: GraphBatch) -> Tensor:
@@ -90,8 +90,15 @@ class EdgeFunction(nn.Module):
 
 
 def _pair_features(batch: GraphBatch) -> Tensor:
-    """Return invariant features ``(B, 5, R, R)`` of every ordered pair of nodes."""
-    distance, linked = pair_distances(batch), batch.adjacency
-    own = torch.eye(linked.shape[-1], device=linked.device).expand_as(linked)
-    near, far = torch.exp(-distance / _NEAR), torch.exp(-distance / _FAR)
-    return torch.stack([linked, own, near, far, linked * near], dim=1)
+    """
+    Return invariant features ``(B, 3 + ranges, R, R)`` of every ordered pair of nodes.
+
+    Connected, connected over one node between them (two rooms with a common door), the node
+    itself, and one exponential of the distance per range.
+    """
+    linked = batch.adjacency
+    own = torch.eye(linked.shape[-1], device=linked.device, dtype=linked.dtype)
+    second = (linked @ linked).clamp_max(1.0) * (1.0 - own)
+    ranges = torch.tensor(_RANGES, device=linked.device, dtype=linked.dtype)
+    decay = torch.exp(-pair_distances(batch).unsqueeze(1) / ranges[:, None, None])
+    return torch.cat([torch.stack([linked, second, own.expand_as(linked)], dim=1), decay], dim=1)

@@ -3,7 +3,7 @@
 """Training of the matching network; importing this package loads torch."""
 
 from fpnet_core.training.config import TrainingConfig, parse_training_config
-from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan, split_rng
+from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan
 from fpnet_core.training.loop import EpochRecord, Hooks, Trainer
 
 __all__ = [
@@ -15,5 +15,4 @@ __all__ = [
     'load_pairs',
     'parse_training_config',
     'split_by_plan',
-    'split_rng',
 ]

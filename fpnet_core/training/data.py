@@ -15,7 +15,7 @@ from torch import Tensor
 from fpnet_core.graphs.features import AREA, AREA_SCALE, HU, POSITION
 from fpnet_core.models import GraphBatch, pad_graphs
 from fpnet_core.sim.dataset import PairDataset
-from fpnet_core.training.config import AugmentationConfig, TrainingConfig
+from fpnet_core.training.config import AugmentationConfig
 from fpnet_core.types import IGNORE, UNMATCHED
 
 _SHAPE = slice(HU.start, AREA.stop)
@@ -57,9 +57,10 @@ class PairBatch:
         return PairBatch(self.plan.to(device), self.sub.to(device), self.labels.to(device))
 
 
-def load_pairs(dataset: PairDataset) -> list[PairArrays]:
-    """Return all stored pairs as arrays, about 20 kB each."""
-    stored = (dataset[index] for index in range(len(dataset)))
+def load_pairs(dataset: PairDataset, limit: int | None = None) -> list[PairArrays]:
+    """Return all stored pairs, or the first ``limit``, as arrays of about 20 kB each."""
+    count = len(dataset) if limit is None else min(limit, len(dataset))
+    stored = (dataset[index] for index in range(count))
     return [
         PairArrays(
             plan_feat=pair.plan.node_feat,
@@ -73,25 +74,23 @@ def load_pairs(dataset: PairDataset) -> list[PairArrays]:
     ]
 
 
-def split_rng(config: TrainingConfig) -> np.random.Generator:
-    """Return the generator that splits plans; apart from those that draw batches."""
-    return np.random.default_rng([config.seed, _SPLIT_STREAM])
-
-
 def split_by_plan(
-    pairs: Sequence[PairArrays], fraction: float, rng: np.random.Generator
+    pairs: Sequence[PairArrays], fraction: float, seed: int
 ) -> tuple[list[PairArrays], list[PairArrays]]:
     """
     Return training and validation pairs; no plan is in both.
 
-    ``fraction`` of the plans, and at least one, is held back.
+    About ``fraction`` of the plans, and at least one, is held back. Each plan is decided by
+    itself, so a run that is continued with more data keeps its held-back plans apart.
     """
-    plans = np.array(sorted({pair.plan_id for pair in pairs}))
-    count = max(1, round(fraction * len(plans)))
-    held_back = set(rng.permutation(plans)[:count].tolist())
+    draws = {
+        plan: np.random.default_rng([seed, _SPLIT_STREAM, plan]).random()
+        for plan in {pair.plan_id for pair in pairs}
+    }
+    limit = max(fraction, min(draws.values()))
     return (
-        [pair for pair in pairs if pair.plan_id not in held_back],
-        [pair for pair in pairs if pair.plan_id in held_back],
+        [pair for pair in pairs if draws[pair.plan_id] > limit],
+        [pair for pair in pairs if draws[pair.plan_id] <= limit],
     )
 
 
