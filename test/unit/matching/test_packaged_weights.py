@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The checkpoint that ships."""
+
+from importlib import resources
+
+from graph_pairs import toy_pair
+import numpy as np
+
+from fpnet_core.config import MatcherConfig
+from fpnet_core.io.weights import PACKAGED_NAME, read_weights
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.types import FEATURE_SCHEMA
+
+
+def test_packaged_weights_are_small_and_tell_where_they_come_from():
+    weights = read_weights(None, FEATURE_SCHEMA)
+    size = len((resources.files('fpnet_core.weights') / PACKAGED_NAME).read_bytes())
+    assert size < 10_000_000
+    assert {'config', 'data', 'versions'} <= set(weights.manifest['training'])
+    assert weights.manifest['training']['data']['pairs'] > 1000
+    figures = weights.manifest['figures']['held_back']['methods']
+    assert figures['fpnet']['match_f1'] > figures['nearest_neighbor']['match_f1']
+
+
+def test_packaged_network_finds_rooms_of_buildings_it_never_saw():
+    rng = np.random.default_rng(11)
+    matcher = LearnedMatcher(MatcherConfig())
+    right = total = 0
+    for _ in range(10):
+        plan, sub, labels = toy_pair(rng, rooms=12, seen=7)
+        pairs = matcher.match(plan, sub, 300.0).pairs
+        right += int(np.count_nonzero(labels[pairs[:, 1]] == pairs[:, 0]))
+        total += len(labels)
+    # Toy corridors are no building of the generator; chance would be one in 25.
+    assert right > 0.25 * total
