@@ -5,6 +5,7 @@
 from pathlib import Path
 import shlex
 import subprocess
+import sys
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
@@ -53,7 +54,7 @@ def test_the_packages_come_from_the_install_space(install_space, tmp_path):
         'print(fpnet_core.__file__, fpnet_ros.__file__, msg_adapters.__file__);'
         'print(sorted(p.name for p in resources.files("fpnet_core.weights").iterdir()))'
     )
-    command = [*_sourced(install_space, 'python3'), '-c', script]
+    command = [*_sourced(install_space, shlex.quote(sys.executable)), '-c', script]
     result = subprocess.run(
         command, cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
     )
