@@ -17,8 +17,8 @@ import torch
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs import EDGE_FEATURES, NODE_FEATURES
 from fpnet_core.io.weights import read_weights
-from fpnet_core.matching.learned import LearnedMatcher, load_network
-from fpnet_core.models import batch_graphs
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.models import batch_graphs, load_network
 from fpnet_core.types import FEATURE_SCHEMA, Region, RegionGraph, RegionLabel
 
 WARM_UP, REPEATS, BATCH = 5, 50, 32

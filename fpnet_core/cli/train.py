@@ -35,6 +35,10 @@ EpochsOption = Annotated[
 LimitOption = Annotated[
     int | None, typer.Option('--limit', min=2, help='Use only the first pairs of the folder.')
 ]
+InitOption = Annotated[
+    Path | None,
+    typer.Option('--init', metavar='FILE', help='Start from this checkpoint of equal shape.'),
+]
 ThreadsOption = Annotated[
     int, typer.Option('--threads', min=1, help='CPU threads; more only help on idle cores.')
 ]
@@ -45,6 +49,7 @@ def command(
     out: RunOption,
     epochs: EpochsOption = None,
     limit: LimitOption = None,
+    init: InitOption = None,
     settings: TrainingSetOption = None,
     seed: common.SeedOption = None,
     device: common.DeviceOption = 'cpu',
@@ -61,8 +66,10 @@ def command(
     config = _training_config(settings, epochs, seed)
     import torch
 
+    from fpnet_core.io.weights import read_weights
     from fpnet_core.sim.dataset import PairDataset
     from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan
+    from fpnet_core.types import FEATURE_SCHEMA
 
     torch.set_num_threads(threads)
     dataset = PairDataset(data)
@@ -71,7 +78,8 @@ def command(
     if not training:
         raise FpnetError(f'{data}: all pairs share one plan; generate pairs of more plans')
     recipe = {'pairs': len(pairs), **dataset.manifest}
-    trainer = Trainer(config, out, device, recipe)
+    initial = read_weights(init, FEATURE_SCHEMA) if init is not None else None
+    trainer = Trainer(config, out, device, recipe, initial)
     typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
     remaining = (config.epochs - trainer.next_epoch) * len(training)
     with common.progress('training', remaining) as advance:

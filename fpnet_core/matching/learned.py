@@ -8,39 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 import torch
 
 from fpnet_core.config import MatcherConfig
-from fpnet_core.errors import WeightsError
-from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.io.weights import read_weights
 from fpnet_core.matching.thresholds import graded_threshold
 from fpnet_core.matching.types import mutual_pairs
-from fpnet_core.models import GraphBatch, MatchingNetwork, NetworkConfig, batch_graphs
+from fpnet_core.models import GraphBatch, batch_graphs, load_network
 from fpnet_core.types import FEATURE_SCHEMA, MatchResult, RegionGraph
-
-
-def load_network(weights: Weights) -> MatchingNetwork:
-    """
-    Return the network that ``weights`` describe, ready for inference.
-
-    Raises
-    ------
-    WeightsError
-        If the manifest's network is unknown or its tensors do not fit the network.
-    """
-    try:
-        config = NetworkConfig.model_validate(weights.manifest['network'])
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise WeightsError(
-            f'weights manifest: network.{".".join(map(str, first["loc"]))}: {first["msg"]}'
-        ) from None
-    network = MatchingNetwork(config)
-    expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
-    check_shapes('weights', {key: v.shape for key, v in weights.tensors.items()}, expected)
-    network.load_state_dict({key: torch.from_numpy(v) for key, v in weights.tensors.items()})
-    return network.eval().requires_grad_(False)
 
 
 class LearnedMatcher:

@@ -4,6 +4,7 @@
 
 from fpnet_core.models.batch import GraphBatch, batch_graphs, pad_graphs
 from fpnet_core.models.config import EdgeMapping, NetworkConfig
+from fpnet_core.models.loading import load_network, load_tensors
 from fpnet_core.models.matcher import MatchingNetwork
 from fpnet_core.models.sinkhorn import log_assignment
 
@@ -13,6 +14,8 @@ __all__ = [
     'MatchingNetwork',
     'NetworkConfig',
     'batch_graphs',
+    'load_network',
+    'load_tensors',
     'log_assignment',
     'pad_graphs',
 ]

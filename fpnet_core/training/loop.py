@@ -19,10 +19,10 @@ import torch
 from torch import Tensor, nn
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.io.weights import write_weights
+from fpnet_core.io.weights import Weights, write_weights
 from fpnet_core.matching import mutual_pairs
 from fpnet_core.metrics import MatchCounts, count_matches
-from fpnet_core.models import MatchingNetwork
+from fpnet_core.models import MatchingNetwork, load_tensors
 from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.config import TrainingConfig
 from fpnet_core.training.data import PairArrays, PairBatch, collate, training_batches
@@ -83,10 +83,20 @@ class Trainer:
     whenever validation F1 improves, ``matcher.safetensors`` with its manifest, which is what
     the matcher loads. A folder that holds a state is continued.
 
+    Parameters
+    ----------
+    config : the run's settings
+    out : the run's folder
+    device : ``cpu``, ``cuda`` or ``cuda:N``
+    recipe : what the data are, for the manifest
+    initial : weights to start from instead of random ones
+
     Raises
     ------
     ConfigError
-        If ``out`` holds a run with another configuration.
+        If ``out`` holds a run with another configuration, or the device is not there.
+    WeightsError
+        If ``initial`` or the state in ``out`` do not fit the network.
     """
 
     def __init__(
@@ -95,10 +105,14 @@ class Trainer:
         out: Path,
         device: str = 'cpu',
         recipe: dict[str, Any] | None = None,
+        initial: Weights | None = None,
     ) -> None:
-        self.config, self.out, self.recipe = config, out, recipe or {}
+        self.config, self.out, self.recipe = config, out, dict(recipe or {})
         self.fabric = make_fabric(device)
         network = make_network(config)
+        if initial is not None:
+            load_tensors(network, initial)
+            self.recipe['initial_sha256'] = initial.manifest['sha256']
         optimizer = torch.optim.AdamW(
             network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
         )

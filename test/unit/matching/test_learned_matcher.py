@@ -9,10 +9,9 @@ import torch
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import WeightsError
-from fpnet_core.io.weights import write_weights
-from fpnet_core.matching import learned
+from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import MatchingNetwork, NetworkConfig, batch_graphs
+from fpnet_core.models import MatchingNetwork, NetworkConfig, batch_graphs, load_network
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 NETWORK = NetworkConfig(width=8, blocks=1, position_widths=(6,))
@@ -42,7 +41,7 @@ def test_matches_are_those_of_the_network(checkpoint):
     plan, sub, _ = toy_pair(np.random.default_rng(0))
     result = matcher.match(plan, sub, 300.0)
     with torch.inference_mode():
-        network = learned.load_network(learned.read_weights(checkpoint, FEATURE_SCHEMA))
+        network = load_network(read_weights(checkpoint, FEATURE_SCHEMA))
         expected = network(batch_graphs([plan]), batch_graphs([sub]))[0, :-1, :-1].exp().numpy()
     assert result.probability == pytest.approx(expected)
     assert (expected.sum(axis=0) <= 1 + 1e-5).all()

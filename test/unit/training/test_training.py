@@ -12,6 +12,7 @@ from fpnet_core.baselines import NearestNeighborMatcher
 from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import ConfigError, WeightsError
 from fpnet_core.graphs.features import AREA, HU, LABEL, POSITION
+from fpnet_core.io.weights import read_weights
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.metrics import MatchCounts, count_matches
 from fpnet_core.training import (
@@ -25,7 +26,7 @@ from fpnet_core.training import (
 from fpnet_core.training.config import AugmentationConfig
 from fpnet_core.training.data import augment, batch_order, collate
 from fpnet_core.training.loop import learning_rate_at, make_fabric
-from fpnet_core.types import IGNORE, UNMATCHED
+from fpnet_core.types import FEATURE_SCHEMA, IGNORE, UNMATCHED
 
 NO_CHANGE = AugmentationConfig(
     mirror_probability=0.0, feature_noise=0.0, scale_noise=0.0, drop_probability=0.0
@@ -200,6 +201,21 @@ def test_folder_of_another_run_is_refused(tmp_path):
     Trainer(parse_training_config(QUICK), tmp_path)
     with pytest.raises(ConfigError, match='other settings'):
         Trainer(parse_training_config(QUICK | {'seed': 1}), tmp_path)
+
+
+def test_run_may_start_from_a_checkpoint(tmp_path):
+    pairs = toy_arrays(4)
+    config = parse_training_config(QUICK | {'epochs': 1})
+    first = Trainer(config, tmp_path / 'first')
+    first.fit(pairs[:3], pairs[3:])
+    initial = read_weights(tmp_path / 'first' / 'matcher.safetensors', FEATURE_SCHEMA)
+    second = Trainer(config, tmp_path / 'second', initial=initial)
+    for name, value in first.bare_network.state_dict().items():
+        torch.testing.assert_close(second.bare_network.state_dict()[name], value)
+    assert second.recipe['initial_sha256'] == initial.manifest['sha256']
+    wider = parse_training_config(QUICK | {'network.width': 10})
+    with pytest.raises(WeightsError, match='expected shape'):
+        Trainer(wider, tmp_path / 'wider', initial=initial)
 
 
 def test_damaged_state_is_refused(tmp_path):

@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From checked weights to a network."""
+
+from __future__ import annotations
+
+from pydantic import ValidationError
+import torch
+
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.weights import Weights, check_shapes
+from fpnet_core.models.config import NetworkConfig
+from fpnet_core.models.matcher import MatchingNetwork
+
+
+def load_network(weights: Weights) -> MatchingNetwork:
+    """
+    Return the network that ``weights`` describe, ready for inference.
+
+    Raises
+    ------
+    WeightsError
+        If the manifest's network is unknown or its tensors do not fit the network.
+    """
+    try:
+        config = NetworkConfig.model_validate(weights.manifest['network'])
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise WeightsError(
+            f'weights manifest: network.{".".join(map(str, first["loc"]))}: {first["msg"]}'
+        ) from None
+    network = MatchingNetwork(config)
+    load_tensors(network, weights)
+    return network.eval().requires_grad_(False)
+
+
+def load_tensors(network: MatchingNetwork, weights: Weights) -> None:
+    """Copy the tensors into ``network``; raises WeightsError where one does not fit."""
+    expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
+    check_shapes('weights', {key: v.shape for key, v in weights.tensors.items()}, expected)
+    network.load_state_dict({key: torch.from_numpy(v) for key, v in weights.tensors.items()})
