@@ -12,7 +12,7 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_core.sim.lidar import LidarModel
 from fpnet_core.sim.meshes import merge_meshes
-from fpnet_core.sim.openings import room_polygons
+from fpnet_core.sim.openings import room_polygons, walkable_area
 from fpnet_core.sim.plans import FAMILIES
 from fpnet_core.sim.recording import (
     DEFAULT_FAMILIES,
@@ -56,6 +56,22 @@ def test_points_lie_on_the_mesh_within_the_noise(recording):
     distance = mesh_distance(recording, in_building(recording, recording.scan(index), index))
     assert np.median(distance) < COARSE.range_sigma_m
     assert np.percentile(distance, 99.0) < 4.0 * COARSE.range_sigma_m
+
+
+def test_no_ray_escapes_or_ends_inside_a_wall(recording):
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(20000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    at = rng.integers(0, len(recording.tour.xy), len(directions))
+    origins = np.column_stack([recording.tour.xy[at], np.full(len(at), 0.9)])
+    mesh = merge_meshes(recording.building.parts)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32))
+    rays = np.hstack([origins, directions]).astype(np.float32)
+    depth = scene.cast_rays(o3d.core.Tensor(rays))['t_hit'].numpy()
+    assert np.isfinite(depth).all()
+    ends = (origins + depth[:, None] * directions)[::20, :2]
+    assert shapely.contains_xy(walkable_area(recording.building.plan).buffer(0.02), ends).all()
 
 
 def test_motion_distorts_a_sweep(recording):
