@@ -64,14 +64,12 @@ def command(
     """
     common.check_input(data)
     config = _training_config(settings, epochs, seed)
-    import torch
-
     from fpnet_core.io.weights import read_weights
     from fpnet_core.sim.dataset import PairDataset
-    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan
+    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan, use_threads
     from fpnet_core.types import FEATURE_SCHEMA
 
-    torch.set_num_threads(threads)
+    use_threads(threads)
     dataset = PairDataset(data)
     pairs = load_pairs(dataset, limit)
     training, validation = split_by_plan(pairs, config.validation_fraction, config.seed)

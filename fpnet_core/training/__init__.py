@@ -4,7 +4,7 @@
 
 from fpnet_core.training.config import TrainingConfig, parse_training_config
 from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan
-from fpnet_core.training.loop import EpochRecord, Hooks, Trainer
+from fpnet_core.training.loop import EpochRecord, Hooks, Trainer, use_threads
 
 __all__ = [
     'EpochRecord',
@@ -15,4 +15,5 @@ __all__ = [
     'load_pairs',
     'parse_training_config',
     'split_by_plan',
+    'use_threads',
 ]

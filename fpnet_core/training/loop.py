@@ -228,6 +228,11 @@ class Trainer:
         logger.info('continuing %s at epoch %d', self.out, self.next_epoch)
 
 
+def use_threads(count: int) -> None:
+    """Let tensor operations of this process use ``count`` CPU threads."""
+    torch.set_num_threads(count)
+
+
 def make_fabric(device: str) -> Fabric:
     """
     Return an engine for ``cpu``, ``cuda`` or ``cuda:N``.

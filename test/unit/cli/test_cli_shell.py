@@ -49,24 +49,20 @@ def test_help_names_every_subcommand(capsys):
         assert entry.summary.split()[0] in text
 
 
-def test_help_is_quick_and_loads_no_subcommand():
+def test_help_loads_no_subcommand_and_nothing_heavy():
+    heavy = ('cv2', 'matplotlib', 'numba', 'numpy', 'open3d', 'pydantic', 'scipy', 'torch')
     code = (
-        'import sys, time; start = time.perf_counter()\n'
+        'import sys\n'
         'from fpnet_core.cli import main\n'
         'try: main(["--help"])\n'
         'except SystemExit: pass\n'
-        'print(time.perf_counter() - start, file=sys.stderr)\n'
-        'print([m for m in sys.modules if m.startswith("fpnet_core.cli.")], file=sys.stderr)'
+        'print([m for m in sys.modules if m.startswith("fpnet_core.cli.")'
+        f' or m in {heavy}], file=sys.stderr)'
     )
-    best_s, loaded = 9.0, ''
-    for _ in range(3):  # the first may compile, and another test may hold the processor
-        result = subprocess.run(
-            [sys.executable, '-c', code], capture_output=True, text=True, check=True
-        )
-        elapsed, loaded = result.stderr.splitlines()
-        best_s = min(best_s, float(elapsed))
-    assert loaded == '[]'
-    assert best_s < 0.5
+    result = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=True
+    )
+    assert result.stderr.splitlines() == ['[]']
 
 
 @pytest.mark.parametrize('name', COMMANDS)

@@ -75,6 +75,8 @@ def test_drawing_covers_the_rotated_grid_and_keeps_colours():
     corners = grid.rc_to_xy([[-0.5, -0.5], [-0.5, 89.5], [59.5, 89.5], [59.5, -0.5]])
     assert ax.get_xlim() == pytest.approx((corners[:, 0].min(), corners[:, 0].max()))
     assert ax.get_ylim() == pytest.approx((corners[:, 1].min(), corners[:, 1].max()))
-    assert ax.patches[0].get_facecolor()[:3] == (1.0, 0.0, 0.0)
+    tint = ax.images[1].get_array()
+    assert tuple(tint[30, 45][:3]) == (1.0, 0.0, 0.0)
+    assert tint[0, 0][3] == 0.0
     assert [text.get_text() for text in ax.texts] == ['0']
     assert len({region_colour(k) for k in range(40)}) == 40
