@@ -98,7 +98,9 @@ def test_malformed_logs_are_named(tmp_path, text, message):
         open_scans(write(tmp_path / 'a.log', text))
 
 
-@pytest.mark.parametrize('data', [b'no gzip', gzip.compress(b'x' * 1000)[:-9]])
+@pytest.mark.parametrize(
+    'data', [b'no gzip', gzip.compress(b'x' * 1000)[:-9]], ids=['no archive', 'truncated']
+)
 def test_broken_archives_are_named(tmp_path, data):
     (tmp_path / 'a.log.gz').write_bytes(data)
     with pytest.raises(CloudFormatError, match='cannot read laser log'):
