@@ -71,7 +71,7 @@ def refine(
     return Refined(linear, translation, cov)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _align(
     linear: Array,
     translation: Array,
@@ -111,7 +111,7 @@ def _align(
         cov[c] = _origin_covariance(full, final, mid)  # type: ignore[arg-type]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _strained(params: Array, start: Array) -> Array:
     """Linear part ``(I + E) R(rotation) start``."""
     cs, sn = np.cos(params[2]), np.sin(params[2])
@@ -124,7 +124,7 @@ def _strained(params: Array, start: Array) -> Array:
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _normal_equations(
     params: Array,
     start: Array,
@@ -163,7 +163,7 @@ def _normal_equations(
     return H, g
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _sample(field: NDArray[np.float32], row: float, col: float) -> tuple[float, float, float]:
     """Bilinear value and its derivatives along row and col."""
     r0, c0 = int(np.floor(row)), int(np.floor(col))
@@ -174,7 +174,7 @@ def _sample(field: NDArray[np.float32], row: float, col: float) -> tuple[float, 
     return value, (d - a) * (1 - fc) + (e - b) * fc, (b - a) * (1 - fr) + (e - d) * fr
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _origin_covariance(full: Array, linear: Array, mid: Array) -> Array:
     """Covariance (3, 3) of x, y, yaw moved from the samples' centre to the submap origin."""
     lever_x = linear[0, 0] * mid[0] + linear[0, 1] * mid[1]

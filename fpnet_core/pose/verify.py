@@ -108,7 +108,7 @@ def _every(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _forward(
     linear: Array,
     translation: Array,
@@ -142,7 +142,7 @@ def _forward(
         violation[c] = outside / max(len(free), 1)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _backward(
     inverse: Array,
     back: Array,
@@ -167,7 +167,7 @@ def _backward(
         seen[c] = total / max(count, 1)
 
 
-@numba.njit(cache=True, inline='always')
+@numba.njit(cache=True, nogil=True, inline='always')
 def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
     """Affine (2, 3) from source metres to raster indices of the target."""
     A = np.empty((2, 3))
@@ -178,7 +178,7 @@ def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
     return A
 
 
-@numba.njit(cache=True, inline='always')
+@numba.njit(cache=True, nogil=True, inline='always')
 def _cell(A: Array, x: float, y: float) -> tuple[int, int]:
     """Nearest raster cell of a point."""
     row = int(np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5))
@@ -186,6 +186,6 @@ def _cell(A: Array, x: float, y: float) -> tuple[int, int]:
     return row, col
 
 
-@numba.njit(cache=True, inline='always')
+@numba.njit(cache=True, nogil=True, inline='always')
 def _inside(raster: NDArray[np.float32], row: int, col: int) -> bool:
     return bool(0 <= row < raster.shape[0] and 0 <= col < raster.shape[1])
