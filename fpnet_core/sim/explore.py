@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +14,7 @@ from fpnet_core.config import SubmapConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.config import ScanConfig
 from fpnet_core.sim.perturb import WORLD_CELL_M, World
-from fpnet_core.sim.scan2d import (
-    EMPTY,
-    carve,
-    cast_rays,
-    mark_ends,
-)
+from fpnet_core.sim.scan2d import EMPTY, carve, cast_rays, clear_cells, mark_ends
 from fpnet_core.sim.walks import estimate_walk
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
@@ -79,7 +75,7 @@ def scan_walk(
     rule: SubmapConfig,
 ) -> tuple[Submap, SE2]:
     """
-    Scan at every position of a walk and accumulate what drifting odometry makes of it.
+    Scan at every position (S, 2) of a walk and accumulate what drifting odometry makes of it.
 
     ``rule`` decides as at run time which counts make a cell free, wall or lintel.
 
@@ -96,38 +92,94 @@ def scan_walk(
     margin = scanner.max_range_m + _MARGIN_CELLS * cell_m
     origin = estimated.min(axis=0) - margin
     cols, rows = np.ceil((estimated.max(axis=0) + margin - origin) / cell_m).astype(int)
-    counts = _Counts(rows, cols, cell_m, rule)
-    ahead = np.gradient(xy, axis=0) if len(xy) > 1 else np.array([[1.0, 0.0]])
-    for k in range(len(xy)):
-        start = (estimated[k] - origin) / cell_m
-        heading = float(np.arctan2(ahead[k, 1], ahead[k, 0]))
-        _scan_once(world, (xy[k], heading), (start, float(turn[k])), scanner, rng, counts)
+    counts = _Counts(rows, cols, cell_m)
+    directions = _ray_directions(xy, scanner, rng)
+    returns = _measure(world, xy, directions, scanner, rng)
+    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns, scanner, rule)
     window = counts.window()
-    cells, lintel = counts.classify()
+    cells, lintel = counts.classify(window, rule)
     corner = origin + np.array([window[1].start, window[0].start]) * cell_m
-    grid = GridMap(cells[window], cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
-    return Submap(grid, lintel[window], estimated), fit_rigid(xy, estimated, turn)
+    grid = GridMap(cells, cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
+    return Submap(grid, lintel, estimated), fit_rigid(xy, estimated, turn)
+
+
+@dataclass(frozen=True, eq=False)
+class _Returns:
+    """
+    What the rays (S, A) of one height met: ``seen`` is how far they prove free space [m].
+
+    ``is_near`` marks returns within the used range; a ray without any return proves nothing.
+    """
+
+    seen: NDArray[np.float64]
+    is_near: NDArray[np.bool_]
+
+
+def _ray_directions(
+    xy: NDArray[np.float64], scanner: Scanner, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return unit vectors (S, A, 2) around the robot's heading along its walk."""
+    ahead = np.gradient(xy, axis=0) if len(xy) > 1 else np.array([[1.0, 0.0]])
+    heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    place = np.arange(scanner.rays) + rng.random((len(xy), scanner.rays))
+    angles = heading[:, None] + scanner.fov_rad * (place / scanner.rays - 0.5)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=2)
+
+
+def _turned(directions: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the directions (S, A, 2) of each scan turned by ``turn (S,)`` [rad]."""
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y = directions[..., 0], directions[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=2)
+
+
+def _measure(
+    world: World,
+    xy: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    scanner: Scanner,
+    rng: np.random.Generator,
+) -> list[_Returns]:
+    """Cast all rays at body height and, unless the scanner is planar, above the doors as well."""
+    starts = world.to_cells(xy)
+    reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
+    passes = rng.random(directions.shape[:2], dtype=np.float32) < GLASS_PASS
+    layers = [(world.body, 0.0), (world.high, LINTEL_STANDOFF_M)][: 1 if scanner.is_planar else 2]
+    clear = clear_cells(np.logical_and.reduce([raster == EMPTY for raster, _ in layers]))
+    returns = []
+    for raster, standoff_m in layers:
+        ranges, codes = cast_rays(raster, clear, starts, directions, reach, passes)
+        metres = (ranges + _INTO_CELL) * WORLD_CELL_M
+        metres += scanner.noise_m * rng.standard_normal(metres.shape, dtype=np.float32)
+        is_return = (codes != EMPTY) & (metres >= standoff_m)
+        seen = np.where(is_return, np.clip(metres, 0.0, scanner.max_range_m), 0.0)
+        returns.append(_Returns(seen, is_return & (metres <= scanner.max_range_m)))
+    return returns
 
 
 class _Counts:
     """Per cell of the submap: how often it was crossed, hit, and hit above door height."""
 
-    def __init__(self, rows: int, cols: int, cell_m: float, rule: SubmapConfig) -> None:
-        self.free = np.zeros((rows, cols), np.uint16)
-        self.hit = np.zeros((rows, cols), np.uint16)
-        self.high = np.zeros((rows, cols), np.uint16)
+    def __init__(self, rows: int, cols: int, cell_m: float) -> None:
+        self.free = np.zeros((rows, cols), np.int32)
+        self.hit = np.zeros((rows, cols), np.int32)
+        self.high = np.zeros((rows, cols), np.int32)
         self.cell_m = cell_m
-        self.rule = rule
 
-    def classify(self) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-        """Return cell values and the lintel mask, by the rule of the run-time builder."""
-        hit, free = self.hit.astype(np.float32), self.free.astype(np.float32)
-        is_wall = (hit > 0.0) & (hit >= self.rule.wall_share * (hit + free))
-        is_free = (free > 0.0) & ~is_wall
-        cells = np.full(is_wall.shape, UNKNOWN, np.int8)
-        cells[is_free] = FREE
-        cells[is_wall] = OCCUPIED
-        return cells, is_free & (self.high >= self.rule.lintel_min_hits)
+    def enter(
+        self,
+        starts: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        returns: Sequence[_Returns],
+        scanner: Scanner,
+        rule: SubmapConfig,
+    ) -> None:
+        """Enter what rays from ``starts (S, 2)`` [cells] along ``directions`` met."""
+        proven = np.stack([r.seen - rule.end_margin_m * r.is_near for r in returns]) / self.cell_m
+        near = proven.min(axis=0) if len(returns) > 1 else np.zeros_like(proven[0])
+        carve(self.free, starts, directions, near, proven.max(axis=0))
+        for counts, layer in zip((self.hit, self.high), returns, strict=False):
+            mark_ends(counts, starts, directions, layer.seen / self.cell_m, layer.is_near)
 
     def window(self) -> tuple[slice, slice]:
         """Return the observed part of the raster with a small margin."""
@@ -138,38 +190,17 @@ class _Counts:
             slice(max(0, cols[0] - _MARGIN_CELLS), cols[-1] + 1 + _MARGIN_CELLS),
         )
 
-
-def _scan_once(
-    world: World,
-    pose: tuple[NDArray[np.float64], float],
-    estimate: tuple[NDArray[np.float64], float],
-    scanner: Scanner,
-    rng: np.random.Generator,
-    counts: _Counts,
-) -> None:
-    """
-    Cast one scan at its true ``pose`` (position [m], heading) and enter it where odometry says.
-
-    ``estimate`` is the start of all rays (x, y) [cells] and by how much they are turned.
-    """
-    (x0, y0), turn = estimate
-    x, y = world.to_cells(pose[0])
-    spread = (np.arange(scanner.rays) + rng.random()) / scanner.rays - 0.5
-    angles = pose[1] + scanner.fov_rad * spread
-    heading = angles + turn
-    reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
-    passes = rng.random(scanner.rays) < GLASS_PASS
-    bodies = ((world.body, counts.hit, 0.0), (world.high, counts.high, LINTEL_STANDOFF_M))
-    for raster, ends, standoff_m in bodies[: 1 if scanner.is_planar else 2]:
-        ranges, codes = cast_rays(raster, x, y, angles, reach, passes)
-        metres = (ranges + _INTO_CELL) * WORLD_CELL_M
-        metres += scanner.noise_m * rng.standard_normal(scanner.rays)
-        is_return = (codes != EMPTY) & (metres >= standoff_m)
-        is_near = is_return & (metres <= scanner.max_range_m)
-        seen = np.where(is_return, np.minimum(metres, scanner.max_range_m), 0.0)
-        proven = np.maximum(seen - counts.rule.end_margin_m * is_near, 0.0) / counts.cell_m
-        carve(counts.free, x0, y0, heading, proven)
-        mark_ends(ends, x0, y0, heading, seen / counts.cell_m, is_near)
+    def classify(
+        self, window: tuple[slice, slice], rule: SubmapConfig
+    ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+        """Return a window's cell values and lintel mask, by the rule of the run-time builder."""
+        hit, free = self.hit[window].astype(np.float32), self.free[window].astype(np.float32)
+        is_wall = (hit > 0.0) & (hit >= rule.wall_share * (hit + free))
+        is_free = (free > 0.0) & ~is_wall
+        cells = np.full(is_wall.shape, UNKNOWN, np.int8)
+        cells[is_free] = FREE
+        cells[is_wall] = OCCUPIED
+        return cells, is_free & (self.high[window] >= rule.lintel_min_hits)
 
 
 def fit_rigid(

@@ -4,13 +4,15 @@
 Fast planar ray casting in occupancy rasters, and the tours that robots take through them.
 
 Rasters are indexed [row, column] with row 0 at the lowest y; positions are in cells from the
-raster's outer corner, so that cell (r, c) covers [c, c + 1) x [r, r + 1).
+raster's outer corner, so that cell (r, c) covers [c, c + 1) x [r, r + 1). Shape letters: ``S``
+scans, ``A`` rays of a scan.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import cv2
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
@@ -21,87 +23,139 @@ EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
 MISS = -1.0
 """Range of a ray that met nothing within reach."""
 
+# Shorter leaps cost more than they save [cells].
+_LEAST_LEAP = 2
+# Where a ray that is parallel to an axis meets the next line across that axis [cells].
+_NEVER = 1e18
+
+
+def clear_cells(is_empty: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """
+    Return how many cells (H, W) each cell is from the nearest obstacle, in the maximum norm.
+
+    0 in obstacles, at most 255; ``is_empty (H, W)`` marks where there is none.
+    """
+    cells = cv2.distanceTransform(is_empty.astype(np.uint8), cv2.DIST_C, 3)
+    return np.asarray(np.minimum(cells, 255.0), dtype=np.uint8)
+
 
 @njit(cache=True)
 def cast_rays(
-    world: Any, x: float, y: float, angles: Any, max_cells: float, glass_pass: Any
+    world: Any, clear: Any, starts: Any, directions: Any, max_cells: float, glass_pass: Any
 ) -> tuple[Any, Any]:
     """
-    Return ranges (A,) float64 in cells to the first obstacle, and its code (A,) uint8.
+    Return ranges (S, A) float64 in cells to the first obstacle, and its code (S, A) uint8.
 
-    ``world (H, W) uint8`` holds codes; ``glass_pass (A,) bool`` says which rays pass glass.
     Rays that leave the raster or reach ``max_cells`` are ``MISS`` with code ``EMPTY``.
+
+    Parameters
+    ----------
+    world : (H, W) uint8, codes
+    clear : (H, W) uint8, :func:`clear_cells` of ``world`` or of more obstacles than there are
+    starts : (S, 2) float64, x and y in cells, inside the raster and in no obstacle
+    directions : (S, A, 2) float64, unit vectors
+    max_cells : reach of a ray
+    glass_pass : (S, A) bool, which rays pass glass
     """
     rows, cols = world.shape
-    count = angles.shape[0]
-    ranges = np.full(count, MISS)
-    codes = np.zeros(count, np.uint8)
-    for i in range(count):
-        dx, dy = np.cos(angles[i]), np.sin(angles[i])
-        col, row = int(np.floor(x)), int(np.floor(y))
-        step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-        delta_x = abs(1.0 / dx) if dx != 0.0 else 1e18
-        delta_y = abs(1.0 / dy) if dy != 0.0 else 1e18
-        next_x = (col + 1 - x if dx > 0.0 else x - col) * delta_x
-        next_y = (row + 1 - y if dy > 0.0 else y - row) * delta_y
-        travelled = 0.0
-        while travelled < max_cells:
-            if next_x < next_y:
-                travelled = next_x
-                next_x += delta_x
-                col += step_x
-            else:
-                travelled = next_y
-                next_y += delta_y
-                row += step_y
-            if col < 0 or row < 0 or col >= cols or row >= rows:
-                break
-            code = world[row, col]
-            if code != 0 and not (code == 2 and glass_pass[i]):
-                if travelled < max_cells:
-                    ranges[i] = travelled
-                    codes[i] = code
-                break
+    scans, rays = directions.shape[:2]
+    ranges = np.full((scans, rays), MISS)
+    codes = np.zeros((scans, rays), np.uint8)
+    for k in range(scans):
+        x, y = starts[k, 0], starts[k, 1]
+        for i in range(rays):
+            dx, dy = directions[k, i, 0], directions[k, i, 1]
+            grow_x = 1.0 / dx if dx != 0.0 else _NEVER
+            grow_y = 1.0 / dy if dy != 0.0 else _NEVER
+            step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+            ahead_x, ahead_y = (1 if dx >= 0.0 else 0), (1 if dy >= 0.0 else 0)
+            leap = 1.0 / max(abs(dx), abs(dy))
+            col, row = int(np.floor(x)), int(np.floor(y))
+            travelled = 0.0
+            while True:
+                # No obstacle within the square of this many cells: leap to its rim.
+                space = clear[row, col]
+                if space > _LEAST_LEAP:
+                    travelled += (space - 1) * leap
+                    if travelled >= max_cells:
+                        break
+                    col, row = int(np.floor(x + travelled * dx)), int(np.floor(y + travelled * dy))
+                else:
+                    next_x = (col + ahead_x - x) * grow_x
+                    next_y = (row + ahead_y - y) * grow_y
+                    if next_x < next_y:
+                        travelled = next_x
+                        col += step_x
+                    else:
+                        travelled = next_y
+                        row += step_y
+                    if travelled >= max_cells:
+                        break
+                if col < 0 or row < 0 or col >= cols or row >= rows:
+                    break
+                code = world[row, col]
+                if code != EMPTY and not (code == GLASS and glass_pass[k, i]):
+                    ranges[k, i] = travelled
+                    codes[k, i] = code
+                    break
     return ranges, codes
 
 
 @njit(cache=True)
-def carve(free: Any, x: float, y: float, angles: Any, ranges: Any) -> None:
-    """Count, in ``free (H, W) uint16``, the cells that rays of ``ranges (A,)`` cells cross."""
-    rows, cols = free.shape
-    for i in range(angles.shape[0]):
-        reach = ranges[i]
-        dx, dy = np.cos(angles[i]), np.sin(angles[i])
-        col, row = int(np.floor(x)), int(np.floor(y))
-        step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-        delta_x = abs(1.0 / dx) if dx != 0.0 else 1e18
-        delta_y = abs(1.0 / dy) if dy != 0.0 else 1e18
-        next_x = (col + 1 - x if dx > 0.0 else x - col) * delta_x
-        next_y = (row + 1 - y if dy > 0.0 else y - row) * delta_y
-        while col >= 0 and row >= 0 and col < cols and row < rows:
-            if free[row, col] < 65535:
-                free[row, col] += 1
-            if next_x < next_y:
-                if next_x >= reach:
-                    break
-                next_x += delta_x
-                col += step_x
-            else:
-                if next_y >= reach:
-                    break
-                next_y += delta_y
-                row += step_y
+def carve(free: Any, starts: Any, directions: Any, near: Any, far: Any) -> None:
+    """
+    Count the cells that rays cross, twice as far as ``near`` and once from there to ``far``.
+
+    The two lengths are those of a ray at body height and of one above the doors.
+
+    Parameters
+    ----------
+    free : (H, W) int32, counts; holds every cell that a ray reaches
+    starts : (S, 2) float64, x and y in cells
+    directions : (S, A, 2) float64, unit vectors
+    near, far : (S, A) float64, cells; rays of length 0 are left out
+    """
+    scans, rays = near.shape
+    for k in range(scans):
+        x, y = starts[k, 0], starts[k, 1]
+        for i in range(rays):
+            reach = far[k, i]
+            if reach <= 0.0:
+                continue
+            dx, dy = directions[k, i, 0], directions[k, i, 1]
+            col, row = int(np.floor(x)), int(np.floor(y))
+            step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+            grow_x = abs(1.0 / dx) if dx != 0.0 else _NEVER
+            grow_y = abs(1.0 / dy) if dy != 0.0 else _NEVER
+            next_x = (col + 1 - x if dx > 0.0 else x - col) * grow_x
+            next_y = (row + 1 - y if dy > 0.0 else y - row) * grow_y
+            entered, both = 0.0, near[k, i]
+            while entered < reach:
+                free[row, col] += 2 if entered < both else 1
+                if next_x < next_y:
+                    entered = next_x
+                    next_x += grow_x
+                    col += step_x
+                else:
+                    entered = next_y
+                    next_y += grow_y
+                    row += step_y
 
 
 @njit(cache=True)
-def mark_ends(counts: Any, x: float, y: float, angles: Any, ranges: Any, is_marked: Any) -> None:
-    """Count, in ``counts (H, W) uint16``, the cells in which marked rays end."""
-    rows, cols = counts.shape
-    for i in range(angles.shape[0]):
-        if is_marked[i]:
-            col = int(np.floor(x + ranges[i] * np.cos(angles[i])))
-            row = int(np.floor(y + ranges[i] * np.sin(angles[i])))
-            if 0 <= row < rows and 0 <= col < cols and counts[row, col] < 65535:
+def mark_ends(counts: Any, starts: Any, directions: Any, ranges: Any, is_marked: Any) -> None:
+    """
+    Count, in ``counts (H, W) int32``, the cells in which marked rays end.
+
+    ``starts (S, 2)``, ``directions (S, A, 2)`` and ``ranges (S, A)`` are as for :func:`carve`;
+    ``is_marked (S, A) bool``. Every marked ray ends inside the raster.
+    """
+    scans, rays = ranges.shape
+    for k in range(scans):
+        for i in range(rays):
+            if is_marked[k, i]:
+                col = int(np.floor(starts[k, 0] + ranges[k, i] * directions[k, i, 0]))
+                row = int(np.floor(starts[k, 1] + ranges[k, i] * directions[k, i, 1]))
                 counts[row, col] += 1
 
 

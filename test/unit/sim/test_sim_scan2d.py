@@ -9,12 +9,12 @@ from fpnet_core.sim.scan2d import (
     SOLID,
     carve,
     cast_rays,
+    clear_cells,
     mark_ends,
     walk_field,
     walk_to,
 )
 
-NO_PASS = np.zeros(4, bool)
 FOUR = np.array([0.0, 0.5, 1.0, 1.5]) * np.pi
 
 
@@ -24,48 +24,95 @@ def _room(rows=20, cols=30):
     return world
 
 
+def _directions(angles):
+    angles = np.asarray(angles)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)[None]
+
+
+def _cast(world, angles, reach=100.0, passes=None, x=10.5, y=6.25):
+    passes = np.zeros((1, len(angles)), bool) if passes is None else np.array([passes])
+    starts = np.array([[x, y]])
+    clear = clear_cells(world == EMPTY)
+    ranges, codes = cast_rays(world, clear, starts, _directions(angles), reach, passes)
+    return ranges[0], codes[0]
+
+
 def test_ranges_end_at_the_walls_faces():
-    ranges, codes = cast_rays(_room(), 10.5, 6.25, FOUR, 100.0, NO_PASS)
+    ranges, codes = _cast(_room(), FOUR)
     np.testing.assert_allclose(ranges, [16.5, 11.75, 7.5, 4.25], atol=1e-9)
     assert (codes == SOLID).all()
 
 
+def test_rays_parallel_to_an_axis_are_exact():
+    world = _room()
+    exact = np.array([[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]])
+    passes = np.zeros((1, 4), bool)
+    ranges, _ = cast_rays(
+        world, clear_cells(world == EMPTY), np.array([[10.0, 6.0]]), exact, 100.0, passes
+    )
+    np.testing.assert_allclose(ranges[0], [17.0, 12.0, 7.0, 4.0], atol=1e-9)
+
+
 def test_oblique_rays_meet_the_wall_where_geometry_says():
-    angle = np.array([0.3])
-    ranges, _ = cast_rays(_room(), 10.5, 6.25, angle, 100.0, NO_PASS[:1])
+    ranges, _ = _cast(_room(), [0.3])
     np.testing.assert_allclose(ranges, [16.5 / np.cos(0.3)], atol=1e-9)
 
 
+def test_leaping_over_clear_cells_changes_nothing():
+    rng = np.random.default_rng(5)
+    world = np.where(rng.random((120, 150)) < 0.004, SOLID, EMPTY).astype(np.uint8)
+    world[58:63, 68:73] = EMPTY
+    angles = rng.uniform(-np.pi, np.pi, 500)
+    leaping = _cast(world, angles, x=70.4, y=60.7)
+    starts, passes = np.array([[70.4, 60.7]]), np.zeros((1, 500), bool)
+    stepping = cast_rays(world, np.zeros_like(world), starts, _directions(angles), 100.0, passes)
+    np.testing.assert_allclose(leaping[0], stepping[0][0], atol=1e-9)
+    np.testing.assert_array_equal(leaping[1], stepping[1][0])
+    assert (leaping[1] == SOLID).any()
+    assert (leaping[1] == EMPTY).any()
+
+
+def test_clear_cells_count_in_the_maximum_norm():
+    is_empty = np.ones((9, 11), bool)
+    is_empty[4, 5] = False
+    rows, cols = np.mgrid[:9, :11]
+    expected = np.maximum(abs(rows - 4), abs(cols - 5))
+    np.testing.assert_array_equal(clear_cells(is_empty), expected)
+    assert (clear_cells(np.ones((400, 400), bool)) == 255).all()
+
+
 def test_rays_beyond_reach_or_raster_miss():
-    ranges, codes = cast_rays(_room(), 10.5, 6.25, FOUR, 10.0, NO_PASS)
+    ranges, codes = _cast(_room(), FOUR, reach=10.0)
     assert ranges[0] == MISS
     assert codes[0] == EMPTY
     assert ranges[3] == 4.25
-    open_world = np.zeros((20, 30), np.uint8)
-    ranges, _ = cast_rays(open_world, 10.5, 6.25, FOUR, 100.0, NO_PASS)
+    ranges, _ = _cast(np.zeros((20, 30), np.uint8), FOUR)
     assert (ranges == MISS).all()
 
 
 def test_glass_stops_only_rays_that_do_not_pass():
     world = _room()
     world[:, 15] = GLASS
-    angles = np.zeros(2)
-    ranges, codes = cast_rays(world, 10.5, 6.25, angles, 100.0, np.array([False, True]))
+    ranges, codes = _cast(world, [0.0, 0.0], passes=[False, True])
     np.testing.assert_allclose(ranges, [4.5, 16.5])
     assert codes.tolist() == [GLASS, SOLID]
 
 
-def test_carving_counts_crossed_cells_once_per_ray():
-    free = np.zeros((20, 30), np.uint16)
-    carve(free, 10.5, 6.25, FOUR[:1], np.array([5.0]))
-    assert np.flatnonzero(free[6]).tolist() == [10, 11, 12, 13, 14, 15]
-    assert free.sum() == 6
+def test_carving_counts_cells_once_or_twice():
+    free = np.zeros((20, 30), np.int32)
+    starts = np.array([[10.5, 6.25]])
+    carve(free, starts, _directions([0.0]), np.array([[1.0]]), np.array([[5.0]]))
+    assert free[6, 9:17].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
+    assert free.sum() == 8
+    carve(free, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)))
+    assert free.sum() == 8
 
 
 def test_only_marked_ends_count():
-    hits = np.zeros((20, 30), np.uint16)
-    mark = np.array([True, True, False, True])
-    mark_ends(hits, 10.5, 6.25, FOUR, np.array([5.0, 4.0, 3.0, 100.0]), mark)
+    hits = np.zeros((20, 30), np.int32)
+    mark = np.array([[True, True, False, False]])
+    ranges = np.array([[5.0, 4.0, 3.0, 100.0]])
+    mark_ends(hits, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
     assert hits[6, 15] == 1
     assert hits[10, 10] == 1
     assert hits.sum() == 2
