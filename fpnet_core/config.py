@@ -52,6 +52,9 @@ class SubmapConfig(Section):
         3.0, gt=1.0, description='Rays above this height prove no free space: uneven high walls.'
     )
     lintel_min_hits: int = Field(2, ge=1, description='High returns that make a lintel cell.')
+    lintel_share: float = Field(
+        0.3, ge=0.0, lt=1.0, description='Returns among rays at its height that make a lintel.'
+    )
     wall_share: float = Field(
         0.3, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
     )

@@ -79,7 +79,8 @@ class GridMap:
         _freeze(self, 'cells', np.int8, (None, None))
         if self.cells.size == 0:
             raise ValueError('GridMap.cells: the grid has no cells')
-        if not np.isin(self.cells, (FREE, OCCUPIED, UNKNOWN)).all():
+        cells = self.cells
+        if not ((cells == FREE) | (cells == OCCUPIED) | (cells == UNKNOWN)).all():
             raise ValueError('GridMap.cells: values must be 0, 100 or -1')
         if not (np.isfinite(self.resolution) and self.resolution > 0.0):
             raise ValueError(f'GridMap.resolution: must be positive, got {self.resolution}')

@@ -8,17 +8,20 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
 Counts = NDArray[np.uint16]
 
-# Layers of the count raster.
-CROSSED, MID_HIT, HIGH_HIT = 0, 1, 2
-LAYERS = 3
+# Layers of the count raster: crossings of all bands, returns at body height and at lintel
+# height, and crossings at lintel height.
+CROSSED, MID_HIT, HIGH_HIT, HIGH_CROSSED = 0, 1, 2, 3
+LAYERS = 4
 
 # A cell's counts are halved when one of them gets here: uint16 never wraps, ratios stay.
 _SATURATION = 60000
 
 
-@njit(cache=True, inline='always')
+@njit(cache=True, nogil=True, inline='always')
 def _count(counts: Counts, row: int, col: int, layer: int) -> None:
     if counts[row, col, layer] >= _SATURATION:
         for k in range(LAYERS):
@@ -26,7 +29,18 @@ def _count(counts: Counts, row: int, col: int, layer: int) -> None:
     counts[row, col, layer] += np.uint16(1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, inline='always')
+def _count_return(
+    counts: Counts, end: NDArray[np.float64], bands: tuple[float, float, float, float, float]
+) -> None:
+    row, col, z = int(end[1]), int(end[0]), end[2]
+    if bands[0] <= z <= bands[1]:
+        _count(counts, row, col, MID_HIT)
+    elif bands[2] <= z <= bands[3]:
+        _count(counts, row, col, HIGH_HIT)
+
+
+@njit(cache=True, nogil=True)
 def carve_rays(
     counts: Counts,
     origin: NDArray[np.float64],
@@ -54,12 +68,7 @@ def carve_rays(
         length = np.hypot(d_col, d_row)
         stop = 1.0
         if is_return[i]:
-            z = ends[i, 2]
-            row, col = int(ends[i, 1]), int(ends[i, 0])
-            if body_low <= z <= body_high:
-                _count(counts, row, col, MID_HIT)
-            elif high_low <= z <= high_high:
-                _count(counts, row, col, HIGH_HIT)
+            _count_return(counts, ends[i], bands)
             stop = 1.0 - end_margin / max(length, 1e-9)
         if stop <= 0.0:
             continue
@@ -79,6 +88,8 @@ def carve_rays(
             z = origin[2] + 0.5 * (t + leave) * d_z
             if (body_low <= z <= body_high) or (high_low <= z <= ceiling):
                 _count(counts, row, col, CROSSED)
+                if high_low <= z <= high_high:
+                    _count(counts, row, col, HIGH_CROSSED)
             t = leave
             if t >= stop:
                 break
@@ -88,3 +99,40 @@ def carve_rays(
             else:
                 row += step_row
                 to_row += grow_row
+
+
+@njit(cache=True, nogil=True)
+def classify(
+    counts: Counts,
+    cells: NDArray[np.int8],
+    lintel: NDArray[np.bool_],
+    wall_share: float,
+    lintel_share: float,
+    lintel_min_hits: int,
+) -> bool:
+    """
+    Turn counts into cell values and the lintel mask, in place; tell whether anything was seen.
+
+    A wall is where returns are at least ``wall_share`` of returns and crossings. A lintel lies
+    over free space, and holds back at least ``lintel_share`` of the rays that reach it at its
+    height: high returns that most rays pass are noise on the face of a wall, or clutter.
+
+    Parameters
+    ----------
+    counts : (H, W, LAYERS) uint16
+    cells : (H, W) int8, receives the values of a ``GridMap``
+    lintel : (H, W) bool, receives the mask
+    wall_share, lintel_share, lintel_min_hits : see ``SubmapConfig``
+    """
+    is_seen = False
+    for row in range(counts.shape[0]):
+        for col in range(counts.shape[1]):
+            crossed, mid = counts[row, col, CROSSED], counts[row, col, MID_HIT]
+            high, passed = counts[row, col, HIGH_HIT], counts[row, col, HIGH_CROSSED]
+            is_wall = mid > 0 and mid >= wall_share * (mid + crossed)
+            is_free = crossed > 0 and not is_wall
+            cells[row, col] = OCCUPIED if is_wall else (FREE if is_free else UNKNOWN)
+            is_high = high >= lintel_min_hits and high >= lintel_share * (high + passed)
+            lintel[row, col] = is_free and is_high and high > mid
+            is_seen = is_seen or crossed + mid + high > 0
+    return is_seen

@@ -43,6 +43,11 @@ class HeightBands:
     high_high: float
     ceiling: float
 
+    @property
+    def limits(self) -> tuple[float, float, float, float, float]:
+        """The heights in order, for compiled code."""
+        return self.body_low, self.body_high, self.high_low, self.high_high, self.ceiling
+
     @classmethod
     def planar(cls) -> HeightBands:
         """Return bands for a planar scanner: every height is body height."""
