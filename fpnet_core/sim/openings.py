@@ -28,9 +28,10 @@ def door_normal(door: PlanDoor) -> NDArray[np.float64]:
 
 def opening_polygon(plan: BuildingPlan, door: PlanDoor) -> Polygon:
     """Return the opening of ``door`` through the whole wall, overlapping both rooms a little."""
-    ends = shapely.points(door.ends)
+    # A door frame of its own may stand nearer to the ends than the wall's face to the middle.
+    along = shapely.points([*door.ends, door.ends.mean(axis=0)])
     rooms = [Polygon(plan.rooms[index].polygon) for index in door.rooms]
-    gap_m = max(float(shapely.distance(room, ends).max()) for room in rooms)
+    gap_m = max(float(shapely.distance(room, along).max()) for room in rooms)
     reach = (gap_m + _OVERLAP_M) * door_normal(door)
     return Polygon([*(door.ends - reach), *(door.ends + reach)[::-1]])
 
