@@ -5,12 +5,15 @@
 from fpnet_core.pose.estimate import distinct, select_promising, verified_estimates
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
 from fpnet_core.pose.hypotheses import Candidates, propose
-from fpnet_core.pose.refine import refine
+from fpnet_core.pose.refine import FINE, ROUGH, Effort, refine
 from fpnet_core.pose.verify import Agreement, agreement, coarse_support
 
 __all__ = [
+    'FINE',
+    'ROUGH',
     'Agreement',
     'Candidates',
+    'Effort',
     'MapEvidence',
     'agreement',
     'coarse_support',

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,61 +12,83 @@ from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.hypotheses import Candidates
-from fpnet_core.pose.refine import refine
+from fpnet_core.pose.refine import FINE, ROUGH, refine
 from fpnet_core.pose.verify import agreement, coarse_support
 from fpnet_core.types import PoseEstimate
+
+_GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
+_LOOK_POINTS, _LOOK_KEEPS = 250, 20
+"""Wall and free samples of a look at a candidate, and how many per refined one it keeps."""
+
+_SAME_BASIN_M = 0.3
+"""Roughly refined candidates nearer than this end at the same place."""
 
 
 def select_promising(
     plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
 ) -> Candidates:
-    """Return the best distinct candidates by the cheap score, at most ``max_refined``."""
-    support = coarse_support(
-        plan, sub, candidates.linear, candidates.translation, config.coarse_sigma_m
-    )
-    order = np.argsort(-support, kind='stable')
-    ranked = candidates.take(order[: 20 * config.max_refined])
-    keep = distinct(ranked, sub, config.distinct_m / 4, config.max_refined)
-    return ranked.take(keep)
+    """
+    Return the best distinct candidates by the cheap score, at most ``max_refined``.
+
+    A glance at few samples drops most of the thousands before the others are looked at well.
+    """
+    ranked = candidates
+    for points, kept in ((_GLANCE_POINTS, _GLANCE_KEEPS), (_LOOK_POINTS, _LOOK_KEEPS)):
+        support = coarse_support(
+            plan, sub, ranked.linear, ranked.translation, config.coarse_sigma_m, points
+        )
+        order = np.argsort(-support, kind='stable')
+        ranked = ranked.take(order[: kept * config.max_refined])
+    return ranked.take(distinct(ranked, sub, config.distinct_m / 4, config.max_refined))
 
 
 def verified_estimates(
-    plan: MapEvidence,
-    sub: MapEvidence,
-    candidates: Candidates,
-    config: PoseConfig,
-    anneal_from_m: float = np.inf,
+    plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
 ) -> tuple[PoseEstimate, ...]:
     """
     Refine and score the candidates; the best distinct ones, best first.
+
+    All are refined roughly; the ``max_estimates`` best places, and their rivals nearby, finely.
 
     Parameters
     ----------
     plan, sub : evidence of both sides
     candidates : few, promising
     config : kernel widths and limits
-    anneal_from_m : widest refinement kernel; narrow for hypotheses that are being tracked
 
     Returns
     -------
-    At most ``max_estimates`` estimates; empty for no candidates. A refined placement whose
-    scale left the allowed range is dropped.
+    At most ``max_estimates`` estimates; empty for no candidates.
     """
-    refined = refine(
-        plan, sub, candidates.linear, candidates.translation, config.strain_sigma, anneal_from_m
-    )
-    scores = agreement(plan, sub, refined.linear, refined.translation, config.wall_sigma_m).score
+    near = _roughly_refined(plan, sub, candidates, config)
+    fine = refine(plan, sub, near.linear, near.translation, config.strain_sigma, FINE)
+    scores = agreement(plan, sub, fine.linear, fine.translation, config.wall_sigma_m).score
     order = np.argsort(-scores, kind='stable')
-    ranked = Candidates(refined.linear[order], refined.translation[order])
+    ranked = Candidates(fine.linear[order], fine.translation[order])
     keep = distinct(ranked, sub, config.distinct_m, config.max_estimates)
     return tuple(
         PoseEstimate(
             Affine2D(ranked.linear[k], ranked.translation[k]),
             float(scores[order[k]]),
-            refined.cov[order[k]],
+            fine.cov[order[k]],
         )
         for k in keep
     )
+
+
+def _roughly_refined(
+    plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
+) -> Candidates:
+    """Return the candidates moved to where they fit best nearby; only those worth more work."""
+    rough = refine(
+        plan, sub, candidates.linear, candidates.translation, config.strain_sigma, ROUGH
+    )
+    support = coarse_support(
+        plan, sub, rough.linear, rough.translation, config.wall_sigma_m, _LOOK_POINTS
+    )
+    order = np.argsort(-support, kind='stable')
+    ranked = Candidates(rough.linear[order], rough.translation[order])
+    return ranked.take(distinct(ranked, sub, _SAME_BASIN_M, 2 * config.max_estimates))
 
 
 def distinct(
@@ -84,11 +107,30 @@ def distinct(
     low, high = points.min(axis=0), points.max(axis=0)
     corners = np.array([low, high, [low[0], high[1]], [high[0], low[1]]])
     placed = np.einsum('cij,kj->cki', ranked.linear, corners) + ranked.translation[:, None]
-    kept: list[int] = []
-    for index in range(len(ranked)):
-        moved = np.linalg.norm(placed[kept] - placed[index], axis=-1).mean(axis=-1)
-        if np.all(moved > distance_m):
-            kept.append(index)
-            if len(kept) == limit:
+    return _first_of_each(np.ascontiguousarray(placed), distance_m, limit)
+
+
+@numba.njit(cache=True, nogil=True)
+def _first_of_each(
+    placed: NDArray[np.float64], distance_m: float, limit: int
+) -> NDArray[np.int64]:
+    """Greedy choice among corner sets (C, 4, 2): each farther than the distance from all kept."""
+    kept = np.empty(min(limit, len(placed)), dtype=np.int64)
+    count = 0
+    for index in range(len(placed)):
+        is_new = True
+        for k in kept[:count]:
+            moved = 0.0
+            for corner in range(placed.shape[1]):
+                dx = placed[k, corner, 0] - placed[index, corner, 0]
+                dy = placed[k, corner, 1] - placed[index, corner, 1]
+                moved += np.hypot(dx, dy)
+            if moved <= distance_m * placed.shape[1]:
+                is_new = False
                 break
-    return np.array(kept, dtype=np.int64)
+        if is_new:
+            kept[count] = index
+            count += 1
+            if count == limit:
+                break
+    return kept[:count]

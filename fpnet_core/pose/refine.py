@@ -21,11 +21,28 @@ from fpnet_core.pose.evidence import MapEvidence
 
 Array = NDArray[np.float64]
 
-_ANNEALING_M = (0.8, 0.5, 0.3, 0.2, 0.15)  # Welsch widths, coarse to fine
-_STEPS_PER_WIDTH = 4
-_MAX_POINTS = 800
+_STEPS_PER_WIDTH = 3
 _DAMPING = 1e-6  # keeps the system solvable where no wall is near
 _POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance
+
+
+@dataclass(frozen=True)
+class Effort:
+    """
+    How much work refinement spends on a candidate.
+
+    ``widths_m`` are the Welsch kernel's, coarse to fine; at most ``max_points`` walls are used.
+    """
+
+    widths_m: tuple[float, ...]
+    max_points: int
+
+
+ROUGH = Effort((0.8, 0.5, 0.3), 200)
+"""Brings a new candidate to where its score can be compared."""
+
+FINE = Effort((0.3, 0.2, 0.15), 800)
+"""Ends on a candidate that is already near."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +63,7 @@ def refine(
     linear: Array,
     translation: Array,
     strain_sigma: float,
-    anneal_from_m: float = _ANNEALING_M[0],
+    effort: Effort,
 ) -> Refined:
     """
     Align ``C`` candidates; each keeps its group: similarity times a small strain.
@@ -56,11 +73,11 @@ def refine(
     plan, sub : evidence of both sides
     linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
     strain_sigma : standard deviation of the drawing's strain, 0.03 for "a few percent"
-    anneal_from_m : widest kernel; a tracked hypothesis starts narrow, a new one wide
+    effort : ``ROUGH`` for many new candidates, ``FINE`` for few that are near
     """
-    step = max(1, -(-len(sub.walls) // _MAX_POINTS))
+    step = max(1, -(-len(sub.walls) // effort.max_points))
     points = np.ascontiguousarray(sub.walls[::step])
-    widths = np.array([w for w in _ANNEALING_M if w <= anneal_from_m], dtype=np.float64)
+    widths = np.array(effort.widths_m)
     linear, translation = np.array(linear), np.array(translation)
     cov = np.zeros((len(linear), 3, 3))
     if len(points):

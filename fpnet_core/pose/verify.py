@@ -52,7 +52,7 @@ def coarse_support(
     linear: NDArray[np.float64],
     translation: NDArray[np.float64],
     sigma_m: float,
-    max_points: int = 250,
+    max_points: int,
 ) -> NDArray[np.float64]:
     """
     Cheap forward score of ``C`` candidates for early rejection, ``(C,)`` in [-1, 1].

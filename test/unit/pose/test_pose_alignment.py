@@ -9,7 +9,7 @@ from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.geometry import SE2, Similarity2D, angle_between
-from fpnet_core.pose import agreement, coarse_support, map_evidence, refine
+from fpnet_core.pose import FINE, ROUGH, agreement, coarse_support, map_evidence, refine
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 
 SIGMA_M = 0.2
@@ -54,7 +54,7 @@ def test_truth_scores_high_and_every_wrong_placement_low():
 def test_coarse_and_full_scores_of_no_candidate_are_empty():
     plan, sub = sides()
     empty = np.zeros((0, 2, 2)), np.zeros((0, 2))
-    assert coarse_support(plan, sub, *empty, SIGMA_M).shape == (0,)
+    assert coarse_support(plan, sub, *empty, SIGMA_M, 100).shape == (0,)
     assert agreement(plan, sub, *empty, SIGMA_M).score.shape == (0,)
 
 
@@ -65,7 +65,8 @@ def test_refinement_recovers_pose_and_anisotropy(seed):
     mid = sub.walls.mean(axis=0)
     off = Similarity2D.from_scale_yaw(1.0, np.deg2rad(67.0) + rng.uniform(-0.06, 0.06), [0.0, 0.0])
     start = A_PLAN_SUBMAP.apply(mid) - off.apply(mid) + rng.uniform(-0.4, 0.4, 2)
-    got = refine(plan, sub, off.linear[None], start[None], strain_sigma=0.03)
+    rough = refine(plan, sub, off.linear[None], start[None], 0.03, ROUGH)
+    got = refine(plan, sub, rough.linear, rough.translation, 0.03, FINE)
     placed = sub.walls @ got.linear[0].T + got.translation[0]
     error = np.linalg.norm(placed - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
     assert error.max() < 0.1, f'seed {seed}'
