@@ -160,6 +160,8 @@ class Region:
     segmented grid [m]. ``observed_fraction`` estimates how much of the region has been seen and
     ``frontier_fraction`` is the share of its boundary that borders unknown space (0 for a
     drawing); ``confidence`` in [0, 1] says how sure the segmentation is of its extent.
+    ``track`` stays the same while a growing submap is segmented again and again; it is -1 where
+    nothing follows the regions.
     """
 
     id: int
@@ -170,6 +172,7 @@ class Region:
     observed_fraction: float = 1.0
     frontier_fraction: float = 0.0
     confidence: float = 1.0
+    track: int = -1
 
     def __post_init__(self) -> None:
         """Check shapes and ranges."""

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,11 +29,12 @@ _ROOM_REACH_M = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class LintelDoor:
+class Doorway:
     """A doorway's closing line ``ends_rc (2, 2)`` in cells of the full raster."""
 
     ends_rc: NDArray[np.float64]
     cell_m: float
+    has_lintel: bool = True
 
     def between(self, labels: NDArray[np.int32]) -> Opening:
         """Return the opening with the rooms of ``labels (H, W)`` nearest on both sides."""
@@ -42,7 +45,7 @@ class LintelDoor:
         )
         low, high = sorted(rooms)
         half_m = 0.5 * float(np.hypot(*along)) * self.cell_m
-        return Opening((low, high), self.ends_rc, half_m, has_lintel=True)
+        return Opening((low, high), self.ends_rc, half_m, self.has_lintel)
 
 
 def _first_label(
@@ -64,7 +67,9 @@ def _first_label(
     return 0
 
 
-def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[LintelDoor]]:
+def find_lintels(
+    lintel: Mask, free: Mask, wall: Mask, cell_m: float, known: Sequence[Doorway] = ()
+) -> tuple[Mask, list[Doorway]]:
     """
     Turn high returns over free space into closed doorways.
 
@@ -72,39 +77,55 @@ def find_lintels(lintel: Mask, free: Mask, cell_m: float) -> tuple[Mask, list[Li
     ----------
     lintel : (H, W) bool, free cells below a high return
     free : (H, W) bool
+    wall : (H, W) bool, cells at or near a wall; both ends of a doorway lie there
     cell_m : cell edge [true metres]
+    known : doorways that are closed already
 
     Returns
     -------
     closed (H, W) bool : cells of the closing lines, which no region may cross
-    doors : one per doorway, largest evidence first; high returns that span no doorway (shelves,
-        ducts, beams) close nothing
+    doors : ``known`` and one per further doorway, largest evidence first; high returns that
+        span no doorway (shelves, ducts, beams) close nothing
     """
     closed = np.zeros(lintel.shape, dtype=np.uint8)
-    doors: list[LintelDoor] = []
-    middles: list[tuple[float, float]] = []
-    cells = np.argwhere(lintel).astype(np.float64)
+    doors = list(known)
+    for door in known:
+        _draw(closed, door.ends_rc)
     for centre in _centres(lintel, cell_m):
         if any(_is_beside(door.ends_rc, centre, _LINE_REACH_M / cell_m) for door in doors):
             continue
         ends = narrowest_line(
             free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
-        middle = (float(ends[0, 0] + ends[1, 0]) / 2, float(ends[0, 1] + ends[1, 1]) / 2)
-        known = any(math.dist(middle, other) * cell_m < _MIN_WIDTH_M for other in middles)
-        width_m = math.dist(ends[0], ends[1]) * cell_m
-        if (
-            known
-            or not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M
-            or _coverage(cells, ends, cell_m) < _MIN_COVERAGE
-            or not _is_passage(free, ends, cell_m)
-        ):
-            continue
-        doors.append(LintelDoor(ends, cell_m))
-        middles.append(middle)
-        start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
-        cv2.line(closed, start, stop, 1, thickness=2)
+        middle = ends.mean(axis=0)
+        near = [math.dist(middle, d.ends_rc.mean(axis=0)) * cell_m < _MIN_WIDTH_M for d in doors]
+        if not any(near) and _is_doorway(ends, lintel, free, wall, cell_m):
+            doors.append(Doorway(ends, cell_m))
+            _draw(closed, ends)
     return closed.astype(bool) & free, doors
+
+
+def _draw(closed: NDArray[np.uint8], ends: NDArray[np.float64]) -> None:
+    start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
+    cv2.line(closed, start, stop, 1, thickness=2)
+
+
+def _is_doorway(
+    ends: NDArray[np.float64], lintel: Mask, free: Mask, wall: Mask, cell_m: float
+) -> bool:
+    """Tell whether a line is as wide as a door, under high returns, in a wall, and passable."""
+    width_m = math.dist(ends[0], ends[1]) * cell_m
+    if not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M or not _is_in_wall(ends, wall):
+        return False
+    (r0, c0), (r1, c1) = ends.tolist()
+    reach, passage = _LINE_REACH_M / cell_m, _PASSAGE_M / cell_m
+    covered, passes = _evidence(lintel, free, r0, c0, r1, c1, reach, passage)
+    return bool(covered >= _MIN_COVERAGE and passes)
+
+
+def _is_in_wall(ends: NDArray[np.float64], wall: Mask) -> bool:
+    cells = np.clip(np.rint(ends).astype(np.int64), 0, np.array(wall.shape) - 1)
+    return bool(wall[cells[:, 0], cells[:, 1]].all())
 
 
 def _is_beside(ends: NDArray[np.float64], place: tuple[float, float], reach: float) -> bool:
@@ -121,7 +142,7 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     Return a cell in the middle of each component of high returns, largest first.
 
     Components with too few high returns around them to cover even the narrowest doorway are
-    left out: most of a long submap's are such specks.
+    left out.
     """
     mask = lintel.astype(np.uint8)
     window = 2 * round(_MIN_WIDTH_M / cell_m) + 1
@@ -139,27 +160,40 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     return middle
 
 
-def _is_passage(free: Mask, ends: NDArray[np.float64], cell_m: float) -> bool:
-    """Tell whether ``free (H, W)`` goes on in the middle of a line on both of its sides."""
-    along = ends[1] - ends[0]
-    across = np.array([-along[1], along[0]]) / np.hypot(*along)
-    shares = np.array([0.4, 0.5, 0.6])[:, None]
-    middle = ends[0] + shares * along
-    limits = np.array(free.shape) - 1
-    for offset in np.arange(-_PASSAGE_M, _PASSAGE_M + cell_m, cell_m) / cell_m:
-        cells = np.clip(np.rint(middle + offset * across), 0, limits).astype(np.int64)
-        if not free[cells[:, 0], cells[:, 1]].any():
-            return False
-    return True
+@njit(cache=True, nogil=True)
+def _evidence(
+    lintel: NDArray[np.bool_],
+    free: NDArray[np.bool_],
+    r0: float,
+    c0: float,
+    r1: float,
+    c1: float,
+    reach: float,
+    passage: float,
+) -> tuple[float, bool]:
+    """
+    Look at the surroundings of the line from (r0, c0) to (r1, c1), in cells.
 
-
-def _coverage(cells: NDArray[np.float64], ends: NDArray[np.float64], cell_m: float) -> float:
-    """Return the share of the line ``ends`` that has a high return beside it."""
-    along = ends[1] - ends[0]
-    length = float(np.hypot(*along))
-    unit = along / length
-    offset = cells - ends[0]
-    position = offset @ unit
-    distance = np.abs(offset @ np.array([-unit[1], unit[0]]))
-    near = (distance * cell_m < _LINE_REACH_M) & (position >= 0.0) & (position <= length)
-    return float(np.unique(np.rint(position[near])).size / (np.floor(length) + 1.0))
+    Returns the share of the line with a high return within ``reach`` across it, and whether
+    free space goes on in its middle for ``passage`` on both sides.
+    """
+    length = np.hypot(r1 - r0, c1 - c0)
+    d_row, d_col = (r1 - r0) / length, (c1 - c0) / length
+    steps = int(np.floor(length)) + 1
+    covered = 0
+    is_open = np.zeros(2 * int(np.ceil(passage)) + 1, dtype=np.bool_)
+    half = len(is_open) // 2
+    for k in range(steps):
+        along = length * (k + 0.5) / steps
+        is_covered = False
+        for offset in range(-max(half, int(reach)), max(half, int(reach)) + 1):
+            row = int(np.rint(r0 + along * d_row - offset * d_col))
+            col = int(np.rint(c0 + along * d_col + offset * d_row))
+            if row < 0 or col < 0 or row >= free.shape[0] or col >= free.shape[1]:
+                continue
+            if abs(offset) <= reach and lintel[row, col]:
+                is_covered = True
+            if abs(offset) <= half and 0.35 * length <= along <= 0.65 * length:
+                is_open[offset + half] |= free[row, col]
+        covered += is_covered
+    return covered / steps, bool(is_open.all())

@@ -18,6 +18,8 @@ from fpnet_core.types import FREE, OCCUPIED, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.15
+# The ends of a doorway's line are this near to its jambs [m].
+_JAMB_REACH_M = 0.2
 # Margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Clearance at the very edge of unseen space [m].
@@ -55,7 +57,9 @@ def segment_submap(
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
     free = fill_furniture(free, cell_m, config)
-    lintel, lintel_doors = find_lintels(submap.lintel & free, free, cell_m)
+    lintel, lintel_doors = find_lintels(
+        submap.lintel & free, free, _grown(wall, _JAMB_REACH_M, cell_m), cell_m
+    )
     near_wall = _grown(wall | lintel, _WALL_SHADOW_M, cell_m)
     scene = _scene(free, lintel, near_wall, cell_m)
     full, openings = cut_rooms(scene, config)
