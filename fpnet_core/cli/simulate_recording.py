@@ -22,10 +22,15 @@ def command(
     storage: Annotated[
         Literal['sqlite3', 'mcap'], typer.Option('--storage', help='Format of the bag.')
     ] = 'sqlite3',
-    columns: Annotated[
-        int,
-        typer.Option('--columns', min=16, max=4096, help='Azimuth steps of a sweep of 32 beams.'),
-    ] = 720,
+    sensor: Annotated[
+        str,
+        typer.Option(
+            '--sensor',
+            metavar='NAME',
+            help='beams16, beams32, beams64, dome (360 x 59 degrees, not repetitive), rosette '
+            '(70 degrees ahead, not repetitive) or planar.',
+        ),
+    ] = 'beams32',
     json_path: common.JsonOption = None,
 ) -> None:
     """
@@ -36,11 +41,11 @@ def command(
 
     Example: fpnet simulate recording --out out/recording --seed 3
     """
-    from fpnet_core.sim.lidar import LidarModel
     from fpnet_core.sim.recording import RecordingOptions, make_recording, write_recording
+    from fpnet_core.sim.sensors import sensor_named
 
     folder = out if out is not None else Path('out') / 'recording'
-    options = RecordingOptions(family=family, lidar=LidarModel(columns=columns))
+    options = RecordingOptions(family=family, lidar=sensor_named(sensor))
     recording = make_recording(seed or 0, options)
     with common.progress('casting scans', total=len(recording)) as advance:
         write_recording(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A spinning multi-beam lidar, ray-cast in a building with Open3D.
+A lidar, ray-cast in a building with Open3D.
 
 All beams of a column fire at one instant while the sensor turns and moves, so every column has a
 pose of its own and the points of a sweep are distorted by the motion as a real sensor's are.
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 import open3d as o3d
 
 from fpnet_core.sim.building import Building
+from fpnet_core.sim.sensors import SENSORS, LidarModel, SensorModel
+
+__all__ = ['SENSORS', 'LidarModel', 'LidarSimulator', 'SensorModel', 'Sweep']
 
 Array = NDArray[np.float64]
 
@@ -28,53 +31,10 @@ _FULL_INTENSITY = 255.0
 _GRAZING_COSINE = 0.02  # cosine of incidence at which half of the returns get lost
 
 
-@dataclass(frozen=True)
-class LidarModel:
-    """
-    A lidar's geometry and errors; the default resembles a common 32-beam sensor.
-
-    Parameters
-    ----------
-    beams : int
-        Number of rings, ring 0 lowest, spread evenly over the field of view.
-    lowest_rad, highest_rad : float
-        Elevation of the first and the last beam [rad].
-    columns : int
-        Azimuth steps of a sweep, counter-clockwise seen from above.
-    period_s : float
-        Duration of a sweep [s].
-    min_range_m, max_range_m : float
-        Returns outside are not reported [m].
-    range_sigma_m : float
-        Standard deviation of the measured range [m].
-    angle_sigma_rad : float
-        Standard deviation of every ray's azimuth and elevation around the regular pattern; the
-        sensor's calibration knows it, so points are reported where the ray went [rad].
-    dropout : float
-        Share of returns that get lost whatever they hit.
-    """
-
-    beams: int = 32
-    lowest_rad: float = float(np.deg2rad(-22.5))
-    highest_rad: float = float(np.deg2rad(22.5))
-    columns: int = 720
-    period_s: float = 0.1
-    min_range_m: float = 0.3
-    max_range_m: float = 60.0
-    range_sigma_m: float = 0.015
-    angle_sigma_rad: float = float(np.deg2rad(0.1))
-    dropout: float = 0.01
-
-    @property
-    def column_times_s(self) -> Array:
-        """Time ``(C,)`` at which each column fires, from the start of the sweep [s]."""
-        return np.arange(self.columns, dtype=np.float64) * (self.period_s / self.columns)
-
-
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """
-    One turn of the sensor, in the order of firing.
+    One sweep of the sensor, in the order of firing.
 
     ``points (P, 3) float32`` [m] are relative to the sensor at the instant of each point;
     ``time_s (P,) float64`` counts from the start of the sweep; ``intensity (P,) float32`` is in
@@ -94,13 +54,14 @@ class LidarSimulator:
     Parameters
     ----------
     building : Building
-    model : LidarModel
+    model : SensorModel
+        Default: a spinning lidar of 32 beams.
     threads : int
         Threads for ray casting; the result does not depend on it. 0 takes all cores.
     """
 
     def __init__(
-        self, building: Building, model: LidarModel | None = None, threads: int = 0
+        self, building: Building, model: SensorModel | None = None, threads: int = 0
     ) -> None:
         self.model = model or LidarModel()
         self._threads = threads
@@ -114,11 +75,8 @@ class LidarSimulator:
                     o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32)),
                 )
                 self._reflectivity[index] = share
-        self._elevations = np.linspace(
-            self.model.lowest_rad, self.model.highest_rad, self.model.beams, dtype=np.float32
-        )
 
-    def sweep(self, R: Array, origin: Array, rng: np.random.Generator) -> Sweep:
+    def sweep(self, R: Array, origin: Array, start_s: float, rng: np.random.Generator) -> Sweep:
         """
         Cast one sweep.
 
@@ -128,10 +86,12 @@ class LidarSimulator:
             Rotation building <- sensor at each column's instant.
         origin : (C, 3)
             Position of the sensor in the building at each column's instant [m].
+        start_s : float
+            The sensor's clock at the start of the sweep [s].
         rng : numpy.random.Generator
             Draws jitter, noise and dropouts.
         """
-        directions = self._directions(rng)
+        directions = self.model.directions(start_s, rng)
         rays = np.empty((*directions.shape[:2], 6), dtype=np.float32)
         rays[..., :3] = origin[:, None, :]
         rays[..., 3:] = directions @ R.astype(np.float32).transpose(0, 2, 1)
@@ -147,20 +107,6 @@ class LidarSimulator:
             time_s=self.model.column_times_s[column],
             intensity=_FULL_INTENSITY * share * cosine[is_hit],
             ring=ring.astype(np.uint16),
-        )
-
-    def _directions(self, rng: np.random.Generator) -> NDArray[np.float32]:
-        """Return unit ray directions ``(C, B, 3)`` in the sensor frame."""
-        columns, beams = self.model.columns, self.model.beams
-        sigma = np.float32(self.model.angle_sigma_rad)
-        noise = sigma * rng.standard_normal((2, columns, beams), dtype=np.float32)
-        phase = rng.random()  # the encoder is not synchronised with the sweep
-        steps = (np.arange(columns) + phase) * (2.0 * np.pi / columns)
-        azimuth = steps.astype(np.float32)[:, None] + noise[0]
-        elevation = self._elevations + noise[1]
-        level = np.cos(elevation)
-        return np.stack(
-            [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1
         )
 
     def _measure(

@@ -24,12 +24,13 @@ from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.bags import BagWriter, Storage
 from fpnet_core.io.maps import write_map
-from fpnet_core.io.scans import Scan
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.sim.building import Building, extrude
-from fpnet_core.sim.lidar import LidarModel, LidarSimulator
+from fpnet_core.sim.lidar import LidarSimulator
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
+from fpnet_core.sim.sensors import SENSORS, SensorModel
 from fpnet_core.sim.tours import Drive, Tour, TourLimits, plan_tour
 from fpnet_core.sim.types import BuildingPlan
 from fpnet_core.types import GridMap
@@ -58,10 +59,6 @@ DEFAULT_FAMILIES = (
 Progress = Callable[[int, int], None]
 """Is told how many scans are done, and of how many."""
 
-EPOCH_NS = 1_750_000_000 * 10**9
-"""Sensor time of a recording's start; ROS takes times near zero as unset."""
-
-_NS_PER_S = 10**9
 _PLAN_ATTEMPTS = 20
 _TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
 _LARGEST_SHIFT_M = 20.0
@@ -83,22 +80,9 @@ class RecordingOptions:
     stretch: tuple[float, float] = (0.96, 1.04)
     resolution_m: tuple[float, float] = (0.03, 0.08)
     drawn_wall_m: tuple[float, float] = (0.06, 0.3)
-    lidar: LidarModel = field(default_factory=LidarModel)
+    lidar: SensorModel = SENSORS['beams32']
     limits: TourLimits = field(default_factory=TourLimits)
     drive: Drive = field(default_factory=Drive)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SimulatedScan(Scan):
-    """
-    A sweep with all that the sensor reports.
-
-    ``stamp_ns`` is the end of the sweep, ``T_truth_sensor`` the sensor's pose in ``building`` at
-    that instant. ``intensity (P,) float32`` is in [0, 255], ``ring (P,) uint16``.
-    """
-
-    intensity: NDArray[np.float32]
-    ring: NDArray[np.uint16]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +103,7 @@ class Recording:
 
     def __len__(self) -> int:
         """Count the scans."""
-        return int(self.tour.duration_s / self.lidar.model.period_s)
+        return len(self.stamps_ns)
 
     def __iter__(self) -> Iterator[SimulatedScan]:
         """Yield the scans in time order."""
@@ -128,15 +112,11 @@ class Recording:
     @property
     def stamps_ns(self) -> NDArray[np.int64]:
         """Time stamps of all scans ``(S,)``: the ends of their sweeps."""
-        period_ns = round(self.lidar.model.period_s * _NS_PER_S)
-        return EPOCH_NS + period_ns * np.arange(1, len(self) + 1, dtype=np.int64)
+        return scan_stamps_ns(self.tour, self.lidar.model.period_s)
 
     def truth(self) -> Array:
         """Return ``T_building_sensor (S, 4, 4)`` at the stamps of all scans."""
-        R, origin = self.tour.sensor_poses((self.stamps_ns - EPOCH_NS) / _NS_PER_S)
-        poses = np.tile(np.eye(4), (len(R), 1, 1))
-        poses[:, :3, :3], poses[:, :3, 3] = R, origin
-        return poses
+        return sensor_poses_at(self.tour, self.stamps_ns)
 
     def summary(self) -> dict[str, Any]:
         """Return what the recording holds and how its floorplan is distorted, for JSON."""
@@ -166,21 +146,8 @@ class Recording:
         """
         if not 0 <= index < len(self):
             raise IndexError(f'scan {index} of a recording with {len(self)} scans')
-        model = self.lidar.model
-        start_s = index * model.period_s
-        R, origin = self.tour.sensor_poses(start_s + model.column_times_s)
-        sweep = self.lidar.sweep(R, origin, np.random.default_rng((self.seed, index)))
-        R_end, origin_end = self.tour.sensor_poses(np.array([start_s + model.period_s]))
-        T_truth_sensor = np.eye(4)
-        T_truth_sensor[:3, :3], T_truth_sensor[:3, 3] = R_end[0], origin_end[0]
-        return SimulatedScan(
-            stamp_ns=int(self.stamps_ns[index]),
-            points=sweep.points,
-            time_s=sweep.time_s,
-            T_truth_sensor=T_truth_sensor,
-            intensity=sweep.intensity,
-            ring=sweep.ring,
-        )
+        rng = np.random.default_rng((self.seed, index))
+        return cast_scan(self.lidar, self.tour, index, rng)
 
 
 def make_recording(

@@ -100,7 +100,7 @@ def test_kiss_icp_tracks_the_full_sensor():
 def test_command_writes_a_recording(tmp_path, capsys):
     out = tmp_path / 'recording'
     words = ['simulate', 'recording', '--out', str(out), '--seed', '3', '--storage', 'mcap']
-    words += ['--family', 'bent', '--columns', '60', '--json', str(tmp_path / 'summary.json')]
+    words += ['--family', 'bent', '--sensor', 'planar', '--json', str(tmp_path / 'summary.json')]
     with pytest.raises(SystemExit) as end:
         main(words)
     assert end.value.code == 0

@@ -16,10 +16,10 @@ from fpnet_core.sim.openings import room_polygons, walkable_area
 from fpnet_core.sim.plans import FAMILIES
 from fpnet_core.sim.recording import (
     DEFAULT_FAMILIES,
-    EPOCH_NS,
     RecordingOptions,
     make_recording,
 )
+from fpnet_core.sim.scanning import EPOCH_NS
 from fpnet_core.types import FREE, OCCUPIED
 
 COARSE = LidarModel(beams=16, columns=180)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Sensor models: where their rays go, and what their scans look like."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.errors import ConfigError
+from fpnet_core.sim.building import extrude
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.scanning import simulate_scans
+from fpnet_core.sim.sensors import SENSORS, sensor_named
+from fpnet_core.sim.tours import TourLimits, plan_tour
+
+
+@pytest.fixture(scope='module')
+def building_and_tour():
+    plan = generate_plan(np.random.default_rng(0), 'double_corridor', min_rooms=13)
+    rng = np.random.default_rng(1)
+    tour = plan_tour(plan, rng, TourLimits(rooms=2, shortest_s=3.0, longest_s=40.0))
+    return extrude(plan, rng, keep_clear=tour.line().buffer(0.45)), tour
+
+
+def angles_deg(points):
+    azimuth = np.arctan2(points[:, 1], points[:, 0])
+    elevation = np.arctan2(points[:, 2], np.linalg.norm(points[:, :2], axis=1))
+    return np.rad2deg(azimuth), np.rad2deg(elevation)
+
+
+@pytest.mark.parametrize(
+    ('name', 'lowest', 'highest', 'widest'),
+    [
+        ('beams16', -15.0, 15.0, 180.0),
+        ('beams32', -22.5, 22.5, 180.0),
+        ('beams64', -45.0, 45.0, 180.0),
+        ('dome', -7.0, 52.0, 180.0),
+        ('rosette', -35.0, 35.0, 35.0),
+        ('planar', 0.0, 0.0, 180.0),
+    ],
+)
+def test_rays_fill_the_field_of_view(name, lowest, highest, widest):
+    rays = SENSORS[name].directions(0.0, np.random.default_rng(0))
+    assert rays.shape == (SENSORS[name].columns, SENSORS[name].beams, 3)
+    assert np.linalg.norm(rays, axis=-1) == pytest.approx(1.0, abs=1e-6)
+    azimuth, elevation = angles_deg(rays.reshape(-1, 3))
+    assert elevation.min() == pytest.approx(lowest, abs=1.0)
+    assert elevation.max() == pytest.approx(highest, abs=1.0)
+    assert np.abs(azimuth).max() == pytest.approx(widest, abs=1.0)
+
+
+@pytest.mark.parametrize('name', ['dome', 'rosette'])
+def test_some_sensors_do_not_repeat_their_pattern(name):
+    model, rng = SENSORS[name], np.random.default_rng(0)
+
+    def cells(start_s):
+        rays = model.directions(start_s, rng).reshape(-1, 3)
+        return set(map(tuple, np.floor(np.stack(angles_deg(rays), axis=1)).astype(int)))
+
+    first = cells(0.0)
+    both = first | cells(model.period_s)
+    five = both.union(*(cells(k * model.period_s) for k in range(2, 5)))
+    assert len(both) > 1.1 * len(first)
+    assert len(five) > len(both)
+
+
+def test_spinning_rings_are_stacked():
+    _, elevation = angles_deg(SENSORS['beams16'].directions(0.0, np.random.default_rng(0))[0])
+    assert elevation == pytest.approx(np.linspace(-15.0, 15.0, 16), abs=0.5)
+
+
+@pytest.mark.parametrize('name', sorted(SENSORS))
+def test_every_sensor_scans_a_building(name, building_and_tour):
+    building, tour = building_and_tour
+    model = sensor_named(name)
+    scans = simulate_scans(building, tour, name, np.random.default_rng(3))
+    scan = next(scans)
+    assert 0.6 * model.beams * model.columns < len(scan.points) <= model.beams * model.columns
+    assert np.isfinite(scan.points).all()
+    assert (np.diff(scan.time_s) >= 0.0).all()
+    assert 0.9 * model.period_s < np.ptp(scan.time_s) < model.period_s
+    if name == 'planar':
+        assert not scan.points[:, 2].any()
+    second = next(scans)
+    assert second.stamp_ns - scan.stamp_ns == 100_000_000
+    again = next(simulate_scans(building, tour, model, np.random.default_rng(3), threads=2))
+    assert again.points.tobytes() == scan.points.tobytes()
+
+
+def test_scans_last_as_long_as_the_tour(building_and_tour):
+    building, tour = building_and_tour
+    scans = list(simulate_scans(building, tour, 'planar', np.random.default_rng(3)))
+    assert len(scans) == int(tour.duration_s * 10.0)
+    end = scans[-1].T_truth_sensor[:2, 3]
+    assert end == pytest.approx(tour.xy[-1], abs=0.15)
+
+
+def test_unknown_sensor_is_refused(building_and_tour):
+    with pytest.raises(ConfigError, match='sonar'):
+        simulate_scans(*building_and_tour, 'sonar', np.random.default_rng(0))
