@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,8 +38,7 @@ def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
     parts = []
     for _ in range(2):
         layout = (double_corridor, branched, racetrack)[int(rng.integers(3))]
-        larger = replace(style, room_side_m=1.15 * style.room_side_m)
-        parts.append(finish(rng, layout(rng, larger), style, 'disconnected'))
+        parts.append(finish(rng, layout(rng, style), style, 'disconnected'))
     first, second = (part.extent for part in parts)
     gap = rng.uniform(2.0 * style.wall_m, 8.0)
     shift = np.array([first[1, 0] + gap - second[0, 0], rng.uniform(-8.0, 8.0)])

@@ -13,8 +13,8 @@ from fpnet_core.sim.plans.layout import Cell, Style
 from fpnet_core.sim.plans.skeleton import Arm, build_cells
 
 CORRIDOR_WIDTHS_M = (1.6, 3.0)
-BANK_DEPTHS_M = (2.6, 12.0)
-BANK_SPREAD = 0.4
+BANK_DEPTHS_M = (2.6, 8.5)
+BANK_SPREAD = 0.3
 """Standard deviation of the logarithm of a bank's depth over the side of a typical room."""
 
 

@@ -19,7 +19,7 @@ from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 DOOR_WIDTH_QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 DOOR_WIDTHS_M = (0.75, 0.8, 0.9, 0.95, 1.2, 2.0, 2.4)
-"""Door widths measured on 20 hand-labelled floorplans."""
+"""Width of doors in buildings of mixed doors; see docs/simulator.md for what comes out."""
 
 CORNER_GAP_M = 0.25
 """Doors keep at least this distance from the corners of their rooms."""

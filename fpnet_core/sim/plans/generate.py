@@ -53,6 +53,9 @@ FAMILIES: dict[str, Family] = {
 }
 """Every layout family by name."""
 
+ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
+"""Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all."""
+
 MAX_ROOMS = 90
 _ATTEMPTS = 60
 
@@ -95,11 +98,11 @@ def draw_style(rng: np.random.Generator) -> Style:
     """Draw the habits of one building's architect."""
     is_uniform = bool(rng.random() < 0.15)
     return Style(
-        wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3])),
-        room_side_m=float(5.7 * np.exp(0.2 * rng.standard_normal())),
-        spread=float(rng.uniform(0.2, 0.5)),
+        wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35])),
+        room_side_m=float(5.5 * np.exp(0.18 * rng.standard_normal())),
+        spread=float(rng.uniform(0.15, 0.45)),
         is_uniform=is_uniform,
-        room_to_room=float(rng.choice([0.0, 0.04, 0.15])),
+        room_to_room=float(rng.choice(ROOM_TO_ROOM)),
         second_door=float(rng.uniform(0.1, 0.5)),
         door_width_m=float(rng.choice([0.8, 0.9, 0.95, 1.0])) if rng.random() < 0.4 else None,
     )

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 import shapely
 from shapely import Polygon, affinity
 
@@ -20,13 +21,19 @@ from fpnet_core.sim.plans.layout import (
 )
 
 CLOSET_SHARE = 0.10
+CORNER_SHARE = 0.06
 TRADE_SHARE = 0.07
-SHAFT_SHARE = 0.04
+SHAFT_SHARE = 0.06
 JOIN_SHARE = 0.02
 """How many of the rooms each change touches."""
 
 SHAFT_SIDE_M = (0.5, 1.4)
-MIN_DIVISIBLE_M2 = 14.0
+CORNER_SIDE_M = (1.7, 2.7)
+"""Sides of a toilet or a store in the corner of a room."""
+MIN_DIVISIBLE_M2 = 11.0
+MAX_CLOSET_ASPECT = 2.2
+"""Nobody divides a room into strips longer than this times their width."""
+
 LARGEST_JOINED_M2 = 120.0
 
 
@@ -46,17 +53,43 @@ def roughen(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
 
 
 def _divide_some(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:
-    """Divide some rooms by a straight wall: closets, toilets, small offices."""
+    """Divide some rooms: by a straight wall, or by a toilet or a store put into a corner."""
     divided = []
     for cell in cells:
         is_candidate = cell.kind == 'room' and cell.polygon.area > MIN_DIVISIBLE_M2
-        if is_candidate and rng.random() < CLOSET_SHARE:
+        draw = rng.random() if is_candidate else 1.0
+        parts: list[Polygon] = []
+        if draw < CLOSET_SHARE:
             parts = _halves(cell.polygon, float(rng.uniform(0.25, 0.5)), bool(rng.random() < 0.5))
-            if len(parts) == 2 and not any(is_too_small(part) for part in parts):
-                divided += [replace(cell, polygon=part) for part in parts]
-                continue
-        divided.append(cell)
+        elif draw < CLOSET_SHARE + CORNER_SHARE:
+            parts = _corner_cut(rng, cell.polygon, rng.uniform(*CORNER_SIDE_M, 2))
+        if len(parts) == 2 and all(_is_sensible(part) for part in parts):
+            divided += [replace(cell, polygon=part) for part in parts]
+        else:
+            divided.append(cell)
     return divided
+
+
+def _corner_cut(
+    rng: np.random.Generator, polygon: Polygon, sides: NDArray[np.float64]
+) -> list[Polygon]:
+    """Cut a box of ``sides`` [m] out of one corner; return what remains and what was cut out."""
+    corners = shapely.get_coordinates(polygon.exterior)[:-1]
+    (x, y), (a, b) = corners[int(rng.integers(len(corners)))], sides
+    box = affinity.rotate(
+        shapely.box(x - a, y - b, x + a, y + b), _principal_angle(polygon), use_radians=True
+    )
+    rest, cut = polygons_of(polygon.difference(box)), polygons_of(polygon.intersection(box))
+    return [*rest, *cut] if not any(part.interiors for part in rest) else []
+
+
+def _is_sensible(polygon: Polygon) -> bool:
+    """Say whether a piece of a divided room is neither tiny nor a strip."""
+    if is_too_small(polygon):
+        return False
+    corners = shapely.get_coordinates(polygon.minimum_rotated_rectangle)
+    sides = np.hypot(*(corners[1:3] - corners[:2]).T)
+    return bool(sides.max() < MAX_CLOSET_ASPECT * sides.min())
 
 
 def _halves(polygon: Polygon, fraction: float, is_across: bool) -> list[Polygon]:
@@ -124,13 +157,7 @@ def _join(rng: np.random.Generator, a: Polygon, b: Polygon) -> tuple[Polygon, Po
 
 def _add_shaft(rng: np.random.Generator, cell: Cell) -> Cell:
     """Cut a duct or a column out of one corner."""
-    corners = shapely.get_coordinates(cell.polygon.exterior)[:-1]
-    x, y = corners[int(rng.integers(len(corners)))]
-    a, b = rng.uniform(*SHAFT_SIDE_M, 2)
-    shaft = affinity.rotate(
-        shapely.box(x - a, y - b, x + a, y + b), _principal_angle(cell.polygon), use_radians=True
-    )
-    rest = polygons_of(cell.polygon.difference(shaft))
-    if len(rest) != 1 or rest[0].interiors or is_too_small(rest[0]):
+    parts = _corner_cut(rng, cell.polygon, rng.uniform(*SHAFT_SIDE_M, 2))
+    if len(parts) != 2 or is_too_small(parts[0]):
         return cell
-    return replace(cell, polygon=rest[0])
+    return replace(cell, polygon=parts[0])

@@ -30,7 +30,7 @@ MIN_ROOM_WIDTH_M = 2.0
 KINDS: tuple[Kind, ...] = ('hall', 'corridor')
 """Circulation; where they cross, the floor is the hall's."""
 
-MAX_ASPECT = 2.2
+MAX_ASPECT = 1.8
 """Rooms along a bank are at most this much longer than deep, or deeper than long."""
 
 

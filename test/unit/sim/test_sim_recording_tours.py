@@ -39,7 +39,7 @@ def test_tour_starts_in_a_room_and_enters_four_others(plan_and_tour):
     assert outlines[tour.rooms[0]].contains(shapely.Point(tour.xy[0]))
     for room in tour.rooms:
         inside = tour.xy[shapely.contains_xy(outlines[room], tour.xy)]
-        assert shapely.length(shapely.linestrings(inside)) > 1.0
+        assert shapely.length(shapely.linestrings(inside)) > 0.8  # the smallest rooms have 2 m
 
 
 def test_tour_respects_the_drive(plan_and_tour):
