@@ -36,7 +36,7 @@ setup(
     # Distributions name the libraries differently (opencv-python-headless is python3-opencv), so
     # rosdep reads package.xml and pip reads requirements.txt; a list here would refuse one side.
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},
+    extras_require={'cluster': ['distributed>=2025.1'], 'test': ['pytest']},
     zip_safe=False,
     entry_points={
         'console_scripts': [

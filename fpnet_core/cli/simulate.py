@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common, simulate_recording
+from fpnet_core.cli import common, simulate_pairs, simulate_recording
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -22,36 +22,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command('recording')(simulate_recording.command)
+app.command('pairs')(simulate_pairs.command)
+app.command('features')(simulate_pairs.features_command)
 
 OutFile = Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')]
 FamilyOption = Annotated[
     str | None, typer.Option('--family', metavar='NAME', help='Layout family; default: any.')
 ]
-
-
-@app.command('pairs')
-def pairs(
-    out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Folder for the pairs.')],
-    count: Annotated[int, typer.Option('--count', min=1, help='Pairs in all shards together.')],
-    seed: common.SeedOption = 0,
-    shard: Annotated[
-        str, typer.Option('--shard', metavar='I/N', help='Write every N-th block only, from I on.')
-    ] = '0/1',
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
-) -> None:
-    """
-    Write pairs of a floorplan's and a partial robot map's region graphs with the true matches.
-
-    Blocks that exist are kept: call it again to go on, with a larger count to add pairs.
-
-    Example: fpnet simulate pairs --out runs/pairs --count 10000 --seed 1
-    """
-    part, parts = parse_shard(shard)
-    from fpnet_core.sim.dataset import write_pairs
-
-    with common.progress('pairs', total=count // parts) as advance:
-        written = write_pairs(out, seed or 0, count, part, parts, workers, on_pairs=advance)
-    typer.echo(f'{written} pairs written to {out}')
 
 
 @app.command('plan')
@@ -105,14 +82,6 @@ def gallery(
     else:
         _gallery_of_plans(out, seed or 0, family)
     typer.echo(f'written: {out}')
-
-
-def parse_shard(text: str) -> tuple[int, int]:
-    """Parse ``I/N`` with 0 <= I < N."""
-    first, _, second = text.partition('/')
-    if first.isdecimal() and second.isdecimal() and int(first) < int(second):
-        return int(first), int(second)
-    raise ConfigError(f'--shard {text}: expected I/N with 0 <= I < N, as 0/4')
 
 
 def _gallery_of_plans(out: Path, seed: int, family: str | None) -> None:

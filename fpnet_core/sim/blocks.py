@@ -5,20 +5,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
+from fpnet_core.graphs import build_region_graph
+from fpnet_core.sim.labels import Correspondences
 from fpnet_core.sim.pairs import MatchingPair
-from fpnet_core.types import Region, RegionGraph, RegionLabel
+from fpnet_core.types import (
+    FEATURE_SCHEMA,
+    UNKNOWN,
+    GridMap,
+    Portal,
+    Region,
+    RegionGraph,
+    RegionLabel,
+    Segmentation,
+)
 
 Block = dict[str, NDArray[Any]]
 """Arrays by name; rows of pair k lie between ``*_ptr[k]`` and ``*_ptr[k + 1]``."""
 
 _SIDES: tuple[Literal['plan', 'sub'], ...] = ('plan', 'sub')
+_UNSEEN = -1  # second room of a portal into unseen space
 _SCALARS = ('area_m2', 'observed_fraction', 'frontier_fraction', 'confidence')
 
 
@@ -52,20 +64,35 @@ class StoredPair:
 
 def pack_pairs(pairs: Sequence[MatchingPair]) -> Block:
     """Return a block's arrays by name; text is fixed-width unicode."""
+    truths = [_truth(pair) for pair in pairs]
     block: Block = {
+        'feature_schema': np.array(FEATURE_SCHEMA),
         'labels': np.concatenate([pair.sub_labels for pair in pairs]),
+        'relations': np.concatenate([truth.relations for truth in truths]),
+        'overlap_ptr': row_offsets([len(truth.overlap_m2) for truth in truths]),
+        'overlap_pairs': np.concatenate([truth.overlap_pairs for truth in truths]),
+        'overlap_m2': np.concatenate([truth.overlap_m2 for truth in truths]),
         'A_plan_submap': np.stack([pair.A_plan_submap.matrix for pair in pairs]),
+        'S_plan_submap': np.stack([pair.S_plan_submap.matrix for pair in pairs]),
         'explored_area_m2': np.array([pair.explored_area_m2 for pair in pairs]),
         'plan_id': np.array([pair.plan_id for pair in pairs]),
         'family': np.array([pair.family for pair in pairs]),
     }
     for side in _SIDES:
         graphs = [pair.plan_graph if side == 'plan' else pair.sub_graph for pair in pairs]
-        block |= {f'{side}_{name}': array for name, array in _packed_side(graphs).items()}
+        portals = [pair.plan_portals if side == 'plan' else pair.sub_portals for pair in pairs]
+        arrays = _packed_graphs(graphs) | _packed_portals(portals)
+        block |= {f'{side}_{name}': array for name, array in arrays.items()}
     return block
 
 
-def _packed_side(graphs: Sequence[RegionGraph]) -> dict[str, Any]:
+def _truth(pair: MatchingPair) -> Correspondences:
+    if pair.truth is None:
+        raise ValueError('a pair without its truth cannot be stored')
+    return pair.truth
+
+
+def _packed_graphs(graphs: Sequence[RegionGraph]) -> Block:
     regions = [region for graph in graphs for region in graph.regions]
     return {
         'ptr': row_offsets([len(graph) for graph in graphs]),
@@ -78,6 +105,18 @@ def _packed_side(graphs: Sequence[RegionGraph]) -> dict[str, Any]:
         'is_door': np.array([region.label is RegionLabel.DOOR for region in regions]),
         'polygons': np.concatenate([region.polygon for region in regions]),
         'scalars': np.array([[getattr(r, name) for name in _SCALARS] for r in regions]),
+    }
+
+
+def _packed_portals(portals: Sequence[Sequence[Portal]]) -> Block:
+    every = [portal for group in portals for portal in group]
+    rooms = [(a, _UNSEEN if b is None else b) for a, b in (portal.rooms for portal in every)]
+    return {
+        'portal_ptr': row_offsets([len(group) for group in portals]),
+        'portal_door': np.array([portal.door for portal in every], dtype=np.int64),
+        'portal_rooms': np.array(rooms, dtype=np.int64).reshape(-1, 2),
+        'portal_ends': np.array([portal.ends for portal in every]).reshape(-1, 2, 2),
+        'portal_has_lintel': np.array([portal.has_lintel for portal in every], dtype=np.bool_),
     }
 
 
@@ -110,7 +149,30 @@ def matching_pair(block: Block, row: int) -> MatchingPair:
         explored_area_m2=stored.explored_area_m2,
         plan_id=stored.plan_id,
         family=stored.family,
+        plan_portals=_portals(block, 'plan', row),
+        sub_portals=_portals(block, 'sub', row),
+        truth=Correspondences(
+            labels=stored.labels,
+            relations=_rows(block, 'relations', 'sub_ptr', row),
+            overlap_pairs=_rows(block, 'overlap_pairs', 'overlap_ptr', row),
+            overlap_m2=_rows(block, 'overlap_m2', 'overlap_ptr', row),
+        ),
     )
+
+
+def with_new_features(pair: MatchingPair) -> MatchingPair:
+    """Return the pair with features computed anew from its regions and portals."""
+    return replace(
+        pair,
+        plan_graph=build_region_graph(_unrastered(pair.plan_graph, pair.plan_portals), 'plan'),
+        sub_graph=build_region_graph(_unrastered(pair.sub_graph, pair.sub_portals), 'submap'),
+    )
+
+
+def _unrastered(graph: RegionGraph, portals: tuple[Portal, ...]) -> Segmentation:
+    """Return what a graph was built from, on a raster of one unknown cell."""
+    grid = GridMap(np.full((1, 1), UNKNOWN, np.int8), 1.0)
+    return Segmentation(grid, np.zeros((1, 1), np.int32), graph.regions, portals)
 
 
 def _rows(block: Block, name: str, pointer: str, row: int) -> NDArray[Any]:
@@ -140,9 +202,21 @@ def _graph(
             label=RegionLabel.DOOR if arrays.is_door[i] else RegionLabel.ROOM,
             polygon=_rows(block, f'{side}_polygons', f'{side}_vertex_ptr', first + i),
             centroid=arrays.positions[i],
-            **dict(zip(_SCALARS, map(float, scalars[i]), strict=True)),
+            area_m2=float(area_m2),
+            observed_fraction=float(observed),
+            frontier_fraction=float(frontier),
+            confidence=float(confidence),
         )
-        for i in range(len(arrays.positions))
+        for i, (area_m2, observed, frontier, confidence) in enumerate(scalars)
     )
     frame: Literal['plan', 'submap'] = 'plan' if side == 'plan' else 'submap'
     return RegionGraph(regions, arrays.edges, arrays.node_feat, arrays.edge_feat, frame)
+
+
+def _portals(block: Block, side: str, row: int) -> tuple[Portal, ...]:
+    names = ('portal_door', 'portal_rooms', 'portal_ends', 'portal_has_lintel')
+    arrays = [_rows(block, f'{side}_{name}', f'{side}_portal_ptr', row) for name in names]
+    return tuple(
+        Portal(int(door), (int(a), None if b == _UNSEEN else int(b)), ends, bool(has_lintel))
+        for door, (a, b), ends, has_lintel in zip(*arrays, strict=True)
+    )

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from fpnet_core.config import Section, SegmentationConfig, SubmapConfig
 
@@ -17,17 +19,18 @@ class DrawingConfig(Section):
     resolution_m: Range = Field((0.05, 0.1), description='Cell edge of the drawing.')
     wall_factor: Range = Field((0.5, 1.8), description='Drawn over true wall thickness.')
     scale_error: float = Field(
-        0.06, ge=0.0, lt=0.5, description='Largest error of the nominal scale.'
+        0.09, ge=0.0, lt=0.5, description='Largest error of the nominal scale.'
     )
     axis_error: float = Field(
-        0.03, ge=0.0, lt=0.5, description='Largest difference of x or y scale from their mean.'
+        0.06, ge=0.0, lt=0.5, description='Largest difference of x or y scale from their mean.'
     )
     any_angle: float = Field(
         0.4, ge=0.0, le=1.0, description='Share drawn at any angle, not a multiple of 90 degrees.'
     )
-    moved_doors: float = Field(
-        0.04, ge=0.0, le=1.0, description='Share of doors drawn at another place in their wall.'
+    cut: float = Field(
+        0.0, ge=0.0, le=1.0, description='Share of drawings that show a part of the storey only.'
     )
+    cut_m: Range = Field((14.0, 30.0), description='Sides of the part that such a drawing shows.')
 
 
 class BuildingConfig(Section):
@@ -35,6 +38,12 @@ class BuildingConfig(Section):
 
     furnished: float = Field(0.8, ge=0.0, le=1.0, description='Share of furnished buildings.')
     closed_doors: Range = Field((0.0, 0.15), description='Share of doors that are shut.')
+    moved_doors: float = Field(
+        0.04, ge=0.0, le=1.0, description='Share of doors at another place in their wall.'
+    )
+    moved_walls: float = Field(
+        0.2, ge=0.0, le=1.0, description='Share of buildings with displaced inner walls.'
+    )
     removed_walls: float = Field(
         0.3, ge=0.0, le=1.0, description='Share of buildings that lost walls between rooms.'
     )
@@ -84,7 +93,10 @@ class ScanConfig(Section):
 class SimConfig(Section):
     """The whole of matching-pair generation."""
 
-    pairs_per_plan: int = Field(4, ge=1, description='Pairs drawn from one storey.')
+    pairs_per_plan: int = Field(8, ge=1, description='Pairs of one storey.')
+    pairs_per_drawing: int = Field(
+        4, ge=1, description='Consecutive pairs of a storey that share one drawing of it.'
+    )
     min_rooms: int = Field(8, ge=2, description='Fewest rooms of a storey.')
     max_rooms: int = Field(64, ge=2, description='Most rooms of a storey.')
     drawing: DrawingConfig = DrawingConfig()
@@ -92,3 +104,11 @@ class SimConfig(Section):
     scan: ScanConfig = ScanConfig()
     submap: SubmapConfig = SubmapConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
+
+    @model_validator(mode='after')
+    def _is_consistent(self) -> Self:
+        if self.pairs_per_plan % self.pairs_per_drawing:
+            raise ValueError('pairs_per_plan must be a multiple of pairs_per_drawing')
+        if self.min_rooms > self.max_rooms:
+            raise ValueError('min_rooms must not exceed max_rooms')
+        return self

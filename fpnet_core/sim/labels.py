@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import IntFlag
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -17,6 +20,9 @@ MATCH_OVERLAP = 0.5
 MATCH_INSIDE = 0.4
 """...and this much of the submap's room."""
 
+WHOLE_SHARE = 0.85
+"""A submap room that covers less of a plan room is a part of it."""
+
 FOREIGN_OVERLAP = 0.2
 """A submap room that overlaps no plan room by this much of itself has no partner."""
 
@@ -29,18 +35,67 @@ DOOR_MATCH_RAD = float(np.deg2rad(35.0))
 """Doors correspond within this distance and angle, and have no partner beyond the second."""
 
 
+class Relation(IntFlag):
+    """
+    How a submap region and the plan's regions relate; several may hold at once.
+
+    A region without any of them and with label ``UNMATCHED`` has nothing in the plan.
+    """
+
+    MATCHED = 1
+    """The region has a partner: its label."""
+    PARTIAL = 2
+    """It covers less than :data:`WHOLE_SHARE` of the plan room that it overlaps most."""
+    SPLIT = 4
+    """It is one of several submap rooms inside one plan room; the largest is the partner."""
+    MERGED = 8
+    """It covers most of more than one plan room; the one that it overlaps most is the partner."""
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondences:
+    """
+    The true matches of a pair of segmentations, and what they follow from.
+
+    Parameters
+    ----------
+    labels : (N,) int64
+        For each submap region its plan region, ``UNMATCHED`` or ``IGNORE``; one-to-one.
+    relations : (N,) int8
+        Flags of :class:`Relation`.
+    overlap_pairs : (Q, 2) int64
+        Rooms that share area, columns [plan, sub].
+    overlap_m2 : (Q,) float32
+        Their common area [m^2 of the plan].
+    """
+
+    labels: NDArray[np.int64]
+    relations: NDArray[np.int8]
+    overlap_pairs: NDArray[np.int64]
+    overlap_m2: NDArray[np.float32]
+
+
 def label_regions(
     plan: Segmentation, sub: Segmentation, A_plan_submap: Affine2D
-) -> NDArray[np.int64]:
+) -> Correspondences:
     """
-    Return for each submap region (N,) the plan region's id, ``UNMATCHED`` or ``IGNORE``.
+    Return which plan region each submap region is.
 
-    Labels are one-to-one. Where the submap splits a plan room, the largest part gets it and the
-    others are ``IGNORE``, as is whatever is neither clearly a partner nor clearly foreign.
+    Where the submap splits a plan room, the largest part gets it and the others are ``IGNORE``,
+    as is whatever is neither clearly a partner nor clearly foreign.
     """
-    rooms = _label_rooms(plan, sub, A_plan_submap)
-    doors = _label_doors(plan, sub, A_plan_submap)
-    return np.concatenate([rooms, doors])
+    overlap = overlap_m2(plan, sub, A_plan_submap)
+    scale = abs(float(np.linalg.det(A_plan_submap.linear)))
+    sub_area = np.array([room.area_m2 for room in sub.rooms]) * scale
+    plan_area = np.array([room.area_m2 for room in plan.rooms])
+    labels = np.concatenate(
+        [_label_rooms(overlap, plan_area, sub_area), _label_doors(plan, sub, A_plan_submap)]
+    )
+    relations = np.where(labels >= 0, int(Relation.MATCHED), 0).astype(np.int8)
+    relations[: len(sub_area)] |= _room_relations(overlap, plan_area, sub_area)
+    rows, cols = np.nonzero(overlap)
+    pairs = np.stack([cols, rows], axis=1).astype(np.int64)
+    return Correspondences(labels, relations, pairs, overlap[rows, cols].astype(np.float32))
 
 
 def overlap_m2(
@@ -56,21 +111,18 @@ def overlap_m2(
     inside = ((target_rc >= 0) & (target_rc < (rows, cols))).all(axis=1)
     target = plan.labels[target_rc[inside, 0], target_rc[inside, 1]]
     flat = source[inside] * (count[1] + 1) + target
-    table = np.bincount(flat, minlength=count[0] * (count[1] + 1)).reshape(count[0], -1)
+    table = np.bincount(flat, minlength=count[0] * (count[1] + 1))
     scale = abs(float(np.linalg.det(A_plan_submap.linear)))
-    return np.asarray(table[:, 1:] * ((stride * sub.grid.resolution) ** 2 * scale))
+    shares = table.reshape(count[0], count[1] + 1)[:, 1:]
+    return np.asarray(shares * ((stride * sub.grid.resolution) ** 2 * scale))
 
 
 def _label_rooms(
-    plan: Segmentation, sub: Segmentation, A_plan_submap: Affine2D
+    overlap: NDArray[np.float64], plan_area: NDArray[np.float64], sub_area: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    labels = np.full(len(sub.rooms), UNMATCHED, dtype=np.int64)
-    if not plan.rooms or not sub.rooms:
+    labels = np.full(len(sub_area), UNMATCHED, dtype=np.int64)
+    if not overlap.size:
         return labels
-    overlap = overlap_m2(plan, sub, A_plan_submap)
-    scale = abs(float(np.linalg.det(A_plan_submap.linear)))
-    sub_area = np.array([room.area_m2 for room in sub.rooms]) * scale
-    plan_area = np.array([room.area_m2 for room in plan.rooms])
     best = overlap.argmax(axis=1)
     shared = overlap[np.arange(len(best)), best]
     is_match = (shared > MATCH_OVERLAP * np.minimum(sub_area, plan_area[best])) & (
@@ -81,6 +133,24 @@ def _label_rooms(
         rivals = np.flatnonzero(is_match & (best == target))
         labels[rivals[shared[rivals].argmax()]] = target
     return labels
+
+
+def _room_relations(
+    overlap: NDArray[np.float64], plan_area: NDArray[np.float64], sub_area: NDArray[np.float64]
+) -> NDArray[np.int8]:
+    """Return PARTIAL, SPLIT and MERGED for each submap room."""
+    relations = np.zeros(len(sub_area), dtype=np.int8)
+    if not overlap.size:
+        return relations
+    best = overlap.argmax(axis=1)
+    shared = overlap[np.arange(len(best)), best]
+    overlaps = shared > FOREIGN_OVERLAP * sub_area
+    is_inside = overlap > MATCH_OVERLAP * sub_area[:, None]
+    covers = overlap > MATCH_OVERLAP * plan_area
+    relations[overlaps & (shared < WHOLE_SHARE * plan_area[best])] |= Relation.PARTIAL
+    relations[is_inside[:, is_inside.sum(axis=0) > 1].any(axis=1)] |= Relation.SPLIT
+    relations[covers.sum(axis=1) > 1] |= Relation.MERGED
+    return relations
 
 
 def _label_doors(

@@ -15,18 +15,19 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Affine2D
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D, Similarity2D
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.segmentation import segment_floorplan, segment_submap
-from fpnet_core.sim.config import DrawingConfig, SimConfig
+from fpnet_core.segmentation import segment_submap
+from fpnet_core.sim.config import SimConfig
+from fpnet_core.sim.drawings import Drawing, draw_storey
 from fpnet_core.sim.explore import draw_scanner, scan_walk
-from fpnet_core.sim.labels import label_regions
-from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.labels import Correspondences, label_regions
+from fpnet_core.sim.perturb import build_world, draw_changes
+from fpnet_core.sim.plan_sources import GeneratedPlans, PlanSource, Storey
 from fpnet_core.sim.types import BuildingPlan
 from fpnet_core.sim.walks import plan_walk
-from fpnet_core.types import RegionGraph, Segmentation, Submap
+from fpnet_core.types import Portal, RegionGraph, Segmentation, Submap
 
 MIN_SUB_REGIONS = 2
 """Submaps with fewer regions teach nothing; another tour is drawn."""
@@ -34,15 +35,26 @@ MIN_SUB_REGIONS = 2
 _ATTEMPTS = 24
 _TOURS_PER_STOREY = 6
 
+# Second word of a pair's seed: what the random numbers are for.
+_TOUR, _DRAWING = 1, 2
+
 
 @dataclass(frozen=True, eq=False)
 class MatchingPair:
     """
     One training example.
 
-    ``sub_labels (N,) int64`` holds for each submap region the index of its plan region,
-    ``UNMATCHED`` or ``IGNORE``. ``plan_id`` names the storey: pairs that share it must stay on
-    one side of a split.
+    Parameters
+    ----------
+    plan_graph, sub_graph : the two sides
+    sub_labels : (N,) int64
+        For each submap region the index of its plan region, ``UNMATCHED`` or ``IGNORE``.
+    A_plan_submap : the true transform
+    explored_area_m2 : free space that the robot has seen
+    plan_id : the storey; pairs that share it must stay on one side of a split
+    family : layout family of a generated storey, name of a given one
+    plan_portals, sub_portals : the openings behind the graphs' edges
+    truth : what the labels follow from; None where nobody kept it
     """
 
     plan_graph: RegionGraph
@@ -52,6 +64,15 @@ class MatchingPair:
     explored_area_m2: float
     plan_id: int
     family: str
+    plan_portals: tuple[Portal, ...] = ()
+    sub_portals: tuple[Portal, ...] = ()
+    truth: Correspondences | None = None
+
+    @property
+    def S_plan_submap(self) -> Similarity2D:
+        """Similarity nearest to the true transform over the corners of the submap's regions."""
+        corners = [region.polygon for region in self.sub_graph.regions]
+        return nearest_similarity(self.A_plan_submap, np.concatenate(corners))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,79 +86,104 @@ class PairScene:
     submap: Submap
 
 
-def generate_pair(seed: int, index: int, config: SimConfig | None = None) -> MatchingPair:
+def nearest_similarity(A: Affine2D, points: NDArray[np.float64]) -> Similarity2D:
+    """
+    Return the similarity that takes ``points (P, 2)`` nearest to where ``A`` takes them.
+
+    The least squares solution in closed form; for points in one place the one of equal weight in
+    both directions.
+    """
+    centre = points.mean(axis=0)
+    spread = np.cov(points.T, bias=True) if len(points) > 1 else np.zeros((2, 2))
+    if np.trace(spread) <= 0.0:
+        spread = np.eye(2)
+    cross = A.linear @ spread
+    a, b = np.trace(cross), cross[1, 0] - cross[0, 1]
+    linear = np.array([[a, -b], [b, a]]) / np.trace(spread)
+    return Similarity2D(linear, A.apply(centre) - linear @ centre)
+
+
+def generate_pair(
+    seed: int, index: int, config: SimConfig | None = None, source: PlanSource | None = None
+) -> MatchingPair:
     """
     Return pair ``index`` of the endless sequence that ``seed`` names.
 
-    The result depends on ``(seed, index, config)`` only, not on what was generated before or by
-    how many processes.
+    The result depends on ``(seed, index, config, source)`` only, not on what was generated before
+    or by how many processes.
+
+    Raises
+    ------
+    FpnetError
+        If no tour through the storey sees enough of it.
     """
-    return generate_scene(seed, index, config).pair
+    return generate_scene(seed, index, config, source).pair
 
 
-def generate_scene(seed: int, index: int, config: SimConfig | None = None) -> PairScene:
+def generate_scene(
+    seed: int, index: int, config: SimConfig | None = None, source: PlanSource | None = None
+) -> PairScene:
     """Return pair ``index`` as :func:`generate_pair` does, with the maps behind it."""
     config = config if config is not None else SimConfig()
-    plan_id = index // config.pairs_per_plan
+    if source is None:
+        source = GeneratedPlans(config.min_rooms, config.max_rooms)
+    plan_id = source.plan_id(index // config.pairs_per_plan)
     for attempt in range(_ATTEMPTS):
         version = attempt // _TOURS_PER_STOREY
-        plan = _storey(seed, plan_id, version, config.min_rooms, config.max_rooms)
-        rng = np.random.default_rng([seed, plan_id, 1, index, attempt])
-        scene = _draw_scene(plan, rng, config, plan_id)
+        storey = _storey(source, seed, plan_id, version)
+        number = index // config.pairs_per_drawing
+        drawing = _drawing(source, config, seed, plan_id, version, number)
+        rng = np.random.default_rng([seed, plan_id, _TOUR, index, attempt])
+        scene = _explore(storey, drawing, rng, config, plan_id)
         if scene is not None:
             return scene
-    raise RuntimeError(f'no usable tour in {_ATTEMPTS} attempts for pair {index} of seed {seed}')
+    raise FpnetError(
+        f'plan {storey.name}: no tour in {_ATTEMPTS} saw {MIN_SUB_REGIONS} regions or more; '
+        'expected several rooms with doors at the right metres per pixel'
+    )
 
 
 @lru_cache(maxsize=2)
-def _storey(seed: int, plan_id: int, version: int, min_rooms: int, max_rooms: int) -> BuildingPlan:
-    rng = np.random.default_rng([seed, plan_id, 0, version])
-    return generate_plan(rng, min_rooms=min_rooms, max_rooms=max_rooms)
+def _storey(source: PlanSource, seed: int, plan_id: int, version: int) -> Storey:
+    return source.storey(seed, plan_id, version)
 
 
-def _draw_scene(
-    plan: BuildingPlan, rng: np.random.Generator, config: SimConfig, plan_id: int
+@lru_cache(maxsize=2)
+def _drawing(
+    source: PlanSource, config: SimConfig, seed: int, plan_id: int, version: int, number: int
+) -> Drawing:
+    """Return a drawing of a storey; every pair of the same ``number`` gets this one."""
+    storey = _storey(source, seed, plan_id, version)
+    rng = np.random.default_rng([seed, plan_id, _DRAWING, number, version])
+    return draw_storey(storey, rng, config.drawing, config.segmentation)
+
+
+def _explore(
+    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig, plan_id: int
 ) -> PairScene | None:
-    """Draw the map, build the world, walk, segment and label; None where too little is seen."""
+    """Build the world, walk, scan, segment and label; None where too little is seen."""
+    plan = storey.plan
     scanner = draw_scanner(rng, config.scan)
     world = build_world(plan, draw_changes(plan, rng, config.building), scanner.height_m)
-    walk = plan_walk(world, rng, config.scan)
+    walk = plan_walk(world, rng, config.scan, drawing.area)
     if not len(walk):
         return None
     submap, T_submap_building = scan_walk(world, walk, scanner, rng, config.scan, config.submap)
     sub = segment_submap(submap, config.segmentation)
-    if len(sub.regions) < MIN_SUB_REGIONS:
+    if len(sub.regions) < MIN_SUB_REGIONS or not drawing.segmentation.regions:
         return None
-    A_plan_building = draw_placement(rng, config.drawing)
-    drawing = render_plan(
-        move_doors(plan, rng, config.drawing.moved_doors),
-        resolution_m=float(rng.uniform(*config.drawing.resolution_m)),
-        wall_m=plan.wall_m * float(rng.uniform(*config.drawing.wall_factor)),
-        T_plan_building=A_plan_building,
-    )
-    drawn = segment_floorplan(drawing, config.segmentation)
-    A_plan_submap = A_plan_building @ T_submap_building.inv()
+    A_plan_submap = drawing.A_plan_building @ T_submap_building.inv()
+    truth = label_regions(drawing.segmentation, sub, A_plan_submap)
     pair = MatchingPair(
-        plan_graph=build_region_graph(drawn, 'plan'),
+        plan_graph=drawing.graph,
         sub_graph=build_region_graph(sub, 'submap'),
-        sub_labels=label_regions(drawn, sub, A_plan_submap),
+        sub_labels=truth.labels,
         A_plan_submap=A_plan_submap,
         explored_area_m2=submap.free_area_m2,
         plan_id=plan_id,
-        family=plan.family,
+        family=storey.name,
+        plan_portals=drawing.segmentation.portals,
+        sub_portals=sub.portals,
+        truth=truth,
     )
-    return PairScene(pair, plan, drawn, sub, submap)
-
-
-def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
-    """Draw ``A_plan_building``: the drawing's rotation, its scale error and its axes' ratio."""
-    common = rng.uniform(-config.scale_error, config.scale_error)
-    split = rng.uniform(-config.axis_error, config.axis_error)
-    angle = (
-        rng.uniform(-np.pi, np.pi)
-        if rng.random() < config.any_angle
-        else np.pi / 2.0 * rng.integers(4)
-    )
-    c, s = np.cos(angle), np.sin(angle)
-    stretch = np.diag([1.0 + common + split, 1.0 + common - split])
-    return Affine2D(stretch @ np.array([[c, -s], [s, c]]), rng.uniform(-30.0, 30.0, 2))
+    return PairScene(pair, plan, drawing.segmentation, sub, submap)

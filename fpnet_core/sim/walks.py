@@ -27,15 +27,24 @@ WARP_WAVES = 3
 WARP_LENGTHS_M = (25.0, 80.0)
 
 
-def plan_walk(world: World, rng: np.random.Generator, config: ScanConfig) -> NDArray[np.float64]:
+def plan_walk(
+    world: World,
+    rng: np.random.Generator,
+    config: ScanConfig,
+    within: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
     """
     Return positions (S, 2) of scans along a tour from a random start, building metres.
 
-    The tour visits a random number of rooms, mostly near ones first. Empty where the robot fits
-    nowhere.
+    The tour visits a random number of rooms, mostly near ones first, and stays inside the convex
+    polygon ``within (V, 2)``, if there is one. Empty where the robot fits nowhere.
     """
     is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
     inside = cv2.dilate((world.room_of >= 0).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    if within is not None:
+        area = np.zeros_like(inside, dtype=np.uint8)
+        cv2.fillConvexPoly(area, np.rint(world.to_cells(within)).astype(np.int32), 1)
+        inside &= area > 0
     half = WALK_STRIDE // 2
     passable = ((is_free * WORLD_CELL_M > ROBOT_RADIUS_M) & inside)[
         half::WALK_STRIDE, half::WALK_STRIDE
@@ -61,16 +70,18 @@ def _visit_rooms(
     cells = np.flatnonzero(room_of.ravel() >= 0)
     if not len(cells):
         return []
+    cells = cells[np.argsort(room_of.ravel()[cells], kind='stable')]
     rooms = room_of.ravel()[cells]
-    target = _draw_tour_rooms(len(np.unique(rooms)), rng, config)
+    ids, first = np.unique(rooms, return_index=True)
+    target = _draw_tour_rooms(len(ids), rng, config)
     cols = passable.shape[1]
     here = int(rng.choice(cells))
     visited = {int(room_of.ravel()[here])}
     walks = [np.array([[here // cols, here % cols]], dtype=np.int64)]
     while True:
         previous, length = walk_field(passable, here // cols, here % cols)
-        nearest = np.full(int(rooms.max()) + 1, np.inf)
-        np.minimum.at(nearest, rooms, length[cells])
+        nearest = np.full(int(ids[-1]) + 1, np.inf)
+        nearest[ids] = np.minimum.reduceat(length[cells], first)
         if len(visited) == 1 and len(walks) == 1:
             reached = cells[(rooms == next(iter(visited))) & np.isfinite(length[cells])]
         else:

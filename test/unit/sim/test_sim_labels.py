@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.sim.labels import label_regions, overlap_m2
+from fpnet_core.sim.labels import Relation, label_regions, overlap_m2
 from fpnet_core.types import (
     FREE,
     IGNORE,
@@ -63,7 +63,7 @@ def plan():
 
 def test_the_same_rooms_in_another_order_find_their_partners(plan):
     sub = _segmentation([ROOMS[2], ROOMS[0], ROOMS[1]], DOORS[::-1], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [2, 0, 1, 4, 3]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [2, 0, 1, 4, 3]
 
 
 def test_overlaps_are_in_plan_units(plan):
@@ -75,17 +75,17 @@ def test_overlaps_are_in_plan_units(plan):
 
 def test_a_partial_room_still_matches(plan):
     sub = _segmentation([(0, 0, 3, 4)], [], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [0]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [0]
 
 
 def test_of_a_split_room_the_larger_part_matches(plan):
     sub = _segmentation([(0, 0, 3.5, 4), (4, 0, 10, 4)], [], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [IGNORE, 0]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [IGNORE, 0]
 
 
 def test_rooms_outside_the_plan_have_no_partner(plan):
     sub = _segmentation([(14, 6, 19, 11)], [], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [UNMATCHED]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [UNMATCHED]
 
 
 def test_doors_need_the_place_and_the_direction(plan):
@@ -93,14 +93,34 @@ def test_doors_need_the_place_and_the_direction(plan):
     crossed = [[8.45, 4.0], [8.45, 5.0]]
     far = [[14.0, 9.0], [15.0, 9.0]]
     sub = _segmentation([ROOMS[0]], [near, crossed, far], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [0, 3, IGNORE, UNMATCHED]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [0, 3, IGNORE, UNMATCHED]
 
 
 def test_two_doors_never_share_a_partner(plan):
     sub = _segmentation([ROOMS[0]], [DOORS[0], [[2.3, 4.5], [3.3, 4.5]]], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).tolist() == [0, 3, IGNORE]
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.tolist() == [0, 3, IGNORE]
 
 
 def test_nothing_seen_gives_no_labels(plan):
     sub = _segmentation([], [], T_SUB)
-    assert label_regions(plan, sub, A_PLAN_SUBMAP).shape == (0,)
+    assert label_regions(plan, sub, A_PLAN_SUBMAP).labels.shape == (0,)
+
+
+def _relations(plan, boxes):
+    return label_regions(plan, _segmentation(boxes, [], T_SUB), A_PLAN_SUBMAP).relations.tolist()
+
+
+def test_relations_tell_whole_partial_split_merged_and_foreign_rooms(plan):
+    assert _relations(plan, [ROOMS[0]]) == [Relation.MATCHED]
+    assert _relations(plan, [(0, 0, 3, 4)]) == [Relation.MATCHED | Relation.PARTIAL]
+    split = Relation.PARTIAL | Relation.SPLIT
+    assert _relations(plan, [(0, 0, 3.5, 4), (4, 0, 10, 4)]) == [split, split | Relation.MATCHED]
+    assert _relations(plan, [(0, 5, 12, 11)]) == [Relation.MATCHED | Relation.MERGED]
+    assert _relations(plan, [(14, 6, 19, 11)]) == [0]
+
+
+def test_overlaps_are_listed_plan_first(plan):
+    sub = _segmentation([(0, 5, 12, 11), ROOMS[0]], [], T_SUB)
+    truth = label_regions(plan, sub, A_PLAN_SUBMAP)
+    assert truth.overlap_pairs.tolist() == [[1, 0], [2, 0], [0, 1]]
+    np.testing.assert_allclose(truth.overlap_m2, [30.0, 36.0, 40.0], rtol=0.05)

@@ -1,0 +1,178 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the storeys of matching pairs come from: the generator, or drawings of real buildings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import hashlib
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io import read_map
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.plans.traced import plan_from_grid
+from fpnet_core.sim.types import BuildingPlan
+from fpnet_core.types import GridMap
+
+MAP_SUFFIXES = ('.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.yaml', '.yml')
+"""Files of a folder that are taken for floorplans."""
+
+_DIGEST_CHARACTERS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Storey:
+    """
+    One storey and what its pairs are called after.
+
+    ``raster`` is the drawing it was traced from, frame ``building``; None for a generated one.
+    """
+
+    plan: BuildingPlan
+    name: str
+    raster: GridMap | None = None
+
+
+class PlanSource(Protocol):
+    """A supply of storeys, the same in every process; hashable, so that they can be kept."""
+
+    def __hash__(self) -> int:
+        """Return the source's hash; equal sources may share what was made from them."""
+        ...
+
+    def plan_id(self, number: int) -> int:
+        """Return the id of the ``number``-th storey asked for; equal ids are one building."""
+        ...
+
+    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+        """Return a storey; another ``version`` where there is one that may suit better."""
+        ...
+
+    def describe(self) -> dict[str, Any]:
+        """Return what a manifest says about the source; equal sources give equal pairs."""
+        ...
+
+
+@dataclass(frozen=True)
+class GeneratedPlans:
+    """Storeys of the generator, each another one."""
+
+    min_rooms: int
+    max_rooms: int
+
+    def plan_id(self, number: int) -> int:
+        """Return ``number``: no storey comes twice."""
+        return number
+
+    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+        """Return a generated storey."""
+        rng = np.random.default_rng([seed, plan_id, 0, version])
+        plan = generate_plan(rng, min_rooms=self.min_rooms, max_rooms=self.max_rooms)
+        return Storey(plan, plan.family)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the kind of source."""
+        return {'kind': 'generated'}
+
+
+class GivenPlans:
+    """
+    The buildings that some floorplans show, over and over.
+
+    Parameters
+    ----------
+    plans : name and drawing of each building
+    config : how drawings are cut into rooms
+
+    Raises
+    ------
+    MapFormatError
+        If there is no plan, or a plan has no rooms.
+    """
+
+    def __init__(
+        self, plans: Sequence[tuple[str, GridMap]], config: SegmentationConfig | None = None
+    ) -> None:
+        if not plans:
+            raise MapFormatError('no floorplan was given; name images, YAML files or a folder')
+        self._storeys = [_trace(name, grid, config) for name, grid in plans]
+
+    def __len__(self) -> int:
+        """Count the buildings."""
+        return len(self._storeys)
+
+    def plan_id(self, number: int) -> int:
+        """Return the building's number; they take turns."""
+        return number % len(self._storeys)
+
+    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+        """Return building ``plan_id``; neither seed nor version change it."""
+        del seed, version
+        return self._storeys[plan_id]
+
+    def describe(self) -> dict[str, Any]:
+        """Return the plans' names with digests of their drawings."""
+        return {'kind': 'given', 'plans': {s.name: _digest(s) for s in self._storeys}}
+
+
+def _trace(name: str, grid: GridMap, config: SegmentationConfig | None) -> Storey:
+    try:
+        plan = plan_from_grid(grid, config)
+    except MapFormatError as error:
+        raise MapFormatError(f'{name}: {error}') from None
+    return Storey(replace(plan, family=name), name, grid)
+
+
+def _digest(storey: Storey) -> str:
+    assert storey.raster is not None
+    content = storey.raster.cells.tobytes() + np.float64(storey.raster.resolution).tobytes()
+    return hashlib.sha256(content).hexdigest()[:_DIGEST_CHARACTERS]
+
+
+def read_plans(
+    paths: Sequence[Path], resolution_m: float | None = None
+) -> list[tuple[str, GridMap]]:
+    """
+    Read floorplans: images, map_server YAML files, or all of either in folders.
+
+    An image that a YAML of the same name describes is read once, through the YAML.
+
+    Parameters
+    ----------
+    paths : files and folders
+    resolution_m : edge of a pixel of bare images; None: 0.05
+
+    Returns
+    -------
+    Names (file names without suffix) and drawings, sorted within folders.
+
+    Raises
+    ------
+    MapFormatError
+        If a file is missing or no map, or a folder holds none.
+    """
+    found: list[Path] = []
+    for path in paths:
+        found += _maps_in(path) if path.is_dir() else [path]
+    described = {
+        path.with_suffix('') for path in found if path.suffix.lower() in ('.yaml', '.yml')
+    }
+    files = [
+        path
+        for path in found
+        if path.suffix.lower() in ('.yaml', '.yml') or path.with_suffix('') not in described
+    ]
+    return [(path.stem, read_map(path, resolution_m)) for path in files]
+
+
+def _maps_in(folder: Path) -> list[Path]:
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in MAP_SUFFIXES)
+    if not files:
+        raise MapFormatError(f'{folder} holds no floorplan; expected images or YAML files')
+    return files
