@@ -16,7 +16,8 @@ from fpnet_core.sim.config import ScanConfig
 from fpnet_core.sim.perturb import WORLD_CELL_M, World
 from fpnet_core.sim.scan2d import EMPTY, carve, cast_rays, clear_cells, mark_ends
 from fpnet_core.sim.walks import estimate_walk
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_core.submaps.carving import CROSSED, HIGH_HIT, LAYERS, MID_HIT, classify
+from fpnet_core.types import GridMap, Submap
 
 GLASS_PASS = 0.85
 """Chance that a ray passes glass."""
@@ -95,7 +96,7 @@ def scan_walk(
     counts = _Counts(rows, cols, cell_m)
     directions = _ray_directions(xy, scanner, rng)
     returns = _measure(world, xy, directions, scanner, rng)
-    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns, scanner, rule)
+    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns, rule)
     window = counts.window()
     cells, lintel = counts.classify(window, rule)
     corner = origin + np.array([window[1].start, window[0].start]) * cell_m
@@ -158,12 +159,10 @@ def _measure(
 
 
 class _Counts:
-    """Per cell of the submap: how often it was crossed, hit, and hit above door height."""
+    """The run-time builder's counts per cell of the submap, filled by planar rays."""
 
     def __init__(self, rows: int, cols: int, cell_m: float) -> None:
-        self.free = np.zeros((rows, cols), np.int32)
-        self.hit = np.zeros((rows, cols), np.int32)
-        self.high = np.zeros((rows, cols), np.int32)
+        self.layers = np.zeros((rows, cols, LAYERS), np.int32)
         self.cell_m = cell_m
 
     def enter(
@@ -171,19 +170,19 @@ class _Counts:
         starts: NDArray[np.float64],
         directions: NDArray[np.float64],
         returns: Sequence[_Returns],
-        scanner: Scanner,
         rule: SubmapConfig,
     ) -> None:
         """Enter what rays from ``starts (S, 2)`` [cells] along ``directions`` met."""
-        proven = np.stack([r.seen - rule.end_margin_m * r.is_near for r in returns]) / self.cell_m
-        near = proven.min(axis=0) if len(returns) > 1 else np.zeros_like(proven[0])
-        carve(self.free, starts, directions, near, proven.max(axis=0))
-        for counts, layer in zip((self.hit, self.high), returns, strict=False):
-            mark_ends(counts, starts, directions, layer.seen / self.cell_m, layer.is_near)
+        proven = [(r.seen - rule.end_margin_m * r.is_near) / self.cell_m for r in returns]
+        body, high = proven if len(proven) > 1 else (proven[0], np.zeros_like(proven[0]))
+        carve(self.layers, starts, directions, body, high, LINTEL_STANDOFF_M / self.cell_m)
+        for layer, met in zip((MID_HIT, HIGH_HIT), returns, strict=False):
+            ranges = met.seen / self.cell_m
+            mark_ends(self.layers, layer, starts, directions, ranges, met.is_near)
 
     def window(self) -> tuple[slice, slice]:
         """Return the observed part of the raster with a small margin."""
-        seen = (self.free > 0) | (self.hit > 0)
+        seen = (self.layers[..., CROSSED] > 0) | (self.layers[..., MID_HIT] > 0)
         rows, cols = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
         return (
             slice(max(0, rows[0] - _MARGIN_CELLS), rows[-1] + 1 + _MARGIN_CELLS),
@@ -194,13 +193,12 @@ class _Counts:
         self, window: tuple[slice, slice], rule: SubmapConfig
     ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
         """Return a window's cell values and lintel mask, by the rule of the run-time builder."""
-        hit, free = self.hit[window].astype(np.float32), self.free[window].astype(np.float32)
-        is_wall = (hit > 0.0) & (hit >= rule.wall_share * (hit + free))
-        is_free = (free > 0.0) & ~is_wall
-        cells = np.full(is_wall.shape, UNKNOWN, np.int8)
-        cells[is_free] = FREE
-        cells[is_wall] = OCCUPIED
-        return cells, is_free & (self.high[window] >= rule.lintel_min_hits)
+        counts = self.layers[window]
+        cells = np.empty(counts.shape[:2], np.int8)
+        lintel = np.empty(counts.shape[:2], np.bool_)
+        shares = rule.wall_share, rule.lintel_share
+        classify(counts, cells, lintel, *shares, rule.lintel_min_hits)
+        return cells, lintel
 
 
 def fit_rigid(

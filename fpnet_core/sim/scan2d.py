@@ -17,6 +17,8 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED
+
 EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
 """Codes of a world raster; a ray passes glass with some probability."""
 
@@ -102,24 +104,28 @@ def cast_rays(
 
 
 @njit(cache=True)
-def carve(free: Any, starts: Any, directions: Any, near: Any, far: Any) -> None:
+def carve(
+    counts: Any, starts: Any, directions: Any, body: Any, high: Any, standoff: float
+) -> None:
     """
-    Count the cells that rays cross, twice as far as ``near`` and once from there to ``far``.
-
-    The two lengths are those of a ray at body height and of one above the doors.
+    Count the cells that rays cross, into layers CROSSED and HIGH_CROSSED.
 
     Parameters
     ----------
-    free : (H, W) int32, counts; holds every cell that a ray reaches
+    counts : (H, W, LAYERS) int32, as in :mod:`fpnet_core.submaps.carving`; holds every cell that
+        a ray reaches
     starts : (S, 2) float64, x and y in cells
     directions : (S, A, 2) float64, unit vectors
-    near, far : (S, A) float64, cells; rays of length 0 are left out
+    body, high : (S, A) float64, lengths of the rays at body height and above the doors in cells;
+        rays of length 0 are left out
+    standoff : from nearer than this many cells, high rays are not yet at a lintel's height
     """
-    scans, rays = near.shape
+    scans, rays = body.shape
     for k in range(scans):
         x, y = starts[k, 0], starts[k, 1]
         for i in range(rays):
-            reach = far[k, i]
+            low_reach, high_reach = body[k, i], high[k, i]
+            reach = max(low_reach, high_reach)
             if reach <= 0.0:
                 continue
             dx, dy = directions[k, i, 0], directions[k, i, 1]
@@ -129,9 +135,11 @@ def carve(free: Any, starts: Any, directions: Any, near: Any, far: Any) -> None:
             grow_y = abs(1.0 / dy) if dy != 0.0 else _NEVER
             next_x = (col + 1 - x if dx > 0.0 else x - col) * grow_x
             next_y = (row + 1 - y if dy > 0.0 else y - row) * grow_y
-            entered, both = 0.0, near[k, i]
+            entered = 0.0
             while entered < reach:
-                free[row, col] += 2 if entered < both else 1
+                counts[row, col, CROSSED] += (entered < low_reach) + (entered < high_reach)
+                if standoff <= entered < high_reach:
+                    counts[row, col, HIGH_CROSSED] += 1
                 if next_x < next_y:
                     entered = next_x
                     next_x += grow_x
@@ -143,9 +151,11 @@ def carve(free: Any, starts: Any, directions: Any, near: Any, far: Any) -> None:
 
 
 @njit(cache=True)
-def mark_ends(counts: Any, starts: Any, directions: Any, ranges: Any, is_marked: Any) -> None:
+def mark_ends(
+    counts: Any, layer: int, starts: Any, directions: Any, ranges: Any, is_marked: Any
+) -> None:
     """
-    Count, in ``counts (H, W) int32``, the cells in which marked rays end.
+    Count, in one layer of ``counts (H, W, LAYERS) int32``, the cells in which marked rays end.
 
     ``starts (S, 2)``, ``directions (S, A, 2)`` and ``ranges (S, A)`` are as for :func:`carve`;
     ``is_marked (S, A) bool``. Every marked ray ends inside the raster.
@@ -156,7 +166,7 @@ def mark_ends(counts: Any, starts: Any, directions: Any, ranges: Any, is_marked:
             if is_marked[k, i]:
                 col = int(np.floor(starts[k, 0] + ranges[k, i] * directions[k, i, 0]))
                 row = int(np.floor(starts[k, 1] + ranges[k, i] * directions[k, i, 1]))
-                counts[row, col] += 1
+                counts[row, col, layer] += 1
 
 
 @njit(cache=True)

@@ -14,6 +14,7 @@ from fpnet_core.sim.scan2d import (
     walk_field,
     walk_to,
 )
+from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED, LAYERS, MID_HIT
 
 FOUR = np.array([0.0, 0.5, 1.0, 1.5]) * np.pi
 
@@ -98,24 +99,25 @@ def test_glass_stops_only_rays_that_do_not_pass():
     assert codes.tolist() == [GLASS, SOLID]
 
 
-def test_carving_counts_cells_once_or_twice():
-    free = np.zeros((20, 30), np.int32)
-    starts = np.array([[10.5, 6.25]])
-    carve(free, starts, _directions([0.0]), np.array([[1.0]]), np.array([[5.0]]))
-    assert free[6, 9:17].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
-    assert free.sum() == 8
-    carve(free, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)))
-    assert free.sum() == 8
+def test_carving_counts_cells_of_both_heights():
+    counts = np.zeros((20, 30, LAYERS), np.int32)
+    starts, ahead = np.array([[10.5, 6.25]]), _directions([0.0])
+    carve(counts, starts, ahead, np.array([[1.0]]), np.array([[5.0]]), 2.0)
+    assert counts[6, 9:17, CROSSED].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
+    assert counts[6, 9:17, HIGH_CROSSED].tolist() == [0, 0, 0, 0, 1, 1, 1, 0]
+    assert counts.sum() == 11
+    carve(counts, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)), 2.0)
+    assert counts.sum() == 11
 
 
 def test_only_marked_ends_count():
-    hits = np.zeros((20, 30), np.int32)
+    counts = np.zeros((20, 30, LAYERS), np.int32)
     mark = np.array([[True, True, False, False]])
     ranges = np.array([[5.0, 4.0, 3.0, 100.0]])
-    mark_ends(hits, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
-    assert hits[6, 15] == 1
-    assert hits[10, 10] == 1
-    assert hits.sum() == 2
+    mark_ends(counts, MID_HIT, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
+    assert counts[6, 15, MID_HIT] == 1
+    assert counts[10, 10, MID_HIT] == 1
+    assert counts.sum() == 2
 
 
 def test_walks_go_around_walls_and_cut_no_corners():
