@@ -4,11 +4,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
+import shapely
+
+DOUBLE_LEAF_M = 1.3
+"""A single leaf covers openings up to this width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +31,22 @@ class PlanDoor:
     An opening ``ends (2, 2)`` [m] in the middle of the wall between two rooms (indices).
 
     ``is_open`` marks a passage of full height, without lintel, frame or leaf: the seam between
-    two pieces of one corridor.
+    two pieces of one corridor. Otherwise a leaf hangs at ``ends[hinge]`` and opens into
+    ``rooms[swing]``; openings wider than :data:`DOUBLE_LEAF_M` have a leaf at either end.
     """
 
     rooms: tuple[int, int]
     ends: NDArray[np.float64]
     is_open: bool = False
+    hinge: Literal[0, 1] = 0
+    swing: Literal[0, 1] = 0
+
+    @property
+    def leaves(self) -> int:
+        """Number of leaves: 0, 1 or 2."""
+        if self.is_open:
+            return 0
+        return 2 if self.width_m > DOUBLE_LEAF_M else 1
 
     @property
     def width_m(self) -> float:
@@ -57,3 +73,27 @@ class BuildingPlan:
         """Lower and upper corner ``(2, 2)`` of all room outlines [m]."""
         points = np.concatenate([room.polygon for room in self.rooms])
         return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    def room_graph(self) -> nx.MultiGraph:
+        """
+        Return rooms as nodes and doors as edges, numbered as in ``rooms`` and ``doors``.
+
+        Nodes carry ``kind`` and ``area_m2``; edges have the door's number as key and carry
+        ``width_m`` and ``is_open``.
+        """
+        graph = nx.MultiGraph()
+        areas = shapely.area(polygons_from_rings([room.polygon for room in self.rooms]))
+        for i, room in enumerate(self.rooms):
+            graph.add_node(i, kind=room.kind, area_m2=float(areas[i]))
+        for k, door in enumerate(self.doors):
+            graph.add_edge(*door.rooms, key=k, width_m=door.width_m, is_open=door.is_open)
+        return graph
+
+
+def polygons_from_rings(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.object_]:
+    """Return rings (V, 2), not closed, as an array of shapely polygons."""
+    if not len(rings):
+        return np.zeros(0, object)
+    number = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+    linear = shapely.linearrings(np.concatenate(rings), indices=number)
+    return np.asarray(shapely.polygons(linear))

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -75,10 +77,10 @@ def _mapped(plan: BuildingPlan, A: Affine2D, first_room: int) -> BuildingPlan:
     return BuildingPlan(
         rooms=tuple(PlanRoom(ring(room.polygon), room.kind) for room in plan.rooms),
         doors=tuple(
-            PlanDoor(
-                (door.rooms[0] + first_room, door.rooms[1] + first_room),
-                A.apply(door.ends),
-                door.is_open,
+            replace(
+                door,
+                rooms=(door.rooms[0] + first_room, door.rooms[1] + first_room),
+                ends=A.apply(door.ends),
             )
             for door in plan.doors
         ),

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import itertools
 
 import networkx as nx
@@ -23,6 +23,9 @@ DOOR_WIDTHS_M = (0.75, 0.8, 0.9, 0.95, 1.2, 2.0, 2.4)
 
 CORNER_GAP_M = 0.25
 """Doors keep at least this distance from the corners of their rooms."""
+
+INTO_ROOM_SHARE = 0.9
+"""Share of leaves that open into the smaller of the two rooms, out of the way of others."""
 
 MIN_OPENING_M = 1.0
 LARGE_ROOM_M2 = 40.0
@@ -168,8 +171,19 @@ class _DoorPlacer:
             start = margin + self._fraction(attempt) * (room_for - width)
             ends = _span(joint.line, start, start + width)
             if ends is not None and self._is_clear(joint.cells, ends):
-                return PlanDoor(joint.cells, ends)
+                return self._hung(joint, ends, is_hinged_first=2.0 * start < room_for - width)
         return None
+
+    def _hung(self, joint: _Joint, ends: NDArray[np.float64], is_hinged_first: bool) -> PlanDoor:
+        """Hang the leaf at the end nearer to a corner; it mostly opens into the smaller room."""
+        a, b = (self._cells[i].polygon.area for i in joint.cells)
+        is_usual = self._rng.random() < INTO_ROOM_SHARE
+        return PlanDoor(
+            joint.cells,
+            ends,
+            hinge=0 if is_hinged_first else 1,
+            swing=0 if (a < b) == is_usual else 1,
+        )
 
     def _fraction(self, attempt: int) -> float:
         """Where along the wall: architects put most doors near a corner."""
@@ -226,7 +240,7 @@ def _reachable_part(
             for i in kept
         ),
         doors=tuple(
-            PlanDoor((new[a], new[b]), door.ends, door.is_open)
+            replace(door, rooms=(new[a], new[b]))
             for door in doors
             for a, b in [door.rooms]
             if a in new

@@ -87,3 +87,24 @@ def test_rings_are_cut_until_no_piece_has_a_hole():
 
 def test_cells_that_do_not_touch_are_not_united():
     assert unite(shapely.box(0, 0, 1, 1), shapely.box(1.5, 0, 3, 1)) is None
+
+
+def test_the_room_graph_has_the_plans_rooms_and_doors():
+    plan = generate_plan(np.random.default_rng(8), 'suites')
+    graph = plan.room_graph()
+    assert list(graph) == list(range(len(plan.rooms)))
+    assert graph.number_of_edges() == len(plan.doors)
+    for a, b, k, width in graph.edges(keys=True, data='width_m'):
+        assert {a, b} == set(plan.doors[k].rooms)
+        assert width == plan.doors[k].width_m
+    area = Polygon(plan.rooms[3].polygon).area
+    assert graph.nodes[3] == {'kind': plan.rooms[3].kind, 'area_m2': pytest.approx(area)}
+
+
+def test_leaves_hang_at_both_ends_and_mostly_open_into_the_smaller_room():
+    plan = generate_plan(np.random.default_rng(8), 'racetrack')
+    doors = [door for door in plan.doors if not door.is_open]
+    areas = [Polygon(room.polygon).area for room in plan.rooms]
+    smaller = [areas[d.rooms[d.swing]] <= areas[d.rooms[1 - d.swing]] for d in doors]
+    assert np.mean(smaller) > 0.75
+    assert {door.hinge for door in doors} == {0, 1}
