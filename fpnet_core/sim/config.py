@@ -9,6 +9,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from fpnet_core.config import Section, SegmentationConfig, SubmapConfig
+from fpnet_core.sim.styles import StyleConfig
 
 Range = tuple[float, float]
 
@@ -31,6 +32,7 @@ class DrawingConfig(Section):
         0.0, ge=0.0, le=1.0, description='Share of drawings that show a part of the storey only.'
     )
     cut_m: Range = Field((14.0, 30.0), description='Sides of the part that such a drawing shows.')
+    style: StyleConfig = StyleConfig()
 
 
 class BuildingConfig(Section):

@@ -17,6 +17,7 @@ from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.sim.config import DrawingConfig
 from fpnet_core.sim.plan_sources import Storey
 from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.styles import draw_style
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, RegionGraph, Segmentation
 
 MARGIN_M = 1.0
@@ -59,6 +60,7 @@ def draw_storey(
             resolution_m=float(rng.uniform(*config.resolution_m)),
             wall_m=plan.wall_m * float(rng.uniform(*config.wall_factor)),
             T_plan_building=A,
+            style=draw_style(rng, config.style),
         )
     else:
         grid = warp_map(storey.raster, A)

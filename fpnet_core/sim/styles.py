@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fpnet_core.config import Section
 
@@ -79,6 +79,14 @@ class StyleConfig(Section):
     text: float = Field(0.15, ge=0.0, le=1.0, description='Rooms are lettered.')
     dimensions: float = Field(0.05, ge=0.0, le=1.0, description='Two sides are dimensioned.')
     white_paper: float = Field(0.2, ge=0.0, le=1.0, description='The outside is white.')
+
+    @model_validator(mode='after')
+    def _are_shares(self) -> Self:
+        if self.thin_walls + self.thick_walls + self.double_walls > 1.0:
+            raise ValueError('thin_walls, thick_walls and double_walls must not exceed 1 together')
+        if self.door_leaves + self.door_arcs > 1.0:
+            raise ValueError('door_leaves and door_arcs must not exceed 1 together')
+        return self
 
 
 def draw_style(rng: np.random.Generator, config: StyleConfig) -> DrawingStyle:
