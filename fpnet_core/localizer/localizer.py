@@ -25,6 +25,7 @@ from fpnet_core.localizer.sides import (
 )
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import Candidates
+from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
@@ -52,6 +53,7 @@ class Localizer:
         self._matcher = matcher
         self._lock = threading.Lock()
         self._builder = SubmapBuilder(config.submap)
+        self._segmenter = SubmapSegmenter(config.segmentation)
         self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
         self._scales = allowed_scales(config.pose.scale_tolerance)
         self._plan: MapSide | None = None
@@ -126,11 +128,12 @@ class Localizer:
                 return self._output
             self._submap = taken or self._submap
             plan, submap, epoch = self._plan, self._submap, self._epoch
+            segmenter = self._segmenter
         if plan is None or submap is None or not self._has_seen_enough(submap):
             status = Status.NO_PLAN if plan is None else Status.WAITING
             return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
         with timer.stage('total'):
-            output = self._solve(plan, submap, timer)
+            output = self._solve(plan, submap, segmenter, timer)
         return self._publish(output, epoch)
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
@@ -151,8 +154,10 @@ class Localizer:
         with self._lock:
             self._start_anew()
 
-    def _solve(self, plan: MapSide, submap: Submap, timer: StageTimer) -> LocalizerOutput:
-        sub = prepare_submap(submap, self._config, timer)
+    def _solve(
+        self, plan: MapSide, submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
+    ) -> LocalizerOutput:
+        sub = prepare_submap(submap, segmenter, timer)
         result = compare(
             plan,
             sub,
@@ -211,6 +216,8 @@ class Localizer:
 
     def _start_anew(self) -> None:
         self._builder.reset()
+        # A new one: a tick may be using the old one in another thread.
+        self._segmenter = SubmapSegmenter(self._config.segmentation)
         self._submap = None
         self._last = None
         self._stale_scans = 0

@@ -23,7 +23,7 @@ from fpnet_core.localizer.sides import (
     prepare_submap,
 )
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.segmentation import ScaleEstimate, segment_unknown_scale
+from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter, segment_unknown_scale
 from fpnet_core.types import GridMap, Submap
 
 
@@ -77,7 +77,7 @@ def match_maps(
         with timer.stage('segment'):
             plan_side = prepare_plan(_rescaled(plan, plan_scale.factor), config)
         metric = replace(submap, grid=_rescaled(submap.grid, sub_scale.factor))
-        sub_side = prepare_submap(metric, config, timer)
+        sub_side = prepare_submap(metric, SubmapSegmenter(config.segmentation), timer)
         scales = _scales_to_try(plan_scale, sub_scale, config.pose)
         comparison = compare(
             plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, scales

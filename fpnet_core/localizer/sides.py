@@ -25,7 +25,7 @@ from fpnet_core.pose import (
     select_promising,
     verified_estimates,
 )
-from fpnet_core.segmentation import segment_floorplan, segment_submap
+from fpnet_core.segmentation import SubmapSegmenter, segment_floorplan
 from fpnet_core.types import (
     FREE,
     GridMap,
@@ -110,10 +110,14 @@ def _free_beside_rooms(segmentation: Segmentation) -> NDArray[np.bool_]:
     return np.asarray(touched[components])
 
 
-def prepare_submap(submap: Submap, config: FpnetConfig, timer: StageTimer) -> MapSide:
-    """Segment a submap and derive its graph and evidence; may hold no region at all."""
+def prepare_submap(submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer) -> MapSide:
+    """
+    Segment a submap and derive its graph and evidence; may hold no region at all.
+
+    ``segmenter`` cuts again only what changed since the last submap it saw.
+    """
     with timer.stage('segment'):
-        segmentation = segment_submap(submap, config.segmentation)
+        segmentation = segmenter.update(submap)
     with timer.stage('graph'):
         graph = build_region_graph(segmentation, 'submap')
     with timer.stage('evidence'):

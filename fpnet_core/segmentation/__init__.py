@@ -3,6 +3,7 @@
 """Grids to rooms and doors."""
 
 from fpnet_core.segmentation.floorplan import segment_floorplan
+from fpnet_core.segmentation.incremental import SubmapSegmenter
 from fpnet_core.segmentation.scale import (
     ScaleEstimate,
     estimate_metres_per_unit,
@@ -12,6 +13,7 @@ from fpnet_core.segmentation.submap import segment_submap
 
 __all__ = [
     'ScaleEstimate',
+    'SubmapSegmenter',
     'estimate_metres_per_unit',
     'segment_floorplan',
     'segment_submap',

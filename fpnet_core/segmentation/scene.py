@@ -87,8 +87,8 @@ def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
 def reduce_scene(scene: Scene, config: SegmentationConfig) -> WorkRaster:
     """Reduce a scene to the working resolution."""
     stride = max(1, round(config.work_resolution_m / scene.cell_m))
-    passable = _block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
-    work = _block_means(scene.clearance, stride)
+    passable = block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
+    work = block_means(scene.clearance, stride)
     sigma = config.smoothing_m / (scene.cell_m * stride)
     if sigma > 0.0:
         work = np.asarray(
@@ -97,13 +97,13 @@ def reduce_scene(scene: Scene, config: SegmentationConfig) -> WorkRaster:
     mask = np.asarray(passable > _ALL)
     frontier = np.zeros_like(mask)
     if scene.unseen is not None:
-        unseen = _block_means(scene.unseen.astype(np.float32), stride) > 0.0
+        unseen = block_means(scene.unseen.astype(np.float32), stride) > 0.0
         touched = cv2.dilate(unseen.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
         frontier = mask & touched
     return WorkRaster(mask, work, frontier, stride, scene.cell_m * stride)
 
 
-def _block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:
+def block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:
     """Return the means of blocks of ``stride`` by ``stride`` cells, zeros beyond the edge."""
     rows, cols = values.shape
     padded = cv2.copyMakeBorder(

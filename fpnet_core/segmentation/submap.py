@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +14,10 @@ from scipy.ndimage import find_objects
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import RoomScore, assemble
-from fpnet_core.segmentation.lintels import find_lintels
+from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
-from fpnet_core.types import FREE, OCCUPIED, Segmentation, Submap
+from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.15
@@ -49,7 +52,28 @@ def segment_submap(
     -------
     Segmentation in the submap frame; an empty one with a reason where nothing was found
     """
-    grid = submap.grid
+    return segment_part(submap.grid, submap.lintel, config, metres_per_unit)
+
+
+def segment_part(
+    grid: GridMap,
+    lintel: Mask,
+    config: SegmentationConfig,
+    metres_per_unit: float = 1.0,
+    held: Mask | None = None,
+    known_doors: Sequence[Doorway] = (),
+) -> Segmentation:
+    """
+    Cut a window of a partial map into rooms and doors.
+
+    Parameters
+    ----------
+    grid, lintel : the window's cells and lintel mask
+    config, metres_per_unit : as for :func:`segment_submap`
+    held : (H, W) bool, cells of rooms that are known already: seen as what they are, but not
+        cut again; None holds nothing
+    known_doors : doorways between held and other rooms, in the window's cells
+    """
     cell_m = grid.resolution * metres_per_unit
     wall = grid.cells == OCCUPIED
     free = _solid(grid.cells == FREE, cell_m, config)
@@ -57,13 +81,14 @@ def segment_submap(
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
     free = fill_furniture(free, cell_m, config)
-    lintel, lintel_doors = find_lintels(
-        submap.lintel & free, free, _grown(wall, _JAMB_REACH_M, cell_m), cell_m
-    )
-    near_wall = _grown(wall | lintel, _WALL_SHADOW_M, cell_m)
-    scene = _scene(free, lintel, near_wall, cell_m)
+    jambs = _grown(wall, _JAMB_REACH_M, cell_m)
+    closed, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
+    near_wall = _grown(wall | closed, _WALL_SHADOW_M, cell_m)
+    scene = _scene(free, closed, near_wall, cell_m)
+    if held is not None:
+        scene = replace(scene, free=free & ~held)
     full, openings = cut_rooms(scene, config)
-    openings += [door.between(full) for door in lintel_doors]
+    openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, config, cell_m)
     scores = _scores(full, ~free & ~near_wall)
     return assemble(grid, full, openings, config, metres_per_unit, scores)

@@ -1,0 +1,330 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Segmentation of a growing submap: only rooms beside what changed are cut again.
+
+Cells are compared with those that the rooms were last cut from. Where enough of them differ, the
+rooms near by are *touched*: they are cut again as a whole, together with everything that is no
+room yet, in a window around them. All other rooms are *held*: the window sees their walls and
+their clearance, but leaves their cells alone, and doors between a held and a touched room stay
+where they are. Single cells that flicker at the edge of what is seen touch nothing until they
+add up. A segmentation from scratch may differ by such cells, and by what depends on a change
+through a held room; the tests state how much that is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.geometry import SE2
+from fpnet_core.segmentation.lintels import Doorway
+from fpnet_core.segmentation.scene import Mask, block_means
+from fpnet_core.segmentation.submap import segment_part
+from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
+
+Window = tuple[slice, slice]
+
+# Changes are counted in square tiles [m]; a tile is dirty from this share of differing cells on,
+# and dirty tiles touch the rooms in them and in the tiles beside them.
+_TILE_M = 0.5
+_DIRTY_SHARE = 0.04
+# What lies this far outside of the touched rooms cannot change how they are cut: longer than
+# the largest piece of furniture and the widest doorway [m].
+_MARGIN_M = 3.0
+# Doors this near to one of the last segmentation are the same [m].
+_SAME_DOOR_M = 0.5
+# Grids of one submap agree in place to this share of a cell.
+_ALIGNED_CELLS = 1e-3
+
+
+class SubmapSegmenter:
+    """
+    Segments one growing submap again and again; regions keep their ``track``.
+
+    A room's track goes to the new room that shares most cells with it, a door's to the new door
+    in its place; no track is given twice. Any submap may follow any other: what they have in
+    common is found by comparing their cells.
+    """
+
+    def __init__(self, config: SegmentationConfig) -> None:
+        self._config = config
+        self._last: _Last | None = None
+        self._tracks = 0
+
+    def update(self, submap: Submap) -> Segmentation:
+        """Return the segmentation of ``submap``, equal to a new one within small tolerances."""
+        last = None if self._last is None else _moved(self._last, submap.grid)
+        if last is None:
+            result = segment_part(submap.grid, submap.lintel, self._config)
+            regions = self._named(result.regions, [None] * len(result.regions))
+            result = replace(result, regions=tuple(regions))
+            cells, lintel = submap.grid.cells, submap.lintel
+        else:
+            result, cells, lintel = self._refreshed(submap, last)
+        self._last = _Last(cells, lintel, result)
+        return result
+
+    def _refreshed(
+        self, submap: Submap, last: _Last
+    ) -> tuple[Segmentation, NDArray[np.int8], Mask]:
+        """Return the new result and the cells and lintels that it was cut from."""
+        grid = submap.grid
+        differs = (grid.cells != last.cells) | (submap.lintel != last.lintel)
+        dirty = _dirty_tiles(differs, grid.resolution)
+        if not dirty.any():
+            return last.segmentation, last.cells, last.lintel
+        box, near = _dirty_cells(dirty, grid)
+        touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
+        touched = _with_partners(touched, last.segmentation, self._config.sure_width_m)
+        window = _window(last.segmentation, touched, box)
+        kept, labels = _held(last.segmentation, touched)
+        held = labels[window] > 0
+        part = segment_part(
+            _cropped(grid, window),
+            submap.lintel[window],
+            self._config,
+            held=held,
+            known_doors=_loose_doorways(kept, grid, window),
+        )
+        inherited = _inherited(part, last.segmentation, touched, kept, window)
+        part = replace(part, regions=tuple(self._named(part.regions, inherited)))
+        seen = ~_near_held(held, grid.resolution)
+        seen[_within(box, window)] |= near
+        cells, lintel = last.cells.copy(), last.lintel.copy()
+        cells[window][seen] = grid.cells[window][seen]
+        lintel[window][seen] = submap.lintel[window][seen]
+        return _spliced(grid, labels, kept, part, window), cells, lintel
+
+    def _named(self, regions: Sequence[Region], tracks: Sequence[int | None]) -> list[Region]:
+        """Return regions with the given tracks, new ones where there is None."""
+        fresh = iter(range(self._tracks, self._tracks + len(regions)))
+        self._tracks += len(regions)
+        return [
+            replace(region, track=next(fresh) if track is None else track)
+            for region, track in zip(regions, tracks, strict=True)
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Last:
+    """The last segmentation, and the cells and lintels ``(H, W)`` that its rooms were cut from."""
+
+    cells: NDArray[np.int8]
+    lintel: Mask
+    segmentation: Segmentation
+
+
+@dataclass(frozen=True, eq=False)
+class _Door:
+    """A door with the positions of its rooms in a list; None is touched or unseen space."""
+
+    region: Region
+    portal: Portal
+    rooms: tuple[int | None, int | None]
+
+    @property
+    def is_loose(self) -> bool:
+        return None in self.rooms
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """Rooms that are not cut again, and all doors that touch one."""
+
+    rooms: list[Region]
+    doors: list[_Door]
+
+
+def _moved(last: _Last, grid: GridMap) -> _Last | None:
+    """Move the last result to the raster of ``grid``; None where the grids do not align."""
+    old, segmentation = last.segmentation.grid, last.segmentation
+    corner = grid.xy_to_rc(old.rc_to_xy(np.zeros(2)))
+    row, col = (int(k) for k in np.rint(corner))
+    if (
+        old.resolution != grid.resolution
+        or old.T_frame_grid.yaw != grid.T_frame_grid.yaw
+        or np.abs(corner - (row, col)).max() > _ALIGNED_CELLS
+    ):
+        return None
+    r0, c0 = max(row, 0), max(col, 0)
+    r1, c1 = min(row + old.shape[0], grid.shape[0]), min(col + old.shape[1], grid.shape[1])
+    if r1 <= r0 or c1 <= c0:
+        return None
+    here, there = np.s_[r0:r1, c0:c1], np.s_[r0 - row : r1 - row, c0 - col : c1 - col]
+    cells = np.full(grid.shape, UNKNOWN, dtype=np.int8)
+    lintel = np.zeros(grid.shape, dtype=np.bool_)
+    labels = np.zeros(grid.shape, dtype=np.int32)
+    cells[here], lintel[here] = last.cells[there], last.lintel[there]
+    labels[here] = segmentation.labels[there]
+    return _Last(cells, lintel, replace(segmentation, grid=grid, labels=labels))
+
+
+def _dirty_tiles(differs: Mask, cell_m: float) -> Mask:
+    """Return the tiles that hold enough differing cells, and all tiles beside them."""
+    size = _tile_cells(cell_m)
+    share = block_means(differs.astype(np.float32), size)
+    dirty = (share >= _DIRTY_SHARE).astype(np.uint8)
+    return np.asarray(cv2.dilate(dirty, np.ones((3, 3), np.uint8)) > 0)
+
+
+def _tile_cells(cell_m: float) -> int:
+    return max(1, round(_TILE_M / cell_m))
+
+
+def _dirty_cells(dirty: Mask, grid: GridMap) -> tuple[Window, Mask]:
+    """Return the window around dirty tiles and its cells that lie in one."""
+    size = _tile_cells(grid.resolution)
+    rows, cols = np.flatnonzero(dirty.any(axis=1)), np.flatnonzero(dirty.any(axis=0))
+    tiles = dirty[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
+    box = (
+        slice(int(rows[0]) * size, min((int(rows[-1]) + 1) * size, grid.shape[0])),
+        slice(int(cols[0]) * size, min((int(cols[-1]) + 1) * size, grid.shape[1])),
+    )
+    cells = np.repeat(np.repeat(tiles, size, axis=0), size, axis=1)
+    return box, cells[: box[0].stop - box[0].start, : box[1].stop - box[1].start]
+
+
+def _within(box: Window, window: Window) -> Window:
+    """Return ``box`` in the cells of ``window``, which holds it."""
+    (rows, cols), (r0, c0) = box, (window[0].start, window[1].start)
+    return slice(rows.start - r0, rows.stop - r0), slice(cols.start - c0, cols.stop - c0)
+
+
+def _near_held(held: Mask, cell_m: float) -> Mask:
+    """Return the cells within a tile of a held room's."""
+    size = 2 * _tile_cells(cell_m) + 1
+    return np.asarray(cv2.dilate(held.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
+
+
+def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: float) -> set[int]:
+    """Return the rooms with all those that only the rooms' shapes part from one of them."""
+    unsure = nx.Graph()
+    unsure.add_nodes_from(touched)
+    for portal in segmentation.portals:
+        is_sure = portal.has_lintel or portal.width_m <= sure_width_m
+        if portal.rooms[1] is not None and not is_sure:
+            unsure.add_edge(*portal.rooms)
+    groups = nx.connected_components(unsure)
+    return set().union(*(group for group in groups if touched & group))
+
+
+def _window(segmentation: Segmentation, touched: set[int], box: Window) -> Window:
+    """Return the window that holds ``box`` and all touched rooms, with a margin."""
+    grid = segmentation.grid
+    low, high = [(box[0].start, box[1].start)], [(box[0].stop, box[1].stop)]
+    for room in touched:
+        rc = grid.xy_to_rc(segmentation.regions[room].polygon)
+        low.append(tuple(np.floor(rc.min(axis=0)).astype(int).tolist()))
+        high.append(tuple(np.ceil(rc.max(axis=0)).astype(int).tolist()))
+    margin = round(_MARGIN_M / grid.resolution)
+    r0, c0 = (np.min(low, axis=0) - margin).tolist()
+    r1, c1 = (np.max(high, axis=0) + margin).tolist()
+    return (
+        slice(max(r0, 0), min(r1, grid.shape[0])),
+        slice(max(c0, 0), min(c1, grid.shape[1])),
+    )
+
+
+def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray[np.int32]]:
+    """Return what is kept, and labels (H, W): position in its rooms + 1."""
+    rooms = [room for room in segmentation.rooms if room.id not in touched]
+    place: dict[int | None, int] = {room.id: number for number, room in enumerate(rooms)}
+    lookup = np.zeros(len(segmentation.rooms) + 1, dtype=np.int32)
+    lookup[[room.id + 1 for room in rooms]] = np.arange(1, len(rooms) + 1)
+    doors = []
+    for portal in segmentation.portals:
+        ends = place.get(portal.rooms[0]), place.get(portal.rooms[1])
+        if ends != (None, None):
+            doors.append(_Door(segmentation.regions[portal.door], portal, ends))
+    return _Kept(rooms, doors), lookup[segmentation.labels]
+
+
+def _loose_doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
+    """Return the kept doors that lead out of kept rooms, in the window's cells."""
+    corner = np.array([window[0].start, window[1].start])
+    size = np.array([window[0].stop, window[1].stop]) - corner
+    doorways = []
+    for door in kept.doors:
+        ends = grid.xy_to_rc(door.portal.ends) - corner
+        if door.is_loose and (ends >= 0).all() and (ends < size - 1).all():
+            doorways.append(Doorway(ends, grid.resolution, door.portal.has_lintel))
+    return doorways
+
+
+def _cropped(grid: GridMap, window: Window) -> GridMap:
+    corner = grid.rc_to_xy(np.array([window[0].start, window[1].start]) - 0.5)
+    pose = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
+    return GridMap(grid.cells[window], grid.resolution, pose, grid.frame)
+
+
+def _inherited(
+    part: Segmentation, old: Segmentation, touched: set[int], kept: _Kept, window: Window
+) -> list[int | None]:
+    """Return for each region of the part the track of the region it continues."""
+    tracks: list[int | None] = [None] * len(part.regions)
+    count = len(old.rooms) + 1
+    flat = part.labels.astype(np.int64) * count + old.labels[window]
+    shared = np.bincount(flat.ravel(), minlength=(len(part.rooms) + 1) * count)
+    shared = shared.reshape(-1, count)[1:, 1:]
+    for new, room in zip(*linear_sum_assignment(shared, maximize=True), strict=True):
+        if shared[new, room] > 0 and room in touched:
+            tracks[new] = old.regions[room].track
+    held = {door.region.id for door in kept.doors}
+    gone = [door for door in old.doors if door.id not in held]
+    if gone and part.doors:
+        before, after = (np.array([d.centroid for d in doors]) for doors in (gone, part.doors))
+        distance = cdist(after, before)
+        for i, j in zip(
+            *linear_sum_assignment(np.minimum(distance, 2.0 * _SAME_DOOR_M)), strict=True
+        ):
+            if distance[i, j] < _SAME_DOOR_M:
+                tracks[part.doors[i].id] = gone[j].track
+    return tracks
+
+
+def _spliced(
+    grid: GridMap, labels: NDArray[np.int32], kept: _Kept, part: Segmentation, window: Window
+) -> Segmentation:
+    """Put the part's rooms and doors beside the kept ones; ``labels`` are those of the kept."""
+    first = len(kept.rooms)
+    labels[window] = np.where(part.labels > 0, part.labels + first, labels[window])
+    rooms = [*kept.rooms, *part.rooms]
+    doors = [_relinked(door, labels, grid) if door.is_loose else door for door in kept.doors]
+    known = np.array([door.portal.ends.mean(axis=0) for door in doors]).reshape(-1, 2)
+    for portal in part.portals:
+        middle = portal.ends.mean(axis=0)
+        if (np.hypot(*(known - middle).T) >= _SAME_DOOR_M).all():
+            ends = tuple(None if room is None else room + first for room in portal.rooms)
+            door = _Door(part.regions[portal.door], portal, (ends[0], ends[1]))
+            doors.append(_relinked(door, labels, grid) if door.is_loose else door)
+    order = sorted(range(len(rooms)), key=lambda k: (-rooms[k].area_m2, rooms[k].track))
+    ids = {number: position for position, number in enumerate(order)}
+    lookup = np.zeros(len(rooms) + 1, dtype=np.int32)
+    lookup[np.array(order, dtype=np.int64) + 1] = np.arange(1, len(rooms) + 1)
+    regions = [replace(rooms[number], id=position) for number, position in ids.items()]
+    portals = []
+    for door in doors:
+        linked = [ids[room] for room in door.rooms if room is not None]
+        portal_rooms = linked[0], (linked[1] if len(linked) == 2 else None)
+        portals.append(replace(door.portal, door=len(regions), rooms=portal_rooms))
+        regions.append(replace(door.region, id=len(regions)))
+    reason = '' if rooms else part.reason
+    return Segmentation(grid, lookup[labels], tuple(regions), tuple(portals), reason)
+
+
+def _relinked(door: _Door, labels: NDArray[np.int32], grid: GridMap) -> _Door:
+    """Return a door that leads out of a room with the room behind it, if there is one now."""
+    doorway = Doorway(grid.xy_to_rc(door.portal.ends), grid.resolution)
+    here = next(room for room in door.rooms if room is not None)
+    sides = [room - 1 for room in doorway.between(labels).rooms if room > 0]
+    others = [room for room in sides if room != here]
+    return replace(door, rooms=(here, others[0])) if here in sides and others else door
