@@ -16,7 +16,7 @@ from fpnet_core.sim.config import ScanConfig
 from fpnet_core.sim.perturb import WORLD_CELL_M, World
 from fpnet_core.sim.scan2d import EMPTY, carve, cast_rays, clear_cells, mark_ends
 from fpnet_core.sim.walks import estimate_walk
-from fpnet_core.submaps.carving import CROSSED, HIGH_HIT, LAYERS, MID_HIT, classify
+from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED, HIGH_HIT, LAYERS, MID_HIT, classify
 from fpnet_core.types import GridMap, Submap
 
 GLASS_PASS = 0.85
@@ -146,10 +146,11 @@ def _measure(
     reach = BEYOND_RANGE * scanner.max_range_m / WORLD_CELL_M
     passes = rng.random(directions.shape[:2], dtype=np.float32) < GLASS_PASS
     layers = [(world.body, 0.0), (world.high, LINTEL_STANDOFF_M)][: 1 if scanner.is_planar else 2]
-    clear = clear_cells(np.logical_and.reduce([raster == EMPTY for raster, _ in layers]))
+    worlds = np.stack([raster for raster, _ in layers])
+    clear = clear_cells((worlds == EMPTY).all(axis=0))
+    found = cast_rays(worlds, clear, starts, directions, reach, passes)
     returns = []
-    for raster, standoff_m in layers:
-        ranges, codes = cast_rays(raster, clear, starts, directions, reach, passes)
+    for ranges, codes, (_, standoff_m) in zip(*found, layers, strict=True):
         metres = (ranges + _INTO_CELL) * WORLD_CELL_M
         metres += scanner.noise_m * rng.standard_normal(metres.shape, dtype=np.float32)
         is_return = (codes != EMPTY) & (metres >= standoff_m)
@@ -162,7 +163,7 @@ class _Counts:
     """The run-time builder's counts per cell of the submap, filled by planar rays."""
 
     def __init__(self, rows: int, cols: int, cell_m: float) -> None:
-        self.layers = np.zeros((rows, cols, LAYERS), np.int32)
+        self.layers = np.zeros((LAYERS, rows, cols), np.uint16)
         self.cell_m = cell_m
 
     def enter(
@@ -175,14 +176,16 @@ class _Counts:
         """Enter what rays from ``starts (S, 2)`` [cells] along ``directions`` met."""
         proven = [(r.seen - rule.end_margin_m * r.is_near) / self.cell_m for r in returns]
         body, high = proven if len(proven) > 1 else (proven[0], np.zeros_like(proven[0]))
-        carve(self.layers, starts, directions, body, high, LINTEL_STANDOFF_M / self.cell_m)
+        standoff = LINTEL_STANDOFF_M / self.cell_m
+        crossed, high_crossed = self.layers[CROSSED], self.layers[HIGH_CROSSED]
+        carve(crossed, high_crossed, starts, directions, body, high, standoff)
         for layer, met in zip((MID_HIT, HIGH_HIT), returns, strict=False):
             ranges = met.seen / self.cell_m
-            mark_ends(self.layers, layer, starts, directions, ranges, met.is_near)
+            mark_ends(self.layers[layer], starts, directions, ranges, met.is_near)
 
     def window(self) -> tuple[slice, slice]:
         """Return the observed part of the raster with a small margin."""
-        seen = (self.layers[..., CROSSED] > 0) | (self.layers[..., MID_HIT] > 0)
+        seen = (self.layers[CROSSED] > 0) | (self.layers[MID_HIT] > 0)
         rows, cols = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
         return (
             slice(max(0, rows[0] - _MARGIN_CELLS), rows[-1] + 1 + _MARGIN_CELLS),
@@ -193,7 +196,7 @@ class _Counts:
         self, window: tuple[slice, slice], rule: SubmapConfig
     ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
         """Return a window's cell values and lintel mask, by the rule of the run-time builder."""
-        counts = self.layers[window]
+        counts = np.moveaxis(self.layers, 0, 2)[window]
         cells = np.empty(counts.shape[:2], np.int8)
         lintel = np.empty(counts.shape[:2], np.bool_)
         shares = rule.wall_share, rule.lintel_share

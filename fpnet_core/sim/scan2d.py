@@ -5,7 +5,7 @@ Fast planar ray casting in occupancy rasters, and the tours that robots take thr
 
 Rasters are indexed [row, column] with row 0 at the lowest y; positions are in cells from the
 raster's outer corner, so that cell (r, c) covers [c, c + 1) x [r, r + 1). Shape letters: ``S``
-scans, ``A`` rays of a scan.
+scans, ``A`` rays of a scan, ``L`` heights that a ray is cast at.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED
-
 EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
 """Codes of a world raster; a ray passes glass with some probability."""
 
 MISS = -1.0
 """Range of a ray that met nothing within reach."""
+
+MOST_COUNTS = 60000
+"""Counts of a cell stay at this value, so that 16 bits are enough."""
 
 # Shorter leaps cost more than they save [cells].
 _LEAST_LEAP = 2
@@ -43,26 +44,26 @@ def clear_cells(is_empty: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 @njit(cache=True)
 def cast_rays(
-    world: Any, clear: Any, starts: Any, directions: Any, max_cells: float, glass_pass: Any
+    worlds: Any, clear: Any, starts: Any, directions: Any, max_cells: float, glass_pass: Any
 ) -> tuple[Any, Any]:
     """
-    Return ranges (S, A) float64 in cells to the first obstacle, and its code (S, A) uint8.
+    Return ranges (L, S, A) float64 in cells to the first obstacle, and its code (L, S, A) uint8.
 
     Rays that leave the raster or reach ``max_cells`` are ``MISS`` with code ``EMPTY``.
 
     Parameters
     ----------
-    world : (H, W) uint8, codes
-    clear : (H, W) uint8, :func:`clear_cells` of ``world`` or of more obstacles than there are
+    worlds : (L, H, W) uint8, codes; every ray is cast in each layer
+    clear : (H, W) uint8, :func:`clear_cells` of where all layers are empty
     starts : (S, 2) float64, x and y in cells, inside the raster and in no obstacle
     directions : (S, A, 2) float64, unit vectors
     max_cells : reach of a ray
     glass_pass : (S, A) bool, which rays pass glass
     """
-    rows, cols = world.shape
+    layers, rows, cols = worlds.shape
     scans, rays = directions.shape[:2]
-    ranges = np.full((scans, rays), MISS)
-    codes = np.zeros((scans, rays), np.uint8)
+    ranges = np.full((layers, scans, rays), MISS)
+    codes = np.zeros((layers, scans, rays), np.uint8)
     for k in range(scans):
         x, y = starts[k, 0], starts[k, 1]
         for i in range(rays):
@@ -73,14 +74,12 @@ def cast_rays(
             ahead_x, ahead_y = (1 if dx >= 0.0 else 0), (1 if dy >= 0.0 else 0)
             leap = 1.0 / max(abs(dx), abs(dy))
             col, row = int(np.floor(x)), int(np.floor(y))
-            travelled = 0.0
-            while True:
+            space = clear[row, col]
+            travelled, open_layers = 0.0, layers
+            while open_layers > 0:
                 # No obstacle within the square of this many cells: leap to its rim.
-                space = clear[row, col]
                 if space > _LEAST_LEAP:
                     travelled += (space - 1) * leap
-                    if travelled >= max_cells:
-                        break
                     col, row = int(np.floor(x + travelled * dx)), int(np.floor(y + travelled * dy))
                 else:
                     next_x = (col + ahead_x - x) * grow_x
@@ -91,33 +90,43 @@ def cast_rays(
                     else:
                         travelled = next_y
                         row += step_y
-                    if travelled >= max_cells:
-                        break
-                if col < 0 or row < 0 or col >= cols or row >= rows:
+                if travelled >= max_cells or col < 0 or row < 0 or col >= cols or row >= rows:
                     break
-                code = world[row, col]
-                if code != EMPTY and not (code == GLASS and glass_pass[k, i]):
-                    ranges[k, i] = travelled
-                    codes[k, i] = code
-                    break
+                space = clear[row, col]
+                if space > 0:
+                    continue
+                for layer in range(layers):
+                    code = worlds[layer, row, col]
+                    if code == EMPTY or codes[layer, k, i] != EMPTY:
+                        continue
+                    if code != GLASS or not glass_pass[k, i]:
+                        ranges[layer, k, i] = travelled
+                        codes[layer, k, i] = code
+                        open_layers -= 1
     return ranges, codes
 
 
 @njit(cache=True)
 def carve(
-    counts: Any, starts: Any, directions: Any, body: Any, high: Any, standoff: float
+    crossed: Any,
+    high_crossed: Any,
+    starts: Any,
+    directions: Any,
+    body: Any,
+    high: Any,
+    standoff: float,
 ) -> None:
     """
-    Count the cells that rays cross, into layers CROSSED and HIGH_CROSSED.
+    Count the cells that rays cross; counts stay at :data:`MOST_COUNTS`.
 
     Parameters
     ----------
-    counts : (H, W, LAYERS) int32, as in :mod:`fpnet_core.submaps.carving`; holds every cell that
-        a ray reaches
+    crossed, high_crossed : (H, W) uint16
+        All crossings, and those at a lintel's height; hold every cell that a ray reaches.
     starts : (S, 2) float64, x and y in cells
     directions : (S, A, 2) float64, unit vectors
-    body, high : (S, A) float64, lengths of the rays at body height and above the doors in cells;
-        rays of length 0 are left out
+    body, high : (S, A) float64
+        Lengths of the rays at body height and above the doors in cells; 0 leaves a ray out.
     standoff : from nearer than this many cells, high rays are not yet at a lintel's height
     """
     scans, rays = body.shape
@@ -137,9 +146,10 @@ def carve(
             next_y = (row + 1 - y if dy > 0.0 else y - row) * grow_y
             entered = 0.0
             while entered < reach:
-                counts[row, col, CROSSED] += (entered < low_reach) + (entered < high_reach)
-                if standoff <= entered < high_reach:
-                    counts[row, col, HIGH_CROSSED] += 1
+                if crossed[row, col] < MOST_COUNTS:
+                    crossed[row, col] += (entered < low_reach) + (entered < high_reach)
+                    if standoff <= entered < high_reach:
+                        high_crossed[row, col] += 1
                 if next_x < next_y:
                     entered = next_x
                     next_x += grow_x
@@ -151,11 +161,9 @@ def carve(
 
 
 @njit(cache=True)
-def mark_ends(
-    counts: Any, layer: int, starts: Any, directions: Any, ranges: Any, is_marked: Any
-) -> None:
+def mark_ends(counts: Any, starts: Any, directions: Any, ranges: Any, is_marked: Any) -> None:
     """
-    Count, in one layer of ``counts (H, W, LAYERS) int32``, the cells in which marked rays end.
+    Count, in ``counts (H, W) uint16``, the cells in which marked rays end.
 
     ``starts (S, 2)``, ``directions (S, A, 2)`` and ``ranges (S, A)`` are as for :func:`carve`;
     ``is_marked (S, A) bool``. Every marked ray ends inside the raster.
@@ -166,7 +174,8 @@ def mark_ends(
             if is_marked[k, i]:
                 col = int(np.floor(starts[k, 0] + ranges[k, i] * directions[k, i, 0]))
                 row = int(np.floor(starts[k, 1] + ranges[k, i] * directions[k, i, 1]))
-                counts[row, col, layer] += 1
+                if counts[row, col] < MOST_COUNTS:
+                    counts[row, col] += 1
 
 
 @njit(cache=True)

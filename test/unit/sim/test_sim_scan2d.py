@@ -5,6 +5,7 @@ import numpy as np
 from fpnet_core.sim.scan2d import (
     EMPTY,
     GLASS,
+    LINTEL,
     MISS,
     SOLID,
     carve,
@@ -14,7 +15,6 @@ from fpnet_core.sim.scan2d import (
     walk_field,
     walk_to,
 )
-from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED, LAYERS, MID_HIT
 
 FOUR = np.array([0.0, 0.5, 1.0, 1.5]) * np.pi
 
@@ -34,8 +34,8 @@ def _cast(world, angles, reach=100.0, passes=None, x=10.5, y=6.25):
     passes = np.zeros((1, len(angles)), bool) if passes is None else np.array([passes])
     starts = np.array([[x, y]])
     clear = clear_cells(world == EMPTY)
-    ranges, codes = cast_rays(world, clear, starts, _directions(angles), reach, passes)
-    return ranges[0], codes[0]
+    ranges, codes = cast_rays(world[None], clear, starts, _directions(angles), reach, passes)
+    return ranges[0, 0], codes[0, 0]
 
 
 def test_ranges_end_at_the_walls_faces():
@@ -49,9 +49,9 @@ def test_rays_parallel_to_an_axis_are_exact():
     exact = np.array([[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]])
     passes = np.zeros((1, 4), bool)
     ranges, _ = cast_rays(
-        world, clear_cells(world == EMPTY), np.array([[10.0, 6.0]]), exact, 100.0, passes
+        world[None], clear_cells(world == EMPTY), np.array([[10.0, 6.0]]), exact, 100.0, passes
     )
-    np.testing.assert_allclose(ranges[0], [17.0, 12.0, 7.0, 4.0], atol=1e-9)
+    np.testing.assert_allclose(ranges[0, 0], [17.0, 12.0, 7.0, 4.0], atol=1e-9)
 
 
 def test_oblique_rays_meet_the_wall_where_geometry_says():
@@ -66,9 +66,10 @@ def test_leaping_over_clear_cells_changes_nothing():
     angles = rng.uniform(-np.pi, np.pi, 500)
     leaping = _cast(world, angles, x=70.4, y=60.7)
     starts, passes = np.array([[70.4, 60.7]]), np.zeros((1, 500), bool)
-    stepping = cast_rays(world, np.zeros_like(world), starts, _directions(angles), 100.0, passes)
-    np.testing.assert_allclose(leaping[0], stepping[0][0], atol=1e-9)
-    np.testing.assert_array_equal(leaping[1], stepping[1][0])
+    no_leaps = np.zeros_like(world)
+    stepping = cast_rays(world[None], no_leaps, starts, _directions(angles), 100.0, passes)
+    np.testing.assert_allclose(leaping[0], stepping[0][0, 0], atol=1e-9)
+    np.testing.assert_array_equal(leaping[1], stepping[1][0, 0])
     assert (leaping[1] == SOLID).any()
     assert (leaping[1] == EMPTY).any()
 
@@ -99,24 +100,36 @@ def test_glass_stops_only_rays_that_do_not_pass():
     assert codes.tolist() == [GLASS, SOLID]
 
 
+def test_both_heights_are_cast_at_once():
+    body, high = _room(), _room()
+    body[:, 20], high[:, 13] = SOLID, LINTEL
+    clear = clear_cells((body == EMPTY) & (high == EMPTY))
+    starts, passes = np.array([[10.5, 6.25]]), np.zeros((1, 1), bool)
+    ranges, codes = cast_rays(
+        np.stack([body, high]), clear, starts, _directions([0.0]), 100.0, passes
+    )
+    np.testing.assert_allclose(ranges.ravel(), [9.5, 2.5])
+    assert codes.ravel().tolist() == [SOLID, LINTEL]
+
+
 def test_carving_counts_cells_of_both_heights():
-    counts = np.zeros((20, 30, LAYERS), np.int32)
+    crossed, high = np.zeros((2, 20, 30), np.uint16)
     starts, ahead = np.array([[10.5, 6.25]]), _directions([0.0])
-    carve(counts, starts, ahead, np.array([[1.0]]), np.array([[5.0]]), 2.0)
-    assert counts[6, 9:17, CROSSED].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
-    assert counts[6, 9:17, HIGH_CROSSED].tolist() == [0, 0, 0, 0, 1, 1, 1, 0]
-    assert counts.sum() == 11
-    carve(counts, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)), 2.0)
-    assert counts.sum() == 11
+    carve(crossed, high, starts, ahead, np.array([[1.0]]), np.array([[5.0]]), 2.0)
+    assert crossed[6, 9:17].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
+    assert high[6, 9:17].tolist() == [0, 0, 0, 0, 1, 1, 1, 0]
+    assert crossed.sum() + high.sum() == 11
+    carve(crossed, high, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)), 2.0)
+    assert crossed.sum() + high.sum() == 11
 
 
 def test_only_marked_ends_count():
-    counts = np.zeros((20, 30, LAYERS), np.int32)
+    counts = np.zeros((20, 30), np.uint16)
     mark = np.array([[True, True, False, False]])
     ranges = np.array([[5.0, 4.0, 3.0, 100.0]])
-    mark_ends(counts, MID_HIT, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
-    assert counts[6, 15, MID_HIT] == 1
-    assert counts[10, 10, MID_HIT] == 1
+    mark_ends(counts, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
+    assert counts[6, 15] == 1
+    assert counts[10, 10] == 1
     assert counts.sum() == 2
 
 
