@@ -26,12 +26,13 @@ from fpnet_core.io.bags import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.sim.building import Building, extrude
+from fpnet_core.sim.driving import Drive, Tour
 from fpnet_core.sim.lidar import LidarSimulator
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.render import render_plan
 from fpnet_core.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
 from fpnet_core.sim.sensors import SENSORS, SensorModel
-from fpnet_core.sim.tours import Drive, Tour, TourLimits, plan_tour
+from fpnet_core.sim.tours import TourLimits, plan_tour
 from fpnet_core.sim.types import BuildingPlan
 from fpnet_core.types import GridMap
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.io.scans import Scan
 from fpnet_core.sim.building import Building
+from fpnet_core.sim.driving import Tour
 from fpnet_core.sim.lidar import LidarSimulator
 from fpnet_core.sim.sensors import SensorModel, sensor_named
-from fpnet_core.sim.tours import Tour
 
 EPOCH_NS = 1_750_000_000 * 10**9
 """Sensor time of a recording's start; ROS takes times near zero as unset."""

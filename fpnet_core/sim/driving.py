@@ -1,0 +1,239 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A robot with a differential drive follows planned paths and looks around at their ends.
+
+A path is *driven* by a small controller with bounded speed, turn rate and accelerations, so that
+the motion is one that a robot can make and scan matching can follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+import shapely
+
+Array = NDArray[np.float64]
+
+SENSOR_HEIGHT_M = 0.9
+BODY_RADIUS_M = 0.22
+"""The robot's half width: its path keeps this far from all walls and door frames."""
+
+_SWAY_S = 0.12  # correlation time of roll and pitch
+_SPACING_M = 0.02  # of the resampled path
+_LONGEST_LEG_S = 600.0  # a robot that circles around its goal gives up
+
+# The controller: turn rate over heading error [1/s]; heading error at which the robot stands and
+# turns [rad]; how near to the goal its direction means nothing [m]; speed [m/s] and angle [rad]
+# that count as reached.
+_GAIN, _SLOW_RAD, _BLIND_M, _STOPPED = 2.5, 0.9, 0.12, 0.02
+
+_X, _Y, _YAW, _SPEED, _RATE = range(5)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How the robot moves; metres, radians, seconds."""
+
+    speed_mps: float = 1.0
+    acceleration_mps2: float = 0.8
+    turn_rate_radps: float = float(np.deg2rad(55.0))
+    turn_acceleration_radps2: float = float(np.deg2rad(90.0))
+    lookahead_m: float = 0.4
+    standstill_s: float = 1.0
+    """Pause before the first move, in which an odometry builds its first map."""
+
+    step_s: float = 0.01
+    sway_rad: float = float(np.deg2rad(0.25))
+    """Standard deviation of roll and pitch at full speed: floors and tyres are not perfect."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tour:
+    """
+    The robot's true motion in the frame ``building``.
+
+    ``time_s (S,)`` starts at 0 in equal steps; ``xy (S, 2)`` [m]; ``yaw_rad (S,)`` is unwrapped;
+    ``tilt_rad (S, 2)`` is roll and pitch. ``rooms`` are the visited rooms (plan indices) in
+    order, corridors on the way left out. The sensor is ``sensor_height_m`` above z = 0.
+    """
+
+    time_s: Array
+    xy: Array
+    yaw_rad: Array
+    tilt_rad: Array
+    rooms: tuple[int, ...]
+    sensor_height_m: float = SENSOR_HEIGHT_M
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the tour [s]."""
+        return float(self.time_s[-1])
+
+    @property
+    def path_m(self) -> float:
+        """Distance driven [m]."""
+        return float(np.linalg.norm(np.diff(self.xy, axis=0), axis=1).sum())
+
+    def line(self) -> shapely.LineString:
+        """Return the driven path as a line [m]."""
+        return shapely.LineString(self.xy).simplify(0.01)
+
+    def sensor_poses(self, time_s: Array) -> tuple[Array, Array]:
+        """
+        Interpolate the sensor's pose at times ``(K,)``.
+
+        Returns rotations building <- sensor ``(K, 3, 3)`` and positions ``(K, 3)`` [m].
+        """
+        tracks = np.column_stack([self.yaw_rad, self.tilt_rad[:, ::-1], self.xy])
+        yaw_pitch_roll_xy = np.stack(
+            [np.interp(time_s, self.time_s, track) for track in tracks.T], axis=1
+        )
+        R = Rotation.from_euler('ZYX', yaw_pitch_roll_xy[:, :3]).as_matrix()
+        height = np.full(len(R), self.sensor_height_m)
+        return R, np.column_stack([yaw_pitch_roll_xy[:, 3:], height])
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A polyline ``path (V, 2)`` [m] to drive, and how far to turn at its end [rad]."""
+
+    path: Array
+    look_rad: float
+
+
+def drive_legs(
+    legs: Sequence[Leg],
+    rooms: Sequence[int],
+    rng: np.random.Generator,
+    drive: Drive,
+    sensor_height_m: float = SENSOR_HEIGHT_M,
+) -> Tour:
+    """
+    Drive legs one after another, from a standstill with a random heading.
+
+    Parameters
+    ----------
+    legs : at least one; each starts where the one before ends
+    rooms : the rooms that the tour visits, kept in it
+    rng : draws the first heading, roll and pitch
+    drive : how the robot moves
+    sensor_height_m : of the sensor above z = 0
+    """
+    first = legs[0].path[1] - legs[0].path[0]
+    yaw = float(np.arctan2(first[1], first[0]) + rng.uniform(-1.0, 1.0) * np.pi / 2.0)
+    state = np.array([*legs[0].path[0], yaw, 0.0, 0.0])
+    limits = np.array(
+        [
+            drive.speed_mps,
+            drive.acceleration_mps2,
+            drive.turn_rate_radps,
+            drive.turn_acceleration_radps2,
+            drive.step_s,
+        ]
+    )
+    tracks = [np.tile(state[:3], (1 + round(drive.standstill_s / drive.step_s), 1))]
+    ahead = round(drive.lookahead_m / _SPACING_M)
+    for leg in legs:
+        points = _resample(leg.path, _SPACING_M)
+        tracks.append(_follow(points, _SPACING_M, ahead, state, limits))
+        tracks.append(_turn(leg.look_rad, state, limits))
+    xy_yaw = np.concatenate(tracks)
+    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], drive.step_s, axis=0), axis=1)
+    return Tour(
+        time_s=drive.step_s * np.arange(len(xy_yaw), dtype=np.float64),
+        xy=xy_yaw[:, :2],
+        yaw_rad=xy_yaw[:, 2],
+        tilt_rad=_sway(speed / drive.speed_mps, rng, drive),
+        rooms=tuple(rooms),
+        sensor_height_m=sensor_height_m,
+    )
+
+
+def _sway(speed_share: Array, rng: np.random.Generator, drive: Drive) -> Array:
+    """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
+    noise = rng.standard_normal((len(speed_share), 2))
+    smooth = gaussian_filter1d(noise, _SWAY_S / drive.step_s, axis=0)
+    unit = smooth / smooth.std(axis=0)
+    share = gaussian_filter1d(speed_share, _SWAY_S / drive.step_s)
+    sway: Array = drive.sway_rad * share[:, None] * unit
+    return sway
+
+
+# The compiled functions below change ``state (5,)``: x, y, unwrapped yaw, speed, turn rate.
+# ``limits (5,)`` are speed, acceleration, turn rate, turn acceleration and time step.
+
+
+@njit(cache=True)
+def _step(state: Any, limits: Any, speed: float, error: float) -> None:
+    """Move one time step towards the wanted speed and heading, within the limits."""
+    most, gain, dt = limits[2], _GAIN * abs(error), limits[4]
+    rate = min(gain, np.sqrt(limits[3] * abs(error)), most)
+    rate = rate if error >= 0.0 else -rate
+    turn, push = dt * limits[3], dt * limits[1]
+    state[_RATE] += min(max(rate - state[_RATE], -turn), turn)
+    state[_SPEED] += min(max(speed - state[_SPEED], -push), push)
+    state[_YAW] += state[_RATE] * dt
+    state[_X] += state[_SPEED] * dt * np.cos(state[_YAW])
+    state[_Y] += state[_SPEED] * dt * np.sin(state[_YAW])
+
+
+@njit(cache=True)
+def _follow(points: Any, spacing: float, ahead: int, state: Any, limits: Any) -> Any:
+    """
+    Drive along points (V, 2) by pure pursuit and stop at their end; return the track (S, 3).
+
+    Only the next ``ahead`` points are looked at: the path may cross itself later.
+    """
+    most = int(_LONGEST_LEG_S / limits[4])
+    track = np.empty((most, 3))
+    nearest, last = 0, len(points) - 1
+    for count in range(most):
+        best, least = nearest, 1e18
+        for k in range(nearest, min(nearest + ahead, last + 1)):
+            away = (points[k, 0] - state[_X]) ** 2 + (points[k, 1] - state[_Y]) ** 2
+            if away < least:
+                best, least = k, away
+        nearest = best
+        left_m = (last - nearest) * spacing
+        error = 0.0
+        if left_m > _BLIND_M:
+            goal = points[min(nearest + ahead, last)]
+            error = np.arctan2(goal[1] - state[_Y], goal[0] - state[_X]) - state[_YAW]
+            error = np.arctan2(np.sin(error), np.cos(error))
+        cruise = min(limits[0], np.sqrt(2.0 * limits[1] * left_m))
+        _step(state, limits, cruise * max(0.0, 1.0 - abs(error) / _SLOW_RAD), error)
+        track[count] = state[:3]
+        if left_m < _BLIND_M and state[_SPEED] < _STOPPED:
+            break
+    return track[: count + 1]
+
+
+@njit(cache=True)
+def _turn(angle: float, state: Any, limits: Any) -> Any:
+    """Turn on the spot; return the track (S, 3)."""
+    goal = state[_YAW] + angle
+    most = int(_LONGEST_LEG_S / limits[4])
+    track = np.empty((most, 3))
+    count = 0
+    while count < most and (abs(goal - state[_YAW]) > _STOPPED or abs(state[_RATE]) > _STOPPED):
+        _step(state, limits, 0.0, goal - state[_YAW])
+        track[count] = state[:3]
+        count += 1
+    return track[:count]
+
+
+def _resample(path: Array, spacing_m: float) -> Array:
+    """Return points at equal spacing along a polyline (V, 2), its end included."""
+    line = shapely.LineString(path)
+    count = max(2, int(np.ceil(line.length / spacing_m)) + 1)
+    places = np.linspace(0.0, line.length, count)
+    points: Array = shapely.get_coordinates(shapely.line_interpolate_point(line, places))
+    return points
