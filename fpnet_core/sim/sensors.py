@@ -96,9 +96,9 @@ class LidarModel(SensorModel):
     def angles(self, start_s: float, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return angles that broadcast to ``(C, B)``; the turn starts anywhere."""
         phase = rng.random()  # the encoder is not synchronised with the sweep
-        azimuth: Array = (np.arange(self.columns) + phase) * (2.0 * np.pi / self.columns)
-        elevation: Array = np.linspace(self.lowest_rad, self.highest_rad, self.beams)
-        return azimuth[:, None], elevation[None, :]
+        azimuth = (np.arange(self.columns) + phase) * (2.0 * np.pi / self.columns)
+        elevation = np.linspace(self.lowest_rad, self.highest_rad, self.beams)
+        return np.asarray(azimuth[:, None]), np.asarray(elevation[None, :])
 
 
 @dataclass(frozen=True, kw_only=True)
