@@ -107,6 +107,8 @@ def _object(rng: np.random.Generator) -> Array:
 _MAKERS = (_cabinet, _desk, _table, _seat, _object)
 _FREQUENCIES = (0.35, 0.25, 0.15, 0.1, 0.15)
 _FREE_STANDING = (_table, _object)
+_FREE_STANDING_SHARE = 0.8  # of those that may, stand away from walls
+_FREE_YAW_RAD = 0.1  # by how much they are out of line
 
 
 def furnish_boxes(plan: BuildingPlan, rng: np.random.Generator) -> Boxes:
@@ -124,11 +126,16 @@ def furnish_boxes(plan: BuildingPlan, rng: np.random.Generator) -> Boxes:
     rows: list[Array] = []
     for room in plan.rooms:
         count = min(MAX_PIECES, int(rng.poisson(density[room.kind] * _area_m2(room.polygon))))
-        for kind in rng.choice(len(_MAKERS), count, p=_FREQUENCIES).tolist():
-            maker = _MAKERS[kind] if room.kind == 'room' else _cabinet
-            xy, yaw = _draw_place(rng, room.polygon, maker in _FREE_STANDING)
-            if not len(doors) or np.hypot(*(doors - xy).T).min() > DOOR_CLEARANCE_M:
-                rows.append(_moved(maker(rng), xy, yaw))
+        kinds = rng.choice(len(_MAKERS), count, p=_FREQUENCIES) if room.kind == 'room' else None
+        makers = [_MAKERS[k] for k in kinds] if kinds is not None else [_cabinet] * count
+        may_stand_free = np.array([maker in _FREE_STANDING for maker in makers], dtype=np.bool_)
+        places, yaws = _draw_places(rng, room.polygon, may_stand_free)
+        gaps = np.hypot(*(places[:, None] - doors).T).min(axis=0, initial=np.inf)
+        rows += [
+            _moved(maker(rng), xy, yaw)
+            for maker, xy, yaw, gap in zip(makers, places, yaws.tolist(), gaps, strict=True)
+            if gap > DOOR_CLEARANCE_M
+        ]
     boxes = np.concatenate(rows) if rows else np.zeros((0, 7))
     return Boxes(boxes[:, :2], boxes[:, 2:4], boxes[:, 6], boxes[:, 4:6])
 
@@ -138,20 +145,26 @@ def _area_m2(ring: Array) -> float:
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
-def _draw_place(
-    rng: np.random.Generator, ring: Array, may_stand_free: bool
-) -> tuple[Array, float]:
-    """Return a place at the outline (V, 2), counter-clockwise, or between two such places."""
-    ends = np.roll(ring, -1, axis=0)
-    lengths = np.hypot(*(ends - ring).T)
-    i, j = rng.choice(len(ring), 2, p=lengths / lengths.sum())
-    along = (ends[i] - ring[i]) / lengths[i]
-    yaw = float(np.arctan2(along[1], along[0]))
-    at_wall = ring[i] + rng.random() * (ends[i] - ring[i])
-    if may_stand_free and rng.random() < 0.8:
-        other = ring[j] + rng.random() * (ends[j] - ring[j])
-        return (at_wall + other) / 2.0, yaw + rng.normal(0.0, 0.1)
-    return at_wall + _WALL_GAP_M * np.array([-along[1], along[0]]), yaw
+def _draw_places(
+    rng: np.random.Generator, ring: Array, may_stand_free: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """
+    Return places (B, 2) and angles (B,) for pieces in a room.
+
+    They are at the outline ``ring (V, 2)``, counter-clockwise, or most of those that
+    ``may_stand_free (B,)`` between two places at it.
+    """
+    count = len(may_stand_free)
+    edges = np.roll(ring, -1, axis=0) - ring
+    lengths = np.hypot(*edges.T)
+    picks = rng.choice(len(ring), (2, count), p=lengths / lengths.sum())
+    at_wall, other = ring[picks] + rng.random((2, count, 1)) * edges[picks]
+    along = edges[picks[0]] / lengths[picks[0], None]
+    yaw = np.arctan2(along[:, 1], along[:, 0])
+    is_free = may_stand_free & (rng.random(count) < _FREE_STANDING_SHARE)
+    beside = at_wall + _WALL_GAP_M * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    places = np.where(is_free[:, None], (at_wall + other) / 2.0, beside)
+    return places, yaw + is_free * rng.normal(0.0, _FREE_YAW_RAD, count)
 
 
 def _moved(piece: Array, xy: Array, yaw: float) -> Array:
