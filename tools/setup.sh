@@ -88,6 +88,18 @@ install_torch() {
     pip_install "$torch"
 }
 
+# TF needs tf2_msgs, which no wheel has; without a compiler the nodes run, but broadcast no TF.
+generate_tf2_msgs() {
+    command -v c++ >/dev/null || ! as_root || install_packages g++
+    if ! command -v c++ >/dev/null; then
+        say 'no C++ compiler, so no TF: install g++ and run make setup again'
+        return
+    fi
+    say 'generating tf2_msgs'
+    pip_install -r requirements-tf2.txt
+    tools/tf2_msgs/build.sh "$VENV"
+}
+
 main() {
     local requirements=requirements.txt options=()
     case ${ROS_DISTRO:-} in
@@ -108,6 +120,7 @@ main() {
     say "installing $requirements and requirements-dev.txt"
     pip_install -r "$requirements" -r requirements-dev.txt
     pip_install --no-deps --no-build-isolation --editable .
+    [ -n "${ROS_DISTRO:-}" ] || generate_tf2_msgs
     say 'done'
 }
 
