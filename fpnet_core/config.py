@@ -56,7 +56,7 @@ class SubmapConfig(Section):
         0.3, ge=0.0, lt=1.0, description='Returns among rays at its height that make a lintel.'
     )
     wall_share: float = Field(
-        0.3, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
+        0.2, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
     )
     end_margin_m: float = Field(
         0.1, ge=0.0, description='Last stretch before a return that proves no free space.'
@@ -107,6 +107,12 @@ class SegmentationConfig(Section):
     )
     jamb_widening: float = Field(
         1.1, ge=1.0, description='By which factor they must have widened to be rooms.'
+    )
+    gap_width_m: float = Field(
+        4.0, ge=0.0, description='Widest opening between the ends of walls that parts rooms.'
+    )
+    gap_room_area_m2: float = Field(
+        3.0, ge=0.0, description='Gaps that would shut off less than this stay open.'
     )
     min_room_area_m2: float = Field(
         1.5, ge=0.0, description='Smaller rooms join the neighbour with the widest opening.'

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_basins
+from fpnet_core.segmentation.gaps import closed_cells, find_gaps, openings_across
 from fpnet_core.segmentation.openings import (
     Opening,
     Saddle,
@@ -19,7 +21,7 @@ from fpnet_core.segmentation.openings import (
     find_openings,
     find_saddles_of_rooms,
 )
-from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, reduce_scene
+from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
 
 # Joining rooms changes what their neighbours look like; it settles within so many rounds.
 _MAX_ROUNDS = 4
@@ -40,8 +42,10 @@ def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int3
     Returns
     -------
     labels (H, W) int32 : 1..R, 0 where there is no room
-    openings : between these labels, widest first
+    openings : between these labels; saddles first, widest first, then gaps in walls
     """
+    gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m, config)
+    scene = _closed(scene, gaps)
     work = reduce_scene(scene, config)
     labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
     passable = scene.free & ~scene.lintel
@@ -55,7 +59,22 @@ def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int3
 
     labels = _join_across(labels, work, is_door)
     openings = find_openings(labels, work, passable, config)
-    return upsample_labels(labels, work.stride, passable), openings
+    full = upsample_labels(labels, work.stride, passable)
+    return full, openings + openings_across(gaps, full, scene.cell_m)
+
+
+def _solid(scene: Scene) -> Mask:
+    """Return the cells (H, W) at which a gap may end."""
+    return ~scene.free if scene.wall is None else ~scene.free & scene.wall
+
+
+def _closed(scene: Scene, gaps: list[NDArray[np.float64]]) -> Scene:
+    """Return ``scene`` with lines across its gaps closed as if they were under a lintel."""
+    if not gaps:
+        return scene
+    closed = closed_cells(scene.free.shape, gaps) & scene.free
+    clearance = np.minimum(scene.clearance, clearance_m(closed, scene.cell_m))
+    return replace(scene, lintel=scene.lintel | closed, clearance=clearance)
 
 
 def _join_across(

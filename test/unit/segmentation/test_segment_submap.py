@@ -86,9 +86,13 @@ def test_a_lintel_closes_its_doorway_even_where_it_is_wide(door):
     assert portal.ends.mean(axis=0) == pytest.approx(middle, abs=0.15)
 
 
-def test_the_wide_opening_without_a_lintel_is_no_door():
-    segmentation = segment_submap(two_rooms(door=(20, 68)), CONFIG)
-    assert len(segmentation.rooms) == 1
+def test_the_wide_opening_without_a_lintel_is_a_door_where_walls_end_at_it():
+    with_jambs = segment_submap(two_rooms(door=(20, 68)), CONFIG)
+    assert len(with_jambs.rooms) == 2
+    (portal,) = with_jambs.portals
+    assert portal.width_m == pytest.approx(2.4, abs=0.15)
+    without = segment_submap(two_rooms(door=(10, 90)), CONFIG)
+    assert len(without.rooms) == 1
 
 
 def test_high_returns_inside_a_room_close_nothing():

@@ -1,0 +1,313 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Gaps in walls: openings told by the walls that end at them, however wide they are.
+
+Clearance alone cannot see them: where a cubicle's mouth is wider than the corridor in front,
+no saddle lies in the mouth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import math
+
+import cv2
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.openings import Opening
+from fpnet_core.segmentation.scene import Mask
+
+# Outlines of walls are straightened by so much before their corners are looked for [m].
+_STRAIGHTEN_M = 0.08
+# Where a wall ends its outline turns by more than this [rad].
+_TURN_RAD = math.radians(40.0)
+# The face that is continued is at least so long, and so much wall lies behind its end [m].
+_FACE_M = 0.3
+# The face is continued from so far inside the wall, to meet the wall on the other side [m].
+_INSET_M = 0.1
+# Narrower gaps are cracks [m].
+_MIN_GAP_M = 0.6
+# At a third, two thirds and all of this distance from the gap the space is wider than the gap
+# by the second length, at three of its four corners [m].
+_DEPTH_M, _WIDER_M = 1.0, 0.4
+_DEPTHS = 3
+_MIN_OPEN_CORNERS = 3
+# Gaps whose middles are nearer than this are the two faces of one wall [m].
+_SAME_GAP_M = 0.6
+# A room is looked for at this distance from the gap at most [m].
+_ROOM_REACH_M = 0.5
+
+
+@njit(cache=True)
+def _at(mask: NDArray[np.bool_], row: float, col: float, outside: bool) -> bool:
+    r, c = int(np.floor(row + 0.5)), int(np.floor(col + 0.5))
+    if r < 0 or c < 0 or r >= mask.shape[0] or c >= mask.shape[1]:
+        return outside
+    return bool(mask[r, c])
+
+
+@njit(cache=True)
+def _run(
+    mask: NDArray[np.bool_],
+    outside: bool,
+    row: float,
+    col: float,
+    d_row: float,
+    d_col: float,
+    limit: float,
+) -> float:
+    """Return how far ``mask`` stays True from a place on, up to ``limit`` [cells]."""
+    run = 0.0
+    while run < limit and _at(mask, row + run * d_row, col + run * d_col, outside):
+        run += 0.5
+    return run
+
+
+@njit(cache=True)
+def _open_corners(
+    free: NDArray[np.bool_],
+    row: float,
+    col: float,
+    along: tuple[float, float],
+    across: tuple[float, float],
+    length: float,
+    depth: float,
+    wider: float,
+) -> int:
+    """Count the corners of a gap behind which there is free space beyond its jamb."""
+    limit = 0.5 * length + wider
+    count = 0
+    for side in (-1.0, 1.0):
+        if _run(free, False, row, col, side * across[0], side * across[1], depth) < depth:
+            return 0
+        for end in (-1.0, 1.0):
+            is_open = True
+            for k in range(1, _DEPTHS + 1):
+                offset = side * depth * k / _DEPTHS
+                r, c = row + offset * across[0], col + offset * across[1]
+                if _run(free, False, r, c, end * along[0], end * along[1], limit) < limit:
+                    is_open = False
+                    break
+            count += is_open
+    return count
+
+
+@njit(cache=True)
+def _gaps_from(
+    free: NDArray[np.bool_],
+    solid: NDArray[np.bool_],
+    starts: NDArray[np.float64],
+    cell_m: float,
+    longest: float,
+    found: NDArray[np.float64],
+) -> int:
+    """
+    Continue walls' faces to the next wall; write the gaps' ends to ``found (S, 4)``, count them.
+
+    ``starts (S, 6)`` is a corner (row, col), the direction of the face that ends there and the
+    direction into the wall.
+    """
+    inset, face = _INSET_M / cell_m, _FACE_M / cell_m
+    depth, wider = _DEPTH_M / cell_m, _WIDER_M / cell_m
+    count = 0
+    for k in range(len(starts)):
+        row, col, d_row, d_col, n_row, n_col = starts[k]
+        r, c = row + inset * (n_row - d_row), col + inset * (n_col - d_col)
+        if not _at(solid, r, c, True):
+            r, c = row - inset * d_row, col - inset * d_col
+        if _run(solid, True, r, c, -d_row, -d_col, face - inset) < face - inset:
+            continue
+        skin = _run(solid, True, r, c, d_row, d_col, 4.0 * inset + 2.0)
+        r, c = r + skin * d_row, c + skin * d_col
+        length = _run(free, False, r, c, d_row, d_col, longest + 1.0)
+        if length * cell_m < _MIN_GAP_M or length > longest:
+            continue
+        far_r, far_c = r + length * d_row, c + length * d_col
+        if not _at(solid, far_r, far_c, True):
+            continue
+        mid_r, mid_c = 0.5 * (r + far_r), 0.5 * (c + far_c)
+        along, across = (d_row, d_col), (n_row, n_col)
+        if _open_corners(free, mid_r, mid_c, along, across, length, depth, wider) < (
+            _MIN_OPEN_CORNERS
+        ):
+            continue
+        found[count, 0], found[count, 1] = r - 0.5 * d_row, c - 0.5 * d_col
+        found[count, 2], found[count, 3] = far_r - 0.5 * d_row, far_c - 0.5 * d_col
+        count += 1
+    return count
+
+
+def find_gaps(
+    free: Mask, solid: Mask, cell_m: float, config: SegmentationConfig
+) -> list[NDArray[np.float64]]:
+    """
+    Find the openings at which walls end.
+
+    A wall's face is continued straight on from a corner where the wall ends until it meets
+    another wall. That is a gap if the space widens behind its corners, on both sides: a line
+    across a corridor continues walls as well, but the corridor goes on as wide as the line.
+
+    Parameters
+    ----------
+    free, solid : (H, W) bool; cells that are neither are unseen, and no gap ends there
+    cell_m : cell edge [true metres]
+    config : the widest gap, and the smallest room behind one
+
+    Returns
+    -------
+    list of ends (2, 2) in fractional cells, narrowest gap first; no two cross each other
+    """
+    starts = _wall_ends(free, cell_m)
+    found = np.empty((len(starts), 4))
+    longest = config.gap_width_m / cell_m
+    count = _gaps_from(free, solid, starts, cell_m, longest, found)
+    candidates = found[:count].reshape(-1, 2, 2)
+    lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
+    kept: list[NDArray[np.float64]] = []
+    for ends in candidates[np.argsort(lengths, kind='stable')]:
+        if not any(_is_same(ends, other, cell_m) or _cross(ends, other) for other in kept):
+            kept.append(ends)
+    return _with_rooms_behind(kept, free, cell_m, config.gap_room_area_m2)
+
+
+def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
+    """Return corner, face direction and inward direction (S, 6) of the outlines' wall ends."""
+    blocked = np.pad((~free).astype(np.uint8), 1, constant_values=1)
+    contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    epsilon = max(1.0, _STRAIGHTEN_M / cell_m)
+    starts = [np.zeros((0, 6))]
+    for contour in contours:
+        ring = cv2.approxPolyDP(contour, epsilon, closed=True)[:, 0, ::-1].astype(np.float64) - 1.0
+        if len(ring) >= 2:
+            starts.extend(_ends_of_faces(ring, _FACE_M / cell_m))
+    return np.concatenate(starts)
+
+
+def _ends_of_faces(ring: NDArray[np.float64], least_face: float) -> Iterator[NDArray[np.float64]]:
+    """Yield rows as of :func:`_wall_ends` for the faces that end, and that begin, at a corner."""
+    edges = np.roll(ring, -1, axis=0) - ring
+    lengths = np.hypot(*edges.T)
+    ahead = edges / lengths[:, None]
+    behind, behind_lengths = np.roll(ahead, 1, axis=0), np.roll(lengths, 1)
+    turn = np.arctan2(
+        behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)
+    )
+    # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
+    convex = (turn > _TURN_RAD) | (np.abs(turn) > math.pi - 1e-6)
+    for face, length, sign in ((behind, behind_lengths, 1.0), (-ahead, lengths, -1.0)):
+        inward = sign * np.stack([face[:, 1], -face[:, 0]], axis=1)
+        rows = convex & (length >= least_face)
+        yield np.concatenate([ring, face, inward], axis=1)[rows]
+
+
+def _is_same(a: NDArray[np.float64], b: NDArray[np.float64], cell_m: float) -> bool:
+    return bool(np.hypot(*(a.mean(axis=0) - b.mean(axis=0))) * cell_m < _SAME_GAP_M)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    def side(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> float:
+        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+
+    (p, q), (r, s) = a, b
+    return side(p, q, r) * side(p, q, s) < 0.0 and side(r, s, p) * side(r, s, q) < 0.0
+
+
+def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mask:
+    """Return the cells (H, W) of lines that no region crosses."""
+    closed = np.zeros(shape, dtype=np.uint8)
+    for ends in gaps:
+        start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
+        cv2.line(closed, start, stop, 1, thickness=2)
+    return closed.astype(bool)
+
+
+def _with_rooms_behind(
+    gaps: list[NDArray[np.float64]], free: Mask, cell_m: float, least_m2: float
+) -> list[NDArray[np.float64]]:
+    """Return ``gaps`` without those, widest first, that would shut off less than a room."""
+    if not gaps:
+        return gaps
+    parted = (free & ~closed_cells(free.shape, gaps)).astype(np.uint8)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(parted, connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA] * cell_m**2
+    area[0] = np.inf
+    labels = np.asarray(pieces, dtype=np.int32)
+    sides = [_majority(_labels_beside(labels, ends, cell_m)) for ends in gaps]
+    target = np.arange(len(area))
+    kept = list(range(len(gaps)))
+    for _ in range(len(gaps)):
+        small = [k for k in kept if min(area[target[side]] for side in sides[k]) < least_m2]
+        if not small:
+            break
+        a, b = (int(target[side]) for side in sides[small[-1]])
+        kept.remove(small[-1])
+        if a != b:
+            area[a] += area[b]
+            target[target == b] = a
+    return [gaps[k] for k in kept]
+
+
+def _labels_beside(
+    labels: NDArray[np.int32], ends: NDArray[np.float64], cell_m: float
+) -> NDArray[np.int64]:
+    """Return for each cell of the line the first labels (S, 2) met on both sides, 0 for none."""
+    along = ends[1] - ends[0]
+    length = float(np.hypot(*along))
+    across = np.array([-along[1], along[0]]) / length
+    shares = np.linspace(0.0, 1.0, max(3, round(length)))[:, None, None]
+    offsets = np.arange(1.0, _ROOM_REACH_M / cell_m + 1.0)[:, None]
+    limits = np.array(labels.shape) - 1
+    beside = []
+    for sign in (-1.0, 1.0):
+        places = ends[0] + shares * along + sign * offsets * across
+        cells = np.clip(np.rint(places), 0, limits).astype(np.int64)
+        seen = labels[cells[..., 0], cells[..., 1]]
+        first = (seen > 0).argmax(axis=1)
+        beside.append(np.take_along_axis(seen, first[:, None], axis=1)[:, 0])
+    return np.stack(beside, axis=1).astype(np.int64)
+
+
+def _majority(pairs: NDArray[np.int64]) -> tuple[int, int]:
+    left, right = (int(np.bincount(column).argmax()) for column in pairs.T)
+    return left, right
+
+
+def openings_across(
+    gaps: list[NDArray[np.float64]], labels: NDArray[np.int32], cell_m: float
+) -> list[Opening]:
+    """
+    Return the openings between different rooms of ``labels (H, W)`` along ``gaps``.
+
+    A gap onto which a partition opens is one opening on either side of the partition.
+    """
+    openings = []
+    for ends in gaps:
+        pairs = _labels_beside(labels, ends, cell_m)
+        has_both = pairs.min(axis=1) > 0
+        if has_both.any():
+            pairs[~has_both] = -1
+        for first, last, pair in _stretches(pairs):
+            part = ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0])
+            width = float(np.hypot(*(part[1] - part[0])))
+            if pair[0] != pair[1] and width * cell_m >= _MIN_GAP_M:
+                low, high = sorted(pair)
+                openings.append(Opening((low, high), part, 0.5 * width * cell_m))
+    return openings
+
+
+def _stretches(pairs: NDArray[np.int64]) -> Iterator[tuple[float, float, tuple[int, int]]]:
+    """Yield begin, end (shares of the line) and rooms of equal rows; rows of -1 join either."""
+    known = np.flatnonzero(pairs[:, 0] >= 0)
+    steps = np.abs(np.diff(pairs[known], axis=0)).sum(axis=1)
+    changes = np.flatnonzero(steps) + 1
+    bounds = [0, *changes.tolist(), len(known)]
+    last = len(bounds) - 2
+    for k in range(len(bounds) - 1):
+        begin, end = known[bounds[k]], known[bounds[k + 1] - 1]
+        first = 0.0 if k == 0 else begin / (len(pairs) - 1)
+        until = 1.0 if k == last else end / (len(pairs) - 1)
+        yield first, until, (int(pairs[begin, 0]), int(pairs[begin, 1]))
