@@ -9,9 +9,12 @@ what run time sees.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -127,6 +130,23 @@ def generate_scene(
     config = config if config is not None else SimConfig()
     if source is None:
         source = GeneratedPlans(config.min_rooms, config.max_rooms)
+    with _one_thread():
+        return _first_usable(seed, index, config, source)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread: its last digits depend on how it shares out an image."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
+
+
+def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) -> PairScene:
+    """Return the scene of the first attempt that sees enough."""
     plan_id = source.plan_id(index // config.pairs_per_plan)
     for attempt in range(_ATTEMPTS):
         version = attempt // _TOURS_PER_STOREY

@@ -144,7 +144,6 @@ _maker: list[BlockMaker] = []
 
 
 def _start_worker(make: BlockMaker) -> None:
-    cv2.setNumThreads(1)
     _maker[:] = [make]
 
 
@@ -183,7 +182,6 @@ def _on_cluster(
         detail = (str(error) or type(error).__name__).splitlines()[0]
         raise ConfigError(f'no Dask scheduler answers at {address}: {detail}') from None
     with client:
-        client.run(cv2.setNumThreads, 1)
         shared = client.scatter(make, broadcast=True, hash=False)
         futures = client.map(_run_task, tasks, make=shared, pure=False)
         for future in distributed.as_completed(futures):
@@ -192,6 +190,7 @@ def _on_cluster(
 
 
 def _run_task(task: _Task, make: BlockMaker) -> tuple[_Task, bytes]:
+    cv2.setNumThreads(1)  # for good: threads of one worker must not undo it for each other
     return task, make(*task)
 
 

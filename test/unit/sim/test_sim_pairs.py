@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-import json
-
 import numpy as np
 import pytest
 import shapely
@@ -9,15 +7,12 @@ import shapely
 from fpnet_core.cli.simulate_pairs import parse_shard
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2
-from fpnet_core.sim import dataset, writing
 from fpnet_core.sim.config import BuildingConfig, ScanConfig, SimConfig
-from fpnet_core.sim.dataset import PairDataset
 from fpnet_core.sim.explore import Scanner, fit_rigid, scan_walk
 from fpnet_core.sim.pairs import generate_pair, generate_scene
 from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.walks import plan_walk
-from fpnet_core.sim.writing import write_pairs
 from fpnet_core.types import FREE, OCCUPIED, RegionLabel
 
 SMALL = SimConfig(max_rooms=14)
@@ -165,58 +160,6 @@ def test_moved_doors_stay_in_their_walls(plan):
         assert abs(along[0] * shift[1] - along[1] * shift[0]) < 1e-9
         changed += np.abs(shift).max() > 0.0
     assert changed > 0
-
-
-def test_blocks_hold_what_was_generated(tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, 'BLOCK_PAIRS', 2)
-    assert write_pairs(tmp_path, seed=9, count=3, config=SMALL) == 3
-    pairs = PairDataset(tmp_path)
-    assert len(pairs) == 3
-    for index in range(3):
-        expected, stored, whole = generate_pair(9, index, SMALL), pairs[index], pairs.pair(index)
-        np.testing.assert_array_equal(stored.labels, expected.sub_labels)
-        np.testing.assert_array_equal(stored.plan.node_feat, expected.plan_graph.node_feat)
-        np.testing.assert_array_equal(stored.sub.edges, expected.sub_graph.edges)
-        np.testing.assert_array_equal(whole.sub_graph.edge_feat, expected.sub_graph.edge_feat)
-        assert stored.plan_id == 0
-        for a, b in zip(whole.plan_graph.regions, expected.plan_graph.regions, strict=True):
-            np.testing.assert_array_equal(a.polygon, b.polygon)
-            assert (a.label, a.area_m2, a.confidence) == (b.label, b.area_m2, b.confidence)
-
-
-def test_writing_goes_on_where_it_stopped_and_shards_agree(tmp_path, monkeypatch):
-    monkeypatch.setattr(writing, 'BLOCK_PAIRS', 2)
-    done = []
-    assert write_pairs(tmp_path, 9, 3, config=SMALL, on_pairs=done.append) == 3
-    assert write_pairs(tmp_path, 9, 3, config=SMALL) == 0
-    assert write_pairs(tmp_path, 9, 4, config=SMALL, shard=1, num_shards=2) == 2
-    assert len(PairDataset(tmp_path)) == 4
-    assert sum(done) == 3
-    np.testing.assert_array_equal(
-        PairDataset(tmp_path)[-1].labels, generate_pair(9, 3, SMALL).sub_labels
-    )
-    assert json.loads((tmp_path / dataset.MANIFEST).read_text())['count'] == 4
-
-
-def test_another_seed_or_configuration_is_refused(tmp_path):
-    write_pairs(tmp_path, 9, 1, config=SMALL)
-    with pytest.raises(ConfigError, match='another seed'):
-        write_pairs(tmp_path, 10, 1, config=SMALL)
-    with pytest.raises(ConfigError, match='another config'):
-        write_pairs(tmp_path, 9, 1, config=SimConfig(max_rooms=15))
-
-
-def test_a_folder_without_pairs_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match='manifest'):
-        PairDataset(tmp_path)
-
-
-def test_other_schemas_are_refused(tmp_path):
-    write_pairs(tmp_path, 9, 1, config=SMALL)
-    path = tmp_path / dataset.MANIFEST
-    path.write_text(json.dumps({**json.loads(path.read_text()), 'feature_schema': 999}))
-    with pytest.raises(ConfigError, match='feature_schema 999'):
-        PairDataset(tmp_path)
 
 
 @pytest.mark.parametrize('text', ['2/2', '1', 'a/b', '-1/3', '3/1'])
