@@ -131,13 +131,15 @@ def _cut(grid: GridMap, rng: np.random.Generator, share: float) -> GridMap:
     cells = np.full_like(grid.cells, UNKNOWN)
     cells[keep_free] = FREE
     cells[(grid.cells == OCCUPIED) & near] = OCCUPIED
-    return replace(grid, cells=_writable(cells))
+    return replace(grid, cells=cells)
 
 
 def _turned(grid: GridMap, angle: float) -> tuple[GridMap, Affine2D]:
     """Resample the raster turned by ``angle``; returns it and the map to its frame."""
     height, width = grid.shape
-    turn = cv2.getRotationMatrix2D((width / 2, height / 2), float(np.rad2deg(-angle)), 1.0)
+    centre = (width / 2, height / 2)
+    matrix = cv2.getRotationMatrix2D(centre, float(np.rad2deg(-angle)), 1.0)
+    turn: NDArray[np.float64] = np.asarray(matrix, dtype=np.float64)
     corners = np.array([[0, 0], [width, 0], [0, height], [width, height]], dtype=np.float64)
     placed = corners @ turn[:, :2].T + turn[:, 2]
     turn[:, 2] -= placed.min(axis=0)
@@ -150,11 +152,7 @@ def _turned(grid: GridMap, angle: float) -> tuple[GridMap, Affine2D]:
     cells = np.full((size[1], size[0]), UNKNOWN, dtype=grid.cells.dtype)
     cells[share(FREE) > _FREE_SHARE] = FREE
     cells[share(OCCUPIED) > _OCCUPIED_SHARE] = OCCUPIED
-    turned = replace(grid, cells=_writable(cells))
+    turned = replace(grid, cells=cells)
     # Column and row are x and y of the grid up to its resolution; both share their frame's pose.
     in_grid = Affine2D(turn[:, :2], turn[:, 2] * grid.resolution)
     return turned, grid.T_frame_grid @ in_grid @ grid.T_frame_grid.inv()
-
-
-def _writable(cells: NDArray[np.int8]) -> NDArray[np.int8]:
-    return np.ascontiguousarray(cells)
