@@ -80,9 +80,10 @@ def segment_part(
     if not free.any():
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
-    free = fill_furniture(free, cell_m, config)
     jambs = _grown(wall, _JAMB_REACH_M, cell_m)
     closed, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
+    # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
+    free = fill_furniture(free & ~closed, cell_m, config) | closed
     near_wall = _grown(wall | closed, _WALL_SHADOW_M, cell_m)
     scene = _scene(free, closed, near_wall, cell_m)
     if held is not None:

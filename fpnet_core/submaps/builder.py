@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, Self
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -86,6 +89,37 @@ class SubmapBuilder:
         self._id += 1
         path = self._path[: self._path_length]
         return Submap(grid, lintel, path, SE2.identity(), self._stamp_ns, self._id)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return everything that :meth:`restored` needs to go on, copied."""
+        return {
+            **self._raster.arrays(),
+            **self._heights.arrays(),
+            'path': self._path[: self._path_length].copy(),
+            'scans': np.array([self._scans, self._id, self._stamp_ns], dtype=np.int64),
+        }
+
+    @classmethod
+    def restored(cls, config: SubmapConfig, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """
+        Return a builder that goes on where another one was; its next ``take`` has the submap.
+
+        Raises
+        ------
+        KeyError, ValueError
+            If an array is missing or has another shape or type.
+        OdometryError
+            If the submap exceeds ``max_extent_m``.
+        """
+        builder, path = cls(config), np.array(arrays['path'], dtype=np.float64)
+        if path.ndim != 2 or path.shape[1] != 2 or not np.isfinite(path).all():
+            raise ValueError(f'path: expected finite (S, 2), got {path.shape}')
+        builder._raster = CountRaster.restored(config, arrays['counts'], arrays['corner'])
+        builder._heights = HeightTracker.restored(config, arrays['histogram'], arrays['base_m'])
+        builder._path = np.concatenate([path, np.zeros((_PATH_BLOCK, 2))])
+        builder._path_length = len(path)
+        builder._scans, builder._id, builder._stamp_ns = map(int, arrays['scans'])
+        return builder
 
     def _carve(self, rays: NDArray[np.float64], pose: NDArray[np.float64]) -> None:
         """Count rays (P, 3) in the sensor frame; unchanged when an error is raised."""

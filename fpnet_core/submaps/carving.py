@@ -17,6 +17,10 @@ Counts = NDArray[np.uint16]
 CROSSED, MID_HIT, HIGH_HIT, HIGH_CROSSED = 0, 1, 2, 3
 LAYERS = 4
 
+# What so many rays pass at lintel height, and at most this share of those that get there end on,
+# is furniture.
+_LOW_PASSES, _LOW_SHARE = 3, 0.2
+
 # A cell's counts are halved when one of them gets here: uint16 never wraps, ratios stay.
 _SATURATION = 60000
 
@@ -113,7 +117,8 @@ def classify(
     """
     Turn counts into cell values and the lintel mask, in place; tell whether anything was seen.
 
-    A wall is where returns are at least ``wall_share`` of returns and crossings. A lintel lies
+    A wall is where returns are at least ``wall_share`` of returns and crossings, unless rays at
+    lintel height pass over it: furniture is lower than walls. A lintel lies
     over free space, and holds back at least ``lintel_share`` of the rays that reach it at its
     height: high returns that most rays pass are noise on the face of a wall, or clutter.
 
@@ -129,7 +134,8 @@ def classify(
         for col in range(counts.shape[1]):
             crossed, mid = counts[row, col, CROSSED], counts[row, col, MID_HIT]
             high, passed = counts[row, col, HIGH_HIT], counts[row, col, HIGH_CROSSED]
-            is_wall = mid > 0 and mid >= wall_share * (mid + crossed)
+            is_low = passed >= _LOW_PASSES and high <= _LOW_SHARE * (high + passed)
+            is_wall = mid > 0 and not is_low and mid >= wall_share * (mid + crossed)
             is_free = crossed > 0 and not is_wall
             cells[row, col] = OCCUPIED if is_wall else (FREE if is_free else UNKNOWN)
             is_high = high >= lintel_min_hits and high >= lintel_share * (high + passed)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import math
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +84,23 @@ class HeightTracker:
         self._counts *= _DECAY
         self._counts += np.bincount(index, minlength=len(self._counts))
         return self._bands(sensor_z_m)
+
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return the histogram and its lowest height [m], NaN before the first scan."""
+        base_m = math.nan if self._base_m is None else self._base_m
+        return {'histogram': self._counts.copy(), 'base_m': np.array(base_m)}
+
+    @classmethod
+    def restored(
+        cls, config: SubmapConfig, histogram: NDArray[np.float64], base_m: NDArray[np.float64]
+    ) -> Self:
+        """Return a tracker that continues from :meth:`arrays`; ValueError for other shapes."""
+        tracker = cls(config)
+        if histogram.shape != tracker._counts.shape or not np.isfinite(histogram).all():
+            raise ValueError(f'height histogram: got {histogram.shape}')
+        tracker._counts = histogram.astype(np.float64)
+        tracker._base_m = None if np.isnan(base_m) else float(base_m)
+        return tracker
 
     def _follow(self, sensor_z_m: float) -> None:
         """Shift the histogram by whole bins so that the sensor stays in its middle."""

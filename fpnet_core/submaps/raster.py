@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Self
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -101,6 +103,38 @@ class CountRaster:
             self._cells[window], self._config.resolution_m, SE2.from_xy_yaw(x, y, 0.0), 'submap'
         )
         return grid, self._lintel[window]
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return counts ``(H, W, LAYERS)`` of everything seen and their corner [column, row]."""
+        window = self._seen.window(self._corner)
+        return {'counts': self._counts[window].copy(), 'corner': self._seen.low.copy()}
+
+    @classmethod
+    def restored(
+        cls, config: SubmapConfig, counts: NDArray[np.uint16], corner: NDArray[np.int64]
+    ) -> Self:
+        """
+        Return a raster that continues from what :meth:`arrays` gave; it is classified anew.
+
+        Raises
+        ------
+        ValueError
+            If shapes or types are others.
+        OdometryError
+            If the raster exceeds ``max_extent_m``.
+        """
+        if counts.ndim != 3 or counts.shape[2] != LAYERS or counts.dtype != np.uint16:
+            raise ValueError(f'ray counts: expected (H, W, {LAYERS}) uint16, got {counts.shape}')
+        if corner.shape != (2,) or corner.dtype != np.int64:
+            raise ValueError(f'raster corner: expected (2,) int64, got {corner.shape}')
+        raster, size = cls(config), np.array(counts.shape[1::-1])
+        raster._check_extent(size)
+        raster._counts, raster._corner = counts.copy(), corner.copy()
+        raster._cells = np.full(counts.shape[:2], UNKNOWN, dtype=np.int8)
+        raster._lintel = np.zeros(counts.shape[:2], dtype=np.bool_)
+        raster._seen.add(corner, corner + size)
+        raster._changed.add(corner, corner + size)
+        return raster
 
     def _cover(self, low: NDArray[np.int64], high: NDArray[np.int64]) -> None:
         """Grow the raster until it holds cells ``low`` to ``high`` [column, row]."""
