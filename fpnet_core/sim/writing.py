@@ -184,7 +184,7 @@ def _on_cluster(
     with client:
         shared = client.scatter(make, broadcast=True, hash=False)
         futures = client.map(_run_task, tasks, make=shared, pure=False)
-        for future in distributed.as_completed(futures):
+        for future in distributed.as_completed(futures, loop=client.loop):
             yield future.result()
             future.release()
 
