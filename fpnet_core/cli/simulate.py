@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common, simulate_pairs, simulate_recording
+from fpnet_core.cli import common, simulate_pairs, simulate_recording, simulate_stats
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ app = typer.Typer(
 app.command('recording')(simulate_recording.command)
 app.command('pairs')(simulate_pairs.command)
 app.command('features')(simulate_pairs.features_command)
+app.command('stats')(simulate_stats.command)
 
 OutFile = Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')]
 FamilyOption = Annotated[

@@ -56,6 +56,9 @@ FAMILIES: dict[str, Family] = {
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
 """Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all."""
 
+DOOR_HABITS_M = (0.8, 0.9, 0.9, 0.95, 0.95, 1.0, 1.4)
+"""Door widths of buildings whose doors are all alike."""
+
 MAX_ROOMS = 90
 _ATTEMPTS = 60
 
@@ -99,10 +102,10 @@ def draw_style(rng: np.random.Generator) -> Style:
     is_uniform = bool(rng.random() < 0.15)
     return Style(
         wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35])),
-        room_side_m=float(5.5 * np.exp(0.18 * rng.standard_normal())),
+        room_side_m=float(5.6 * np.exp(0.15 * rng.standard_normal())),
         spread=float(rng.uniform(0.15, 0.45)),
         is_uniform=is_uniform,
         room_to_room=float(rng.choice(ROOM_TO_ROOM)),
         second_door=float(rng.uniform(0.1, 0.5)),
-        door_width_m=float(rng.choice([0.8, 0.9, 0.95, 1.0])) if rng.random() < 0.4 else None,
+        door_width_m=float(rng.choice(DOOR_HABITS_M)) if rng.random() < 0.4 else None,
     )

@@ -20,7 +20,7 @@ from fpnet_core.sim.plans.layout import (
     unite,
 )
 
-CLOSET_SHARE = 0.10
+CLOSET_SHARE = 0.08
 CORNER_SHARE = 0.06
 TRADE_SHARE = 0.07
 SHAFT_SHARE = 0.06
