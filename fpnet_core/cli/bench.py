@@ -6,10 +6,12 @@ from __future__ import annotations
 
 import typer
 
-from fpnet_core.cli import bench_matching
+from fpnet_core.cli import bench_localization, bench_matching, bench_simulator
 
 app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
 app.command('matching')(bench_matching.command)
+app.command('localization')(bench_localization.command)
+app.command('simulator')(bench_simulator.command)
 
 
 @app.callback()
