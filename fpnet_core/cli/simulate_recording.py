@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
 
 
 def command(
@@ -18,6 +19,22 @@ def command(
     family: Annotated[
         str | None,
         typer.Option('--family', metavar='NAME', help='Layout of the building; default: drawn.'),
+    ] = None,
+    plan: Annotated[
+        Path | None,
+        typer.Option(
+            '--plan', metavar='F', help='Raise the building of this image or map_server YAML.'
+        ),
+    ] = None,
+    resolution_m: Annotated[
+        float | None,
+        typer.Option('--resolution', min=0.001, help='Metres per pixel of a plain image.'),
+    ] = None,
+    mesh: Annotated[
+        Path | None,
+        typer.Option(
+            '--mesh', metavar='FILE', help='Drive through this PLY, OBJ or STL mesh; metres, z up.'
+        ),
     ] = None,
     storage: Annotated[
         Literal['sqlite3', 'mcap'], typer.Option('--storage', help='Format of the bag.')
@@ -34,19 +51,31 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Write a lidar recording in a generated building, its inexact floorplan, and the truth.
+    Write a lidar recording in a building, the building's floorplan, and the truth.
+
+    The building is generated, with an inexact floorplan; or --plan raises that of a floorplan of
+    your own; or --mesh takes one as it is, and then --plan is its floorplan in the same x and y.
 
     The folder gets bag/ (PointCloud2 at 10 Hz), floorplan.yaml with its image, truth.tum (true
     sensor poses in the building) and truth.json (how the floorplan is distorted).
 
-    Example: fpnet simulate recording --out out/recording --seed 3
+    Example: fpnet simulate recording --out out/recording --seed 3 --sensor beams16
     """
+    if family is not None and (plan or mesh):
+        raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
+    from fpnet_core.io import read_map
+    from fpnet_core.sim.mesh_worlds import read_mesh
     from fpnet_core.sim.recording import RecordingOptions, make_recording, write_recording
     from fpnet_core.sim.sensors import sensor_named
 
     folder = out if out is not None else Path('out') / 'recording'
     options = RecordingOptions(family=family, lidar=sensor_named(sensor))
-    recording = make_recording(seed or 0, options)
+    recording = make_recording(
+        seed or 0,
+        options,
+        floorplan=read_map(common.check_input(plan), resolution_m) if plan else None,
+        mesh=read_mesh(mesh) if mesh else None,
+    )
     with common.progress('casting scans', total=len(recording)) as advance:
         write_recording(
             recording, folder, storage=storage, progress=lambda _done, _total: advance(1.0)

@@ -103,7 +103,7 @@ class LidarSimulator:
         column, ring = np.nonzero(is_hit)
         share = self._reflectivity[hits['geometry_ids'].numpy()[is_hit]]
         return Sweep(
-            points=(directions * measured[..., None])[is_hit],
+            points=directions[is_hit] * measured[is_hit][:, None],
             time_s=self.model.column_times_s[column],
             intensity=_FULL_INTENSITY * share * cosine[is_hit],
             ring=ring.astype(np.uint16),

@@ -12,7 +12,7 @@ it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 import json
 from pathlib import Path
 from typing import Any
@@ -20,21 +20,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.errors import BagFormatError, ConfigError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.errors import BagFormatError
+from fpnet_core.geometry import Affine2D
 from fpnet_core.io.bags import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
-from fpnet_core.sim.building import Building, extrude
-from fpnet_core.sim.driving import Drive, Tour
+from fpnet_core.sim.building import Building
+from fpnet_core.sim.driving import Tour
 from fpnet_core.sim.lidar import LidarSimulator
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.meshes import TriangleMesh
 from fpnet_core.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
-from fpnet_core.sim.sensors import SENSORS, SensorModel
-from fpnet_core.sim.tours import TourLimits, plan_tour
-from fpnet_core.sim.types import BuildingPlan
+from fpnet_core.sim.scenes import RecordingOptions, generated_scene, mesh_scene, traced_scene
 from fpnet_core.types import GridMap
+
+__all__ = [
+    'CLOUD_TOPIC',
+    'LIDAR_FRAME',
+    'TRUTH_TOPIC',
+    'Recording',
+    'RecordingOptions',
+    'make_recording',
+    'simulate_recording',
+    'write_recording',
+]
 
 Array = NDArray[np.float64]
 
@@ -45,45 +53,8 @@ BUILDING_FRAME = 'building'
 
 BAG_NAME, TUM_NAME, TRUTH_NAME, FLOORPLAN_NAME = 'bag', 'truth.tum', 'truth.json', 'floorplan.yaml'
 
-DEFAULT_FAMILIES = (
-    'double_corridor',
-    'racetrack',
-    'branched',
-    'diagonal',
-    'bent',
-    'curved_facade',
-    'bays',
-    'central_hall',
-)
-"""Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
-
 Progress = Callable[[int, int], None]
 """Is told how many scans are done, and of how many."""
-
-_PLAN_ATTEMPTS = 20
-_TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
-_LARGEST_SHIFT_M = 20.0
-
-
-@dataclass(frozen=True)
-class RecordingOptions:
-    """
-    What to simulate.
-
-    ``family`` is a key of ``FAMILIES`` (None draws one of ``DEFAULT_FAMILIES``); ``rooms`` bounds
-    the number of rooms besides corridors. The drawing's x and y stretch, pixel size [m] and wall
-    thickness [m] are drawn evenly from their ranges.
-    """
-
-    family: str | None = None
-    rooms: tuple[int, int] = (12, 45)
-    is_furnished: bool = True
-    stretch: tuple[float, float] = (0.96, 1.04)
-    resolution_m: tuple[float, float] = (0.03, 0.08)
-    drawn_wall_m: tuple[float, float] = (0.06, 0.3)
-    lidar: SensorModel = SENSORS['beams32']
-    limits: TourLimits = field(default_factory=TourLimits)
-    drive: Drive = field(default_factory=Drive)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,37 +123,46 @@ class Recording:
 
 
 def make_recording(
-    seed: int, options: RecordingOptions | None = None, threads: int = 0
+    seed: int,
+    options: RecordingOptions | None = None,
+    threads: int = 0,
+    *,
+    floorplan: GridMap | None = None,
+    mesh: TriangleMesh | None = None,
 ) -> Recording:
     """
-    Draw a building, a tour and a floorplan; scans are cast when they are asked for.
+    Choose a building, a tour and a floorplan; scans are cast when they are asked for.
 
     Parameters
     ----------
     seed : int
-        Equal seeds and options give equal recordings, to the byte.
+        Equal arguments give equal recordings, to the byte.
     options : RecordingOptions
     threads : int
         For ray casting, without influence on the result; 0 takes all cores.
+    floorplan : GridMap
+        A user's own drawing: its building is raised instead of a generated one.
+    mesh : TriangleMesh
+        A building as it is, metres and z up; ``floorplan`` shows it in the same x and y, and
+        where there is none the robot gets what it could drive on.
 
     Raises
     ------
-    ConfigError
-        If the family is unknown, or no plan of it has enough rooms and allows such a tour.
+    ConfigError, MapFormatError
+        If the family is unknown, the floorplan has no rooms, the mesh no space indoors, or there
+        is no such tour.
     """
     options = options or RecordingOptions()
-    streams = np.random.SeedSequence(seed).spawn(3)
-    layout_rng, contents_rng, drawing_rng = (np.random.default_rng(s) for s in streams)
-    plan, tour = _draw_plan_and_tour(layout_rng, options)
-    building = extrude(
-        plan,
-        contents_rng,
-        keep_clear=tour.line().buffer(_TOUR_CLEARANCE_M),
-        is_furnished=options.is_furnished,
+    if mesh is not None:
+        scene = mesh_scene(seed, options, mesh, floorplan)
+    elif floorplan is not None:
+        scene = traced_scene(seed, options, floorplan)
+    else:
+        scene = generated_scene(seed, options)
+    lidar = LidarSimulator(scene.building, options.lidar, threads)
+    return Recording(
+        seed, scene.building, scene.tour, scene.floorplan, scene.A_plan_building, lidar
     )
-    floorplan, A_plan_building = _draw_floorplan(plan, drawing_rng, options)
-    lidar = LidarSimulator(building, options.lidar, threads)
-    return Recording(seed, building, tour, floorplan, A_plan_building, lidar)
 
 
 def simulate_recording(
@@ -256,48 +236,6 @@ def write_recording(
 def _check_folder(out_dir: Path) -> None:
     if (out_dir / BAG_NAME).exists():
         raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
-
-
-def _draw_plan_and_tour(
-    rng: np.random.Generator, options: RecordingOptions
-) -> tuple[BuildingPlan, Tour]:
-    """Draw plans until one has enough rooms, a corridor and a tour."""
-    reason = ''
-    for _ in range(_PLAN_ATTEMPTS):
-        family = options.family or str(rng.choice(DEFAULT_FAMILIES))
-        plan = generate_plan(rng, family, min_rooms=options.rooms[0] + 1)
-        count = sum(room.kind == 'room' for room in plan.rooms)
-        if not options.rooms[0] <= count <= options.rooms[1] or count == len(plan.rooms):
-            reason = f'the last plan has {count} rooms and {len(plan.rooms) - count} corridors'
-            continue
-        try:
-            return plan, plan_tour(plan, rng, options.limits, options.drive)
-        except ConfigError as error:
-            reason = str(error)
-    raise ConfigError(
-        f'no plan of family {options.family or "any"} with {options.rooms[0]} to '
-        f'{options.rooms[1]} rooms, a corridor and a tour in {_PLAN_ATTEMPTS} attempts: {reason}'
-    )
-
-
-def _draw_floorplan(
-    plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions
-) -> tuple[GridMap, Affine2D]:
-    """Draw the building stretched, then lay the sheet somewhere else, turned."""
-    stretch = Affine2D(np.diag(rng.uniform(*options.stretch, size=2)), np.zeros(2))
-    sheet = render_plan(
-        plan,
-        resolution_m=float(rng.uniform(*options.resolution_m)),
-        wall_m=float(rng.uniform(*options.drawn_wall_m)),
-        T_plan_building=stretch,
-    )
-    x, y = rng.uniform(-_LARGEST_SHIFT_M, _LARGEST_SHIFT_M, size=2)
-    T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
-    floorplan = GridMap(
-        sheet.cells, sheet.resolution, T_plan_sheet @ sheet.T_frame_grid, sheet.frame
-    )
-    A_plan_building: Affine2D = T_plan_sheet @ stretch
-    return floorplan, A_plan_building
 
 
 def _write_scan(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:

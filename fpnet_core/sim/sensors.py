@@ -107,9 +107,9 @@ class DomeLidar(SensorModel):
     A sensor of 360 x 59 degrees that never repeats its pattern.
 
     A few lines, one above the other, share the vertical field of view; while the head turns,
-    each sweeps its part many times. Neither rate is a multiple of the other or of the sweep's,
-    so that scan after scan fills the gaps; indoors it sees walls and the ceiling, and the floor
-    only from some way off.
+    each sweeps its part many times: points of a sweep are about a degree apart in all directions.
+    Neither rate is a multiple of the other or of the sweep's, so scan after scan fills the gaps.
+    Indoors it sees walls and the ceiling, and the floor only from some way off.
     """
 
     beams: int = 4
@@ -119,7 +119,7 @@ class DomeLidar(SensorModel):
     max_range_m: float = 40.0
     range_sigma_m: float = 0.02
     turns_per_s: float = 10.0 * (np.sqrt(5.0) + 1.0) / 3.0
-    strokes_per_s: float = 100.0 * np.sqrt(7.0)
+    strokes_per_s: float = 600.0 * np.sqrt(7.0)
 
     def angles(self, start_s: float, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return angles that broadcast to ``(C, B)``."""

@@ -14,12 +14,9 @@ from fpnet_core.sim.lidar import LidarModel
 from fpnet_core.sim.meshes import merge_meshes
 from fpnet_core.sim.openings import room_polygons, walkable_area
 from fpnet_core.sim.plans import FAMILIES
-from fpnet_core.sim.recording import (
-    DEFAULT_FAMILIES,
-    RecordingOptions,
-    make_recording,
-)
+from fpnet_core.sim.recording import RecordingOptions, make_recording
 from fpnet_core.sim.scanning import EPOCH_NS
+from fpnet_core.sim.scenes import DEFAULT_FAMILIES
 from fpnet_core.types import FREE, OCCUPIED
 
 COARSE = LidarModel(beams=16, columns=180)
