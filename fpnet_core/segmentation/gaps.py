@@ -23,8 +23,11 @@ from fpnet_core.segmentation.scene import Mask
 
 # Outlines of walls are straightened by so much before their corners are looked for [m].
 _STRAIGHTEN_M = 0.08
+# A face's cells so near to its corners say nothing about its direction [m].
+_SKIP_M = 0.15
 # Where a wall ends its outline turns by more than this [rad].
 _TURN_RAD = math.radians(40.0)
+_BACK_RAD = math.radians(175.0)
 # The face that is continued is at least so long, and so much wall lies behind its end [m].
 _FACE_M = 0.3
 # The face is continued from so far inside the wall, to meet the wall on the other side [m].
@@ -177,31 +180,85 @@ def find_gaps(
 def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
     """Return corner, face direction and inward direction (S, 6) of the outlines' wall ends."""
     blocked = np.pad((~free).astype(np.uint8), 1, constant_values=1)
-    contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     epsilon = max(1.0, _STRAIGHTEN_M / cell_m)
     starts = [np.zeros((0, 6))]
     for contour in contours:
-        ring = cv2.approxPolyDP(contour, epsilon, closed=True)[:, 0, ::-1].astype(np.float64) - 1.0
-        if len(ring) >= 2:
-            starts.extend(_ends_of_faces(ring, _FACE_M / cell_m))
+        corners = cv2.approxPolyDP(contour, epsilon, closed=True)
+        if len(corners) >= 2:
+            outline = contour[:, 0, ::-1].astype(np.float64) - 1.0
+            ring = corners[:, 0, ::-1].astype(np.float64) - 1.0
+            starts.append(_ends_of_faces(outline, ring, _FACE_M / cell_m, _SKIP_M / cell_m))
     return np.concatenate(starts)
 
 
-def _ends_of_faces(ring: NDArray[np.float64], least_face: float) -> Iterator[NDArray[np.float64]]:
-    """Yield rows as of :func:`_wall_ends` for the faces that end, and that begin, at a corner."""
-    edges = np.roll(ring, -1, axis=0) - ring
-    lengths = np.hypot(*edges.T)
-    ahead = edges / lengths[:, None]
-    behind, behind_lengths = np.roll(ahead, 1, axis=0), np.roll(lengths, 1)
-    turn = np.arctan2(
-        behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0], (behind * ahead).sum(axis=1)
-    )
-    # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
-    convex = (turn > _TURN_RAD) | (np.abs(turn) > math.pi - 1e-6)
-    for face, length, sign in ((behind, behind_lengths, 1.0), (-ahead, lengths, -1.0)):
-        inward = sign * np.stack([face[:, 1], -face[:, 0]], axis=1)
-        rows = convex & (length >= least_face)
-        yield np.concatenate([ring, face, inward], axis=1)[rows]
+@njit(cache=True)
+def _ends_of_faces(
+    outline: NDArray[np.float64], ring: NDArray[np.float64], least_face: float, skip: float
+) -> NDArray[np.float64]:
+    """
+    Return rows as of :func:`_wall_ends` for the faces between the corners ``ring`` of an outline.
+
+    A face's direction is that of the line through its cells, less those near its corners.
+    """
+    count, size = len(ring), len(outline)
+    places = np.empty(count + 1, dtype=np.int64)
+    at = 0
+    for k in range(count):
+        while outline[at % size, 0] != ring[k, 0] or outline[at % size, 1] != ring[k, 1]:
+            at += 1
+        places[k] = at
+    places[count] = places[0] + size
+    faces = np.empty((count, 4))
+    lengths = np.empty(count)
+    for k in range(count):
+        edge = ring[(k + 1) % count] - ring[k]
+        lengths[k] = np.hypot(edge[0], edge[1])
+        faces[k] = _line(outline, places[k], places[k + 1], skip, edge / lengths[k])
+    rows = np.empty((2 * count, 6))
+    found = 0
+    for k in range(count):
+        behind, ahead = faces[k - 1, 2:], faces[k, 2:]
+        turn = np.arctan2(
+            behind[0] * ahead[1] - behind[1] * ahead[0],
+            behind[0] * ahead[0] + behind[1] * ahead[1],
+        )
+        # Outlines turn one way where the wall is convex; a wall of one cell turns back on itself.
+        if turn < _TURN_RAD and abs(turn) < _BACK_RAD:
+            continue
+        for sign, face in ((1.0, k - 1), (-1.0, k)):
+            if lengths[face] >= least_face:
+                centre, along = faces[face, :2], sign * faces[face, 2:]
+                rows[found, :2] = centre + (ring[k] - centre) @ along * along
+                rows[found, 2:4] = along
+                rows[found, 4], rows[found, 5] = -sign * along[1], sign * along[0]
+                found += 1
+    return rows[:found]
+
+
+@njit(cache=True)
+def _line(
+    outline: NDArray[np.float64], first: int, last: int, skip: float, edge: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return centre and direction (4,) of the least-squares line, pointing as ``edge`` does."""
+    size = len(outline)
+    margin = min(int(skip), (last - first) // 4)
+    n, s_r, s_c, s_rr, s_rc, s_cc = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(first + margin, last - margin + 1):
+        r, c = outline[k % size] - outline[first % size]
+        n += 1
+        s_r, s_c = s_r + r, s_c + c
+        s_rr, s_rc, s_cc = s_rr + r * r, s_rc + r * c, s_cc + c * c
+    v_rr, v_rc, v_cc = s_rr - s_r * s_r / n, s_rc - s_r * s_c / n, s_cc - s_c * s_c / n
+    line = np.empty(4)
+    line[:2] = outline[first % size] + np.array([s_r, s_c]) / n
+    line[2:] = edge
+    if v_rr + v_cc == 0.0:
+        return line
+    angle = 0.5 * np.arctan2(2.0 * v_rc, v_cc - v_rr)
+    direction = np.array([np.sin(angle), np.cos(angle)])
+    line[2:] = direction if direction @ edge > 0.0 else -direction
+    return line
 
 
 def _is_same(a: NDArray[np.float64], b: NDArray[np.float64], cell_m: float) -> bool:

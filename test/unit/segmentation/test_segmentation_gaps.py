@@ -34,7 +34,7 @@ def drawing(walls, angle_deg, size_m=(12.0, 9.0)):
     return blocked == 0
 
 
-ANGLES = [0.0, 21.7, 45.0]
+ANGLES = [0.0, 21.7, 45.0, 118.3]
 # A wall across the room with one opening 2.8 m wide, between jambs 0.8 m long and more.
 WIDE = [(5.9, 0.0, 6.1, 0.8), (5.9, 3.6, 6.1, 9.0)]
 # A row of cubicles: partitions that end in the room, with a short front on one side only.
