@@ -23,6 +23,9 @@ from fpnet_core.types import GridMap
 MAP_SUFFIXES = ('.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.yaml', '.yml')
 """Files of a folder that are taken for floorplans."""
 
+MIN_ROOMS = 2
+"""A building of fewer rooms has nothing to tell apart."""
+
 _DIGEST_CHARACTERS = 16
 
 
@@ -93,7 +96,7 @@ class GivenPlans:
     Raises
     ------
     MapFormatError
-        If there is no plan, or a plan has no rooms.
+        If there is no plan, or a plan has fewer than two rooms.
     """
 
     def __init__(
@@ -126,6 +129,11 @@ def _trace(name: str, grid: GridMap, config: SegmentationConfig | None) -> Store
         plan = plan_from_grid(grid, config)
     except MapFormatError as error:
         raise MapFormatError(f'{name}: {error}') from None
+    if len(plan.rooms) < MIN_ROOMS:
+        raise MapFormatError(
+            f'{name}: the floorplan has {len(plan.rooms)} room, expected {MIN_ROOMS} or more; '
+            'check its metres per pixel'
+        )
     return Storey(replace(plan, family=name), name, grid)
 
 

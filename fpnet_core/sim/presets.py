@@ -10,24 +10,11 @@ from typing import Literal
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.sim.config import DrawingConfig, SimConfig
+from fpnet_core.sim.floors import TUNE_FLOORS
 from fpnet_core.types import GridMap
 
 PAPER_PLANS = 500
 PAPER_PAIRS_PER_PLAN = 50
-
-TUNE_FLOORS = (
-    'lab_a_scan',
-    'lab_c_scan',
-    'lab_ipa',
-    'NLB',
-    'office_a',
-    'office_b',
-    'office_c',
-    'office_d',
-    'office_e',
-    'Freiburg52_scan',
-)
-"""The real storeys that parameters may be chosen on."""
 
 REPORT_FLOORS = (
     'lab_b_scan',
