@@ -32,7 +32,7 @@ class SubmapConfig(Section):
     resolution_m: float = Field(0.05, ge=0.02, le=0.2, description='Cell edge of the submap.')
     min_range_m: float = Field(0.3, ge=0.0, description='Returns nearer than this are dropped.')
     max_range_m: float = Field(15.0, gt=0.5, description='Rays are used up to this range.')
-    max_rays: int = Field(5000, ge=100, description='Rays carved per scan, evenly chosen.')
+    max_rays: int = Field(10000, ge=100, description='Rays carved per scan, evenly chosen.')
     sensor_height_m: float = Field(
         0.9, gt=0.0, lt=3.0, description='Sensor above the floor, used until a floor is seen.'
     )
@@ -53,7 +53,7 @@ class SubmapConfig(Section):
     )
     lintel_min_hits: int = Field(2, ge=1, description='High returns that make a lintel cell.')
     lintel_share: float = Field(
-        0.3, ge=0.0, lt=1.0, description='Returns among rays at its height that make a lintel.'
+        0.5, ge=0.0, lt=1.0, description='Returns among rays at its height that make a lintel.'
     )
     wall_share: float = Field(
         0.2, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'

@@ -17,7 +17,7 @@ from fpnet_core.segmentation.openings import Opening, narrowest_line
 from fpnet_core.segmentation.scene import Mask
 
 # A doorway is neither narrower nor wider than this [m].
-_MIN_WIDTH_M, _MAX_WIDTH_M = 0.5, 3.0
+_MIN_WIDTH_M, _MAX_WIDTH_M = 0.6, 3.0
 # Share of the opening line under which high returns must have been seen.
 _MIN_COVERAGE = 0.35
 # High returns this near to the opening line belong to it: half of a thick wall [m].

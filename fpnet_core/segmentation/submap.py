@@ -15,6 +15,7 @@ from scipy.ndimage import find_objects
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
+from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
@@ -23,6 +24,8 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 _WALL_SHADOW_M = 0.15
 # The ends of a doorway's line are this near to its jambs [m].
 _JAMB_REACH_M = 0.2
+# Narrower openings are holes in a wall that was seen too rarely, not doors [m].
+_MIN_DOOR_M = 0.3
 # Margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Clearance at the very edge of unseen space [m].
@@ -89,6 +92,7 @@ def segment_part(
     if held is not None:
         scene = replace(scene, free=free & ~held)
     full, openings = cut_rooms(scene, config)
+    openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, config, cell_m)
     scores = _scores(full, ~free & ~near_wall)
@@ -108,6 +112,10 @@ def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
         clearance_m(solid, cell_m), clearance_m(unseen, cell_m) + np.float32(_UNSEEN_CREDIT_M)
     )
     return Scene(free, lintel, cell_m, clearance, wall, unseen)
+
+
+def _width_m(opening: Opening, cell_m: float) -> float:
+    return float(np.hypot(*(opening.ends_rc[1] - opening.ends_rc[0]))) * cell_m
 
 
 def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:

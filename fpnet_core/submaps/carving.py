@@ -134,7 +134,7 @@ def classify(
         for col in range(counts.shape[1]):
             crossed, mid = counts[row, col, CROSSED], counts[row, col, MID_HIT]
             high, passed = counts[row, col, HIGH_HIT], counts[row, col, HIGH_CROSSED]
-            is_low = passed >= _LOW_PASSES and high <= _LOW_SHARE * (high + passed)
+            is_low = passed >= max(_LOW_PASSES, mid / 2) and high <= _LOW_SHARE * (high + passed)
             is_wall = mid > 0 and not is_low and mid >= wall_share * (mid + crossed)
             is_free = crossed > 0 and not is_wall
             cells[row, col] = OCCUPIED if is_wall else (FREE if is_free else UNKNOWN)
