@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Global Monte Carlo localization on the plan: what AMCL's global localisation does.
+
+A cloud of poses drawn evenly over the plan's free space moves with the odometry and is weighted
+by a planar slice of each scan on the plan's likelihood field (Thrun, Burgard, Fox: Probabilistic
+Robotics, sections 6.4 and 8.3); its size follows the spread (KLD sampling, Fox 2003). The plan is
+taken at face value: there is no scale in the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import SE2, wrap_to_pi
+from fpnet_core.pose import MapEvidence
+
+Array = NDArray[np.float64]
+
+SLICE_HALF_M = 0.25
+"""Half height of the slice around the sensor that stands for a planar scanner."""
+
+_BEAMS = 60
+_RANGE_M = 15.0
+
+
+@dataclass(frozen=True)
+class MonteCarloSettings:
+    """Numbers of particles, model widths and the spread below which a pose is claimed."""
+
+    max_particles: int = 20_000
+    min_particles: int = 500
+    update_m: float = 0.25
+    update_rad: float = 0.2
+    sigma_hit_m: float = 0.2
+    share_hit: float = 0.95
+    noise_per_m: float = 0.1
+    noise_per_rad: float = 0.1
+    bin_m: float = 0.5
+    bin_rad: float = float(np.deg2rad(10.0))
+    kld_error: float = 0.05
+    kld_z: float = 2.33
+    claim_std_m: float = 0.5
+    claim_std_rad: float = float(np.deg2rad(10.0))
+
+
+@dataclass(frozen=True, eq=False)
+class CloudMean:
+    """Mean pose of the cloud in ``plan``, share of the cloud near it, and whether it is narrow."""
+
+    T_plan_base: SE2
+    share: float
+    is_claimed: bool
+
+
+def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[np.float32]:
+    """
+    Return what a planar scanner in the sensor's place would report.
+
+    Parameters
+    ----------
+    points : (P, 3) sensor frame, metres
+    T_odom_sensor : (4, 4) gravity-aligned frame from sensor
+
+    Returns
+    -------
+    (B, 2) float32, at most 60 nearest returns at the sensor's height in evenly spaced directions,
+    in the sensor's frame turned level; zero where nothing is at that height.
+    """
+    yaw = np.arctan2(T_odom_sensor[1, 0], T_odom_sensor[0, 0])
+    c, s = np.cos(yaw), np.sin(yaw)
+    level = points @ (np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ T_odom_sensor[:3, :3]).T
+    reach = np.hypot(level[:, 0], level[:, 1])
+    kept = (np.abs(level[:, 2]) < SLICE_HALF_M) & (reach < _RANGE_M)
+    xy, reach = level[kept, :2], reach[kept]
+    sector = np.floor(np.arctan2(xy[:, 1], xy[:, 0]) * (_BEAMS / (2.0 * np.pi))).astype(np.int64)
+    order = np.lexsort((reach, sector))
+    _, first = np.unique(sector[order], return_index=True)
+    return np.asarray(xy[order[first]], dtype=np.float32)
+
+
+class MonteCarlo:
+    """
+    Localises one drive on one plan.
+
+    Parameters
+    ----------
+    plan : evidence of the plan
+    rng : numpy.random.Generator
+        Draws the cloud and its motion.
+    settings : MonteCarloSettings
+    """
+
+    def __init__(
+        self, plan: MapEvidence, rng: np.random.Generator, settings: MonteCarloSettings
+    ) -> None:
+        self._plan, self._rng, self._settings = plan, rng, settings
+        self._last: SE2 | None = None
+        count = settings.max_particles
+        spots = plan.free[rng.integers(len(plan.free), size=count)]
+        self._xy = spots + rng.uniform(-0.2, 0.2, size=(count, 2))
+        self._yaw = rng.uniform(-np.pi, np.pi, size=count)
+
+    def add_scan(self, beams: NDArray[np.float32], T_odom_base: SE2) -> bool:
+        """Move, and weight and resample where the robot moved enough; say whether it did."""
+        if self._last is None:
+            self._last = T_odom_base
+        step = self._last.inv() @ T_odom_base
+        far = np.hypot(step.x, step.y) >= self._settings.update_m
+        if not (far or abs(step.yaw) >= self._settings.update_rad):
+            return False
+        self._last = T_odom_base
+        self._move(step)
+        weights = self._weights(beams)
+        self._resample(weights)
+        return True
+
+    def estimate(self) -> CloudMean:
+        """Return the cloud's mean; it is claimed where the cloud is narrow."""
+        mean = self._xy.mean(axis=0)
+        direction = np.exp(1j * self._yaw).mean()
+        spread_m = float(np.linalg.norm(self._xy.std(axis=0)))
+        spread_rad = float(np.sqrt(-2.0 * np.log(max(abs(direction), 1e-9))))
+        yaw = float(np.angle(direction))
+        gaps = np.linalg.norm(self._xy - mean, axis=1)
+        turns = np.abs(wrap_to_pi(self._yaw - yaw))
+        settings = self._settings
+        near = (gaps < 2.0 * settings.claim_std_m) & (turns < 2.0 * settings.claim_std_rad)
+        narrow = spread_m < settings.claim_std_m and spread_rad < settings.claim_std_rad
+        return CloudMean(SE2.from_xy_yaw(mean[0], mean[1], yaw), float(near.mean()), narrow)
+
+    def _move(self, step: SE2) -> None:
+        """Apply an odometry step to every particle, with noise that grows with it."""
+        settings, count = self._settings, len(self._xy)
+        length = float(np.hypot(step.x, step.y))
+        moved = step.translation + self._rng.normal(
+            0.0, settings.noise_per_m * length, size=(count, 2)
+        )
+        c, s = np.cos(self._yaw), np.sin(self._yaw)
+        self._xy[:, 0] += c * moved[:, 0] - s * moved[:, 1]
+        self._xy[:, 1] += s * moved[:, 0] + c * moved[:, 1]
+        sigma = settings.noise_per_rad * (abs(step.yaw) + length * settings.noise_per_m)
+        self._yaw += step.yaw + self._rng.normal(0.0, sigma, size=count)
+
+    def _weights(self, beams: NDArray[np.float32]) -> Array:
+        settings = self._settings
+        weights = _likelihoods(
+            self._xy, self._yaw, beams.astype(np.float64), self._plan.wall_distance,
+            self._plan.outside_depth, self._plan.A_rc_xy, settings.sigma_hit_m,
+            settings.share_hit,
+        )  # fmt: skip
+        return np.asarray(weights / weights.sum())
+
+    def _resample(self, weights: Array) -> None:
+        """Draw a new cloud, of the size that its spread over bins asks for."""
+        count = self._needed(weights)
+        places = (np.arange(count) + self._rng.random()) / count
+        chosen = np.minimum(np.searchsorted(np.cumsum(weights), places), len(weights) - 1)
+        self._xy, self._yaw = self._xy[chosen].copy(), self._yaw[chosen].copy()
+
+    def _needed(self, weights: Array) -> int:
+        """Particles that keep the KLD error with probability 0.99, by occupied bins (Fox 2003)."""
+        settings = self._settings
+        drawn = self._rng.choice(len(weights), size=len(weights), p=weights)
+        bins = np.column_stack(
+            [
+                np.floor(self._xy[drawn] / settings.bin_m),
+                np.floor(wrap_to_pi(self._yaw[drawn]) / settings.bin_rad),
+            ]
+        )
+        k = len(np.unique(bins, axis=0))
+        if k < 2:
+            return settings.min_particles
+        a = 2.0 / (9.0 * (k - 1))
+        needed = (
+            (k - 1) / (2.0 * settings.kld_error) * (1.0 - a + np.sqrt(a) * settings.kld_z) ** 3
+        )
+        return int(np.clip(needed, settings.min_particles, settings.max_particles))
+
+
+@numba.njit(cache=True, nogil=True)
+def _likelihoods(
+    xy: Array,
+    yaw: Array,
+    beams: Array,
+    wall_distance: NDArray[np.float32],
+    outside_depth: NDArray[np.float32],
+    A_rc_xy: Array,
+    sigma: float,
+    share_hit: float,
+) -> Array:
+    """
+    Weight of each particle, ``(N,)``: one plus the sum of the cubed likelihoods of its beams.
+
+    Cubes instead of a product keep one pose from taking the whole cloud while most beams meet
+    furniture. A particle inside a wall or off the plan weighs next to nothing.
+    """
+    weights = np.empty(len(xy))
+    inv2 = -0.5 / (sigma * sigma)
+    rows, cols = wall_distance.shape
+    for n in range(len(xy)):
+        c, s = np.cos(yaw[n]), np.sin(yaw[n])
+        total = 1e-6
+        row = int(np.rint(A_rc_xy[0, 0] * xy[n, 0] + A_rc_xy[0, 1] * xy[n, 1] + A_rc_xy[0, 2]))
+        col = int(np.rint(A_rc_xy[1, 0] * xy[n, 0] + A_rc_xy[1, 1] * xy[n, 1] + A_rc_xy[1, 2]))
+        if 0 <= row < rows and 0 <= col < cols and outside_depth[row, col] <= sigma:
+            total = 1.0
+            for b in range(len(beams)):
+                x = xy[n, 0] + c * beams[b, 0] - s * beams[b, 1]
+                y = xy[n, 1] + s * beams[b, 0] + c * beams[b, 1]
+                row = int(np.rint(A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]))
+                col = int(np.rint(A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]))
+                p = (1.0 - share_hit) / _RANGE_M
+                if 0 <= row < rows and 0 <= col < cols:
+                    d = wall_distance[row, col]
+                    p += share_hit * np.exp(inv2 * d * d)
+                total += p * p * p
+        weights[n] = total
+    return weights
