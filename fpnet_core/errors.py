@@ -31,5 +31,9 @@ class OdometryError(FpnetError):
     """A sensor pose is not a rigid transform, or its time stamp goes backwards."""
 
 
+class StateError(FpnetError):
+    """A saved state of the localizer is missing, corrupt, or made with another configuration."""
+
+
 class WeightsError(FpnetError):
     """Network weights are missing, corrupt, or made for another feature schema."""

@@ -4,16 +4,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 import logging
+from pathlib import Path
 import threading
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.errors import OdometryError
+from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
@@ -22,6 +25,12 @@ from fpnet_core.localizer.sides import (
     compare,
     prepare_plan,
     prepare_submap,
+)
+from fpnet_core.localizer.state import (
+    LocalizerState,
+    plan_fingerprint,
+    read_state,
+    write_state,
 )
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import Candidates
@@ -60,6 +69,9 @@ class Localizer:
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
         self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
         self._stale_scans = 0
+        self._is_odometry_replaced = False
+        self._hint: PoseHint | None = None
+        self._restored: LocalizerState | None = None  # until its floorplan has come
         self._submap: Submap | None = None
         self._epoch = 0  # grows when plan or odometry frame are replaced
         self._solved_epoch = -1  # of the last tick
@@ -88,6 +100,9 @@ class Localizer:
         with self._lock:
             self._plan = plan
             self._forget_placements()
+            if self._restored and self._restored.plan == plan_fingerprint(grid):
+                self._tracked = self._restored.placements
+            self._restored = None
 
     def add_scan(
         self, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64], stamp_ns: int
@@ -133,7 +148,7 @@ class Localizer:
             status = Status.NO_PLAN if plan is None else Status.WAITING
             return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
         with timer.stage('total'):
-            output = self._solve(plan, submap, segmenter, timer)
+            output = self._solve(plan, submap, segmenter, epoch, timer)
         return self._publish(output, epoch)
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
@@ -154,8 +169,83 @@ class Localizer:
         with self._lock:
             self._start_anew()
 
+    def relocalize(self) -> None:
+        """Forget every placement and claim; plan and submap stay."""
+        with self._lock:
+            self._forget_placements()
+
+    def suggest(self, hint: PoseHint) -> None:
+        """
+        Take someone's word on where the robot is, in the plan's nominal metres.
+
+        The placement is tried with the next tick, and placements elsewhere are dropped as long
+        as one near it fits. A claim still needs the walls to agree.
+        """
+        with self._lock:
+            self._forget_placements()
+            self._hint, self._tracked = hint, (hint.A_plan_odom,)
+
+    def restart_odometry(self) -> None:
+        """Say that the next scan comes with a new odometry frame; the submap ends with it."""
+        with self._lock:
+            self._is_odometry_replaced = self._last is not None
+
+    def save_state(self, path: Path | str) -> None:
+        """
+        Write submap and placements for :meth:`load_state`.
+
+        Raises
+        ------
+        StateError
+            If there was no scan yet, or the file cannot be written.
+        """
+        with self._lock:
+            if self._last is None:
+                raise StateError('nothing to save: no scan has come yet')
+            plan = self._plan and plan_fingerprint(self._plan.segmentation.grid)
+            state = LocalizerState(
+                self._config.submap.resolution_m,
+                *self._last,
+                self._tracked,
+                plan or '',
+                self._builder.arrays(),
+            )
+        write_state(path, state)
+
+    def load_state(self, path: Path | str) -> None:
+        """
+        Go on where a saved localizer was; its placements count once their floorplan is set.
+
+        Claims are not restored: they need fresh scans that agree. Odometry must have gone on
+        meanwhile; a scan that is too far from the last one starts a new submap.
+
+        Raises
+        ------
+        StateError
+            If the file is unusable or was made with another resolution; nothing has changed.
+        """
+        state = read_state(path)
+        if state.resolution_m != self._config.submap.resolution_m:
+            raise StateError(
+                f'{path} was saved with submap.resolution_m {state.resolution_m:g}, this is '
+                f'{self._config.submap.resolution_m:g}; use the same, or remove the file'
+            )
+        try:
+            builder = SubmapBuilder.restored(self._config.submap, state.submap)
+        except (KeyError, ValueError, OdometryError) as error:
+            raise StateError(f'{path} is damaged: {error}; remove it') from None
+        with self._lock:
+            self._start_anew()
+            self._builder, self._restored = builder, state
+            self._last = state.stamp_ns, state.T_odom_sensor
+
     def _solve(
-        self, plan: MapSide, submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
+        self,
+        plan: MapSide,
+        submap: Submap,
+        segmenter: SubmapSegmenter,
+        epoch: int,
+        timer: StageTimer,
     ) -> LocalizerOutput:
         sub = prepare_submap(submap, segmenter, timer)
         result = compare(
@@ -169,8 +259,14 @@ class Localizer:
             self._tracked_candidates(submap.T_odom_submap),
         )
         A_submap_odom = submap.T_odom_submap.inv()
-        belief = self._tracker.update(result.estimates, sub.evidence, A_submap_odom)
-        self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
+        with self._lock:
+            if epoch != self._epoch:  # overtaken: the tracker is that of a later plan or frame
+                return self._output
+            if self._hint is not None:
+                narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
+                result = replace(result, estimates=narrowed)
+            belief = self._tracker.update(result.estimates, sub.evidence, A_submap_odom)
+            self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
         return _output(submap, sub, result, belief, timer)
 
     def _tracked_candidates(self, T_odom_submap: SE2) -> Candidates:
@@ -210,9 +306,14 @@ class Localizer:
         self._stale_scans = 0
         step_m = float(np.linalg.norm(pose[:3, 3] - last_pose[:3, 3]))
         allowed_m = self._config.localizer.max_speed_mps * max((stamp_ns - last_ns) / 1e9, 0.1)
-        if step_m > allowed_m:
-            _log.warning('odometry jumped by %.2f m; starting anew', step_m)
+        if step_m > allowed_m or self._is_odometry_replaced:
+            reason = 'was restarted' if self._is_odometry_replaced else f'jumped by {step_m:.2f} m'
+            _log.warning('odometry %s; starting anew', reason)
+            # The robot has hardly moved, only its coordinates have: worth a try.
+            T_old_new = SE2.from_matrix4(last_pose) @ SE2.from_matrix4(pose).inv()
+            tracked = tuple(A_plan_odom @ T_old_new for A_plan_odom in self._tracked)
             self._start_anew()
+            self._tracked = tracked
 
     def _start_anew(self) -> None:
         self._builder.reset()
@@ -221,12 +322,13 @@ class Localizer:
         self._submap = None
         self._last = None
         self._stale_scans = 0
+        self._is_odometry_replaced = False
         self._forget_placements()
 
     def _forget_placements(self) -> None:
         self._epoch += 1
         self._tracker.reset()
-        self._tracked = ()
+        self._tracked, self._hint = (), None
         status = Status.NO_PLAN if self._plan is None else Status.WAITING
         self._output = LocalizerOutput(self._output.stamp_ns, status)
 

@@ -10,9 +10,10 @@ from planted import A_BUILDING_PLAN, building_cells, plan_grid
 import pytest
 
 from fpnet_core.config import FpnetConfig, load_config
-from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError
+from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError, StateError
 from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.types import FREE, GridMap, MatchResult, Status
 
 SCAN_NS = 200_000_000
@@ -198,3 +199,106 @@ def test_a_claim_never_outlives_its_plan(finished):
     localizer.set_plan(plan_grid())
     assert localizer.output.A_plan_odom is None
     assert localizer.pose(np.eye(4)) is None
+
+
+def test_it_can_be_told_to_look_again(finished):
+    localizer = new_localizer()
+    run(localizer, recorded()[:40])
+    localizer.relocalize()
+    assert localizer.output.status is Status.WAITING
+    assert localizer.output.submap is None
+    localizer.add_scan(*recorded()[40])
+    assert localizer.tick(0).submap.free_area_m2 > 30.0
+
+
+def test_a_hint_decides_between_placements_but_proves_none():
+    localizer = new_localizer()
+    scans = recorded()
+    run(localizer, scans[:40])
+    _, T_odom_sensor, _ = scans[39]
+    truth = A_BUILDING_PLAN.inv()
+    x, y, yaw = drive()[39]
+    right = SE2.from_xy_yaw(*truth.apply((x, y)), truth.apply_yaw(yaw))
+    here = SE2.from_matrix4(T_odom_sensor)
+    localizer.suggest(PoseHint(right, here))
+    assert localizer.output.A_plan_odom is None
+    run(localizer, scans[40:44])
+    output = localizer.tick(0)
+    assert output.estimates
+    hint = PoseHint(right, here)
+    A_submap_odom = output.submap.T_odom_submap.inv()
+    assert all(hint.agrees(e.A_plan_submap @ A_submap_odom) for e in output.estimates)
+    nowhere = PoseHint(SE2.from_xy_yaw(500.0, 500.0, 0.0), here)
+    assert nowhere.narrowed(output.estimates, A_submap_odom) == output.estimates
+
+
+def test_a_restarted_odometry_takes_the_placement_along(finished):
+    localizer = new_localizer()
+    scans = recorded()
+    run(localizer, scans)
+    known = localizer.output.A_plan_odom
+    points, T_odom_sensor, stamp_ns = scans[-1]
+    localizer.restart_odometry()
+    localizer.add_scan(points, np.eye(4), stamp_ns + SCAN_NS)  # odometry starts at its origin
+    assert localizer.output.A_plan_odom is None
+    output = localizer.tick(0)
+    assert len(output.submap.path_xy) == 1
+    best = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
+    expected = known.apply(SE2.from_matrix4(T_odom_sensor).translation)
+    assert np.linalg.norm(best.translation - expected) < 0.5
+
+
+@pytest.fixture(scope='module')
+def saved(tmp_path_factory):
+    path = tmp_path_factory.mktemp('state') / 'new' / 'state.npz'
+    localizer = new_localizer()
+    run(localizer, recorded()[:-5])
+    localizer.save_state(path)
+    return localizer, path
+
+
+class TestSavedState:
+    def test_another_process_goes_on_where_the_first_one_was(self, saved):
+        first, path = saved
+        second = Localizer(load_config(), IndifferentMatcher())
+        second.load_state(path)
+        second.set_plan(plan_grid())
+        for localizer in (first, second):
+            for points, T_odom_sensor, stamp_ns in recorded()[-5:]:
+                localizer.add_scan(points, T_odom_sensor, stamp_ns)
+                localizer.tick(stamp_ns)
+        np.testing.assert_array_equal(
+            first.output.submap.grid.cells, second.output.submap.grid.cells
+        )
+        assert first.output.status is second.output.status is Status.LOCALIZED
+        A, B = first.output.A_plan_odom, second.output.A_plan_odom
+        np.testing.assert_allclose(A.matrix, B.matrix, atol=0.05)
+
+    def test_a_claim_is_not_restored(self, saved):
+        second = new_localizer()
+        second.load_state(saved[1])
+        assert second.output.status is Status.WAITING
+        assert second.pose(np.eye(4)) is None
+
+    def test_another_configuration_or_a_damaged_file_is_refused(self, saved, tmp_path):
+        coarse = new_localizer(**{'submap.resolution_m': 0.1})
+        with pytest.raises(StateError, match='resolution_m'):
+            coarse.load_state(saved[1])
+        damaged = tmp_path / 'damaged.npz'
+        damaged.write_bytes(saved[1].read_bytes()[:-200])
+        with pytest.raises(StateError, match='not a saved state'):
+            new_localizer().load_state(damaged)
+        with pytest.raises(StateError, match='not a saved state'):
+            new_localizer().load_state(tmp_path / 'absent.npz')
+        with np.load(saved[1]) as file:
+            arrays = {name: file[name] for name in file.files}
+        np.savez(damaged, **{**arrays, 'extra': np.zeros(1)})
+        with pytest.raises(StateError, match='extra'):
+            new_localizer().load_state(damaged)
+        np.savez(damaged, **{**arrays, 'submap_counts': np.zeros((3, 3))})
+        with pytest.raises(StateError, match='ray counts'):
+            new_localizer().load_state(damaged)
+
+    def test_there_is_nothing_to_save_before_the_first_scan(self, tmp_path):
+        with pytest.raises(StateError, match='no scan'):
+            new_localizer().save_state(tmp_path / 'state.npz')

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Someone's word on where the robot is: it decides between placements, but proves none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import logging
+
+import numpy as np
+
+from fpnet_core.geometry import SE2, Affine2D, angle_between
+from fpnet_core.types import PoseEstimate
+
+_log = logging.getLogger(__name__)
+
+# A pose given by hand is believed within so many standard deviations, and never more exactly
+# than someone can click on a drawing.
+_SIGMAS = 3.0
+_LEAST_RADIUS_M = 2.0
+_LEAST_YAW_RAD = np.deg2rad(30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseHint:
+    """The robot at ``T_odom_base`` is at ``T_plan_base``, give or take the standard deviations."""
+
+    T_plan_base: SE2
+    T_odom_base: SE2
+    position_sigma_m: float = 0.0
+    yaw_sigma_rad: float = 0.0
+
+    @property
+    def A_plan_odom(self) -> SE2:
+        """The placement that follows from it."""
+        T_plan_odom: SE2 = self.T_plan_base @ self.T_odom_base.inv()
+        return T_plan_odom
+
+    def agrees(self, A_plan_odom: Affine2D) -> bool:
+        """Tell whether a placement puts the robot where this hint says."""
+        at = A_plan_odom.apply(self.T_odom_base.translation)
+        yaw = A_plan_odom.apply_yaw(self.T_odom_base.yaw)
+        distance_m = float(np.linalg.norm(at - self.T_plan_base.translation))
+        turn_rad = abs(angle_between(yaw, self.T_plan_base.yaw))
+        return distance_m <= max(_SIGMAS * self.position_sigma_m, _LEAST_RADIUS_M) and bool(
+            turn_rad <= max(_SIGMAS * self.yaw_sigma_rad, _LEAST_YAW_RAD)
+        )
+
+    def narrowed(
+        self, estimates: tuple[PoseEstimate, ...], A_submap_odom: SE2
+    ) -> tuple[PoseEstimate, ...]:
+        """Return the estimates that agree; all of them where none does."""
+        agreeing = tuple(e for e in estimates if self.agrees(e.A_plan_submap @ A_submap_odom))
+        if estimates and not agreeing:
+            _log.warning('no placement fits near the given pose; looking everywhere')
+        return agreeing or estimates

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The frame ``map``: the floorplan at its true scale, for users of rigid transforms.
+
+A placement ``A_plan_odom = (P R, t)`` says by its symmetric factor ``P`` by how much the drawing
+is too large. ``map`` is the drawing without it, about the drawing's origin: ``A_map_plan = P^-1``
+and ``T_map_odom = (R, P^-1 t)``. Where the drawing's scale is trusted, ``map`` is ``plan``.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import polar
+
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput
+
+# Estimates of the scale differ a little from tick to tick. ``map`` keeps the drawing's size until
+# a corner of it would move by more than this [m].
+_HOLD_M = 0.25
+
+
+class MapFrame:
+    """
+    Holds ``A_map_plan`` of one floorplan.
+
+    Parameters
+    ----------
+    plan
+        The floorplan; its corners tell how much a new scale moves.
+    is_trusted
+        The drawing has its true size, whatever placements say.
+    """
+
+    def __init__(self, plan: GridMap, is_trusted: bool = False) -> None:
+        rows, columns = plan.shape
+        self._corners = plan.rc_to_xy([[0, 0], [0, columns], [rows, 0], [rows, columns]])
+        self._is_trusted = is_trusted
+        self.A_map_plan = Affine2D.identity()
+
+    def follow(self, A_plan_odom: Affine2D) -> bool:
+        """Take the drawing's scale from a placement; True where ``A_map_plan`` has changed."""
+        if self._is_trusted:
+            return False
+        _, P = polar(A_plan_odom.linear, side='left')
+        A_map_plan = Affine2D(np.linalg.inv(P), np.zeros(2))
+        moved = A_map_plan.apply(self._corners) - self.A_map_plan.apply(self._corners)
+        if np.linalg.norm(moved, axis=1).max() <= _HOLD_M:
+            return False
+        self.A_map_plan = A_map_plan
+        return True
+
+    def T_map_odom(self, A_plan_odom: Affine2D, xy_odom: NDArray[np.float64]) -> SE2:
+        """
+        Return the rigid transform that is exact at the robot, ``xy_odom (2,)``.
+
+        ``A_map_plan @ A_plan_odom`` is rigid but for what is held back of the newest scale.
+        """
+        A_map_odom = self.A_map_plan @ A_plan_odom
+        R, _ = polar(A_map_odom.linear, side='left')
+        yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+        turned = SE2.from_xy_yaw(0.0, 0.0, yaw)
+        x, y = A_map_odom.apply(xy_odom) - turned.apply(xy_odom)
+        return SE2.from_xy_yaw(float(x), float(y), yaw)
+
+    def covariance(
+        self, output: LocalizerOutput, xy_odom: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """
+        Return the covariance ``(3, 3)`` of the robot's x, y [m] and yaw [rad] in ``map``.
+
+        The output's is that of the submap's origin, from which an error in yaw moves the robot
+        the further the more distant it is. None unless localized.
+        """
+        if output.A_plan_odom is None or output.cov is None or output.submap is None:
+            return None
+        lever = output.A_plan_odom.linear @ (xy_odom - output.submap.T_odom_submap.translation)
+        at_robot = np.eye(3)
+        at_robot[:2, 2] = -lever[1], lever[0]
+        at_robot[:2] = self.A_map_plan.linear @ at_robot[:2]
+        cov: NDArray[np.float64] = at_robot @ output.cov @ at_robot.T
+        return cov
+
+
+def warped_grid(grid: GridMap, A_map_plan: Affine2D) -> GridMap:
+    """Return the drawing in ``map``: resampled at its own resolution, unknown around it."""
+    if np.array_equal(A_map_plan.matrix, np.eye(3)):
+        return grid
+    rows, columns = grid.shape
+    edge = [[-0.5, -0.5], [-0.5, columns - 0.5], [rows - 0.5, -0.5], [rows - 0.5, columns - 0.5]]
+    corners = A_map_plan.apply(grid.rc_to_xy(edge))
+    low = corners.min(axis=0)
+    size = np.ceil((corners.max(axis=0) - low) / grid.resolution).astype(int)
+    T_map_grid = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
+    # Pixels (column, row) of the drawing for those of the result, as OpenCV counts them.
+    A_pixel_map = _A_frame_pixel(grid.T_frame_grid, grid.resolution).inv() @ A_map_plan.inv()
+    A_source_target = A_pixel_map @ _A_frame_pixel(T_map_grid, grid.resolution)
+    cells = cv2.warpAffine(
+        grid.cells.view(np.uint8),
+        A_source_target.matrix[:2],
+        tuple(size.tolist()),
+        flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=int(np.array(UNKNOWN, dtype=np.int8).view(np.uint8)),
+    )
+    return GridMap(cells.view(np.int8), grid.resolution, T_map_grid, 'map')
+
+
+def _A_frame_pixel(T_frame_grid: SE2, resolution: float) -> Affine2D:
+    half = np.full(2, 0.5 * resolution)
+    A_frame_pixel: Affine2D = T_frame_grid @ Affine2D(resolution * np.eye(2), half)
+    return A_frame_pixel

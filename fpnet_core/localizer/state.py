@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What outlives a localizer's process: the submap's counts and the placements, in one file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import hashlib
+import os
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import StateError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.types import GridMap
+
+_VERSION = 1
+_SUBMAP = 'submap_'  # prefix of the submap builder's arrays
+_UNREADABLE = (
+    *(OSError, EOFError, BadZipFile),
+    *(KeyError, ValueError, TypeError, AttributeError),
+)
+_KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan'}
+
+
+@dataclass(frozen=True, eq=False)
+class LocalizerState:
+    """
+    A localizer between two scans.
+
+    ``resolution_m`` is the submap's, ``T_odom_sensor (4, 4)`` and ``stamp_ns`` are those of the
+    last scan, ``placements`` are ``A_plan_odom``, best first, on the floorplan with the
+    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's.
+    """
+
+    resolution_m: float
+    stamp_ns: int
+    T_odom_sensor: NDArray[np.float64]
+    placements: tuple[Affine2D, ...]
+    plan: str
+    submap: dict[str, NDArray[Any]]
+
+
+def plan_fingerprint(grid: GridMap) -> str:
+    """Return what tells one floorplan from another: a hash of its cells and their place."""
+    digest = hashlib.sha256(np.ascontiguousarray(grid.cells).tobytes())
+    digest.update(repr((grid.shape, grid.resolution)).encode())
+    digest.update(grid.T_frame_grid.matrix.tobytes())
+    return digest.hexdigest()
+
+
+def write_state(path: Path | str, state: LocalizerState) -> None:
+    """
+    Write a state; a reader sees the old file or the new one, never half of it.
+
+    Raises
+    ------
+    StateError
+        If the folder cannot be made or written.
+    """
+    path = Path(path)
+    arrays = {
+        'version': np.array(_VERSION),
+        'resolution_m': np.array(state.resolution_m),
+        'stamp_ns': np.array(state.stamp_ns, dtype=np.int64),
+        'T_odom_sensor': state.T_odom_sensor,
+        'placements': np.array([A.matrix for A in state.placements]).reshape(-1, 3, 3),
+        'plan': np.array(state.plan),
+        **{_SUBMAP + name: array for name, array in state.submap.items()},
+    }
+    part = path.with_name(f'{path.name}.{os.getpid()}.part')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with part.open('wb') as file:
+            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
+
+
+def read_state(path: Path | str) -> LocalizerState:
+    """
+    Read a state.
+
+    Raises
+    ------
+    StateError
+        If the file is missing, damaged, or of another version.
+    """
+    try:
+        with np.load(Path(path), allow_pickle=False) as file:
+            return _from_arrays({name: file[name] for name in file.files})
+    except (
+        OSError,
+        EOFError,
+        BadZipFile,
+        KeyError,
+        ValueError,
+        TypeError,
+        AttributeError,
+    ) as error:
+        raise StateError(
+            f'{path} is not a saved state: {error}; remove it, or save the state again'
+        ) from None
+
+
+def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
+    submap = {
+        name.removeprefix(_SUBMAP): a for name, a in arrays.items() if name.startswith(_SUBMAP)
+    }
+    if (version := int(arrays['version'])) != _VERSION:
+        raise ValueError(f'version {version}, expected {_VERSION}')
+    if unknown := {name for name in arrays if not name.startswith(_SUBMAP)} ^ _KEYS:
+        raise ValueError(f'unexpected or missing {", ".join(sorted(unknown))}')
+    pose = np.array(arrays['T_odom_sensor'], dtype=np.float64)
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise ValueError(f'T_odom_sensor: expected a finite (4, 4) matrix, got {pose.shape}')
+    return LocalizerState(
+        float(arrays['resolution_m']),
+        int(arrays['stamp_ns']),
+        pose,
+        tuple(Affine2D.from_matrix(matrix) for matrix in arrays['placements']),
+        str(arrays['plan']),
+        submap,
+    )

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+import numpy as np
+from planted import plan_grid
+import pytest
+
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.map_frame import MapFrame, warped_grid
+from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Status, Submap
+
+STRETCH = np.array([[1.08, 0.02], [0.02, 0.95]])
+RIGID = SE2.from_xy_yaw(0.0, 0.0, 0.7)
+SHIFT = np.array([12.0, -3.0])
+A_PLAN_ODOM = Affine2D(STRETCH @ RIGID.linear, SHIFT)
+ROBOT = np.array([4.0, 9.0])
+
+
+def test_a_stretched_drawing_gives_the_rigid_transform_of_the_definition():
+    frame = MapFrame(plan_grid())
+    assert frame.follow(A_PLAN_ODOM)
+    np.testing.assert_allclose(frame.A_map_plan.linear, np.linalg.inv(STRETCH), atol=1e-12)
+    T_map_odom = frame.T_map_odom(A_PLAN_ODOM, ROBOT)
+    np.testing.assert_allclose(T_map_odom.linear, RIGID.linear, atol=1e-12)
+    np.testing.assert_allclose(T_map_odom.translation, np.linalg.inv(STRETCH) @ SHIFT, atol=1e-12)
+
+
+def test_small_changes_of_scale_move_neither_the_drawing_nor_the_robot_on_it():
+    frame = MapFrame(plan_grid())
+    frame.follow(A_PLAN_ODOM)
+    held = frame.A_map_plan
+    slightly = Affine2D(1.001 * A_PLAN_ODOM.linear, SHIFT)
+    assert not frame.follow(slightly)
+    assert frame.A_map_plan is held
+    in_map = frame.T_map_odom(slightly, ROBOT).apply(ROBOT)
+    np.testing.assert_allclose(in_map, held.apply(slightly.apply(ROBOT)), atol=1e-12)
+
+
+def test_a_trusted_drawing_is_the_map():
+    frame = MapFrame(plan_grid(), is_trusted=True)
+    assert not frame.follow(A_PLAN_ODOM)
+    np.testing.assert_array_equal(frame.A_map_plan.matrix, np.eye(3))
+    in_map = frame.T_map_odom(A_PLAN_ODOM, ROBOT).apply(ROBOT)
+    np.testing.assert_allclose(in_map, A_PLAN_ODOM.apply(ROBOT), atol=1e-12)
+
+
+def test_the_covariance_is_that_of_the_robot():
+    """The spread of sampled placements is what the covariance says."""
+    sigma = np.diag([0.1, 0.2, 0.01]) ** 2
+    submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
+    output = LocalizerOutput(0, Status.LOCALIZED, A_PLAN_ODOM, sigma, submap=submap)
+    frame = MapFrame(plan_grid())
+    frame.follow(A_PLAN_ODOM)
+    draws = np.random.default_rng(3).multivariate_normal(np.zeros(3), sigma, 20_000)
+    in_map = []
+    for x, y, yaw in draws:
+        turn = SE2.from_xy_yaw(0.0, 0.0, yaw).linear
+        xy = turn @ A_PLAN_ODOM.linear @ ROBOT + SHIFT + (x, y)
+        in_map.append((*frame.A_map_plan.apply(xy), yaw))
+    np.testing.assert_allclose(
+        frame.covariance(output, ROBOT), np.cov(np.array(in_map).T), atol=1.5e-3
+    )
+    assert frame.covariance(LocalizerOutput(0, Status.LOST), ROBOT) is None
+
+
+@pytest.mark.parametrize('A_map_plan', [Affine2D(np.linalg.inv(STRETCH), np.zeros(2))])
+def test_the_warped_drawing_shows_every_place_where_it_belongs(A_map_plan):
+    plan = plan_grid()
+    warped = warped_grid(plan, A_map_plan)
+    at = np.argwhere((plan.cells == FREE) | (plan.cells == OCCUPIED))[::7]
+    rc = np.rint(warped.xy_to_rc(A_map_plan.apply(plan.rc_to_xy(at)))).astype(int)
+    agrees = warped.cells[tuple(rc.T)] == plan.cells[tuple(at.T)]
+    assert agrees.mean() > 0.97  # but for the edges of walls
+    assert warped_grid(plan, Affine2D.identity()) is plan
