@@ -5,15 +5,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from fpnet_core.cli import common, simulate_pairs, simulate_recording, simulate_stats
-from fpnet_core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from fpnet_core.types import GridMap
+from fpnet_core.cli import (
+    common,
+    simulate_gallery,
+    simulate_pairs,
+    simulate_recording,
+    simulate_stats,
+)
 
 app = typer.Typer(
     help='Generate floorplans, matching pairs and lidar recordings.',
@@ -24,89 +26,55 @@ app = typer.Typer(
 app.command('recording')(simulate_recording.command)
 app.command('pairs')(simulate_pairs.command)
 app.command('features')(simulate_pairs.features_command)
+app.command('gallery')(simulate_gallery.command)
 app.command('stats')(simulate_stats.command)
 
-OutFile = Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')]
-FamilyOption = Annotated[
-    str | None, typer.Option('--family', metavar='NAME', help='Layout family; default: any.')
-]
+DEFAULT_ROOMS = (8, 90)
 
 
 @app.command('plan')
 def plan(
-    out: OutFile,
+    out: Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')],
     seed: common.SeedOption = 0,
-    family: FamilyOption = None,
+    family: Annotated[
+        str | None, typer.Option('--family', metavar='NAME', help='Layout family; default: any.')
+    ] = None,
+    style: Annotated[
+        str, typer.Option('--style', metavar='NAME', help='Look of the drawing, as sketch.')
+    ] = 'clean',
     resolution_m: Annotated[
         float, typer.Option('--resolution', min=0.01, max=0.5, help='Metres per pixel.')
     ] = 0.05,
+    min_rooms: Annotated[
+        int, typer.Option('--min-rooms', min=1, help='Fewest rooms.')
+    ] = DEFAULT_ROOMS[0],
+    max_rooms: Annotated[
+        int, typer.Option('--max-rooms', min=1, help='Most rooms.')
+    ] = DEFAULT_ROOMS[1],
+    max_area_m2: Annotated[
+        float | None, typer.Option('--max-area', min=1.0, help='Most floor area of all rooms.')
+    ] = None,
 ) -> None:
     """
     Draw one generated floorplan as a map_server image with its YAML file.
 
-    Example: fpnet simulate plan --out plan.png --seed 3 --family racetrack
+    Example: fpnet simulate plan --out plan.png --seed 3 --family racetrack --style sketch
     """
     import numpy as np
 
     from fpnet_core.io import write_map
     from fpnet_core.sim.plans import generate_plan
     from fpnet_core.sim.render import render_plan
+    from fpnet_core.sim.styles import style_named
 
-    storey = generate_plan(np.random.default_rng(seed or 0), family)
+    look = style_named(style)
+    storey = generate_plan(
+        np.random.default_rng(seed or 0), family, min_rooms, max_rooms, max_area_m2
+    )
     out.parent.mkdir(parents=True, exist_ok=True)
-    write_map(render_plan(storey, resolution_m), out.with_suffix('.yaml'))
+    write_map(render_plan(storey, resolution_m, style=look), out.with_suffix('.yaml'))
     width, height = storey.extent[1] - storey.extent[0]
     typer.echo(
         f'{storey.family}: {len(storey.rooms)} rooms, {len(storey.doors)} doors, '
-        f'{width:.0f} x {height:.0f} m'
+        f'{width:.0f} x {height:.0f} m, {storey.floor_area_m2:.0f} m2 of floor'
     )
-
-
-@app.command('gallery')
-def gallery(
-    out: OutFile,
-    seed: common.SeedOption = 0,
-    family: FamilyOption = None,
-    with_pairs: Annotated[
-        bool, typer.Option('--pairs', help='Show matching pairs instead of storeys.')
-    ] = False,
-) -> None:
-    """
-    Draw a sheet of generated floorplans, or of matching pairs.
-
-    Example: fpnet simulate gallery --out sheet.png --seed 1
-    """
-    if with_pairs and family is not None:
-        raise ConfigError('--family draws storeys only; leave out --pairs')
-    if with_pairs:
-        _gallery_of_pairs(out, seed or 0)
-    else:
-        _gallery_of_plans(out, seed or 0, family)
-    typer.echo(f'written: {out}')
-
-
-def _gallery_of_plans(out: Path, seed: int, family: str | None) -> None:
-    import numpy as np
-
-    from fpnet_core.sim.plans import FAMILIES, generate_plan
-    from fpnet_core.sim.render import render_plan
-    from fpnet_core.viz.simulated import save_plans
-
-    names = [family] * 4 if family is not None else list(FAMILIES)
-    drawings: list[tuple[str, GridMap]] = []
-    for name in common.track(names, 'storeys'):
-        for k in range(4):
-            storey = generate_plan(np.random.default_rng([seed, len(drawings), k]), name)
-            title = f'{name}: {len(storey.rooms)} rooms, {len(storey.doors)} doors'
-            drawings.append((title, render_plan(storey, 0.1)))
-    save_plans(drawings, 8, out)
-
-
-def _gallery_of_pairs(out: Path, seed: int) -> None:
-    from fpnet_core.sim.config import SimConfig
-    from fpnet_core.sim.pairs import generate_scene
-    from fpnet_core.viz.simulated import save_pairs
-
-    step = SimConfig().pairs_per_plan
-    scenes = [generate_scene(seed, step * i) for i in common.track(range(12), 'pairs')]
-    save_pairs(scenes, out)

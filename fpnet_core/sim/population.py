@@ -43,7 +43,7 @@ QUANTITIES: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
 """Everything that is compared; the hub is the room with most doors, mostly a corridor."""
 
 FOLDS = 5
-REPEATS = 4
+REPEATS = 3
 """The few real storeys are dealt into folds this many times, each time otherwise."""
 
 
@@ -129,7 +129,7 @@ def two_sample(
 
 def _classifier(seed: int) -> HistGradientBoostingClassifier:
     return HistGradientBoostingClassifier(
-        max_iter=100, max_leaf_nodes=8, class_weight='balanced', random_state=seed
+        max_iter=50, max_leaf_nodes=8, class_weight='balanced', random_state=seed
     )
 
 

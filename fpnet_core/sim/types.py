@@ -74,6 +74,11 @@ class BuildingPlan:
         points = np.concatenate([room.polygon for room in self.rooms])
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
+    @property
+    def floor_area_m2(self) -> float:
+        """Floor area of all rooms, without walls and doorways [m^2]."""
+        return float(shapely.area(polygons_from_rings([r.polygon for r in self.rooms])).sum())
+
     def room_graph(self) -> nx.MultiGraph:
         """
         Return rooms as nodes and doors as edges, numbered as in ``rooms`` and ``doors``.

@@ -5,53 +5,77 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fpnet_core.types import IGNORE
+import numpy as np
+
+from fpnet_core.types import FREE, IGNORE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fpnet_core.sim.pairs import PairScene
-    from fpnet_core.types import GridMap
 
 _NO_PARTNER: Colour = (0.25, 0.25, 0.25)
 _IGNORED: Colour = (0.7, 0.7, 0.7)
 _ABSENT: Colour = (1.0, 1.0, 1.0)
 _PATH: Colour = (0.8, 0.0, 0.0)
-_TILE_IN = 3.6
+_TILE_IN = 2.5
+_COLUMNS = 6
+_TITLE_PT = 7.5
+_DPI = 120
+_PAGE_PX = 300
+_PAPER = 0.8
 
 
-def save_plans(drawings: Sequence[tuple[str, GridMap]], columns: int, path: Path) -> None:
-    """Write a sheet of titled drawings, ``columns`` in a row."""
+def save_gallery(
+    drawings: Sequence[tuple[str, GridMap]], scenes: Sequence[PairScene], path: Path
+) -> None:
+    """
+    Write one sheet: titled drawings, then matching pairs, plan beside submap.
+
+    True partners of a pair share a colour.
+    """
     from matplotlib.figure import Figure
 
-    rows = -(-len(drawings) // columns)
-    figure = Figure(figsize=(_TILE_IN * columns, _TILE_IN * rows), layout='constrained')
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    rows = [-(-len(drawings) // _COLUMNS), -(-2 * len(scenes) // _COLUMNS)]
+    figure = Figure(figsize=(_TILE_IN * _COLUMNS, _TILE_IN * sum(rows)), layout='constrained')
+    axes = figure.subplots(sum(rows), _COLUMNS, squeeze=False).ravel()
     for ax in axes:
         ax.set_axis_off()
     for ax, (title, grid) in zip(axes, drawings, strict=False):
-        draw_grid(ax, grid)
-        ax.set_title(title, fontsize=7)
-    _save(figure, path)
-
-
-def save_pairs(scenes: Sequence[PairScene], path: Path) -> None:
-    """Write a sheet with plan and submap of each pair, true partners in one colour."""
-    from matplotlib.figure import Figure
-
-    columns = 4
-    rows = -(-2 * len(scenes) // columns)
-    figure = Figure(figsize=(_TILE_IN * columns, _TILE_IN * rows), layout='constrained')
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for ax in axes:
-        ax.set_axis_off()
+        draw_page(ax, grid)
+        ax.set_title(title, fontsize=_TITLE_PT)
+    first = rows[0] * _COLUMNS
     for i, scene in enumerate(scenes):
-        draw_pair(axes[2 * i], axes[2 * i + 1], scene)
-    _save(figure, path)
+        draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], scene)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+
+
+def draw_page(ax: Axes, grid: GridMap) -> None:
+    """Draw a drawing in shades of grey, so that thin lines stay visible at any size."""
+    shades = np.select([grid.cells == OCCUPIED, grid.cells == FREE], [0.0, 1.0], _PAPER)
+    factor = -(-max(grid.shape) // _PAGE_PX)
+    rows, columns = (cells // factor * factor for cells in grid.shape)
+    blocks = shades[:rows, :columns].reshape(rows // factor, factor, columns // factor, factor)
+    page = blocks.mean(axis=(1, 3)) ** factor  # lines of one cell keep most of their ink
+    page[(blocks == _PAPER).all(axis=(1, 3))] = _PAPER
+    ax.imshow(page, origin='lower', cmap='gray', vmin=0.0, vmax=1.0, interpolation='antialiased')
+
+
+def bold(grid: GridMap) -> GridMap:
+    """Return a grid of fewer, larger cells in which every wall is still closed."""
+    factor = -(-max(grid.shape) // _PAGE_PX)
+    pad = [(0, -cells % factor) for cells in grid.shape]
+    cells = np.pad(grid.cells, pad, constant_values=UNKNOWN)
+    rows, columns = (size // factor for size in cells.shape)
+    blocks = cells.reshape(rows, factor, columns, factor)
+    # Walls win over free space, which wins over what is unknown.
+    return replace(grid, cells=blocks.max(axis=(1, 3)), resolution=grid.resolution * factor)
 
 
 def draw_pair(plan_ax: Axes, sub_ax: Axes, scene: PairScene) -> None:
@@ -68,20 +92,15 @@ def draw_pair(plan_ax: Axes, sub_ax: Axes, scene: PairScene) -> None:
         i: region_colour(label) if label >= 0 else (_IGNORED if label == IGNORE else _NO_PARTNER)
         for i, label in enumerate(labels)
     }
-    draw_grid(plan_ax, scene.plan_segmentation.grid)
+    draw_grid(plan_ax, bold(scene.plan_segmentation.grid))
     draw_segmentation(plan_ax, scene.plan_segmentation, plan_colours)
     plan_ax.plot(*pair.A_plan_submap.apply(scene.submap.path_xy).T, color=_PATH, linewidth=0.6)
-    plan_ax.set_title(f'{pair.family}: {len(pair.plan_graph)} regions', fontsize=7)
-    draw_grid(sub_ax, scene.submap.grid)
+    plan_ax.set_title(f'{pair.family}: {len(pair.plan_graph)} regions', fontsize=_TITLE_PT)
+    draw_grid(sub_ax, bold(scene.submap.grid))
     draw_segmentation(sub_ax, scene.sub_segmentation, sub_colours)
     sub_ax.plot(*scene.submap.path_xy.T, color=_PATH, linewidth=0.6)
     matched = sum(label >= 0 for label in labels)
     sub_ax.set_title(
-        f'{matched} of {len(labels)} regions have a partner, {pair.explored_area_m2:.0f} m²',
-        fontsize=7,
+        f'{matched} of {len(labels)} with a partner, {pair.explored_area_m2:.0f} m²',
+        fontsize=_TITLE_PT,
     )
-
-
-def _save(figure: object, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)  # type: ignore[attr-defined]

@@ -11,7 +11,7 @@ import numpy as np
 from fpnet_core.errors import ConfigError
 from fpnet_core.sim.plans import composed, divided, families, variants
 from fpnet_core.sim.plans.finish import finish
-from fpnet_core.sim.plans.layout import Cell, Style
+from fpnet_core.sim.plans.layout import MIN_CELL_AREA_M2, Cell, Style
 from fpnet_core.sim.plans.roughen import roughen
 from fpnet_core.sim.types import BuildingPlan
 
@@ -68,6 +68,7 @@ def generate_plan(
     family: str | None = None,
     min_rooms: int = 8,
     max_rooms: int = MAX_ROOMS,
+    max_area_m2: float | None = None,
 ) -> BuildingPlan:
     """
     Return a random storey in which every room can be reached (but 'disconnected' has two parts).
@@ -77,24 +78,41 @@ def generate_plan(
     rng : source of all randomness; equal generators give equal plans
     family : a key of :data:`FAMILIES`; None draws one
     min_rooms, max_rooms : bounds of the number of rooms, corridors included
+    max_area_m2 : bound of the floor area of all rooms together; None: any
 
     Raises
     ------
     ConfigError
-        If the family is unknown or does not reach the wanted number of rooms.
+        If the family is unknown, or so many rooms do not fit into the area or the family.
     """
-    if family is not None and family not in FAMILIES:
-        raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+    _check_request(family, min_rooms, max_rooms, max_area_m2)
     for _ in range(_ATTEMPTS):
         name = family if family is not None else str(rng.choice(list(FAMILIES)))
         style = draw_style(rng)
         plan = FAMILIES[name](rng, style)
-        if min_rooms <= len(plan.rooms) <= max_rooms:
+        is_small = max_area_m2 is None or plan.floor_area_m2 <= max_area_m2
+        if min_rooms <= len(plan.rooms) <= max_rooms and is_small:
             return plan
+    bound = '' if max_area_m2 is None else f' on at most {max_area_m2:g} m2'
     raise ConfigError(
-        f'no {family or "random"} plan with {min_rooms} to {max_rooms} rooms in {_ATTEMPTS} '
-        'attempts; widen the bounds'
+        f'no {family or "random"} plan with {min_rooms} to {max_rooms} rooms{bound} '
+        f'in {_ATTEMPTS} attempts; widen the bounds'
     )
+
+
+def _check_request(
+    family: str | None, min_rooms: int, max_rooms: int, max_area_m2: float | None
+) -> None:
+    """Refuse what no storey can be."""
+    if family is not None and family not in FAMILIES:
+        raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+    if min_rooms > max_rooms:
+        raise ConfigError(f'{min_rooms} to {max_rooms} rooms is no range; swap the bounds')
+    if max_area_m2 is not None and min_rooms * MIN_CELL_AREA_M2 > max_area_m2:
+        raise ConfigError(
+            f'{min_rooms} rooms do not fit into {max_area_m2:g} m2: the smallest room takes '
+            f'{MIN_CELL_AREA_M2:g} m2; ask for fewer rooms or more area'
+        )
 
 
 def draw_style(rng: np.random.Generator) -> Style:

@@ -108,3 +108,22 @@ def test_leaves_hang_at_both_ends_and_mostly_open_into_the_smaller_room():
     smaller = [areas[d.rooms[d.swing]] <= areas[d.rooms[1 - d.swing]] for d in doors]
     assert np.mean(smaller) > 0.75
     assert {door.hinge for door in doors} == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ('bounds', 'reason'),
+    [
+        ({'min_rooms': 50, 'max_area_m2': 100.0}, '50 rooms do not fit into 100 m2'),
+        ({'min_rooms': 30, 'max_rooms': 10}, 'no range'),
+        ({'min_rooms': 20, 'max_area_m2': 62.0}, 'widen the bounds'),
+    ],
+)
+def test_more_rooms_than_area_is_refused(bounds, reason):
+    with pytest.raises(ConfigError, match=reason):
+        generate_plan(np.random.default_rng(0), 'bays', **bounds)
+
+
+def test_the_floor_area_is_bounded():
+    plan = generate_plan(np.random.default_rng(1), min_rooms=5, max_area_m2=300.0)
+    assert plan.floor_area_m2 <= 300.0
+    assert plan.floor_area_m2 == pytest.approx(sum(Polygon(r.polygon).area for r in plan.rooms))

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate gallery``: generated storeys and matching pairs on one sheet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_core.sim.pairs import PairScene
+    from fpnet_core.types import GridMap
+
+PAIRS = 9
+CELL_M = 0.08
+MAX_ROOMS = 45
+"""Larger storeys cannot be made out on the sheet."""
+
+
+def command(
+    out: Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')],
+    seed: common.SeedOption = 0,
+    family: Annotated[
+        str | None,
+        typer.Option('--family', metavar='NAME', help='One layout family in every style.'),
+    ] = None,
+) -> None:
+    """
+    Draw a sheet of generated floorplans in several styles, and of matching pairs.
+
+    Example: fpnet simulate gallery --out sheet.png --seed 1
+    """
+    from fpnet_core.sim.plans import FAMILIES
+    from fpnet_core.sim.styles import STYLES
+    from fpnet_core.viz.simulated import save_gallery
+
+    styles = list(STYLES)
+    names = list(FAMILIES) if family is None else [family] * len(styles)
+    looks = [styles[i % len(styles)] for i in range(len(names))]
+    shown = common.track(list(zip(names, looks, strict=True)), 'storeys')
+    drawings = [_draw(name, look, [seed or 0, i]) for i, (name, look) in enumerate(shown)]
+    scenes = _scenes(seed or 0) if family is None else []
+    save_gallery(drawings, scenes, out)
+    typer.echo(f'written: {out}')
+
+
+def _draw(family: str, look: str, seeds: list[int]) -> tuple[str, GridMap]:
+    import numpy as np
+
+    from fpnet_core.sim.plans import generate_plan
+    from fpnet_core.sim.render import render_plan
+    from fpnet_core.sim.styles import STYLES
+
+    storey = generate_plan(np.random.default_rng(seeds), family, max_rooms=MAX_ROOMS)
+    title = f'{family} ({look}), {len(storey.rooms)} rooms'
+    return title.replace('_', ' '), render_plan(storey, CELL_M, style=STYLES[look])
+
+
+def _scenes(seed: int) -> list[PairScene]:
+    from fpnet_core.sim.config import SimConfig
+    from fpnet_core.sim.pairs import generate_scene
+
+    config = SimConfig(max_rooms=MAX_ROOMS)
+    indices = range(0, PAIRS * config.pairs_per_plan, config.pairs_per_plan)
+    return [generate_scene(seed, i, config) for i in common.track(indices, 'pairs')]
