@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Similarity2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
@@ -274,17 +274,39 @@ class RegionGraph:
 
 
 @dataclass(frozen=True, eq=False)
+class MatchHypothesis:
+    """
+    One complete assignment of regions and the placement that it comes from.
+
+    ``pairs (K, 2) int64``, columns [plan, sub], are one-to-one; ``probability`` is that of the
+    whole placement, against all others and against none; ``S_plan_sub`` maps the submap graph's
+    coordinates to the plan graph's.
+    """
+
+    pairs: NDArray[np.int64]
+    probability: float
+    S_plan_sub: Similarity2D
+
+    def __post_init__(self) -> None:
+        """Check the shape."""
+        _freeze(self, 'pairs', np.int64, (None, 2))
+
+
+@dataclass(frozen=True, eq=False)
 class MatchResult:
     """
     Region correspondences, columns [plan, sub].
 
     ``pairs (K, 2) int64`` are one-to-one, ``scores (K,)`` in [0, 1]; ``probability (M, N)`` is
     the soft assignment without its dustbins: row sums and column sums are at most 1.
+    ``hypotheses`` are the best complete assignments, most probable first; empty for matchers
+    that do not find any.
     """
 
     pairs: NDArray[np.int64]
     scores: NDArray[np.float32]
     probability: NDArray[np.float32]
+    hypotheses: tuple[MatchHypothesis, ...] = ()
 
     def __post_init__(self) -> None:
         """Check shapes and ranges."""

@@ -10,7 +10,8 @@ from scipy.spatial.distance import cdist
 from scipy.special import softmax
 
 from fpnet_core.config import MatcherConfig
-from fpnet_core.graphs.features import LABEL, POSITION
+from fpnet_core.graphs.features import LABEL
+from fpnet_core.graphs.layout import POSITION
 from fpnet_core.matching import mutual_pairs
 from fpnet_core.types import MatchResult, RegionGraph
 

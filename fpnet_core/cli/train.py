@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +15,15 @@ from fpnet_core.errors import FpnetError
 
 if TYPE_CHECKING:
     from fpnet_core.training import EpochRecord, TrainingConfig
+
+
+class Preset(StrEnum):
+    """Named configurations of :mod:`fpnet_core.training.config`."""
+
+    PAPER = 'paper'
+    SUPERGLUE = 'superglue'
+    FPNET = 'fpnet'
+
 
 DataOption = Annotated[
     Path, typer.Option('--data', metavar='DIR', help='Pairs from fpnet simulate pairs.')
@@ -35,6 +45,9 @@ EpochsOption = Annotated[
 LimitOption = Annotated[
     int | None, typer.Option('--limit', min=2, help='Use only the first pairs of the folder.')
 ]
+PresetOption = Annotated[
+    Preset, typer.Option('--preset', help="Network and losses: ours, the paper's, its backbone.")
+]
 InitOption = Annotated[
     Path | None,
     typer.Option('--init', metavar='FILE', help='Start from this checkpoint of equal shape.'),
@@ -47,6 +60,7 @@ ThreadsOption = Annotated[
 def command(
     data: DataOption,
     out: RunOption,
+    preset: PresetOption = Preset.FPNET,
     epochs: EpochsOption = None,
     limit: LimitOption = None,
     init: InitOption = None,
@@ -60,18 +74,27 @@ def command(
 
     Stops early when held-back plans no longer improve; called again, it goes on where it was.
 
-    Example: fpnet train --data runs/pairs --out runs/train --set network.width=64
+    Example: fpnet train --preset fpnet --data runs/pairs --out runs/train --epochs 20
     """
     common.check_input(data)
-    config = _training_config(settings, epochs, seed)
+    config = _training_config(settings, preset, epochs, seed)
     from fpnet_core.io.weights import read_weights
+    from fpnet_core.models import network_type
     from fpnet_core.sim.dataset import PairDataset
-    from fpnet_core.training import Hooks, Trainer, load_pairs, split_by_plan, use_threads
+    from fpnet_core.training import (
+        WEIGHTS_FILE,
+        Hooks,
+        Trainer,
+        calibrate,
+        load_pairs,
+        split_by_plan,
+        use_threads,
+    )
     from fpnet_core.types import FEATURE_SCHEMA
 
     use_threads(threads)
     dataset = PairDataset(data)
-    pairs = load_pairs(dataset, limit)
+    pairs = load_pairs(dataset, network_type(config.network), limit)
     training, validation = split_by_plan(pairs, config.validation_fraction, config.seed)
     if not training:
         raise FpnetError(f'{data}: all pairs share one plan; generate pairs of more plans')
@@ -82,11 +105,13 @@ def command(
     remaining = (config.epochs - trainer.next_epoch) * len(training)
     with common.progress('training', remaining) as advance:
         trainer.fit(training, validation, Hooks(on_pairs=advance, on_epoch=_report))
-    typer.echo(f'best validation F1 {trainer.best_f1:.3f} in epoch {trainer.best_epoch}')
+    if preset is Preset.FPNET:
+        calibrate(out / WEIGHTS_FILE, (dataset.pair(pair.index) for pair in validation))
+    typer.echo(f'lowest validation loss {trainer.best_loss:.3f} in epoch {trainer.best_epoch}')
 
 
 def _training_config(
-    settings: list[str] | None, epochs: int | None, seed: int | None
+    settings: list[str] | None, preset: Preset, epochs: int | None, seed: int | None
 ) -> TrainingConfig:
     from fpnet_core.training.config import parse_training_config
 
@@ -95,7 +120,7 @@ def _training_config(
         overrides['epochs'] = epochs
     if seed is not None:
         overrides['seed'] = seed
-    return parse_training_config(overrides)
+    return parse_training_config(overrides, preset.value)
 
 
 def _report(record: EpochRecord) -> None:

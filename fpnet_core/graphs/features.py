@@ -31,11 +31,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.types import Region, RegionLabel
 
 Array = NDArray[np.float64]
 
-POSITION = slice(0, 2)
 CONFIDENCE = slice(2, 3)
 HU = slice(3, 10)
 FOURIER = slice(10, 25)
@@ -67,8 +67,16 @@ _FOURIER_SHIFT = np.array(
 _FOURIER_SCALE = np.array(
     [0.2, 0.3, 0.3, 0.4, 0.5, 0.5, 0.8, 0.8, 0.8, 0.5, 0.5, 0.4, 0.3, 0.3, 0.2]
 )
-_AREA_SHIFT, AREA_SCALE = 1.5, 2.0
+_AREA_SHIFT, _AREA_SCALE = 1.5, 2.0
 _FEATURE_LIMIT = 4.0
+
+# The seventh Hu moment tells a shape from its mirror image. AREA is half of two logarithms.
+PAPER_LAYOUT = FeatureLayout(
+    size=NODE_FEATURES,
+    odd=(0, HU.stop - 1),
+    log_lengths=(AREA.start,),
+    noisy=slice(HU.start, AREA.stop),
+)
 
 
 def graph_centre(regions: Sequence[Region]) -> Array:
@@ -97,7 +105,7 @@ def node_features(regions: Sequence[Region]) -> NDArray[np.float32]:
         row[CONFIDENCE] = region.observed_fraction * region.confidence
         row[HU] = (hu_moments(region.polygon) - _HU_SHIFT) / _HU_SCALE
         row[FOURIER] = (fourier_descriptors(region.polygon) - _FOURIER_SHIFT) / _FOURIER_SCALE
-        row[AREA] = (np.log(region.area_m2) - _AREA_SHIFT) / AREA_SCALE
+        row[AREA] = (np.log(region.area_m2) - _AREA_SHIFT) / _AREA_SCALE
         row[LABEL] = (region.label is RegionLabel.DOOR, region.label is RegionLabel.ROOM)
     shape = slice(HU.start, AREA.stop)
     rows[:, shape] = rows[:, shape].clip(-_FEATURE_LIMIT, _FEATURE_LIMIT)

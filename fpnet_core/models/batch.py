@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 import torch
 from torch import Tensor
 
-from fpnet_core.graphs import NODE_FEATURES
-from fpnet_core.types import RegionGraph
-
 
 @dataclass(frozen=True, eq=False)
 class GraphBatch:
@@ -58,7 +55,8 @@ def pad_graphs(
     """
     size = max((len(rows) for rows in node_feat), default=0) or 1
     count = len(node_feat)
-    features = np.zeros((count, size, NODE_FEATURES), dtype=np.float32)
+    columns = node_feat[0].shape[1] if count else 0
+    features = np.zeros((count, size, columns), dtype=np.float32)
     adjacency = np.zeros((count, size, size), dtype=np.float32)
     mask = np.zeros((count, size), dtype=np.bool_)
     for index, (rows, pairs) in enumerate(zip(node_feat, edges, strict=True)):
@@ -68,8 +66,3 @@ def pad_graphs(
     return GraphBatch(
         torch.from_numpy(features), torch.from_numpy(adjacency), torch.from_numpy(mask)
     )
-
-
-def batch_graphs(graphs: Sequence[RegionGraph]) -> GraphBatch:
-    """Stack region graphs into one padded batch."""
-    return pad_graphs([graph.node_feat for graph in graphs], [graph.edges for graph in graphs])

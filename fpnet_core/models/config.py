@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -21,9 +21,10 @@ class EdgeMapping(StrEnum):
     LEARNED = 'learned'
 
 
-class NetworkConfig(Section):
-    """Sizes of the network; the defaults are the paper's (section V-A, setup)."""
+class PaperConfig(Section):
+    """Sizes of the paper's network; the defaults are its own (section V-A, setup)."""
 
+    kind: Literal['paper'] = Field('paper', description="The paper's network.")
     width: int = Field(26, ge=2, le=512, description='Length of a node descriptor.')
     heads: int = Field(2, ge=1, le=16, description='Attention heads.')
     blocks: int = Field(9, ge=1, le=32, description='Blocks of one self and one cross layer.')
@@ -40,3 +41,22 @@ class NetworkConfig(Section):
         if self.width % self.heads:
             raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
         return self
+
+
+class InvariantConfig(Section):
+    """Sizes of the invariant network of the ``fpnet`` preset."""
+
+    kind: Literal['invariant'] = Field('invariant', description='Invariant network.')
+    width: int = Field(64, ge=2, le=512, description='Length of a node descriptor.')
+    heads: int = Field(4, ge=1, le=16, description='Attention heads.')
+    layers: int = Field(6, ge=1, le=32, description='Layers of joint attention.')
+
+    @model_validator(mode='after')
+    def _heads_divide_width(self) -> Self:
+        if self.width % self.heads:
+            raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
+        return self
+
+
+NetworkConfig = Annotated[PaperConfig | InvariantConfig, Field(discriminator='kind')]
+"""Either network; ``kind`` tells which."""

@@ -19,7 +19,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from fpnet_core.graphs.features import POSITION
+from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import EdgeMapping
 

@@ -4,16 +4,30 @@
 
 from __future__ import annotations
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 import torch
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, check_shapes
-from fpnet_core.models.config import NetworkConfig
-from fpnet_core.models.matcher import MatchingNetwork
+from fpnet_core.models.config import NetworkConfig, PaperConfig
+from fpnet_core.models.invariant import InvariantNetwork
+from fpnet_core.models.network import RegionNetwork
+from fpnet_core.models.paper import PaperNetwork
+
+_CONFIG: TypeAdapter[NetworkConfig] = TypeAdapter(NetworkConfig)
 
 
-def load_network(weights: Weights) -> MatchingNetwork:
+def make_network(config: NetworkConfig) -> RegionNetwork:
+    """Return the network of ``config`` with random weights."""
+    return PaperNetwork(config) if isinstance(config, PaperConfig) else InvariantNetwork(config)
+
+
+def network_type(config: NetworkConfig) -> type[RegionNetwork]:
+    """Return the class of the network of ``config``, which knows its node rows."""
+    return PaperNetwork if isinstance(config, PaperConfig) else InvariantNetwork
+
+
+def load_network(weights: Weights) -> RegionNetwork:
     """
     Return the network that ``weights`` describe, ready for inference.
 
@@ -23,18 +37,18 @@ def load_network(weights: Weights) -> MatchingNetwork:
         If the manifest's network is unknown or its tensors do not fit the network.
     """
     try:
-        config = NetworkConfig.model_validate(weights.manifest['network'])
+        config = _CONFIG.validate_python(weights.manifest['network'])
     except ValidationError as error:
         first = error.errors()[0]
         raise WeightsError(
-            f'weights manifest: network.{".".join(map(str, first["loc"]))}: {first["msg"]}'
+            f'weights manifest: network.{".".join(map(str, first["loc"][1:]))}: {first["msg"]}'
         ) from None
-    network = MatchingNetwork(config)
+    network = make_network(config)
     load_tensors(network, weights)
     return network.eval().requires_grad_(False)
 
 
-def load_tensors(network: MatchingNetwork, weights: Weights) -> None:
+def load_tensors(network: RegionNetwork, weights: Weights) -> None:
     """Copy the tensors into ``network``; raises WeightsError where one does not fit."""
     expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
     check_shapes('weights', {key: v.shape for key, v in weights.tensors.items()}, expected)

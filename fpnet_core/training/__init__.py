@@ -4,14 +4,17 @@
 
 from fpnet_core.training.config import TrainingConfig, parse_training_config
 from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan
-from fpnet_core.training.loop import EpochRecord, Hooks, Trainer, use_threads
+from fpnet_core.training.evidence import calibrate
+from fpnet_core.training.loop import WEIGHTS_FILE, EpochRecord, Hooks, Trainer, use_threads
 
 __all__ = [
+    'WEIGHTS_FILE',
     'EpochRecord',
     'Hooks',
     'PairArrays',
     'Trainer',
     'TrainingConfig',
+    'calibrate',
     'load_pairs',
     'parse_training_config',
     'split_by_plan',

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 import torch
 from torch import Tensor
 
-from fpnet_core.graphs.features import AREA, AREA_SCALE, HU, POSITION
-from fpnet_core.models import GraphBatch, pad_graphs
+from fpnet_core.graphs.layout import POSITION, FeatureLayout
+from fpnet_core.models import GraphBatch, RegionNetwork, pad_graphs
 from fpnet_core.sim.dataset import PairDataset
+from fpnet_core.sim.pairs import MatchingPair
 from fpnet_core.training.config import AugmentationConfig
 from fpnet_core.types import IGNORE, UNMATCHED
 
-_SHAPE = slice(HU.start, AREA.stop)
-# The seventh Hu moment changes its sign under mirroring; no other feature does.
-_HU_SKEW = HU.stop - 1
+# Crops keep at least this many regions.
+_SMALLEST_CROP = 3
 # Batches are cut from runs of this many batches sorted by size, so that little is padding.
 _SORTED_BATCHES = 8
 # Second word of the split's seed; epochs count up from zero and never reach it.
@@ -33,7 +33,8 @@ class PairArrays:
     One matching pair.
 
     ``plan_feat (M, D)``, ``sub_feat (N, D)`` float32; ``plan_edges (E, 2)``, ``sub_edges (E, 2)``
-    int64; ``labels (N,)`` int64 plan index, UNMATCHED or IGNORE; ``plan_id`` names the plan.
+    int64; ``labels (N,)`` int64 plan index, UNMATCHED or IGNORE; ``plan_id`` names the plan and
+    ``index`` the pair in its data set.
     """
 
     plan_feat: NDArray[np.float32]
@@ -42,6 +43,7 @@ class PairArrays:
     sub_edges: NDArray[np.int64]
     labels: NDArray[np.int64]
     plan_id: int
+    index: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +59,25 @@ class PairBatch:
         return PairBatch(self.plan.to(device), self.sub.to(device), self.labels.to(device))
 
 
-def load_pairs(dataset: PairDataset, limit: int | None = None) -> list[PairArrays]:
-    """Return all stored pairs, or the first ``limit``, as arrays of about 20 kB each."""
+def load_pairs(
+    dataset: PairDataset, network: type[RegionNetwork], limit: int | None = None
+) -> list[PairArrays]:
+    """Return all stored pairs, or the first ``limit``, as rows of ``network``; 20 kB each."""
     count = len(dataset) if limit is None else min(limit, len(dataset))
-    stored = (dataset[index] for index in range(count))
-    return [
-        PairArrays(
-            plan_feat=pair.plan.node_feat,
-            plan_edges=pair.plan.edges,
-            sub_feat=pair.sub.node_feat,
-            sub_edges=pair.sub.edges,
-            labels=pair.labels,
-            plan_id=pair.plan_id,
-        )
-        for pair in stored
-    ]
+    return [pair_arrays(dataset.pair(index), network, index) for index in range(count)]
+
+
+def pair_arrays(pair: MatchingPair, network: type[RegionNetwork], index: int) -> PairArrays:
+    """Return pair ``index`` of a data set as the node rows that ``network`` takes."""
+    return PairArrays(
+        plan_feat=network.rows(pair.plan_graph),
+        plan_edges=pair.plan_graph.edges,
+        sub_feat=network.rows(pair.sub_graph),
+        sub_edges=pair.sub_graph.edges,
+        labels=pair.sub_labels,
+        plan_id=pair.plan_id,
+        index=index,
+    )
 
 
 def split_by_plan(
@@ -120,6 +126,7 @@ def batch_order(
 
 def training_batches(
     pairs: Sequence[PairArrays],
+    layout: FeatureLayout,
     batch_size: int,
     config: AugmentationConfig,
     rng: np.random.Generator,
@@ -127,21 +134,32 @@ def training_batches(
     """Yield one epoch of augmented batches."""
     sizes = np.array([len(pair.plan_feat) for pair in pairs])
     for batch in batch_order(sizes, batch_size, rng):
-        yield collate([augment(pairs[index], config, rng) for index in batch])
+        yield collate([augment(pairs[index], layout, config, rng) for index in batch])
 
 
-def augment(pair: PairArrays, config: AugmentationConfig, rng: np.random.Generator) -> PairArrays:
-    """Return the pair with both sides turned, and with noise, mirroring and dropped regions."""
+def augment(
+    pair: PairArrays,
+    layout: FeatureLayout,
+    config: AugmentationConfig,
+    rng: np.random.Generator,
+) -> PairArrays:
+    """Return the pair turned, cropped, mirrored, with noise and with regions missing."""
+    if rng.random() < config.crop_probability:
+        pair = _without(pair, np.ones(len(pair.plan_feat), dtype=np.bool_), _crop(pair, rng))
     pair = _drop_regions(pair, config.drop_probability, rng)
     mirror = rng.random() < config.mirror_probability
     log_scale = config.scale_noise * rng.standard_normal()
-    plan_feat = _perturb(pair.plan_feat, mirror, 0.0, config.feature_noise, rng)
-    sub_feat = _perturb(pair.sub_feat, mirror, log_scale, config.feature_noise, rng)
-    return replace(pair, plan_feat=plan_feat, sub_feat=sub_feat)
+    noise = config.feature_noise
+    return replace(
+        pair,
+        plan_feat=_perturb(pair.plan_feat, layout, mirror, 0.0, noise, rng),
+        sub_feat=_perturb(pair.sub_feat, layout, mirror, log_scale, noise, rng),
+    )
 
 
 def _perturb(
     rows: NDArray[np.float32],
+    layout: FeatureLayout,
     mirror: bool,
     log_scale: float,
     noise: float,
@@ -149,31 +167,60 @@ def _perturb(
 ) -> NDArray[np.float32]:
     rows = rows.copy()
     if mirror:
-        rows[:, 0] *= -1.0
-        rows[:, _HU_SKEW] *= -1.0
+        rows[:, layout.odd] *= -1.0
     yaw = rng.uniform(-np.pi, np.pi)
-    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    rows[:, POSITION] = np.exp(log_scale) * rows[:, POSITION] @ turn.T
-    rows[:, _SHAPE] += noise * rng.standard_normal(rows[:, _SHAPE].shape)
-    rows[:, AREA] += 2.0 * log_scale / AREA_SCALE
+    rows[:, POSITION] = np.exp(log_scale) * rows[:, POSITION] @ _turn(yaw).T
+    if layout.axis is not None:
+        rows[:, layout.axis] = rows[:, layout.axis] @ _turn(2.0 * yaw).T
+    rows[:, layout.noisy] += noise * rng.standard_normal(rows[:, layout.noisy].shape)
+    rows[:, layout.log_lengths] += log_scale
     return rows
 
 
+def _turn(yaw: float) -> NDArray[np.float64]:
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s], [s, c]])
+
+
+def _crop(pair: PairArrays, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Choose a connected part of the submap of random size, as if less had been explored."""
+    count = len(pair.sub_feat)
+    wanted = int(rng.integers(min(_SMALLEST_CROP, count), count + 1))
+    neighbours: list[list[int]] = [[] for _ in range(count)]
+    for a, b in pair.sub_edges.tolist():
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    keep = np.zeros(count, dtype=np.bool_)
+    border = [int(rng.integers(count))]
+    keep[border] = True
+    while border and keep.sum() < wanted:
+        node = border.pop(int(rng.integers(len(border))))
+        fresh = [other for other in neighbours[node] if not keep[other]]
+        keep[fresh] = True
+        border += fresh
+    return keep
+
+
 def _drop_regions(pair: PairArrays, probability: float, rng: np.random.Generator) -> PairArrays:
-    """Remove random regions; partners of removed plan regions become UNMATCHED."""
+    """Remove random regions of either side."""
     keep_plan = _kept(len(pair.plan_feat), probability, rng)
-    keep_sub = _kept(len(pair.sub_feat), probability, rng)
+    return _without(pair, keep_plan, _kept(len(pair.sub_feat), probability, rng))
+
+
+def _without(
+    pair: PairArrays, keep_plan: NDArray[np.bool_], keep_sub: NDArray[np.bool_]
+) -> PairArrays:
+    """Keep only some regions; partners of removed plan regions become UNMATCHED."""
     labels = pair.labels[keep_sub]
     renumbered = _renumber(keep_plan)
     matched = labels >= 0
-    labels = np.where(matched, renumbered[np.where(matched, labels, 0)], labels)
     return replace(
         pair,
         plan_feat=pair.plan_feat[keep_plan],
         plan_edges=_kept_edges(pair.plan_edges, keep_plan),
         sub_feat=pair.sub_feat[keep_sub],
         sub_edges=_kept_edges(pair.sub_edges, keep_sub),
-        labels=labels,
+        labels=np.where(matched, renumbered[np.where(matched, labels, 0)], labels),
     )
 
 

@@ -22,11 +22,11 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.io.weights import Weights, write_weights
 from fpnet_core.matching import mutual_pairs
 from fpnet_core.metrics import MatchCounts, count_matches
-from fpnet_core.models import MatchingNetwork, load_tensors
+from fpnet_core.models import RegionNetwork, load_tensors, make_network
 from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.config import TrainingConfig
 from fpnet_core.training.data import PairArrays, PairBatch, collate, training_batches
-from fpnet_core.training.losses import LossTerms, matching_loss
+from fpnet_core.training.losses import LossTerms, matching_loss, supervised_loss
 from fpnet_core.types import FEATURE_SCHEMA
 
 logger = logging.getLogger(__name__)
@@ -59,11 +59,11 @@ class Hooks:
     on_epoch: Callable[[EpochRecord], None] = lambda record: None
 
 
-def make_network(config: TrainingConfig) -> MatchingNetwork:
+def seeded_network(config: TrainingConfig) -> RegionNetwork:
     """Return a network initialised from the run's seed, leaving torch's global state alone."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
-        return MatchingNetwork(config.network)
+        return make_network(config.network)
 
 
 def learning_rate_at(step: int, steps: int, config: TrainingConfig) -> float:
@@ -80,7 +80,7 @@ class Trainer:
     One run in the folder ``out``.
 
     Writes ``training.json`` (configuration), ``curves.csv``, ``last.safetensors`` (state) and,
-    whenever validation F1 improves, ``matcher.safetensors`` with its manifest, which is what
+    whenever the validation loss falls, ``matcher.safetensors`` with its manifest, which is what
     the matcher loads. A folder that holds a state is continued.
 
     Parameters
@@ -109,20 +109,21 @@ class Trainer:
     ) -> None:
         self.config, self.out, self.recipe = config, out, dict(recipe or {})
         self.fabric = make_fabric(device)
-        network = make_network(config)
+        network = seeded_network(config)
         if initial is not None:
             load_tensors(network, initial)
             self.recipe['initial_sha256'] = initial.manifest['sha256']
         optimizer = torch.optim.AdamW(
             network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
         )
-        self.next_epoch, self.best_f1, self.best_epoch = 0, -1.0, -1
+        self.next_epoch, self.best_loss, self.best_epoch = 0, math.inf, -1
         out.mkdir(parents=True, exist_ok=True)
         self._claim_folder()
         if (out / STATE_FILE).exists():
             self._resume(network, optimizer)
         self.bare_network = network
         self.network, self.optimizer = self.fabric.setup(network, optimizer)
+        self.network.mark_forward_method('assignments')
 
     def fit(
         self,
@@ -134,7 +135,7 @@ class Trainer:
         hooks = hooks or Hooks()
         while self.next_epoch < self.config.epochs:
             if self.next_epoch - self.best_epoch > self.config.patience:
-                logger.info('no better validation F1 since epoch %d', self.best_epoch)
+                logger.info('no lower validation loss since epoch %d', self.best_epoch)
                 return
             record = self._epoch(training, validation, hooks)
             self._keep(record)
@@ -147,7 +148,9 @@ class Trainer:
         steps_per_epoch = math.ceil(len(training) / config.batch_size)
         # A stream per epoch: a resumed run sees the very batches of an uninterrupted one.
         rng = np.random.default_rng([config.seed, epoch])
-        batches = training_batches(training, config.batch_size, config.augmentation, rng)
+        batches = training_batches(
+            training, self.bare_network.layout, config.batch_size, config.augmentation, rng
+        )
         sums, rate = torch.zeros(4), 0.0
         self.network.train()
         for index, batch in enumerate(batches):
@@ -174,9 +177,8 @@ class Trainer:
     def _step(self, batch: PairBatch, rate: float) -> LossTerms:
         for group in self.optimizer.param_groups:
             group['lr'] = rate
-        terms = matching_loss(
-            self.network(batch.plan, batch.sub), batch.labels, batch.plan, self.config.loss
-        )
+        outputs = self.network.assignments(batch.plan, batch.sub)
+        terms = supervised_loss(outputs, batch.labels, batch.plan, self.config.loss)
         self.optimizer.zero_grad(set_to_none=True)
         self.fabric.backward(terms.total)
         self.fabric.clip_gradients(self.network, self.optimizer, max_norm=self.config.clip_norm)
@@ -184,13 +186,13 @@ class Trainer:
         return terms
 
     def _keep(self, record: EpochRecord) -> None:
-        if record.val_f1 > self.best_f1:
-            self.best_f1, self.best_epoch = record.val_f1, record.epoch
+        if record.val_loss < self.best_loss:
+            self.best_loss, self.best_epoch = record.val_loss, record.epoch
             self._write_weights(record)
         self.next_epoch = record.epoch + 1
         scalars = {
             'next_epoch': self.next_epoch,
-            'best_f1': self.best_f1,
+            'best_loss': self.best_loss,
             'best_epoch': self.best_epoch,
         }
         append_curve(self.out / CURVES_FILE, record)
@@ -223,7 +225,7 @@ class Trainer:
     def _resume(self, network: nn.Module, optimizer: torch.optim.Optimizer) -> None:
         scalars = load_state(self.out / STATE_FILE, network, optimizer)
         self.next_epoch = int(scalars['next_epoch'])
-        self.best_f1 = float(scalars['best_f1'])
+        self.best_loss = float(scalars['best_loss'])
         self.best_epoch = int(scalars['best_epoch'])
         logger.info('continuing %s at epoch %d', self.out, self.next_epoch)
 

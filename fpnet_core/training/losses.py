@@ -19,6 +19,7 @@ Mass in the dustbin adds nothing to the last two; the first pays for it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -59,10 +60,27 @@ def matching_loss(
     probability = log_assignment.exp()
     match = match_loss(probability, labels, plan.mask)
     assignment = probability[:, :-1, :-1]
-    topology = topology_loss(assignment, labels, plan.adjacency)
-    spatial = spatial_loss(assignment, labels, pair_distances(plan))
+    # Terms without a weight cost as much as the network's last layer; they are not computed.
+    topology = spatial = match.new_zeros(())
+    if weights.topology:
+        topology = topology_loss(assignment, labels, plan.adjacency)
+    if weights.spatial:
+        spatial = spatial_loss(assignment, labels, pair_distances(plan))
     total = weights.match * match + weights.topology * topology + weights.spatial * spatial
     return LossTerms(total, match, topology, spatial)
+
+
+def supervised_loss(
+    outputs: Sequence[Tensor], labels: Tensor, plan: GraphBatch, weights: LossConfig
+) -> LossTerms:
+    """Return the mean loss of several layers' log-assignments; arguments as above."""
+    terms = [matching_loss(output, labels, plan, weights) for output in outputs]
+    return LossTerms(
+        total=torch.stack([term.total for term in terms]).mean(),
+        match=torch.stack([term.match for term in terms]).mean(),
+        topology=torch.stack([term.topology for term in terms]).mean(),
+        spatial=torch.stack([term.spatial for term in terms]).mean(),
+    )
 
 
 def match_loss(probability: Tensor, labels: Tensor, plan_mask: Tensor) -> Tensor:

@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 import torch
 
-from fpnet_core.graphs.features import POSITION
+from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models import (
     EdgeMapping,
     GraphBatch,
-    MatchingNetwork,
-    NetworkConfig,
-    batch_graphs,
+    PaperConfig,
+    PaperNetwork,
     log_assignment,
     pad_graphs,
 )
@@ -30,7 +29,7 @@ def random_network(mapping=EdgeMapping.LEARNED, seed=0, **sizes):
     """Return a network none of whose layers is at its neutral start."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(seed)
-        network = MatchingNetwork(NetworkConfig(edge_mapping=mapping, **(SMALL | sizes)))
+        network = PaperNetwork(PaperConfig(edge_mapping=mapping, **(SMALL | sizes)))
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter, std=0.4)
     return network.double().eval()
@@ -42,7 +41,9 @@ def doubled(batch):
 
 def graphs(seed):
     plan, sub, _ = toy_pair(np.random.default_rng(seed), rooms=7, seen=3)
-    return doubled(batch_graphs([plan])), doubled(batch_graphs([sub]))
+    return doubled(PaperNetwork(PaperConfig()).batch([plan])), doubled(
+        PaperNetwork(PaperConfig()).batch([sub])
+    )
 
 
 def permuted(batch, order):
@@ -82,7 +83,10 @@ def test_padding_and_batch_neighbours_change_nothing(mapping, seed):
     with torch.inference_mode():
         together = network(together_plan, together_sub)
         for index, (plan, sub) in enumerate(pairs):
-            alone = network(doubled(batch_graphs([plan])), doubled(batch_graphs([sub])))[0]
+            alone = network(
+                doubled(PaperNetwork(PaperConfig()).batch([plan])),
+                doubled(PaperNetwork(PaperConfig()).batch([sub])),
+            )[0]
             inside = together[index, : len(plan), : len(sub)]
             torch.testing.assert_close(inside, alone[:-1, :-1], rtol=1e-8, atol=1e-8)
             dust = together[index, -1, : len(sub)]

@@ -11,10 +11,10 @@ from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import MatchingNetwork, NetworkConfig, batch_graphs, load_network
+from fpnet_core.models import PaperConfig, PaperNetwork, load_network
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
-NETWORK = NetworkConfig(width=8, blocks=1, position_widths=(6,))
+NETWORK = PaperConfig(width=8, blocks=1, position_widths=(6,))
 EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), 'submap')
 
 
@@ -22,7 +22,7 @@ EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), '
 def checkpoint(tmp_path):
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        network = MatchingNetwork(NETWORK)
+        network = PaperNetwork(NETWORK)
     tensors = {key: value.numpy() for key, value in network.state_dict().items()}
     path = tmp_path / 'small.safetensors'
     write_weights(path, tensors, FEATURE_SCHEMA, {'network': NETWORK.model_dump(mode='json')})
@@ -42,8 +42,8 @@ def test_matches_are_those_of_the_network(checkpoint):
     result = matcher.match(plan, sub, 300.0)
     with torch.inference_mode():
         network = load_network(read_weights(checkpoint, FEATURE_SCHEMA))
-        expected = network(batch_graphs([plan]), batch_graphs([sub]))[0, :-1, :-1].exp().numpy()
-    assert result.probability == pytest.approx(expected)
+        expected = network(network.batch([plan]), network.batch([sub]))[0, :-1, :-1].exp().numpy()
+    assert result.probability == pytest.approx(expected, abs=1e-6)
     assert (expected.sum(axis=0) <= 1 + 1e-5).all()
     for (i, j), score in zip(result.pairs, result.scores, strict=True):
         assert score == pytest.approx(expected[i].max()) == pytest.approx(expected[:, j].max())

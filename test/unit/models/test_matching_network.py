@@ -8,9 +8,8 @@ import torch
 
 from fpnet_core.models import (
     EdgeMapping,
-    MatchingNetwork,
-    NetworkConfig,
-    batch_graphs,
+    PaperConfig,
+    PaperNetwork,
     log_assignment,
     pad_graphs,
 )
@@ -34,7 +33,7 @@ def batch_of(positions, edges):
 
 
 def test_defaults_are_the_papers():
-    network = MatchingNetwork(NetworkConfig())
+    network = PaperNetwork(PaperConfig())
     assert len(network.self_layers) == len(network.cross_layers) == 9
     assert network.config.width == 26
     assert network.config.heads == 2
@@ -49,9 +48,9 @@ def test_defaults_are_the_papers():
 @pytest.mark.parametrize('mapping', list(EdgeMapping))
 @pytest.mark.parametrize('width', [26, 12])
 def test_network_runs_and_trains(mapping, width):
-    network = MatchingNetwork(NetworkConfig(width=width, blocks=2, edge_mapping=mapping))
+    network = PaperNetwork(PaperConfig(width=width, blocks=2, edge_mapping=mapping))
     plan, sub, _ = toy_pair(np.random.default_rng(0))
-    output = network(batch_graphs([plan]), batch_graphs([sub]))
+    output = network(network.batch([plan]), network.batch([sub]))
     assert output.shape == (1, len(plan) + 1, len(sub) + 1)
     assert torch.isfinite(output).all()
     output.sum().backward()
@@ -59,21 +58,21 @@ def test_network_runs_and_trains(mapping, width):
 
 
 def test_untrained_propagation_is_the_identity():
-    network = MatchingNetwork(NetworkConfig(blocks=3))
+    network = PaperNetwork(PaperConfig(blocks=3))
     plan, sub, _ = toy_pair(np.random.default_rng(1))
-    plan, sub = batch_graphs([plan]), batch_graphs([sub])
+    plan, sub = network.batch([plan]), network.batch([sub])
     expected = network.project(network.encoder(plan.node_feat))
     torch.testing.assert_close(network.describe(plan, sub)[0], expected)
 
 
 def test_configuration_rejects_heads_that_do_not_divide_the_width():
     with pytest.raises(ValidationError, match='not a multiple of heads 4'):
-        NetworkConfig(width=26, heads=4)
+        PaperConfig(width=26, heads=4)
 
 
 def test_padding_marks_real_nodes_and_symmetric_edges():
     plan, sub, _ = toy_pair(np.random.default_rng(2), rooms=4, seen=2)
-    batch = batch_graphs([plan, sub])
+    batch = PaperNetwork(PaperConfig()).batch([plan, sub])
     assert batch.mask.sum(dim=1).tolist() == [len(plan), len(sub)]
     assert batch.node_feat[1, len(sub) :].abs().max() == 0.0
     assert torch.equal(batch.adjacency, batch.adjacency.transpose(1, 2))
@@ -83,7 +82,7 @@ def test_padding_marks_real_nodes_and_symmetric_edges():
 def test_empty_graphs_make_a_valid_batch():
     batch = pad_graphs([np.zeros((0, 28), np.float32)], [np.zeros((0, 2), np.int64)])
     assert batch.mask.tolist() == [[False]]
-    output = MatchingNetwork(NetworkConfig(blocks=1))(batch, batch)
+    output = PaperNetwork(PaperConfig(blocks=1))(batch, batch)
     assert torch.isfinite(output[..., -1, -1]).all()
 
 

@@ -7,15 +7,20 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
+from numpy.typing import NDArray
 import torch
 from torch import Tensor, nn
 
-from fpnet_core.graphs.features import CONFIDENCE, NODE_FEATURES, POSITION
+from fpnet_core.graphs.features import CONFIDENCE, NODE_FEATURES, PAPER_LAYOUT
+from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models.attention import Propagation
 from fpnet_core.models.batch import GraphBatch
-from fpnet_core.models.config import NetworkConfig
+from fpnet_core.models.config import PaperConfig
 from fpnet_core.models.edges import EdgeFunction
+from fpnet_core.models.network import RegionNetwork
 from fpnet_core.models.sinkhorn import log_assignment
+from fpnet_core.types import RegionGraph
 
 _POSE_FEATURES = CONFIDENCE.stop
 _DESCRIPTOR_FEATURES = NODE_FEATURES - POSITION.stop
@@ -30,7 +35,7 @@ class GraphEncoder(nn.Module):
     a linear map of ``d``, which the paper's own width does without.
     """
 
-    def __init__(self, config: NetworkConfig) -> None:
+    def __init__(self, config: PaperConfig) -> None:
         super().__init__()
         widths = [_POSE_FEATURES, *config.position_widths]
         layers: list[nn.Module] = []
@@ -52,10 +57,17 @@ class GraphEncoder(nn.Module):
         return state
 
 
-class MatchingNetwork(nn.Module):
-    """Two batches of graphs in, log-assignments with dustbins out."""
+class PaperNetwork(RegionNetwork):
+    """The paper's network; without an edge function it is the backbone that the paper extends."""
 
-    def __init__(self, config: NetworkConfig) -> None:
+    layout = PAPER_LAYOUT
+
+    @staticmethod
+    def rows(graph: RegionGraph) -> NDArray[np.float32]:
+        """Return the graph's own 28 features."""
+        return graph.node_feat
+
+    def __init__(self, config: PaperConfig) -> None:
         super().__init__()
         self.config = config
         self.encoder = GraphEncoder(config)

@@ -1,0 +1,307 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Geometric consensus: which placements of the submap do the likely region pairs agree on?
+
+A network says for each submap region which plan regions it may be; rooms repeat, so many pairs
+look alike. But two pairs fix a similarity, and under the true one every other region falls on a
+partner. Placements are proposed from pairs of likely pairs, fitted, and judged by a log-linear
+model of a few kinds of evidence, among them regions that should have a partner and have none. Its
+weights are fitted on training buildings, so that their softmax is the probability that a placement
+is the right one, and what remains is the probability that none is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.matching.geometry import GraphGeometry
+from fpnet_core.matching.kernels import (
+    fit_regions,
+    keep_one_per_plan_region,
+    propose_similarities,
+)
+
+Array = NDArray[np.float64]
+
+EVIDENCE = (
+    'door_fit',
+    'door_misses',
+    'room_fit',
+    'room_misses',
+    'likelihood',
+    'edges_kept',
+    'edges_broken',
+    'scale_error',
+    'plan_door_misses',
+    'size_error',
+    'fit_share',
+)
+"""Kinds of evidence in the order of the model's weights; sums over regions but for the last."""
+
+CANDIDATES_PER_REGION = 8  # likely plan regions that each submap region brings in
+NEIGHBOURS = 6  # other regions that each submap region is paired with
+MAX_PROPOSALS = 250  # placements of which the fit is computed
+MAX_REFINED = 24  # distinct placements that are refined and judged
+
+_REFINEMENTS = 2
+_DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
+_DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
+_ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part is off-centre
+_NEGLIGIBLE = 1e-5  # likelihoods below this share of a region's best are not tried
+_FLOOR = -5.0  # least log-likelihood of a partner against the region's best one
+_WELL_SEEN = 0.9  # observed fraction from which a room's size and doors can be compared
+_SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
+_UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)
+
+
+@dataclass(frozen=True)
+class ScalePrior:
+    """Expected plan units per submap unit: the log of it, and how far from it is tried."""
+
+    log_scale: float = 0.0
+    log_window: float = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class EvidenceModel:
+    """``weights (11,)`` of the kinds of evidence, and the score of "none of them"."""
+
+    weights: Array
+    null: float
+
+    def posterior(self, evidence: Array) -> Array:
+        """Return the probability of each row of ``evidence (C, 11)``; what is left is none."""
+        scores = np.append(evidence @ self.weights, self.null)
+        share = np.exp(scores - scores.max())
+        probability: Array = share[:-1] / share.sum()
+        return probability
+
+
+@dataclass(frozen=True, eq=False)
+class Placements:
+    """
+    Distinct placements of a submap.
+
+    ``similarity (C, 4)`` as in :mod:`fpnet_core.matching.kernels`; ``partner (C, N)`` plan
+    indices or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, 11)``.
+    """
+
+    similarity: Array
+    partner: NDArray[np.int64]
+    fit: Array
+    evidence: Array
+
+    def take(self, index: NDArray[np.int64]) -> Placements:
+        """Return the placements at ``index`` in that order."""
+        return Placements(
+            self.similarity[index], self.partner[index], self.fit[index], self.evidence[index]
+        )
+
+    def __len__(self) -> int:
+        """Count the placements."""
+        return len(self.similarity)
+
+
+def find_placements(
+    plan: GraphGeometry, sub: GraphGeometry, log_p: Array, prior: ScalePrior
+) -> Placements:
+    """
+    Return the placements that several likely pairs agree on; none for a single region.
+
+    Parameters
+    ----------
+    plan, sub : both sides, neither empty
+    log_p : (M, N) log-likelihood of each pair of regions; only differences within a column count
+    prior : range of scales to try
+    """
+    relative = _relative(plan, sub, log_p)
+    weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / _LOG_DECADES, 0.0, 1.0)
+    proposals = propose_similarities(
+        relative,
+        _likely_partners(relative),
+        _neighbours(sub),
+        plan.point,
+        sub.point,
+        plan.box[:, 4],
+        sub.box[:, 4],
+        sub.is_door,
+        prior.log_scale,
+        prior.log_window,
+    )
+    order = np.argsort(-proposals[:, 4], kind='stable')[:MAX_PROPOSALS]
+    similarity = proposals[order, :4]
+    _, fit = _fit(plan, sub, similarity, weight)
+    order = np.argsort(-fit.sum(axis=1), kind='stable')
+    similarity = similarity[order]
+    similarity = similarity[_distinct_index(similarity, sub, MAX_REFINED)]
+    for _ in range(_REFINEMENTS):
+        similarity = _refined(plan, sub, similarity, *_fit(plan, sub, similarity, weight))
+    log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1))
+    similarity = similarity[np.abs(log_scale - prior.log_scale) <= prior.log_window]
+    partner, fit = _fit(plan, sub, similarity, weight)
+    keep_one_per_plan_region(partner, fit, len(plan))
+    # What refinement has brought together is one placement: the best fit stays.
+    order = np.argsort(-fit.sum(axis=1), kind='stable')
+    order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
+    similarity, partner, fit = similarity[order], partner[order], fit[order]
+    evidence = gather_evidence(plan, sub, similarity, partner, fit, relative, prior)
+    return Placements(similarity, partner, fit, evidence)
+
+
+def rank(placements: Placements, model: EvidenceModel) -> tuple[Placements, Array]:
+    """Return the placements, most probable first, and their probabilities ``(C,)``."""
+    probability = model.posterior(placements.evidence)
+    order = np.argsort(-probability, kind='stable')
+    return placements.take(order), probability[order]
+
+
+def gather_evidence(
+    plan: GraphGeometry,
+    sub: GraphGeometry,
+    similarity: Array,
+    partner: NDArray[np.int64],
+    fit: Array,
+    relative: Array,
+    prior: ScalePrior,
+) -> Array:
+    """Return the ``(C, 11)`` evidence for placements; columns as in ``EVIDENCE``."""
+    matched = partner >= 0
+    door, room = sub.is_door[None], ~sub.is_door[None]
+    likelihood = np.where(matched, np.maximum(relative[partner, np.arange(len(sub))], _FLOOR), 0.0)
+    kept, broken = _edges(plan, sub, partner)
+    log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1) + 1e-12) - prior.log_scale
+    well_seen = matched & room & (sub.observed >= _WELL_SEEN)[None]
+    size = np.log(plan.box[:, 2:4]).sum(axis=1)[partner] - np.log(sub.box[:, 2:4]).sum(axis=1)
+    size_error = np.abs(size - 2.0 * (log_scale + prior.log_scale)[:, None]).clip(0.0, 1.0)
+    return np.column_stack(
+        [
+            (fit * door).sum(axis=1),
+            (~matched & door).sum(axis=1),
+            (fit * room).sum(axis=1),
+            (~matched & room).sum(axis=1),
+            likelihood.sum(axis=1),
+            kept,
+            broken,
+            np.log1p((log_scale / _SCALE_WIDTH) ** 2),
+            _plan_door_misses(plan, sub, partner, well_seen),
+            (size_error * well_seen).sum(axis=1),
+            fit.mean(axis=1),
+        ]
+    ).astype(np.float64)
+
+
+def _relative(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> Array:
+    """Return log-likelihoods against each column's best; -inf between a door and a room."""
+    same = plan.is_door[:, None] == sub.is_door[None]
+    allowed = np.where(same, log_p, -np.inf)
+    best = allowed.max(axis=0, keepdims=True)
+    return np.where(same, log_p - np.where(np.isfinite(best), best, 0.0), -np.inf)
+
+
+def _likely_partners(relative: Array) -> NDArray[np.int64]:
+    """Return ``(N, K)`` plan indices per submap region, best first, -1 where unlikely."""
+    count = min(CANDIDATES_PER_REGION, len(relative))
+    best = np.argsort(-relative, axis=0, kind='stable')[:count].T
+    value = np.take_along_axis(relative.T, best, axis=1)
+    return np.where(value > np.log(_NEGLIGIBLE), best, -1).astype(np.int64)
+
+
+def _neighbours(sub: GraphGeometry) -> NDArray[np.int64]:
+    """Return ``(N, L)`` near regions of each region, doors preferred; -1 fills up."""
+    distance = np.linalg.norm(sub.point[:, None] - sub.point[None], axis=2)
+    distance = distance * np.where(sub.is_door, _DOOR_DISTANCE_SHARE, 1.0)[None]
+    np.fill_diagonal(distance, np.inf)
+    count = min(NEIGHBOURS, len(sub) - 1)
+    return np.argsort(distance, axis=1, kind='stable')[:, :count].astype(np.int64)
+
+
+def _fit(
+    plan: GraphGeometry, sub: GraphGeometry, similarity: Array, weight: Array
+) -> tuple[NDArray[np.int64], Array]:
+    partner = np.empty((len(similarity), len(sub)), dtype=np.int64)
+    fit = np.empty((len(similarity), len(sub)))
+    sides = (plan.point, plan.box, plan.is_door, sub.point, sub.box, sub.is_door)
+    fit_regions(np.ascontiguousarray(similarity), weight, *sides, partner, fit)
+    return partner, fit
+
+
+def _refined(
+    plan: GraphGeometry,
+    sub: GraphGeometry,
+    similarity: Array,
+    partner: NDArray[np.int64],
+    fit: Array,
+) -> Array:
+    """Return the weighted least-squares similarities; those of under two partners stay."""
+    pull = np.where(sub.is_door, 1.0, _ROOM_PULL)[None] * fit
+    total = pull.sum(axis=1, keepdims=True)
+    share = pull / np.maximum(total, 1e-12)
+    target = plan.point[partner]
+    sub_mean = share @ sub.point
+    plan_mean = np.einsum('cn,cnd->cd', share, target)
+    source = sub.point[None] - sub_mean[:, None]
+    target = target - plan_mean[:, None]
+    spread = np.einsum('cn,cnd->c', share, source**2)
+    along = np.einsum('cn,cnd,cnd->c', share, source, target)
+    turn = source[..., 0] * target[..., 1] - source[..., 1] * target[..., 0]
+    across = np.einsum('cn,cn->c', share, turn)
+    usable = ((pull > 0.0).sum(axis=1) >= 2) & (spread > 1e-3) & (along**2 + across**2 > 1e-6)
+    a, b = (value / np.where(usable, spread, 1.0) for value in (along, across))
+    x = plan_mean[:, 0] - a * sub_mean[:, 0] + b * sub_mean[:, 1]
+    y = plan_mean[:, 1] - b * sub_mean[:, 0] - a * sub_mean[:, 1]
+    return np.where(usable[:, None], np.column_stack([a, b, x, y]), similarity)
+
+
+def _distinct_index(similarity: Array, sub: GraphGeometry, limit: int) -> NDArray[np.int64]:
+    """Return indices of placements that differ from every earlier one, at most ``limit``."""
+    low, high = sub.point.min(axis=0), sub.point.max(axis=0)
+    corners = np.array([low, high, [low[0], high[1]]])
+    a, b = similarity[:, :1], similarity[:, 1:2]
+    x = a * corners[:, 0] - b * corners[:, 1] + similarity[:, 2:3]
+    y = b * corners[:, 0] + a * corners[:, 1] + similarity[:, 3:4]
+    placed = np.concatenate([x, y], axis=1)
+    kept: list[int] = []
+    for index in range(len(placed)):
+        moved = np.abs(placed[kept] - placed[index]).max(axis=1)
+        if (moved > _DISTINCT_UNITS).all():
+            kept.append(index)
+            if len(kept) == limit:
+                break
+    return np.array(kept, dtype=np.int64)
+
+
+def _edges(
+    plan: GraphGeometry, sub: GraphGeometry, partner: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Count submap edges between matched regions whose partners are joined, and are not."""
+    first, second = np.nonzero(np.triu(sub.linked))
+    i, k = partner[:, first], partner[:, second]
+    both = (i >= 0) & (k >= 0)
+    joined = plan.linked[i, k]
+    return (both & joined).sum(axis=1), (both & ~joined).sum(axis=1)
+
+
+def _plan_door_misses(
+    plan: GraphGeometry,
+    sub: GraphGeometry,
+    partner: NDArray[np.int64],
+    well_seen: NDArray[np.bool_],
+) -> Array:
+    """Count plan doors of the partners of well seen rooms that no submap door falls on."""
+    rooms_of_door = plan.linked & plan.is_door[:, None] & ~plan.is_door[None]
+    misses = np.zeros(len(partner))
+    for c in range(len(partner)):
+        expected = np.flatnonzero(rooms_of_door[:, partner[c][well_seen[c]]].any(axis=1))
+        misses[c] = np.count_nonzero(~np.isin(expected, partner[c]))
+    return misses
+
+
+def default_model() -> EvidenceModel:
+    """Return weights for likelihoods that no model was fitted for: baselines, ablations."""
+    weights: Sequence[float] = (1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7, 0.0)
+    return EvidenceModel(np.array(weights), 3.0)

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where the regions of a graph lie, in the graph's own unit: what consensus looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.graphs.invariant import door_mask, enclosing_rectangles, length_unit
+from fpnet_core.types import RegionGraph
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class GraphGeometry:
+    """
+    ``R`` regions in units of about a door's width, relative to the mean of their centres.
+
+    ``point (R, 2)`` is a door's middle or a room's centroid; ``box (R, 5)`` the enclosing
+    rectangle: centre, half long side, half short side, angle of the long side [rad], which for a
+    door is that of its opening line. ``unit`` and ``origin (2,)`` lead back to the graph's frame.
+    ``linked (R, R)`` tells which regions are joined by an edge.
+    """
+
+    point: Array
+    box: Array
+    is_door: NDArray[np.bool_]
+    observed: Array
+    linked: NDArray[np.bool_]
+    unit: float
+    origin: Array
+
+    def __len__(self) -> int:
+        """Count the regions."""
+        return len(self.point)
+
+
+def graph_geometry(graph: RegionGraph) -> GraphGeometry:
+    """Return the geometry of a graph with at least one region."""
+    centre, sides, angle = enclosing_rectangles(graph)
+    is_door = door_mask(graph)
+    unit = length_unit(sides, is_door)
+    centroid = np.array([region.centroid for region in graph.regions])
+    origin = centroid.mean(axis=0)
+    linked = np.zeros((len(graph), len(graph)), dtype=np.bool_)
+    linked[graph.edges[:, 0], graph.edges[:, 1]] = True
+    return GraphGeometry(
+        point=(centroid - origin) / unit,
+        box=np.column_stack([(centre - origin) / unit, 0.5 * sides / unit, angle]),
+        is_door=is_door,
+        observed=np.array([region.observed_fraction for region in graph.regions]),
+        linked=linked | linked.T,
+        unit=unit,
+        origin=origin,
+    )

@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Compiled inner loops of consensus: propose similarities, and fit regions under them.
+
+A similarity is a row ``(a, b, x, y)``: the point p of the submap goes to
+``(a p_x - b p_y + x, b p_x + a p_y + y)`` of the plan, both in their graphs' units.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+DOOR_RADIUS = 1.1
+"""Doors further apart than this, in plan units, do not support a similarity."""
+
+ROOM_MARGIN = 0.9
+"""How far outside a plan room's rectangle the middle of a submap's room may fall [plan units]."""
+
+DOOR_TURN_SIN = 0.35
+"""Sine of the angle between two doors' lines that still agree (20 degrees)."""
+
+_SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost
+
+
+@numba.njit(cache=True, nogil=True)
+def propose_similarities(
+    log_p: NDArray[np.float64],
+    best: NDArray[np.int64],
+    near: NDArray[np.int64],
+    plan_point: NDArray[np.float64],
+    sub_point: NDArray[np.float64],
+    plan_angle: NDArray[np.float64],
+    sub_angle: NDArray[np.float64],
+    sub_door: NDArray[np.bool_],
+    log_scale: float,
+    log_window: float,
+) -> NDArray[np.float64]:
+    """
+    Return ``(C, 5)``: the similarity that takes two submap regions to two plan regions, and worth.
+
+    Parameters
+    ----------
+    log_p : (M, N) log-likelihood of single pairs
+    best : (N, K) plan regions to try per submap region, -1 for none
+    near : (N, L) regions to pair each submap region with, -1 for none
+    log_scale, log_window : expected log of the scale, and how far from it is tried
+
+    A door's line must keep its direction; the worth is the sum of both log-likelihoods.
+    """
+    found = np.empty((near.size * best.shape[1] ** 2, 5))
+    count = 0
+    for j in range(near.shape[0]):
+        for column in range(near.shape[1]):
+            m = near[j, column]
+            if m < 0:
+                continue
+            sub_x, sub_y = sub_point[m, 0] - sub_point[j, 0], sub_point[m, 1] - sub_point[j, 1]
+            sub_log = 0.5 * np.log(sub_x * sub_x + sub_y * sub_y + 1e-12)
+            sub_yaw = np.arctan2(sub_y, sub_x)
+            for i in best[j]:
+                for k in best[m]:
+                    if i < 0 or k < 0 or i == k:
+                        continue
+                    x = plan_point[k, 0] - plan_point[i, 0]
+                    y = plan_point[k, 1] - plan_point[i, 1]
+                    scale = 0.5 * np.log(x * x + y * y + 1e-12) - sub_log
+                    if abs(scale - log_scale) > log_window:
+                        continue
+                    yaw = np.arctan2(y, x) - sub_yaw
+                    if sub_door[j] and not _aligned(plan_angle[i], sub_angle[j], yaw):
+                        continue
+                    if sub_door[m] and not _aligned(plan_angle[k], sub_angle[m], yaw):
+                        continue
+                    a, b = np.exp(scale) * np.cos(yaw), np.exp(scale) * np.sin(yaw)
+                    found[count, 0], found[count, 1] = a, b
+                    found[count, 2] = plan_point[i, 0] - a * sub_point[j, 0] + b * sub_point[j, 1]
+                    found[count, 3] = plan_point[i, 1] - b * sub_point[j, 0] - a * sub_point[j, 1]
+                    found[count, 4] = log_p[i, j] + log_p[k, m]
+                    count += 1
+    return found[:count]
+
+
+@numba.njit(cache=True, nogil=True)
+def _aligned(plan_angle: float, sub_angle: float, yaw: float) -> bool:
+    return bool(abs(np.sin(plan_angle - sub_angle - yaw)) < DOOR_TURN_SIN)
+
+
+@numba.njit(cache=True, nogil=True)
+def _door_fit(
+    x: float, y: float, angle: float, plan_point: NDArray[Any], plan_box: NDArray[Any]
+) -> float:
+    """Return how well a door at (x, y) with a line at ``angle`` fits a plan door, 0 to 1."""
+    dx, dy = x - plan_point[0], y - plan_point[1]
+    near = 1.0 - (dx * dx + dy * dy) / DOOR_RADIUS**2
+    if near <= 0.0:
+        return 0.0
+    return float(near * np.cos(plan_box[4] - angle) ** 2)
+
+
+@numba.njit(cache=True, nogil=True)
+def _room_fit(
+    x: float, y: float, half_long: float, half_short: float, plan_box: NDArray[Any]
+) -> float:
+    """
+    Return how well a room around (x, y) fits a plan room, 0 to 1.
+
+    Its middle must lie within the plan room's rectangle, however little of it was seen; it must
+    not be larger, and scores more the nearer its size is.
+    """
+    dx, dy = x - plan_box[0], y - plan_box[1]
+    reach = plan_box[2] + plan_box[3] + ROOM_MARGIN
+    if dx * dx + dy * dy > reach * reach:
+        return 0.0
+    c, s = np.cos(plan_box[4]), np.sin(plan_box[4])
+    u = max(0.0, abs(c * dx + s * dy) - plan_box[2])
+    v = max(0.0, abs(c * dy - s * dx) - plan_box[3])
+    near = 1.0 - (u * u + v * v) / ROOM_MARGIN**2
+    if near <= 0.0:
+        return 0.0
+    long, short = half_long / plan_box[2] + 1e-9, half_short / plan_box[3] + 1e-9
+    larger = min(1.0, _SIZE_SLACK / long) * min(1.0, _SIZE_SLACK / short)
+    smaller = min(1.0, _SIZE_SLACK * long) * min(1.0, _SIZE_SLACK * short)
+    return float(near * larger * (0.5 + 0.5 * smaller))
+
+
+@numba.njit(cache=True, nogil=True)
+def fit_regions(
+    similarity: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    plan_point: NDArray[np.float64],
+    plan_box: NDArray[np.float64],
+    plan_door: NDArray[np.bool_],
+    sub_point: NDArray[np.float64],
+    sub_box: NDArray[np.float64],
+    sub_door: NDArray[np.bool_],
+    partner: NDArray[np.int64],
+    fit: NDArray[np.float64],
+) -> None:
+    """
+    Find the plan region that each submap region falls on under each similarity.
+
+    Fills ``partner (C, N)`` with plan indices or -1 and ``fit (C, N)`` with the fit, 0 to 1;
+    among plan regions of the same label the one with the greatest fit times
+    ``weight (M, N)`` wins.
+    """
+    for c in range(similarity.shape[0]):
+        a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
+        scale, yaw = np.sqrt(a * a + b * b), np.arctan2(b, a)
+        for j in range(sub_point.shape[0]):
+            x = a * sub_point[j, 0] - b * sub_point[j, 1] + x0
+            y = b * sub_point[j, 0] + a * sub_point[j, 1] + y0
+            best, best_fit, best_index = 0.0, 0.0, -1
+            for i in range(plan_point.shape[0]):
+                if plan_door[i] != sub_door[j]:
+                    continue
+                if sub_door[j]:
+                    value = _door_fit(x, y, sub_box[j, 4] + yaw, plan_point[i], plan_box[i])
+                else:
+                    value = _room_fit(
+                        x, y, scale * sub_box[j, 2], scale * sub_box[j, 3], plan_box[i]
+                    )
+                if value * weight[i, j] > best:
+                    best, best_fit, best_index = value * weight[i, j], value, i
+            partner[c, j], fit[c, j] = best_index, best_fit
+
+
+@numba.njit(cache=True, nogil=True)
+def keep_one_per_plan_region(
+    partner: NDArray[np.int64], fit: NDArray[np.float64], plan_count: int
+) -> None:
+    """Make each row of ``partner (C, N)`` one-to-one in place: the best fit keeps its partner."""
+    owner = np.empty(plan_count, dtype=np.int64)
+    for c in range(partner.shape[0]):
+        owner[:] = -1
+        for j in range(partner.shape[1]):
+            i = partner[c, j]
+            if i < 0:
+                continue
+            if owner[i] < 0 or fit[c, j] > fit[c, owner[i]]:
+                if owner[i] >= 0:
+                    partner[c, owner[i]] = -1
+                    fit[c, owner[i]] = 0.0
+                owner[i] = j
+            else:
+                partner[c, j] = -1
+                fit[c, j] = 0.0

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the networks have in common: how a graph becomes their input, and what they return."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from fpnet_core.graphs.layout import FeatureLayout
+from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.types import RegionGraph
+
+
+class RegionNetwork(nn.Module):
+    """Two batches of graphs in, log-assignments ``(B, M+1, N+1)`` with dustbins last out."""
+
+    layout: ClassVar[FeatureLayout]
+
+    @staticmethod
+    def rows(graph: RegionGraph) -> NDArray[np.float32]:
+        """Return the node rows ``(R, layout.size)`` that the network takes."""
+        raise NotImplementedError
+
+    def batch(self, graphs: Sequence[RegionGraph]) -> GraphBatch:
+        """Return the graphs as one padded batch."""
+        return pad_graphs([self.rows(graph) for graph in graphs], [g.edges for g in graphs])
+
+    def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
+        """Return every log-assignment that training supervises, the final one last."""
+        return [self(plan, sub)]
