@@ -20,6 +20,21 @@ def command(
         str | None,
         typer.Option('--family', metavar='NAME', help='Layout of the building; default: drawn.'),
     ] = None,
+    wheels: Annotated[
+        bool,
+        typer.Option(
+            '--wheels', help='Add wheel odometry, which is then used instead of scan matching.'
+        ),
+    ] = False,
+    building: Annotated[
+        str,
+        typer.Option(
+            '--building',
+            metavar='STYLE',
+            help='plain, lived_in (door leaves, shut doors, windows), frameless (doors up to the '
+            'ceiling) or glass.',
+        ),
+    ] = 'plain',
     plan: Annotated[
         Path | None,
         typer.Option(
@@ -64,12 +79,15 @@ def command(
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
     from fpnet_core.io import read_map
+    from fpnet_core.sim.fittings import style_named
     from fpnet_core.sim.mesh_worlds import read_mesh
     from fpnet_core.sim.recording import RecordingOptions, make_recording, write_recording
     from fpnet_core.sim.sensors import sensor_named
 
     folder = out if out is not None else Path('out') / 'recording'
-    options = RecordingOptions(family=family, lidar=sensor_named(sensor))
+    options = RecordingOptions(
+        family=family, lidar=sensor_named(sensor), style=style_named(building)
+    )
     recording = make_recording(
         seed or 0,
         options,
@@ -78,7 +96,11 @@ def command(
     )
     with common.progress('casting scans', total=len(recording)) as advance:
         write_recording(
-            recording, folder, storage=storage, progress=lambda _done, _total: advance(1.0)
+            recording,
+            folder,
+            storage=storage,
+            with_wheels=wheels,
+            progress=lambda _done, _total: advance(1.0),
         )
     summary = recording.summary()
     if json_path is not None:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 import open3d as o3d
 
 from fpnet_core.sim.building import Building
+from fpnet_core.sim.meshes import TriangleMesh
 from fpnet_core.sim.sensors import SENSORS, LidarModel, SensorModel
 
 __all__ = ['SENSORS', 'LidarModel', 'LidarSimulator', 'SensorModel', 'Sweep']
@@ -26,6 +27,10 @@ Array = NDArray[np.float64]
 
 REFLECTIVITY = (0.7, 0.45, 0.35)
 """Share of light that walls, shell (floor and ceiling) and contents return, in parts' order."""
+
+_GLASS_REFLECTIVITY = 0.1
+_MIRROR_COSINE = 0.98  # of incidence; panes that face the sensor return light, others hardly
+_FACING_RETURNS, _OBLIQUE_RETURNS = 0.7, 0.02
 
 _FULL_INTENSITY = 255.0
 _GRAZING_COSINE = 0.02  # cosine of incidence at which half of the returns get lost
@@ -66,15 +71,17 @@ class LidarSimulator:
         self.model = model or LidarModel()
         self._threads = threads
         self._scene = o3d.t.geometry.RaycastingScene(nthreads=threads)
-        # The scene numbers geometries in the order of adding; empty ones keep their number.
-        self._reflectivity = np.zeros(len(building.parts), dtype=np.float32)
-        for mesh, share in zip(building.parts, REFLECTIVITY, strict=True):
-            if len(mesh.triangles):
-                index = self._scene.add_triangles(
-                    o3d.core.Tensor.from_numpy(mesh.vertices.astype(np.float32)),
-                    o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32)),
-                )
-                self._reflectivity[index] = share
+        # The scene numbers geometries in the order of adding.
+        shares = [
+            share
+            for mesh, share in zip(building.parts, REFLECTIVITY, strict=True)
+            if _add(self._scene, mesh)
+        ]
+        self._reflectivity = np.array([*shares, _GLASS_REFLECTIVITY], dtype=np.float32)
+        self._glass: o3d.t.geometry.RaycastingScene | None = None
+        if len(building.glass.triangles):
+            self._glass = o3d.t.geometry.RaycastingScene(nthreads=threads)
+            _add(self._glass, building.glass)
 
     def sweep(self, R: Array, origin: Array, start_s: float, rng: np.random.Generator) -> Sweep:
         """
@@ -95,19 +102,35 @@ class LidarSimulator:
         rays = np.empty((*directions.shape[:2], 6), dtype=np.float32)
         rays[..., :3] = origin[:, None, :]
         rays[..., 3:] = directions @ R.astype(np.float32).transpose(0, 2, 1)
-        hits = self._scene.cast_rays(o3d.core.Tensor.from_numpy(rays), nthreads=self._threads)
-        depth = hits['t_hit'].numpy()
-        normals = hits['primitive_normals'].numpy()
+        depth, normals, part = self._cast(rays, rng)
         cosine = np.abs(np.einsum('cbi,cbi->cb', normals, rays[..., 3:]))
         measured, is_hit = self._measure(depth, cosine, rng)
         column, ring = np.nonzero(is_hit)
-        share = self._reflectivity[hits['geometry_ids'].numpy()[is_hit]]
         return Sweep(
             points=directions[is_hit] * measured[is_hit][:, None],
             time_s=self.model.column_times_s[column],
-            intensity=_FULL_INTENSITY * share * cosine[is_hit],
+            intensity=_FULL_INTENSITY * self._reflectivity[part[is_hit]] * cosine[is_hit],
             ring=ring.astype(np.uint16),
         )
+
+    def _cast(
+        self, rays: NDArray[np.float32], rng: np.random.Generator
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
+        """Return depths (C, B) [m], normals (C, B, 3) and parts of what rays (C, B, 6) meet."""
+        tensor = o3d.core.Tensor.from_numpy(rays)
+        hits = self._scene.cast_rays(tensor, nthreads=self._threads)
+        depth, normals = hits['t_hit'].numpy(), hits['primitive_normals'].numpy()
+        part = hits['geometry_ids'].numpy().astype(np.int64)
+        if self._glass is not None:
+            panes = self._glass.cast_rays(tensor, nthreads=self._threads)
+            pane_depth, pane_normals = panes['t_hit'].numpy(), panes['primitive_normals'].numpy()
+            cosine = np.abs(np.einsum('cbi,cbi->cb', pane_normals, rays[..., 3:]))
+            share = np.where(cosine > _MIRROR_COSINE, _FACING_RETURNS, _OBLIQUE_RETURNS)
+            is_seen = (pane_depth < depth) & (rng.random(depth.shape) < share)
+            depth = np.where(is_seen, pane_depth, depth)
+            normals = np.where(is_seen[..., None], pane_normals, normals)
+            part = np.where(is_seen, len(self._reflectivity) - 1, part)
+        return depth, normals, part
 
     def _measure(
         self, depth: NDArray[np.float32], cosine: NDArray[np.float32], rng: np.random.Generator
@@ -120,3 +143,14 @@ class LidarSimulator:
         is_returned = rng.random(depth.shape, dtype=np.float32) < survival
         in_range = (measured > model.min_range_m) & (measured < model.max_range_m)
         return measured, is_returned & in_range
+
+
+def _add(scene: o3d.t.geometry.RaycastingScene, mesh: TriangleMesh) -> bool:
+    """Add a mesh to a scene and say so; an empty one gets no number."""
+    if not len(mesh.triangles):
+        return False
+    scene.add_triangles(
+        o3d.core.Tensor.from_numpy(mesh.vertices.astype(np.float32)),
+        o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32)),
+    )
+    return True

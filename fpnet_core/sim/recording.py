@@ -31,11 +31,13 @@ from fpnet_core.sim.lidar import LidarSimulator
 from fpnet_core.sim.meshes import TriangleMesh
 from fpnet_core.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
 from fpnet_core.sim.scenes import RecordingOptions, generated_scene, mesh_scene, traced_scene
+from fpnet_core.sim.wheels import wheel_odometry
 from fpnet_core.types import GridMap
 
 __all__ = [
     'CLOUD_TOPIC',
     'LIDAR_FRAME',
+    'ODOMETRY_TOPIC',
     'TRUTH_TOPIC',
     'Recording',
     'RecordingOptions',
@@ -47,8 +49,9 @@ __all__ = [
 Array = NDArray[np.float64]
 
 CLOUD_TOPIC = '/points'
+ODOMETRY_TOPIC = '/wheels/odometry'
 TRUTH_TOPIC = '/ground_truth/pose'
-LIDAR_FRAME = 'lidar'
+LIDAR_FRAME, ODOM_FRAME = 'lidar', 'odom'
 BUILDING_FRAME = 'building'
 
 BAG_NAME, TUM_NAME, TRUTH_NAME, FLOORPLAN_NAME = 'bag', 'truth.tum', 'truth.json', 'floorplan.yaml'
@@ -89,6 +92,11 @@ class Recording:
     def truth(self) -> Array:
         """Return ``T_building_sensor (S, 4, 4)`` at the stamps of all scans."""
         return sensor_poses_at(self.tour, self.stamps_ns)
+
+    def wheel_odometry(self) -> Array:
+        """Return drifting poses ``T_odom_sensor (S, 4, 4)`` at the stamps of all scans."""
+        rng = np.random.default_rng((self.seed, len(self)))  # scans use the seeds up to here
+        return wheel_odometry(self.truth(), rng)
 
     def summary(self) -> dict[str, Any]:
         """Return what the recording holds and how its floorplan is distorted, for JSON."""
@@ -193,6 +201,7 @@ def write_recording(
     out_dir: Path | str,
     *,
     storage: Storage = 'sqlite3',
+    with_wheels: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """
@@ -209,6 +218,9 @@ def write_recording(
     out_dir : Path
         Created where missing; must not hold a bag.
     storage : 'sqlite3' or 'mcap'
+    with_wheels : bool
+        Adds wheel odometry on ``/wheels/odometry``, frames ``odom`` and ``lidar``; readers then
+        take it instead of matching scans.
     progress : callable
         Is told the number of scans written and their total after each scan.
 
@@ -226,9 +238,14 @@ def write_recording(
     write_tum(out_dir / TUM_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, height_m)
     text = json.dumps(recording.summary(), indent=2) + '\n'
     (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
+    wheels = recording.wheel_odometry() if with_wheels else None
     with BagWriter(out_dir / BAG_NAME, storage) as bag:
         for index, scan in enumerate(recording):
             _write_scan(bag, scan, recording.lidar.model.period_s)
+            if wheels is not None:
+                bag.write_odometry(
+                    ODOMETRY_TOPIC, scan.stamp_ns, ODOM_FRAME, LIDAR_FRAME, wheels[index]
+                )
             if progress is not None:
                 progress(index + 1, len(recording))
 

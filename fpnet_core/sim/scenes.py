@@ -17,6 +17,7 @@ from fpnet_core.errors import ConfigError, MapFormatError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.sim.building import Building, extrude
 from fpnet_core.sim.driving import Drive, Tour
+from fpnet_core.sim.fittings import BuildingStyle
 from fpnet_core.sim.mesh_tours import plan_mesh_tour
 from fpnet_core.sim.mesh_worlds import survey_mesh
 from fpnet_core.sim.meshes import TriangleMesh, merge_meshes
@@ -54,13 +55,15 @@ class RecordingOptions:
     What to simulate.
 
     ``family`` is a key of ``FAMILIES`` (None draws one of ``DEFAULT_FAMILIES``); ``rooms`` bounds
-    the number of rooms besides corridors; both are for generated buildings. The drawing's x and y
+    the number of rooms besides corridors; both are for generated buildings. ``style`` is how a
+    plan is raised. The drawing's x and y
     stretch, pixel size [m] and wall thickness [m] are drawn evenly from their ranges.
     """
 
     family: str | None = None
     rooms: tuple[int, int] = (12, 45)
     is_furnished: bool = True
+    style: BuildingStyle = field(default_factory=BuildingStyle)
     stretch: tuple[float, float] = (0.96, 1.04)
     resolution_m: tuple[float, float] = (0.03, 0.08)
     drawn_wall_m: tuple[float, float] = (0.06, 0.3)
@@ -150,7 +153,7 @@ def mesh_scene(
     plan = plan_from_grid(floorplan)
     line = tour.line()
     visited = [k for k, outline in enumerate(room_polygons(plan)) if outline.intersects(line)]
-    building = Building(plan, world.mesh, world.ceiling, merge_meshes([]), ())
+    building = Building(plan, world.mesh, world.ceiling, merge_meshes([]))
     return Scene(building, replace(tour, rooms=tuple(visited)), floorplan, Affine2D.identity())
 
 
@@ -164,7 +167,13 @@ def _furnished(
     plan: BuildingPlan, tour: Tour, rng: np.random.Generator, options: RecordingOptions
 ) -> Building:
     keep_clear = tour.line().buffer(_TOUR_CLEARANCE_M)
-    return extrude(plan, rng, keep_clear=keep_clear, is_furnished=options.is_furnished)
+    return extrude(
+        plan,
+        rng,
+        keep_clear=keep_clear,
+        is_furnished=options.is_furnished,
+        style=options.style,
+    )
 
 
 def _draw_plan_and_tour(

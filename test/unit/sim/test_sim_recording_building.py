@@ -7,13 +7,16 @@ import open3d as o3d
 import pytest
 import shapely
 
-from fpnet_core.sim.building import CEILING_M, LINTEL_M, extrude
+from fpnet_core.errors import ConfigError
+from fpnet_core.sim.building import extrude
+from fpnet_core.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows, style_named
 from fpnet_core.sim.furniture import DOOR_CLEARANCE_M, furnish
 from fpnet_core.sim.meshes import extrude_polygon, merge_meshes
 from fpnet_core.sim.openings import door_normal, opening_polygon, room_polygons, walkable_area
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
+CEILING_M, LINTEL_M = BuildingStyle().ceiling_m[0], BuildingStyle().lintel_m[0]
 YAW_RAD = np.deg2rad(27.0)
 ROTATION = np.array([[np.cos(YAW_RAD), -np.sin(YAW_RAD)], [np.sin(YAW_RAD), np.cos(YAW_RAD)]])
 
@@ -86,8 +89,91 @@ def test_opening_joins_its_rooms():
 
 
 def test_lintel_above_the_ceiling_is_refused():
-    with pytest.raises(ValueError, match='lintel'):
-        extrude(three_rooms(), np.random.default_rng(0), lintel_m=2.7)
+    with pytest.raises(ConfigError, match='lintel'):
+        extrude(three_rooms(), np.random.default_rng(0), style=BuildingStyle(lintel_m=(2.7, 2.7)))
+
+
+def raised(plan=None, clear=None, seed=0, **style):
+    """Return an empty building of a style; lintel and ceiling as in the other tests."""
+    return extrude(
+        plan or three_rooms(),
+        np.random.default_rng(seed),
+        keep_clear=clear,
+        is_furnished=False,
+        style=BuildingStyle(**style),
+    )
+
+
+def test_frameless_doors_reach_the_ceiling():
+    up = (0.0, 0.0, 1.0)
+    assert cast(raised(frameless=1.0), (5.1, 1.45, 0.9), up) == pytest.approx(1.8, abs=1e-3)
+
+
+def test_a_shut_leaf_closes_its_door_and_never_that_on_the_way():
+    east, low = (1.0, 0.0, 0.0), (4.0, 1.45, 1.0)
+    assert cast(raised(leaves=1.0, closed=1.0), low, east) == pytest.approx(1.08, abs=0.01)
+    way = shapely.LineString(turned([(3.0, 1.45), (7.0, 1.45)])).buffer(0.45)
+    assert cast(raised(leaves=1.0, closed=1.0, clear=way), low, east) > 3.0
+
+
+@pytest.mark.parametrize('swing', [0, 1])
+@pytest.mark.parametrize('hinge', [0, 1])
+def test_an_open_leaf_stands_in_the_room_it_swings_into(hinge, swing):
+    plan = three_rooms()
+    door = PlanDoor((0, 1), plan.doors[0].ends, hinge=hinge, swing=swing)
+    plan = BuildingPlan(plan.rooms, (door,), plan.wall_m, plan.family)
+    with_leaf, without = raised(plan, leaves=1.0), raised(plan)
+    extra = with_leaf.walls.vertices[len(without.walls.vertices) :, :2] @ ROTATION
+    x = extra[:, 0]
+    assert (x < 5.03).all() if swing == 0 else (x > 5.17).all()
+    hinge_y = 1.0 if hinge == 0 else 1.9
+    assert np.abs(extra[:, 1] - hinge_y).min() < 0.1
+    assert np.ptp(x) == pytest.approx(0.9, abs=0.06)
+    assert cast(with_leaf, (4.0, 1.45, 1.0), (1.0, 0.0, 0.0)) == pytest.approx(4.2, abs=1e-3)
+
+
+def test_windows_are_glass_between_sill_and_top_in_outer_walls_only():
+    plan = three_rooms()
+    building = raised(windows=1.0, sill_m=(0.8, 0.8))
+    assert len(building.glass.triangles)
+    z = building.glass.vertices[:, 2]
+    assert (z.min(), z.max()) == pytest.approx((0.8, 2.1))
+    hull = walkable_area(plan)
+    rng = np.random.default_rng(0)
+    rng.uniform(size=2)  # the heights that are drawn first
+    for pane in cut_windows(plan, BuildingStyle(windows=1.0), 0.3, rng):
+        assert pane.glass.distance(hull) == pytest.approx(0.15, abs=1e-6)
+        middle = np.array(pane.glass.centroid.coords[0])
+        inside = np.array(shapely.shortest_line(pane.glass.centroid, hull).coords[1])
+        outwards = (middle - inside) / np.linalg.norm(middle - inside)
+        level = [*(inside - outwards) @ ROTATION, 1.2]
+        assert cast(building, level, [*outwards @ ROTATION, 0.0]) == np.inf
+        low = [*level[:2], 0.4]
+        assert cast(building, low, [*outwards @ ROTATION, 0.0]) == pytest.approx(1.0, abs=1e-2)
+
+
+def test_glass_fronts_face_corridors():
+    plan = generate_plan(np.random.default_rng(3), 'double_corridor')
+    panes = cut_windows(plan, BuildingStyle(glass_fronts=1.0), 0.3, np.random.default_rng(0))
+    ways = shapely.union_all(
+        [o for o, r in zip(room_polygons(plan), plan.rooms, strict=True) if r.kind != 'room']
+    )
+    doors = [opening_polygon(plan, door) for door in plan.doors]
+    assert len(panes) > 5
+    for pane in panes:
+        assert pane.hole.intersects(ways)
+        assert not any(pane.hole.intersects(door) for door in doors)
+
+
+def test_every_style_raises_and_an_unknown_one_does_not():
+    plan = generate_plan(np.random.default_rng(2), 'bent')
+    sizes = {}
+    for name in BUILDING_STYLES:
+        building = extrude(plan, np.random.default_rng(1), style=style_named(name))
+        sizes[name] = (len(building.walls.triangles), len(building.glass.triangles))
+    assert len(set(sizes.values())) == len(sizes)
+    with pytest.raises(ConfigError, match='igloo'):
+        style_named('igloo')
 
 
 @pytest.mark.parametrize('seed', [0, 1, 2])

@@ -7,6 +7,7 @@ import pytest
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.sim.building import extrude
+from fpnet_core.sim.fittings import BuildingStyle
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.scanning import simulate_scans
 from fpnet_core.sim.sensors import SENSORS, sensor_named
@@ -84,6 +85,20 @@ def test_every_sensor_scans_a_building(name, building_and_tour):
     assert second.stamp_ns - scan.stamp_ns == 100_000_000
     again = next(simulate_scans(building, tour, model, np.random.default_rng(3), threads=2))
     assert again.points.tobytes() == scan.points.tobytes()
+
+
+def test_rays_pass_glass_unless_it_faces_them(building_and_tour):
+    building, tour = building_and_tour
+    rng = np.random.default_rng(1)
+    opaque = extrude(building.plan, rng, is_furnished=False)
+    glazed = extrude(
+        building.plan, rng, is_furnished=False, style=BuildingStyle(windows=1.0, glass_fronts=1.0)
+    )
+    first, second = (
+        next(simulate_scans(b, tour, 'beams32', np.random.default_rng(2)))
+        for b in (opaque, glazed)
+    )
+    assert 0.5 * len(first.points) < len(second.points) < 0.99 * len(first.points)
 
 
 def test_scans_last_as_long_as_the_tour(building_and_tour):
