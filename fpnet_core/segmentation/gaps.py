@@ -31,12 +31,12 @@ _BACK_RAD = math.radians(175.0)
 # The face that is continued is at least so long, and so much wall lies behind its end [m].
 _FACE_M = 0.3
 # The face is continued from so far inside the wall, to meet the wall on the other side [m].
-_INSET_M = 0.1
+_INSET_M = 0.05
 # Narrower gaps are cracks [m].
 _MIN_GAP_M = 0.6
 # At a third, two thirds and all of this distance from the gap the space is wider than the gap
 # by the second length, at three of its four corners [m].
-_DEPTH_M, _WIDER_M = 1.0, 0.4
+_DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3
 _MIN_OPEN_CORNERS = 3
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
