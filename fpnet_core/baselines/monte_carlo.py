@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import SE2, wrap_to_pi
+from fpnet_core.geometry import SE2, angle_between, wrap_to_pi
 from fpnet_core.pose import MapEvidence
 
 Array = NDArray[np.float64]
@@ -25,13 +25,13 @@ Array = NDArray[np.float64]
 SLICE_HALF_M = 0.25
 """Half height of the slice around the sensor that stands for a planar scanner."""
 
-_BEAMS = 60
+_SECTORS, _SECTORS_PER_BEAM = 360, 6
 _RANGE_M = 15.0
 
 
 @dataclass(frozen=True)
 class MonteCarloSettings:
-    """Numbers of particles, model widths and the spread below which a pose is claimed."""
+    """Numbers of particles, model widths, and how much of the cloud must agree for a claim."""
 
     max_particles: int = 20_000
     min_particles: int = 500
@@ -40,18 +40,20 @@ class MonteCarloSettings:
     sigma_hit_m: float = 0.2
     share_hit: float = 0.95
     noise_per_m: float = 0.1
+    noise_rad_per_m: float = 0.1
     noise_per_rad: float = 0.1
     bin_m: float = 0.5
     bin_rad: float = float(np.deg2rad(10.0))
     kld_error: float = 0.05
     kld_z: float = 2.33
-    claim_std_m: float = 0.5
-    claim_std_rad: float = float(np.deg2rad(10.0))
+    cluster_m: float = 1.0
+    cluster_rad: float = float(np.deg2rad(20.0))
+    claim_share: float = 0.8
 
 
 @dataclass(frozen=True, eq=False)
 class CloudMean:
-    """Mean pose of the cloud in ``plan``, share of the cloud near it, and whether it is narrow."""
+    """Mean pose of the densest cluster in ``plan``, its share, and whether that is enough."""
 
     T_plan_base: SE2
     share: float
@@ -69,16 +71,18 @@ def planar_slice(points: NDArray[np.float32], T_odom_sensor: Array) -> NDArray[n
 
     Returns
     -------
-    (B, 2) float32, at most 60 nearest returns at the sensor's height in evenly spaced directions,
-    in the sensor's frame turned level; zero where nothing is at that height.
+    (B, 2) float32, at most 60: the nearest return at the sensor's height in every sixth sector of
+    a degree, in the sensor's frame turned level; zero where nothing is at that height.
     """
     yaw = np.arctan2(T_odom_sensor[1, 0], T_odom_sensor[0, 0])
     c, s = np.cos(yaw), np.sin(yaw)
     level = points @ (np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ T_odom_sensor[:3, :3]).T
     reach = np.hypot(level[:, 0], level[:, 1])
+    share = np.arctan2(level[:, 1], level[:, 0]) / (2.0 * np.pi)
+    sector = np.floor(share * _SECTORS).astype(np.int64)
     kept = (np.abs(level[:, 2]) < SLICE_HALF_M) & (reach < _RANGE_M)
-    xy, reach = level[kept, :2], reach[kept]
-    sector = np.floor(np.arctan2(xy[:, 1], xy[:, 0]) * (_BEAMS / (2.0 * np.pi))).astype(np.int64)
+    kept &= sector % _SECTORS_PER_BEAM == 0
+    xy, reach, sector = level[kept, :2], reach[kept], sector[kept]
     order = np.lexsort((reach, sector))
     _, first = np.unique(sector[order], return_index=True)
     return np.asarray(xy[order[first]], dtype=np.float32)
@@ -121,18 +125,32 @@ class MonteCarlo:
         return True
 
     def estimate(self) -> CloudMean:
-        """Return the cloud's mean; it is claimed where the cloud is narrow."""
-        mean = self._xy.mean(axis=0)
-        direction = np.exp(1j * self._yaw).mean()
-        spread_m = float(np.linalg.norm(self._xy.std(axis=0)))
-        spread_rad = float(np.sqrt(-2.0 * np.log(max(abs(direction), 1e-9))))
-        yaw = float(np.angle(direction))
-        gaps = np.linalg.norm(self._xy - mean, axis=1)
-        turns = np.abs(wrap_to_pi(self._yaw - yaw))
+        """Return the mean of the densest cluster; it is claimed where it holds most particles."""
         settings = self._settings
-        near = (gaps < 2.0 * settings.claim_std_m) & (turns < 2.0 * settings.claim_std_rad)
-        narrow = spread_m < settings.claim_std_m and spread_rad < settings.claim_std_rad
-        return CloudMean(SE2.from_xy_yaw(mean[0], mean[1], yaw), float(near.mean()), narrow)
+        _, bin_of, counts = np.unique(
+            self._bins(), axis=0, return_inverse=True, return_counts=True
+        )
+        xy, yaw = self._mean(bin_of.ravel() == counts.argmax())
+        gaps = np.linalg.norm(self._xy - xy, axis=1)
+        turns = angle_between(self._yaw, yaw)
+        is_near = (gaps < settings.cluster_m) & (turns < settings.cluster_rad)
+        share = float(is_near.mean())
+        xy, yaw = self._mean(is_near)
+        T_plan_base = SE2.from_xy_yaw(xy[0], xy[1], yaw)
+        return CloudMean(T_plan_base, share, share >= settings.claim_share)
+
+    def _mean(self, chosen: NDArray[np.bool_]) -> tuple[Array, float]:
+        """Mean position (2,) and heading of some particles."""
+        direction = np.exp(1j * self._yaw[chosen]).mean()
+        return np.asarray(self._xy[chosen].mean(axis=0)), float(np.angle(direction))
+
+    def _bins(self) -> NDArray[np.int64]:
+        """Cells (N, 3) of a coarse grid over position and heading."""
+        settings = self._settings
+        cells = np.column_stack(
+            [self._xy / settings.bin_m, wrap_to_pi(self._yaw) / settings.bin_rad]
+        )
+        return np.floor(cells).astype(np.int64)
 
     def _move(self, step: SE2) -> None:
         """Apply an odometry step to every particle, with noise that grows with it."""
@@ -144,7 +162,7 @@ class MonteCarlo:
         c, s = np.cos(self._yaw), np.sin(self._yaw)
         self._xy[:, 0] += c * moved[:, 0] - s * moved[:, 1]
         self._xy[:, 1] += s * moved[:, 0] + c * moved[:, 1]
-        sigma = settings.noise_per_rad * (abs(step.yaw) + length * settings.noise_per_m)
+        sigma = settings.noise_per_rad * abs(step.yaw) + settings.noise_rad_per_m * length
         self._yaw += step.yaw + self._rng.normal(0.0, sigma, size=count)
 
     def _weights(self, beams: NDArray[np.float32]) -> Array:
@@ -167,13 +185,7 @@ class MonteCarlo:
         """Particles that keep the KLD error with probability 0.99, by occupied bins (Fox 2003)."""
         settings = self._settings
         drawn = self._rng.choice(len(weights), size=len(weights), p=weights)
-        bins = np.column_stack(
-            [
-                np.floor(self._xy[drawn] / settings.bin_m),
-                np.floor(wrap_to_pi(self._yaw[drawn]) / settings.bin_rad),
-            ]
-        )
-        k = len(np.unique(bins, axis=0))
+        k = len(np.unique(self._bins()[drawn], axis=0))
         if k < 2:
             return settings.min_particles
         a = 2.0 / (9.0 * (k - 1))
