@@ -214,7 +214,8 @@ def _ends_of_faces(
     for k in range(count):
         edge = ring[(k + 1) % count] - ring[k]
         lengths[k] = np.hypot(edge[0], edge[1])
-        faces[k] = _line(outline, places[k], places[k + 1], skip, edge / lengths[k])
+        # A thin spur's outline may visit a cell twice: such a face has no length and no direction.
+        faces[k] = _line(outline, places[k], places[k + 1], skip, edge / max(lengths[k], 1.0))
     rows = np.empty((2 * count, 6))
     found = 0
     for k in range(count):
