@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -191,7 +192,10 @@ def _segmentation_from_arrays(arrays: Arrays) -> Segmentation:
     ends = arrays['region_ends']
     polygons = np.split(arrays['region_vertices'], ends[:-1]) if len(ends) else []
     regions = tuple(
-        Region(index, RegionLabel(str(label)), polygon, centroid, *map(float, figures))
+        replace(
+            Region(index, RegionLabel(str(label)), polygon, centroid, float(figures[0])),
+            **dict(zip(_FIGURES, map(float, figures), strict=True)),
+        )
         for index, (label, polygon, centroid, figures) in enumerate(
             zip(
                 arrays['region_label'],
