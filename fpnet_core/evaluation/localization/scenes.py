@@ -15,7 +15,8 @@ from fpnet_core.evaluation.fitted_truth import read_fitted_truth
 from fpnet_core.evaluation.localization.cases import Case, Kind
 from fpnet_core.evaluation.localization.plans import draw_plan
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import Scan, open_scans
+from fpnet_core.io import Scan, open_scans, read_map
+from fpnet_core.sim.mesh_worlds import read_mesh
 from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_core.sim.sensors import sensor_named
 from fpnet_core.sim.tours import TourLimits
@@ -25,6 +26,16 @@ from fpnet_core.types import GridMap
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
 """Tours of 40 to 60 m."""
 
+MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
+"""The small house ends the tour earlier."""
+
+_MESH_FILES = {
+    'aws_small_house': 'small_house_all.ply',
+    'cpr_office': 'office_mesh.ply',
+    'willowgarage': 'willow_mesh.ply',
+    'aws_hospital': 'hospital_all.ply',
+}
+_MESH_PLAN = 'floorplan_from_mesh.yaml'
 _ROOMS = (8, 60)
 _SEEDS_TRIED = 8
 _SEED_STEP = 100_000  # to the next seed where a building allows no such tour
@@ -36,7 +47,7 @@ class Scene:
     What a run needs, and the truth to judge it by.
 
     ``truth`` holds true sensor poses in a truly metric frame, ``A_plan_truth`` maps that frame to
-    the plan's nominal metres. ``is_truth_odometry`` says that the scans' own poses are the truth.
+    the plan's nominal metres.
     """
 
     scans: Iterable[Scan]
@@ -65,6 +76,7 @@ def make_scene(case: Case, data: Path) -> Scene:
     """
     makers: dict[Kind, Callable[[Case, Path], Scene]] = {
         Kind.GENERATED: _generated,
+        Kind.MESH: _mesh,
         Kind.LOG: _log,
     }
     return makers[case.kind](case, data)
@@ -95,6 +107,22 @@ def _recording(case: Case) -> Recording:
         except ConfigError as error:
             reason = str(error)
     raise ConfigError(f'case {case.name}: no building in {_SEEDS_TRIED} seeds: {reason}')
+
+
+def _mesh(case: Case, data: Path) -> Scene:
+    """Drive through a real building's mesh; its plan was cut from it, so both share a frame."""
+    folder = data / f'mesh_{case.building}'
+    if not folder.is_dir():
+        raise MissingDataError(f'{folder} is absent')
+    recording = make_recording(
+        case.seed,
+        RecordingOptions(limits=MESH_LIMITS, lidar=sensor_named(case.sensor)),
+        threads=1,
+        floorplan=read_map(folder / _MESH_PLAN),
+        mesh=read_mesh(folder / _MESH_FILES[case.building]),
+    )
+    truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
+    return Scene(recording, recording.floorplan, recording.A_plan_building, truth)
 
 
 def _log(case: Case, data: Path) -> Scene:
