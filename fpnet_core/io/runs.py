@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -188,14 +187,15 @@ def _segmentation_to_arrays(segmentation: Segmentation) -> Arrays:
     }
 
 
+def _named(figures: NDArray[np.float64]) -> dict[str, Any]:
+    return dict(zip(_FIGURES, map(float, figures), strict=True))
+
+
 def _segmentation_from_arrays(arrays: Arrays) -> Segmentation:
     ends = arrays['region_ends']
     polygons = np.split(arrays['region_vertices'], ends[:-1]) if len(ends) else []
     regions = tuple(
-        replace(
-            Region(index, RegionLabel(str(label)), polygon, centroid, float(figures[0])),
-            **dict(zip(_FIGURES, map(float, figures), strict=True)),
-        )
+        Region(index, RegionLabel(str(label)), polygon, centroid, **_named(figures))
         for index, (label, polygon, centroid, figures) in enumerate(
             zip(
                 arrays['region_label'],
