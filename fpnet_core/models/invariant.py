@@ -33,6 +33,8 @@ from fpnet_core.types import RegionGraph
 _NODE_FEATURES = INVARIANT_LAYOUT.size - AXIS.stop
 _RELATIONS = 12
 _RELATION_WIDTH = 16
+_FOCUS = ((3, 4.0), (4, 4.0), (0, -1.5))  # relation and first weight of successive heads
+_ACROSS = 3.0  # first logit of the other graph's nodes, for heads that look there
 _NEAR_UNITS = 1.0  # distances enter by their logarithm from about here on
 
 
@@ -82,13 +84,16 @@ class RelationBias(nn.Module):
         super().__init__()
         self.layers, self.heads = layers, heads
         self.hidden = nn.Linear(_RELATIONS, _RELATION_WIDTH)
-        self.out = nn.Linear(_RELATION_WIDTH, layers * heads)
+        self.out = nn.Linear(_RELATION_WIDTH + _RELATIONS, layers * heads)
+        with torch.no_grad():
+            self.out.weight[:, _RELATION_WIDTH:] = _first_focus(layers, heads)
 
     def forward(self, batch: GraphBatch) -> tuple[Tensor, ...]:
         """Return one bias per layer, each ``(B, heads, R, R)``."""
         count, size = batch.mask.shape
-        hidden = functional.relu(_per_pair(self.hidden, relations(batch).flatten(2)))
-        logits = _per_pair(self.out, hidden)
+        pairs = relations(batch).flatten(2)
+        hidden = functional.relu(_per_pair(self.hidden, pairs))
+        logits = _per_pair(self.out, torch.cat([hidden, pairs], dim=1))
         return logits.view(count, self.layers, self.heads, size, size).unbind(1)
 
 
@@ -153,7 +158,7 @@ class InvariantNetwork(RegionNetwork):
         )
         self.relation_bias = RelationBias(config.layers, config.heads)
         self.layers = nn.ModuleList(JointLayer(width, config.heads) for _ in range(config.layers))
-        self.across = nn.Parameter(_alternating(config.layers, config.heads))
+        self.across = nn.Parameter(_first_across(config.layers, config.heads))
         self.normalise = nn.LayerNorm(width)
         self.project = nn.Linear(width, width + 1)
 
@@ -235,7 +240,23 @@ def double_softmax(
     return torch.cat([top, bottom], dim=1)
 
 
-def _alternating(layers: int, heads: int) -> Tensor:
-    """Return first logits across the graphs: half of the heads look there, half at home."""
-    signs = 1.0 - 2.0 * ((torch.arange(heads)[None] + torch.arange(layers)[:, None]) % 2)
-    return 2.0 * signs
+def _first_focus(layers: int, heads: int) -> Tensor:
+    """
+    Return first weights ``(layers * heads, 12)`` of the relations: heads begin as graph filters.
+
+    In turn, heads look at regions that are connected, at those one door away, and at near ones.
+    From uniform attention over a hundred regions, all of this would have to be learned first.
+    """
+    focus = torch.zeros(layers, heads, _RELATIONS)
+    for head in range(heads):
+        turn = head % (len(_FOCUS) + 1)
+        if turn < len(_FOCUS):
+            relation, weight = _FOCUS[turn]
+            focus[:, head, relation] = weight
+    return focus.flatten(0, 1)
+
+
+def _first_across(layers: int, heads: int) -> Tensor:
+    """Return first logits across the graphs: every fourth head looks there, the others do not."""
+    away = torch.arange(heads) % (len(_FOCUS) + 1) == len(_FOCUS)
+    return torch.where(away, _ACROSS, -_ACROSS).expand(layers, -1).clone()
