@@ -23,24 +23,16 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.lidar import LidarModel
+from fpnet_core.sim.explore import fit_rigid
 from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_core.sim.sensors import sensor_named
 from fpnet_core.sim.tours import TourLimits
 from fpnet_core.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
 
-SENSORS: dict[str, LidarModel] = {
-    '16 beams': LidarModel(
-        beams=16, lowest_rad=float(np.deg2rad(-15.0)), highest_rad=float(np.deg2rad(15.0))
-    ),
-    '32 beams': LidarModel(),
-    '64 beams': LidarModel(
-        beams=64, lowest_rad=float(np.deg2rad(-45.0)), highest_rad=float(np.deg2rad(45.0))
-    ),
-    'planar': LidarModel(beams=1, lowest_rad=0.0, highest_rad=0.0, columns=1440),
-}
-"""Sensor models by the name the benchmark reports them under."""
+SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
+"""Sensor models that drives are made with; ``dome`` does not repeat its pattern."""
 
 # Every sweep is registered; each of so many is kept for the submap.
 _KEEP_EVERY = 3
@@ -57,7 +49,8 @@ class Drive:
 
     ``points_mm (P, 3) int16`` holds the sweeps one after another in their sensor frames,
     ``counts (S,)`` how many points each has; ``T_odom_sensor (S, 4, 4)`` is the odometry's,
-    ``T_building_odom`` the true pose of its first sweep, where odometry starts.
+    ``T_building_odom`` takes its path to the true one best: where the odometry's frame lies is no
+    property of the map, and what bends the map inside of it still counts.
     """
 
     plan: BuildingPlan
@@ -78,12 +71,12 @@ class Drive:
 
 def registered_drive(seed: int, sensor: str, config: FpnetConfig, work: Path | None) -> Drive:
     """
-    Return the drive of ``seed`` with a sensor of ``SENSORS``, from ``work`` if it is there.
+    Return the drive of ``seed`` with a sensor, from ``work`` if it is there.
 
     Parameters
     ----------
     seed : equal seeds give the same building, furniture and tour for every sensor
-    sensor : key of ``SENSORS``
+    sensor : one of ``SENSOR_NAMES``
     config : odometry settings
     work : folder that keeps registered drives; None keeps nothing
 
@@ -92,7 +85,7 @@ def registered_drive(seed: int, sensor: str, config: FpnetConfig, work: Path | N
     ConfigError
         If no building with such a tour comes out of the seed.
     """
-    options = RecordingOptions(rooms=_ROOMS, lidar=SENSORS[sensor], limits=_LIMITS)
+    options = RecordingOptions(rooms=_ROOMS, lidar=sensor_named(sensor), limits=_LIMITS)
     recording = make_recording(seed, options, threads=1)
     drive = None
     path = None if work is None else work / f'{_fingerprint(recording, config)}.npz'
@@ -118,10 +111,11 @@ def _read(path: Path, recording: Recording) -> Drive | None:
     """Return a kept drive, None where an interrupted run left half of it."""
     try:
         with np.load(path, allow_pickle=False) as kept:
-            arrays = [kept[name] for name in _ARRAYS]
+            arrays = {name: kept[name] for name in _ARRAYS}
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
         return None
-    return Drive(recording.building.plan, _start(recording), *arrays)
+    start = _placement(recording, arrays['T_odom_sensor'])
+    return Drive(plan=recording.building.plan, T_building_odom=start, **arrays)
 
 
 def _write(path: Path, drive: Drive) -> None:
@@ -130,9 +124,11 @@ def _write(path: Path, drive: Drive) -> None:
     np.savez(path, **arrays)
 
 
-def _start(recording: Recording) -> SE2:
-    """Return ``T_building_odom``: odometry starts at the sensor's pose of the first sweep."""
-    return SE2.from_matrix4(recording.truth()[0])
+def _placement(recording: Recording, T_odom_sensor: Array) -> SE2:
+    """Return ``T_building_odom`` from the poses (S, 4, 4) of the kept sweeps."""
+    truth = recording.truth()[::_KEEP_EVERY][: len(T_odom_sensor)]
+    yaw_true, yaw = (np.arctan2(T[:, 1, 0], T[:, 0, 0]) for T in (truth, T_odom_sensor))
+    return fit_rigid(T_odom_sensor[:, :2, 3], truth[:, :2, 3], yaw_true - yaw)
 
 
 def _register(recording: Recording, odometry: KissOdometry) -> Drive:
@@ -147,7 +143,7 @@ def _register(recording: Recording, odometry: KissOdometry) -> Drive:
             stamps.append(scan.stamp_ns)
     return Drive(
         plan=recording.building.plan,
-        T_building_odom=_start(recording),
+        T_building_odom=_placement(recording, np.array(poses)),
         points_mm=np.concatenate(points),
         counts=np.array([len(sweep) for sweep in points], dtype=np.int64),
         T_odom_sensor=np.array(poses),

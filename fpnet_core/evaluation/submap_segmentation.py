@@ -3,12 +3,12 @@
 """
 How well submaps of partial tours are cut into rooms and doors, against the true building.
 
-Every room is compared with its *observed part*: the room's true outline, placed by the pose that
-odometry started from, cut down to the cells that the submap knows (free or occupied) after gaps
-of up to ``OBSERVED_GAP_M`` were closed. Rooms of which less than ``MIN_OBSERVED_SHARE`` was
-observed are left out: they were glimpsed through a door. The room's score is the intersection
-over union with the found room it is paired with, 0 without a partner; pairs are one to one.
-Drift of the odometry counts against the segmentation, as it does on a robot.
+Every room is compared with its *observed part*: the room's true outline, placed where the
+odometry's path fits the true one best, cut down to the cells that the submap knows (free or
+occupied) after gaps of up to ``OBSERVED_GAP_M`` were closed. Rooms of which less than
+``MIN_OBSERVED_SHARE`` was observed are left out: they were glimpsed through a door. The room's
+score is the intersection over union with the found room it is paired with, 0 without a partner;
+pairs are one to one. What the odometry's drift bends counts against the segmentation.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from scipy.spatial.distance import cdist
 import shapely
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.submap_recordings import SENSORS, Drive, registered_drive
+from fpnet_core.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.sim.types import BuildingPlan
@@ -107,7 +107,7 @@ def bench_submaps(
     ``doors_recall``, the same ``by_sensor``, and the number of ``recordings``
     """
     count = RECORDINGS if limit is None else limit
-    names = list(SENSORS)
+    names = SENSOR_NAMES
     score = partial(score_drive, config=config or FpnetConfig(), work=work)
     scores: list[SubmapScore] = []
     with ProcessPoolExecutor(_WORKERS) as pool:

@@ -18,7 +18,7 @@ _PLANE_SHARE = 0.02  # a floor holds at least this share of the points in its bi
 _FLOOR_THICKNESS_M = 0.15
 _FLOOR_GAP_M = 0.3  # gaps between floor returns up to this are floor too
 _MIN_WALL_POINTS = 2  # a single return at body height is noise
-_MAX_CELLS = 100_000_000
+_MAX_CELLS = 25_000_000
 
 
 def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Submap:
@@ -39,6 +39,8 @@ def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Subm
     """
     if len(points) == 0:
         raise CloudFormatError('the cloud holds no points')
+    if not np.isfinite(points).all():
+        raise CloudFormatError('the cloud holds NaN or infinite points; drop them')
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     shape = tuple(np.ceil((high - low)[::-1] / config.resolution_m).astype(int) + 1)
     if shape[0] * shape[1] > _MAX_CELLS:
