@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording on disk: what is written reads back, and real KISS-ICP tracks it."""
 
+from dataclasses import replace
 import json
 
 import numpy as np
@@ -15,14 +16,15 @@ from fpnet_core.io.maps import read_map
 from fpnet_core.io.scans import open_scans
 from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.lidar import LidarModel
 from fpnet_core.sim.recording import (
     CLOUD_TOPIC,
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
     simulate_recording,
+    write_recording,
 )
+from fpnet_core.sim.sensors import SENSORS, LidarModel
 
 SEED = 2
 COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))
@@ -82,6 +84,71 @@ def test_nothing_is_overwritten(written):
     folder, _ = written
     with pytest.raises(BagFormatError, match='exists'):
         simulate_recording(folder, SEED, options=COARSE)
+
+
+def start_of_recording(seconds, lidar):
+    """Return a recording that ends after a few seconds."""
+    recording = make_recording(1, RecordingOptions(lidar=lidar), threads=1)
+    tour, count = recording.tour, round(seconds * 100.0)
+    short = replace(
+        tour,
+        time_s=tour.time_s[:count],
+        xy=tour.xy[:count],
+        yaw_rad=tour.yaw_rad[:count],
+        tilt_rad=tour.tilt_rad[:count],
+    )
+    return replace(recording, tour=short)
+
+
+@pytest.mark.parametrize('name', sorted(SENSORS))
+def test_every_sensor_is_recorded_read_and_registered(name, tmp_path):
+    recording = start_of_recording(2.5, SENSORS[name])
+    storage = 'mcap' if name in ('dome', 'planar') else 'sqlite3'
+    write_recording(recording, tmp_path, storage=storage, with_wheels=name == 'rosette')
+    source = open_scans(tmp_path / 'bag', truth_topic=TRUTH_TOPIC)
+    assert len(source) == len(recording) == len(read_tum(tmp_path / 'truth.tum').stamps_ns)
+    assert source.has_poses == (name == 'rosette')
+    odometry = KissOdometry(OdometryConfig())
+    first = None
+    for scan in source:
+        first = scan.T_truth_sensor if first is None else first
+        pose = scan.T_odom_sensor
+        if pose is None:
+            _, pose = odometry.register_scan(scan)
+    error = np.linalg.inv(first @ pose) @ scan.T_truth_sensor
+    assert np.linalg.norm(error[:2, 3]) < 0.3
+
+
+def test_planar_recording_runs_through_localize(tmp_path, capsys):
+    write_recording(start_of_recording(9.0, SENSORS['planar']), tmp_path / 'drive')
+    words = ['localize', str(tmp_path / 'drive' / 'bag')]
+    words += ['--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')]
+    with pytest.raises(SystemExit) as end:
+        main([*words, '--json', str(tmp_path / 'run.json')])
+    assert end.value.code == 0, capsys.readouterr().err
+    report = json.loads((tmp_path / 'run.json').read_text())
+    assert report['rejected_scans'] == 0
+    assert report['path_m'] > 1.0
+
+
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        (['--sensor', 'sonar'], 'choose one of beams16'),
+        (['--building', 'igloo'], 'choose one of plain'),
+        (['--mesh', 'none.ply'], 'does not exist'),
+        (['--plan', 'none.png'], 'does not exist'),
+        (['--plan', 'none.png', '--family', 'bent'], 'leave out'),
+    ],
+)
+def test_impossible_requests_end_in_one_line(words, message, capsys, tmp_path):
+    with pytest.raises(SystemExit) as end:
+        main(['simulate', 'recording', '--out', str(tmp_path / 'out'), *words])
+    assert end.value.code == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (tmp_path / 'out').exists()
 
 
 def test_kiss_icp_tracks_the_full_sensor():

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Measure, for every simulated sensor, what a scan costs and how far lidar odometry drifts.
+
+Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building STYLE]
+
+Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
+product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+from fpnet_core.config import OdometryConfig
+from fpnet_core.errors import CloudFormatError
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.sim.fittings import BUILDING_STYLES
+from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_core.sim.sensors import SENSORS
+from fpnet_core.sim.tours import TourLimits
+
+STRETCH_M = 15.0
+LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)
+HEAD = ('sensor', 'rays', 'scan [ms]', 'odometry [ms]', 'm per 100 m', 'deg per 100 m', 'end [m]')
+
+
+def register(recording: Recording) -> tuple[np.ndarray, float, float]:
+    """Return KISS-ICP's poses (S, 4, 4) and CPU seconds per scan of casting and registering."""
+    odometry = KissOdometry(OdometryConfig())
+    poses, cast_s, match_s = [], 0.0, 0.0
+    for index in range(len(recording)):
+        start = time.process_time()
+        scan = recording.scan(index)
+        middle = time.process_time()
+        try:
+            _, pose = odometry.register_scan(scan)
+        except CloudFormatError:  # too few returns in range: the robot keeps its last pose
+            pose = poses[-1] if poses else np.eye(4)
+        cast_s, match_s = cast_s + middle - start, match_s + time.process_time() - middle
+        poses.append(pose)
+    return np.array(poses), cast_s / len(recording), match_s / len(recording)
+
+
+def drift(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float, float]:
+    """Return mean drift [m] and [deg] per 100 m over stretches, and the error at the end [m]."""
+    path_m = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(truth[:, :2, 3], axis=0), axis=1))]
+    )
+    first = np.flatnonzero(path_m <= path_m[-1] - STRETCH_M)[::5]
+    last = np.searchsorted(path_m, path_m[first] + STRETCH_M)
+    errors = [motion_error(truth[[i, j]], poses[[i, j]]) for i, j in zip(first, last, strict=True)]
+    metres, degrees = np.mean(errors, axis=0) * (100.0 / STRETCH_M)
+    return metres, degrees, motion_error(truth[[0, -1]], poses[[0, -1]])[0]
+
+
+def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
+    """Return by how much [m], [deg] the motion between two poses (2, 4, 4) is wrong in plan."""
+    true_motion = np.linalg.inv(truth[0]) @ truth[1]
+    error = np.linalg.inv(true_motion) @ np.linalg.inv(poses[0]) @ poses[1]
+    return float(np.hypot(*error[:2, 3])), abs(float(np.rad2deg(np.arctan2(*error[1::-1, 0]))))
+
+
+def main() -> None:
+    """Print a Markdown table with one row per sensor, and one for wheels."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--seeds', type=int, default=1)
+    parser.add_argument('--sensor', action='append', choices=sorted(SENSORS))
+    parser.add_argument('--building', choices=sorted(BUILDING_STYLES), default='plain')
+    arguments = parser.parse_args()
+    print('| ' + ' | '.join(HEAD) + ' |')
+    print('|---' * len(HEAD) + '|', flush=True)
+    wheels = []
+    for name in arguments.sensor or SENSORS:
+        model, rows = SENSORS[name], []
+        options = RecordingOptions(
+            lidar=model, limits=LIMITS, style=BUILDING_STYLES[arguments.building]
+        )
+        for seed in range(arguments.seeds):
+            recording = make_recording(seed, options, threads=1)
+            poses, cast_s, match_s = register(recording)
+            truth = recording.truth()
+            rows.append([1e3 * cast_s, 1e3 * match_s, *drift(truth, poses)])
+            wheels.append(drift(truth, recording.wheel_odometry()))
+        cast_ms, match_ms, metres, degrees, end_m = np.mean(rows, axis=0)
+        print(
+            f'| {name} | {model.beams * model.columns} | {cast_ms:.0f} | {match_ms:.0f} '
+            f'| {metres:.1f} | {degrees:.1f} | {end_m:.2f} |',
+            flush=True,
+        )
+    metres, degrees, end_m = np.mean(wheels, axis=0)
+    print(f'| wheels, no lidar | - | - | - | {metres:.1f} | {degrees:.1f} | {end_m:.2f} |')
+
+
+if __name__ == '__main__':
+    main()
