@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from fpnet_core.types import GridMap
 
 PAIRS = 9
-CELL_M = 0.08
+CELL_M, FINE_CELL_M = 0.08, 0.04
+"""Cell edge of drawings among many, and of one storey in every style."""
 MAX_ROOMS = 45
 """Larger storeys cannot be made out on the sheet."""
 
@@ -26,7 +27,9 @@ def command(
     seed: common.SeedOption = 0,
     family: Annotated[
         str | None,
-        typer.Option('--family', metavar='NAME', help='One layout family in every style.'),
+        typer.Option(
+            '--family', metavar='NAME', help='One storey of a layout family in every style.'
+        ),
     ] = None,
 ) -> None:
     """
@@ -42,13 +45,15 @@ def command(
     names = list(FAMILIES) if family is None else [family] * len(styles)
     looks = [styles[i % len(styles)] for i in range(len(names))]
     shown = common.track(list(zip(names, looks, strict=True)), 'storeys')
-    drawings = [_draw(name, look, [seed or 0, i]) for i, (name, look) in enumerate(shown)]
+    seeds = [[seed or 0, i if family is None else 0] for i in range(len(names))]
+    cell_m = CELL_M if family is None else FINE_CELL_M
+    drawings = [_draw(name, look, cell_m, seeds[i]) for i, (name, look) in enumerate(shown)]
     scenes = _scenes(seed or 0) if family is None else []
-    save_gallery(drawings, scenes, out)
+    save_gallery(drawings, scenes, out, columns=6 if family is None else 4)
     typer.echo(f'written: {out}')
 
 
-def _draw(family: str, look: str, seeds: list[int]) -> tuple[str, GridMap]:
+def _draw(family: str, look: str, cell_m: float, seeds: list[int]) -> tuple[str, GridMap]:
     import numpy as np
 
     from fpnet_core.sim.plans import generate_plan
@@ -57,7 +62,7 @@ def _draw(family: str, look: str, seeds: list[int]) -> tuple[str, GridMap]:
 
     storey = generate_plan(np.random.default_rng(seeds), family, max_rooms=MAX_ROOMS)
     title = f'{family} ({look}), {len(storey.rooms)} rooms'
-    return title.replace('_', ' '), render_plan(storey, CELL_M, style=STYLES[look])
+    return title.replace('_', ' '), render_plan(storey, cell_m, style=STYLES[look])
 
 
 def _scenes(seed: int) -> list[PairScene]:

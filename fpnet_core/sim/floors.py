@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import MapFormatError
 from fpnet_core.sim.render import door_outline, fill_polygons, render_plan
 from fpnet_core.sim.types import BuildingPlan
-from fpnet_core.types import FREE
+from fpnet_core.types import FREE, GridMap
 
 CELL_M = 0.05
 """Cell edge of the real drawings, and of the generated ones that are compared with them."""
@@ -54,8 +54,17 @@ class LabelledFloor:
 
 
 def floor_of_plan(plan: BuildingPlan, name: str) -> LabelledFloor:
-    """Return a generated storey as a person would label it: pieces of one corridor are one."""
+    """Return a generated storey as a person would label it."""
     grid = render_plan(plan, CELL_M)
+    return LabelledFloor(name, room_labels(plan, grid), grid.cells == FREE)
+
+
+def room_labels(plan: BuildingPlan, grid: GridMap) -> NDArray[np.int32]:
+    """
+    Return the true rooms (H, W) on a drawing that is neither turned nor stretched.
+
+    Labels are 1 and up, 0 outside and in doorways; the pieces of one corridor are one room.
+    """
     seams = nx.Graph(door.rooms for door in plan.doors if door.is_open)
     seams.add_nodes_from(range(len(plan.rooms)))
     labels = np.zeros(grid.shape, np.int32)
@@ -67,8 +76,8 @@ def floor_of_plan(plan: BuildingPlan, name: str) -> LabelledFloor:
             for door in plan.doors
             if door.is_open and door.rooms[0] in part
         ]
-        fill_polygons(labels, [(ring - origin) / CELL_M for ring in rings], label)
-    return LabelledFloor(name, labels, grid.cells == FREE)
+        fill_polygons(labels, [(ring - origin) / grid.resolution for ring in rings], label)
+    return labels
 
 
 def read_floors(folder: Path, names: Sequence[str] = TUNE_FLOORS) -> list[LabelledFloor]:

@@ -23,43 +23,46 @@ _NO_PARTNER: Colour = (0.25, 0.25, 0.25)
 _IGNORED: Colour = (0.7, 0.7, 0.7)
 _ABSENT: Colour = (1.0, 1.0, 1.0)
 _PATH: Colour = (0.8, 0.0, 0.0)
-_TILE_IN = 2.5
-_COLUMNS = 6
+_SHEET_IN = 15.0
 _TITLE_PT = 7.5
 _DPI = 120
-_PAGE_PX = 300
+_PAGE_CELLS = 300  # of the longer side of a pair's picture
 _PAPER = 0.8
 
 
 def save_gallery(
-    drawings: Sequence[tuple[str, GridMap]], scenes: Sequence[PairScene], path: Path
+    drawings: Sequence[tuple[str, GridMap]],
+    scenes: Sequence[PairScene],
+    path: Path,
+    columns: int = 6,
 ) -> None:
     """
     Write one sheet: titled drawings, then matching pairs, plan beside submap.
 
-    True partners of a pair share a colour.
+    ``columns`` is even. True partners of a pair share a colour.
     """
     from matplotlib.figure import Figure
 
-    rows = [-(-len(drawings) // _COLUMNS), -(-2 * len(scenes) // _COLUMNS)]
-    figure = Figure(figsize=(_TILE_IN * _COLUMNS, _TILE_IN * sum(rows)), layout='constrained')
-    axes = figure.subplots(sum(rows), _COLUMNS, squeeze=False).ravel()
+    rows = [-(-len(drawings) // columns), -(-2 * len(scenes) // columns)]
+    tile_in = _SHEET_IN / columns
+    figure = Figure(figsize=(_SHEET_IN, tile_in * sum(rows)), layout='constrained')
+    axes = figure.subplots(sum(rows), columns, squeeze=False).ravel()
     for ax in axes:
         ax.set_axis_off()
     for ax, (title, grid) in zip(axes, drawings, strict=False):
-        draw_page(ax, grid)
+        draw_page(ax, grid, round(tile_in * _DPI))
         ax.set_title(title, fontsize=_TITLE_PT)
-    first = rows[0] * _COLUMNS
+    first = rows[0] * columns
     for i, scene in enumerate(scenes):
         draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], scene)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_DPI)
 
 
-def draw_page(ax: Axes, grid: GridMap) -> None:
-    """Draw a drawing in shades of grey, so that thin lines stay visible at any size."""
+def draw_page(ax: Axes, grid: GridMap, size_px: int) -> None:
+    """Draw a drawing in shades of grey, so that thin lines stay visible at ``size_px``."""
     shades = np.select([grid.cells == OCCUPIED, grid.cells == FREE], [0.0, 1.0], _PAPER)
-    factor = -(-max(grid.shape) // _PAGE_PX)
+    factor = -(-max(grid.shape) // size_px)
     rows, columns = (cells // factor * factor for cells in grid.shape)
     blocks = shades[:rows, :columns].reshape(rows // factor, factor, columns // factor, factor)
     page = blocks.mean(axis=(1, 3)) ** factor  # lines of one cell keep most of their ink
@@ -69,7 +72,7 @@ def draw_page(ax: Axes, grid: GridMap) -> None:
 
 def bold(grid: GridMap) -> GridMap:
     """Return a grid of fewer, larger cells in which every wall is still closed."""
-    factor = -(-max(grid.shape) // _PAGE_PX)
+    factor = -(-max(grid.shape) // _PAGE_CELLS)
     pad = [(0, -cells % factor) for cells in grid.shape]
     cells = np.pad(grid.cells, pad, constant_values=UNKNOWN)
     rows, columns = (size // factor for size in cells.shape)
