@@ -250,10 +250,12 @@ def _line(
         n += 1
         s_r, s_c = s_r + r, s_c + c
         s_rr, s_rc, s_cc = s_rr + r * r, s_rc + r * c, s_cc + c * c
-    v_rr, v_rc, v_cc = s_rr - s_r * s_r / n, s_rc - s_r * s_c / n, s_cc - s_c * s_c / n
     line = np.empty(4)
-    line[:2] = outline[first % size] + np.array([s_r, s_c]) / n
-    line[2:] = edge
+    line[:2], line[2:] = outline[first % size], edge
+    if n == 0:  # a spur's outline passed the corner on its other visit of the cell
+        return line
+    v_rr, v_rc, v_cc = s_rr - s_r * s_r / n, s_rc - s_r * s_c / n, s_cc - s_c * s_c / n
+    line[:2] += np.array([s_r, s_c]) / n
     if v_rr + v_cc == 0.0:
         return line
     angle = 0.5 * np.arctan2(2.0 * v_rc, v_cc - v_rr)
