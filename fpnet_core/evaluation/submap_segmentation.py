@@ -144,17 +144,32 @@ def score_segmentation(
     segmentation: Segmentation, drive: Drive, sensor: str, seed: int
 ) -> SubmapScore:
     """Compare a submap's rooms and doors with the building of its drive."""
-    grid, T_odom_building = segmentation.grid, drive.T_building_odom.inv()
-    observed = observed_cells(grid)
-    rooms = true_rooms(drive.plan)
-    truth = np.where(observed, _drawn(rooms, T_odom_building, grid), 0)
+    truth, usable = _observed_truth(segmentation, drive)
+    pairs = _pairs(truth, segmentation.labels, usable)
+    doors = _count_doors(
+        segmentation, drive.plan, drive.T_building_odom.inv(), truth, np.array(usable)
+    )
+    return SubmapScore(sensor, seed, np.array([iou for _, iou in pairs]), doors)
+
+
+def paired_rooms(segmentation: Segmentation, drive: Drive) -> dict[int, int]:
+    """Return the found room's id by the index of its partner among :func:`true_rooms`."""
+    truth, usable = _observed_truth(segmentation, drive)
+    pairs = _pairs(truth, segmentation.labels, usable)
+    matched = zip(usable, pairs, strict=True)
+    return {label - 1: found for label, (found, iou) in matched if iou > 0.0}
+
+
+def _observed_truth(
+    segmentation: Segmentation, drive: Drive
+) -> tuple[NDArray[np.int32], list[int]]:
+    """Return labels (H, W) of the true rooms' observed parts, and the sufficiently seen ones."""
+    grid, rooms = segmentation.grid, true_rooms(drive.plan)
+    drawn = _drawn(rooms, drive.T_building_odom.inv(), grid)
+    truth = np.where(observed_cells(grid), drawn, 0)
     cells = np.bincount(truth.ravel(), minlength=len(rooms) + 1)[1:]
     whole = np.array([room.area for room in rooms]) / grid.resolution**2
-    usable = np.flatnonzero(cells >= MIN_OBSERVED_SHARE * whole) + 1
-    ious = _paired_ious(truth, segmentation.labels, usable)
-    return SubmapScore(
-        sensor, seed, ious, _count_doors(segmentation, drive.plan, T_odom_building, truth, usable)
-    )
+    return truth, (np.flatnonzero(cells >= MIN_OBSERVED_SHARE * whole) + 1).tolist()
 
 
 def summary(scores: list[SubmapScore]) -> dict[str, Any]:
@@ -202,10 +217,10 @@ def _drawn(
     return labels
 
 
-def _paired_ious(
-    truth: NDArray[np.int32], found: NDArray[np.int32], usable: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return the intersection over union of each usable true room with its partner."""
+def _pairs(
+    truth: NDArray[np.int32], found: NDArray[np.int32], usable: list[int]
+) -> list[tuple[int, float]]:
+    """Return for each usable true room its partner's id and their intersection over union."""
     count = int(found.max(initial=0))
     flat = truth.astype(np.int64) * (count + 1) + found
     table = np.bincount(flat.ravel(), minlength=(int(truth.max(initial=0)) + 1) * (count + 1))
@@ -213,10 +228,10 @@ def _paired_ious(
     both = table[usable, 1:].astype(np.float64)
     union = table[usable].sum(axis=1)[:, None] + table[:, 1:].sum(axis=0)[None] - both
     iou = both / np.maximum(union, 1)
-    rows, cols = linear_sum_assignment(iou, maximize=True)
-    scores = np.zeros(len(usable))
-    scores[rows] = iou[rows, cols]
-    return scores
+    partners = [(-1, 0.0)] * len(usable)
+    for row, col in zip(*linear_sum_assignment(iou, maximize=True), strict=True):
+        partners[row] = int(col), float(iou[row, col])
+    return partners
 
 
 def _count_doors(
