@@ -34,7 +34,7 @@ class AugmentationConfig(Section):
         0.1, ge=0.0, le=0.5, description='Standard deviation of the log scale between sides.'
     )
     crop_probability: float = Field(
-        0.5, ge=0.0, le=1.0, description='Chance that only a connected part of the submap is seen.'
+        0.5, ge=0.0, le=1.0, description='Chance that only a connected part of a side is kept.'
     )
     drop_probability: float = Field(
         0.05, ge=0.0, lt=1.0, description='Chance that a region of either side goes missing.'

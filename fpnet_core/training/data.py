@@ -144,8 +144,9 @@ def augment(
     rng: np.random.Generator,
 ) -> PairArrays:
     """Return the pair turned, cropped, mirrored, with noise and with regions missing."""
-    if rng.random() < config.crop_probability:
-        pair = _without(pair, np.ones(len(pair.plan_feat), dtype=np.bool_), _crop(pair, rng))
+    crops = rng.random(2) < config.crop_probability
+    keep_plan = _crop(pair.plan_edges, len(pair.plan_feat), crops[0], rng)
+    pair = _without(pair, keep_plan, _crop(pair.sub_edges, len(pair.sub_feat), crops[1], rng))
     pair = _drop_regions(pair, config.drop_probability, rng)
     mirror = rng.random() < config.mirror_probability
     log_scale = config.scale_noise * rng.standard_normal()
@@ -182,12 +183,15 @@ def _turn(yaw: float) -> NDArray[np.float64]:
     return np.array([[c, -s], [s, c]])
 
 
-def _crop(pair: PairArrays, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Choose a connected part of the submap of random size, as if less had been explored."""
-    count = len(pair.sub_feat)
+def _crop(
+    edges: NDArray[np.int64], count: int, is_wanted: bool, rng: np.random.Generator
+) -> NDArray[np.bool_]:
+    """Choose a connected part of random size, as if less had been explored or drawn."""
+    if not (is_wanted and count):
+        return np.ones(count, dtype=np.bool_)
     wanted = int(rng.integers(min(_SMALLEST_CROP, count), count + 1))
     neighbours: list[list[int]] = [[] for _ in range(count)]
-    for a, b in pair.sub_edges.tolist():
+    for a, b in edges.tolist():
         neighbours[a].append(b)
         neighbours[b].append(a)
     keep = np.zeros(count, dtype=np.bool_)
