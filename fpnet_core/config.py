@@ -212,13 +212,13 @@ class LocalizerConfig(Section):
     )
     confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
     evidence_per_m: float = Field(
-        1.0, gt=0.0, description='Nats per metre of wall and unit of score; calibrates.'
-    )
-    evidence_full_m: float = Field(
-        80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
+        0.5, gt=0.0, description='Nats per metre of wall and unit of score; fitted.'
     )
     null_score: float = Field(
-        0.5, ge=0.0, le=1.0, description='Agreement that a wrong place reaches by chance.'
+        0.57, ge=0.0, le=1.0, description='Agreement that a wrong place reaches by chance; fitted.'
+    )
+    null_per_log_place: float = Field(
+        2.5, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
     )
     null_slack: float = Field(
         0.1, ge=0.0, le=1.0, description='A claim survives scores lower by this much.'

@@ -6,9 +6,15 @@ from __future__ import annotations
 
 import typer
 
-from fpnet_core.cli import bench_localization, bench_matching, bench_simulator
+from fpnet_core.cli import (
+    bench_calibration,
+    bench_localization,
+    bench_matching,
+    bench_simulator,
+)
 
 app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
+app.command('calibration')(bench_calibration.command)
 app.command('matching')(bench_matching.command)
 app.command('localization')(bench_localization.command)
 app.command('simulator')(bench_simulator.command)

@@ -14,7 +14,7 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapEvidence
 from fpnet_core.types import PoseEstimate, Status
 
-WALL_SAMPLE_M = 0.15  # wall length that one evidence sample stands for
+_PLACES = 1000.0  # square metres times scales that ``null_score`` is stated for
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +29,23 @@ class Belief:
 def posterior(
     scores: NDArray[np.float64],
     wall_length_m: float,
+    places: float,
     config: LocalizerConfig,
     null_slack: float = 0.0,
 ) -> NDArray[np.float64]:
     """
     Probability of each of ``K`` distinct placements, ``(K,)``; the rest is "none of these".
 
-    Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score, up to
-    ``evidence_full_m``: walls of one building are not independent. "None of these" competes
-    with the score that a wrong place reaches by chance, ``null_score`` less ``null_slack``.
+    Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score. "None of
+    these" competes with the score that a wrong place reaches by chance, ``null_score`` less
+    ``null_slack``, and gains ``null_per_log_place`` nats with every e-fold of ``places``, the
+    plan's free area [m^2] times the scales tried: the more places, the better the best wrong one.
+    The three constants are fitted by :mod:`fpnet_core.evaluation.calibration`.
     """
-    gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
-    logits = gain * np.append(scores, config.null_score - null_slack)
+    gain = config.evidence_per_m * wall_length_m
+    null = gain * (config.null_score - null_slack)
+    null += config.null_per_log_place * np.log(max(places, 1.0) / _PLACES)
+    logits = np.append(gain * scores, null)
     weights = np.exp(logits - logits.max())
     return np.asarray(weights[:-1] / weights.sum())
 
@@ -67,21 +72,27 @@ class HypothesisTracker:
         self._was_localized = False
 
     def update(
-        self, estimates: tuple[PoseEstimate, ...], sub: MapEvidence, A_submap_odom: Affine2D
+        self,
+        estimates: tuple[PoseEstimate, ...],
+        sub: MapEvidence,
+        places: float,
+        A_submap_odom: Affine2D,
     ) -> Belief:
         """
         Take one tick's placements, best first, and say what may be claimed.
 
-        ``A_submap_odom`` anchors the submap, so that placements are compared in the odometry
-        frame although the submap may have been re-anchored.
+        ``places`` is as in :func:`posterior`; ``A_submap_odom`` anchors the submap, so that
+        placements are compared in the odometry frame although the submap may have been
+        re-anchored.
         """
         if not estimates:
             return self._nothing_found(0.0)
         best = estimates[0]
         slack = self._config.null_slack if self._claimed else 0.0
         scores = np.array([e.score for e in estimates])
-        p = float(posterior(scores, len(sub.walls) * WALL_SAMPLE_M, self._config, slack)[0])
-        if best.score < self._config.null_score - slack:
+        each = posterior(scores, sub.wall_length_m, places, self._config, slack)
+        p = float(each[0])
+        if p < 1.0 - each.sum():
             return self._nothing_found(p)
         self._count_win(best.A_plan_submap @ A_submap_odom, sub, A_submap_odom)
         confirmed = self._wins >= self._config.confirm_ticks

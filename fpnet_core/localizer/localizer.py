@@ -265,7 +265,8 @@ class Localizer:
             if self._hint is not None:
                 narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
                 result = replace(result, estimates=narrowed)
-            belief = self._tracker.update(result.estimates, sub.evidence, A_submap_odom)
+            places = plan.evidence.free_area_m2 * len(self._scales)
+            belief = self._tracker.update(result.estimates, sub.evidence, places, A_submap_odom)
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
         return _output(submap, sub, result, belief, timer)
 

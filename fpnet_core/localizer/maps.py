@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, PoseConfig
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.localizer.belief import WALL_SAMPLE_M, posterior
+from fpnet_core.localizer.belief import posterior
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
@@ -41,14 +41,19 @@ class MapMatch:
     The placement of one map on another.
 
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
+    ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others. Both sides are in metres as estimated from door widths.
+    against all others and against none of them, of ``places`` searched (see
+    :func:`fpnet_core.localizer.belief.posterior`). Both sides are in metres as estimated from
+    door widths.
     """
 
     status: MapMatchStatus
     A_plan_sub: Affine2D | None
+    A_best: Affine2D | None
     score: float
     probability: float
+    places: float
     plan: MapSide
     sub: MapSide
     comparison: Comparison
@@ -82,14 +87,24 @@ def match_maps(
         comparison = compare(
             plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, scales
         )
-    status, score, probability = _judged(comparison, sub_side, config)
-    placed = None
-    if status is not MapMatchStatus.UNMATCHED:
+    places = plan_side.evidence.free_area_m2 * len(scales)
+    status, score, probability = _judged(comparison, sub_side, places, config)
+    best = None
+    if comparison.estimates:
         A = comparison.estimates[0].A_plan_submap
         linear = A.linear * (sub_scale.factor / plan_scale.factor)
-        placed = Affine2D(linear, A.translation / plan_scale.factor)
+        best = Affine2D(linear, A.translation / plan_scale.factor)
     return MapMatch(
-        status, placed, score, probability, plan_side, sub_side, comparison, timer.timings_ms
+        status=status,
+        A_plan_sub=None if status is MapMatchStatus.UNMATCHED else best,
+        A_best=best,
+        score=score,
+        probability=probability,
+        places=places,
+        plan=plan_side,
+        sub=sub_side,
+        comparison=comparison,
+        timings_ms=timer.timings_ms,
     )
 
 
@@ -109,16 +124,15 @@ def _rescaled(grid: GridMap, factor: float) -> GridMap:
 
 
 def _judged(
-    comparison: Comparison, sub: MapSide, config: FpnetConfig
+    comparison: Comparison, sub: MapSide, places: float, config: FpnetConfig
 ) -> tuple[MapMatchStatus, float, float]:
     """Status, score and probability of the best placement."""
     if not comparison.estimates:
         return MapMatchStatus.UNMATCHED, 0.0, 0.0
     scores = np.array([e.score for e in comparison.estimates])
-    wall_length_m = len(sub.evidence.walls) * WALL_SAMPLE_M
-    p = float(posterior(scores, wall_length_m, config.localizer)[0])
-    best = float(scores[0])
-    if best < config.localizer.null_score:
+    each = posterior(scores, sub.evidence.wall_length_m, places, config.localizer)
+    best, p = float(scores[0]), float(each[0])
+    if p < 1.0 - each.sum():
         return MapMatchStatus.UNMATCHED, best, p
     if p < config.localizer.claim_probability:
         return MapMatchStatus.AMBIGUOUS, best, p

@@ -51,6 +51,16 @@ class MapEvidence:
     orientation: float
     orientation_strength: float
 
+    @property
+    def wall_length_m(self) -> float:
+        """Length of all walls, as far as the thinned samples tell [m]."""
+        return len(self.walls) * _WALL_SPACING_M
+
+    @property
+    def free_area_m2(self) -> float:
+        """Free area, as far as the thinned samples tell [m^2]."""
+        return len(self.free) * _FREE_SPACING_M**2
+
 
 def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> MapEvidence:
     """

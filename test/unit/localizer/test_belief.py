@@ -15,6 +15,7 @@ from fpnet_core.pose import map_evidence
 from fpnet_core.types import PoseEstimate, Status
 
 CONFIG = LocalizerConfig(confirm_ticks=3)
+PLACES = 2000.0
 HERE, THERE = SE2.from_xy_yaw(3.0, -2.0, 0.4), SE2.from_xy_yaw(-8.0, 5.0, -2.0)
 
 
@@ -28,11 +29,13 @@ def placed(T, score):
 
 
 def feed(tracker, *ticks):
-    return [tracker.update(estimates, evidence(), SE2.identity()).status for estimates in ticks]
+    return [
+        tracker.update(estimates, evidence(), PLACES, SE2.identity()).status for estimates in ticks
+    ]
 
 
 def test_posterior_sums_below_one_and_a_tie_is_a_tie():
-    p = posterior(np.array([0.8, 0.8, 0.3]), 200.0, CONFIG)
+    p = posterior(np.array([0.8, 0.8, 0.3]), 200.0, PLACES, CONFIG)
     assert p.sum() < 1.0
     assert p[0] == p[1]
     assert p[0] == pytest.approx(0.5, abs=0.01)
@@ -40,12 +43,22 @@ def test_posterior_sums_below_one_and_a_tie_is_a_tie():
 
 def test_evidence_grows_with_the_walls_seen():
     scores = np.array([0.8, 0.7])
-    few, many = (posterior(scores, length, CONFIG)[0] for length in (5.0, 60.0))
-    assert few < 0.7 < 0.95 < many
+    few, many = (posterior(scores, length, PLACES, CONFIG)[0] for length in (5.0, 200.0))
+    assert few < 0.7 < 0.9 < many
+
+
+def test_the_larger_the_plan_the_less_a_score_says():
+    small, large = (posterior(np.array([0.8]), 40.0, places, CONFIG)[0] for places in (500, 2e4))
+    assert large < small - 0.2
+
+
+def test_rivals_that_are_all_poor_are_none_of_these():
+    poor = (placed(HERE, 0.4), placed(THERE, 0.35))
+    assert feed(HypothesisTracker(CONFIG, 1.0), poor, poor) == [Status.SEARCHING] * 2
 
 
 def test_a_low_score_loses_against_none_of_these():
-    assert posterior(np.array([CONFIG.null_score - 0.1]), 60.0, CONFIG)[0] < 0.05
+    assert posterior(np.array([CONFIG.null_score - 0.1]), 60.0, PLACES, CONFIG)[0] < 0.05
 
 
 def test_a_claim_needs_the_same_winner_three_times():

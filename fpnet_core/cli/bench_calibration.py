@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench calibration``: may one believe the localizer's probabilities?"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_core.evaluation.calibration import Reliability
+
+_CUTS = 3  # variations of each real pair in each band of kept free space
+
+
+def command(
+    limit: Annotated[int, typer.Option('--limit', min=2, help='Generated pairs.')] = 200,
+    seed: common.SeedOption = None,
+    fit: Annotated[
+        bool, typer.Option('--fit', help='Also print the constants that fit these pairs best.')
+    ] = False,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            '--data', metavar='DIR', help='Shared data: add real pairs of its tune half.'
+        ),
+    ] = None,
+    config: common.ConfigOption = None,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='FILE', help='Reliability diagram.')
+    ] = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Compare claimed probabilities with the truth, on the right and on wrong buildings' plans.
+
+    Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
+
+    Example: fpnet bench calibration --limit 150 --data ../shared/data --fit
+    """
+    tree = common.load(config)
+    from fpnet_core.evaluation import calibration
+    from fpnet_core.evaluation.robot_pairs import BANDS, read_robot_pairs
+    from fpnet_core.matching.learned import LearnedMatcher
+
+    matcher = LearnedMatcher(tree.matcher)
+    real = read_robot_pairs(data, 'tune') if data is not None else ()
+    total = limit + len(real) * _CUTS * len(BANDS)
+    with common.progress('pairs', total) as advance:
+        trials = calibration.generated_trials(seed or 0, limit, tree, matcher, advance)
+        trials += calibration.robot_trials(real, _CUTS, tree, matcher, advance)
+    result = calibration.reliability(trials, tree.localizer)
+    _print(result)
+    report: dict[str, Any] = {'seed': seed or 0, 'pairs': total, **_plain(result)}
+    if fit:
+        report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
+        for name, value in report['fitted'].items():
+            typer.echo(f'localizer.{name}: {value:.3g}')
+    if plot is not None:
+        from fpnet_core.viz.calibration import plot_reliability
+
+        plot_reliability(plot, result.claimed, result.true, result.count, result.ece)
+    if json_path is not None:
+        common.write_json(json_path, report)
+
+
+def _print(result: Reliability) -> None:
+    typer.echo(f'expected calibration error: {result.ece:.3f}')
+    typer.echo(f'best placement is right: {result.right_best:.1%} of the right plans')
+    typer.echo(
+        f'claims: {result.claims}, {result.wrong_claims} wrong; on {result.foreign_trials} wrong '
+        f'plans: {result.foreign_claims}'
+    )
+
+
+def _plain(result: Reliability) -> dict[str, Any]:
+    """Return the figures as JSON takes them: lists, and None for empty bins."""
+    plain = asdict(result)
+    for name in ('claimed', 'true', 'count'):
+        values = plain[name].tolist()
+        plain[name] = [None if math.isnan(value) else value for value in values]
+    return plain
