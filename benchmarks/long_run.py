@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Localise for an hour: do ticks slow down, does memory grow?
+
+Run: python benchmarks/long_run.py [--minutes 60] [--json OUT]
+
+A robot tours a large office building and then drives the tour back and forth until the time is
+up. Every sweep is cast anew, at the true poses: an odometry without loop closure would drift for
+an hour and make another building of it. Scans and ticks run one after another in sensor time, so
+that a tick that takes longer than its period delays nothing.
+"""
+
+import argparse
+import json
+from pathlib import Path
+import time
+
+import numpy as np
+
+from fpnet_core.config import load_config
+from fpnet_core.evaluation.localization.drives import resident_mb
+from fpnet_core.localizer import create_localizer
+from fpnet_core.sim.recording import RecordingOptions, make_recording
+from fpnet_core.sim.sensors import sensor_named
+from fpnet_core.sim.tours import TourLimits
+from fpnet_core.types import Status
+
+SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
+TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
+SCAN_POINTS = 25_000
+EARLY_MIN = 5.0
+WINDOW_MIN = 2.0  # figures are taken over so long before each mark
+NS_PER_S = 10**9
+
+
+class LongRun:
+    """Drives one localizer and keeps what every call took."""
+
+    def __init__(self):
+        config = load_config()
+        self.period_ns = int(config.localizer.tick_period_s * NS_PER_S)
+        options = RecordingOptions(
+            family=FAMILY, rooms=ROOMS, lidar=sensor_named('beams64'), limits=TOUR
+        )
+        self.recording = make_recording(SEED, options, threads=1)
+        self.localizer = create_localizer(config)
+        self.localizer.set_plan(self.recording.floorplan)
+        self.rng = np.random.default_rng(SEED)
+        self.start_mb = resident_mb()
+        self.adds, self.ticks, self.memory = [], [], []  # rows: minute, wall ms, cpu ms
+
+    def drive(self, minutes):
+        """Run until so many minutes of sensor time are over."""
+        period_s = self.recording.lidar.model.period_s
+        next_tick_ns = self.period_ns
+        for number in range(int(minutes * 60.0 / period_s)):
+            stamp_ns = int((number + 1) * period_s * NS_PER_S)
+            self.scan(self.index(number), stamp_ns)
+            if stamp_ns >= next_tick_ns:
+                self.timed(self.ticks, stamp_ns, lambda s=stamp_ns: self.localizer.tick(s))
+                self.memory.append((stamp_ns / 60e9, resident_mb()))
+                next_tick_ns += self.period_ns
+
+    def index(self, number):
+        """Return the sweep of the tour that comes at such a place: there, back, there again."""
+        last = len(self.recording) - 1
+        place = number % (2 * last)
+        return place if place <= last else 2 * last - place
+
+    def scan(self, index, stamp_ns):
+        """Cast a sweep, undo its motion as an odometry would, and add it."""
+        scan = self.recording.scan(index)
+        start_s = index * self.recording.lidar.model.period_s
+        R, origin = self.recording.tour.sensor_poses(start_s + scan.time_s)
+        world = np.einsum('pij,pj->pi', R, scan.points) + origin
+        pose = scan.T_truth_sensor
+        points = ((world - pose[:3, 3]) @ pose[:3, :3]).astype(np.float32)
+        chosen = np.sort(self.rng.permutation(len(points))[:SCAN_POINTS])
+        self.timed(
+            self.adds, stamp_ns, lambda: self.localizer.add_scan(points[chosen], pose, stamp_ns)
+        )
+
+    @staticmethod
+    def timed(rows, stamp_ns, call):
+        """Call, and keep when it was and what it took."""
+        wall, cpu = time.perf_counter(), time.process_time()
+        call()
+        took = time.perf_counter() - wall, time.process_time() - cpu
+        rows.append((stamp_ns / 60e9, 1e3 * took[0], 1e3 * took[1]))
+
+    def figures(self, until_min):
+        """Return the figures of the window that ends at a mark."""
+        adds, ticks = (
+            np.array([row for row in rows if until_min - WINDOW_MIN < row[0] <= until_min])
+            for rows in (self.adds, self.ticks)
+        )
+        return {
+            'minute': until_min,
+            'tick_ms_p50': float(np.quantile(ticks[:, 1], 0.5)),
+            'tick_ms_p95': float(np.quantile(ticks[:, 1], 0.95)),
+            'tick_cpu_ms_p50': float(np.quantile(ticks[:, 2], 0.5)),
+            'tick_cpu_ms_p95': float(np.quantile(ticks[:, 2], 0.95)),
+            'add_scan_ms_p50': float(np.quantile(adds[:, 1], 0.5)),
+            'add_scan_cpu_ms_p50': float(np.quantile(adds[:, 2], 0.5)),
+            'rss_mb_max': max(mb for minute, mb in self.memory if minute <= until_min),
+        }
+
+    def report(self, minutes):
+        """Return everything, early and late, and their ratio."""
+        early, late = self.figures(min(EARLY_MIN, minutes)), self.figures(minutes)
+        output = self.localizer.output
+        return {
+            'early': early,
+            'late': late,
+            'late_over_early_tick_cpu_p50': late['tick_cpu_ms_p50'] / early['tick_cpu_ms_p50'],
+            'rss_mb_before': self.start_mb,
+            'explored_m2': output.submap.free_area_m2 if output.submap else 0.0,
+            'status': output.status.value,
+            'is_localized': output.status is Status.LOCALIZED,
+            'scan_points': SCAN_POINTS,
+            'lap_s': self.recording.tour.duration_s,
+        }
+
+
+def main() -> None:
+    """Drive and print the figures as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--minutes', type=float, default=60.0)
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    run = LongRun()
+    run.drive(arguments.minutes)
+    text = json.dumps(run.report(arguments.minutes), indent=2)
+    print(text)
+    if arguments.json:
+        arguments.json.write_text(text + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()

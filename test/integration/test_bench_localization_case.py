@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One short case of the localization benchmark through everything, and its command."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.config import FpnetConfig
+from fpnet_core.evaluation.localization import scenes
+from fpnet_core.evaluation.localization import suite as suite_module
+from fpnet_core.evaluation.localization.cases import Case, Kind
+from fpnet_core.evaluation.localization.runs import Job, run_case
+from fpnet_core.evaluation.localization.scenes import MissingDataError
+from fpnet_core.sim.tours import TourLimits
+
+BASELINES = {'matcher_ransac', 'branch_and_bound', 'monte_carlo'}
+
+
+@pytest.fixture(scope='module')
+def judged(tmp_path_factory):
+    """A quarter of a minute in a generated house, on its plan and on another one."""
+    strip = tmp_path_factory.mktemp('strips') / 'strip.png'
+    case = Case('short', 'exact', Kind.GENERATED, 'suites', 3, sensor='planar', wrong_cases=(0,))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scenes, 'LIMITS', TourLimits(rooms=2, shortest_s=10.0, longest_s=25.0))
+        records = run_case(Job(case, FpnetConfig(), 0, Path('none'), strip=strip))
+    return records, strip
+
+
+def test_a_case_judges_every_method_on_the_right_and_on_a_wrong_plan(judged):
+    records, _ = judged
+    found = [(record.group, record.method) for record in records]
+    assert len(found) == len(set(found))
+    for group in ('exact', 'wrong_building'):
+        methods = {record.method for record in records if record.group == group}
+        assert methods == {'fpnet', *BASELINES}
+    assert {record.is_open_set for record in records if record.group == 'exact'} == {False}
+
+
+def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(judged):
+    records, _ = judged
+    own = [record for record in records if record.method == 'fpnet']
+    assert [record.wrong_poses for record in own] == [0, 0]
+    right, wrong = own
+    assert len(right.tick_ms) > 3
+    assert right.add_scan_ms > 0.0
+    assert right.rss_mb > 50.0
+    assert wrong.poses == 0
+    assert set(right.statuses) <= {'waiting', 'searching', 'ambiguous', 'localized'}
+
+
+def test_the_strip_is_drawn(judged):
+    assert judged[1].read_bytes().startswith(b'\x89PNG')
+
+
+def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, capsys, judged):
+    records, _ = judged
+
+    def fake(job):
+        if job.case.kind is Kind.LOG:
+            raise MissingDataError('no logs here')
+        return records
+
+    monkeypatch.setattr(suite_module, 'run_case', fake)
+    path = tmp_path / 'bench.json'
+    with pytest.raises(SystemExit) as end:
+        main(['bench', 'localization', '--limit', '11', '--json', str(path)])
+    assert end.value.code == 0
+    assert 'skipped intel: no logs here' in capsys.readouterr().out
+    report = json.loads(path.read_text())
+    assert set(report['groups']) == {'exact', 'wrong_building'}
+    assert set(report['baselines']) == BASELINES
+    assert report['total']['runs'] == 20
+    with pytest.raises(SystemExit) as end:
+        main(['bench', 'localization', '--groups', 'mars'])
+    assert end.value.code == 1
+    assert 'unknown group' in capsys.readouterr().err
