@@ -105,10 +105,15 @@ def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: 
     # Reliable, as the result shall not depend on how much shared memory this machine has.
     reliable = 'qos_overrides.{}.subscription.reliability'
     start('floorplan_server', {'floorplan': str(options.floorplan)})
-    start('odometry', {reliable.format(topic): 'reliable'}, {'pointcloud_topic': topic})
+    waiting = {'max_pending_scans': 2 * _MAX_AHEAD}
+    start(
+        'odometry',
+        {reliable.format(topic): 'reliable', **waiting},
+        {'pointcloud_topic': topic},
+    )
     start(
         'localizer',
-        {'run_dir': str(options.out), reliable.format('/kiss/frame'): 'reliable'},
+        {'run_dir': str(options.out), reliable.format('/kiss/frame'): 'reliable', **waiting},
     )
 
 

@@ -10,13 +10,15 @@ import sys
 
 from nav_msgs.msg import OccupancyGrid
 from pydantic import Field
-from rclpy.node import Node
+from std_srvs.srv import Trigger
 
 from fpnet_core.config import Section
-from fpnet_core.errors import ConfigError
+from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.io.maps import read_map
-from fpnet_ros.params import declare_section
-from fpnet_ros.runtime import LATCHED, run_node
+from fpnet_core.types import GridMap
+from fpnet_ros.lifecycle import ManagedNode, run_managed
+from fpnet_ros.params import ParameterTree
+from fpnet_ros.runtime import LATCHED, one_line
 from msg_adapters.grids import grid_to_msg
 
 
@@ -30,27 +32,62 @@ class FloorplanServerParameters(Section):
     frame_id: str = Field('floorplan', description='Frame of the published grid.')
 
 
-class FloorplanServer(Node):
-    """Publishes ``floorplan`` once; late subscribers get it too."""
+class FloorplanServer(ManagedNode):
+    """
+    Publishes ``floorplan`` once; late subscribers get it too.
+
+    ``~/reload`` reads the file again, another one where the parameter was changed.
+    """
 
     def __init__(self) -> None:
         super().__init__('floorplan_server')
-        parameters = declare_section(self, FloorplanServerParameters)
+        self._settings = ParameterTree(
+            self,
+            FloorplanServerParameters,
+            live=('floorplan', 'resolution_m', 'frame_id'),
+        )
+
+    def configure(self) -> None:
+        """Read the floorplan; a missing or bad one is an FpnetError."""
+        self._grid = self._read()
+        self._publisher = self.add_publisher(OccupancyGrid, 'floorplan', LATCHED)
+        self.add_service(Trigger, '~/reload', self._on_reload)
+
+    def activate(self) -> None:
+        """Publish it."""
+        self._publish()
+
+    def _read(self) -> GridMap:
+        parameters = self._settings.value
         if not parameters.floorplan:
             raise ConfigError('parameter floorplan is empty; set it to a map YAML or an image')
-        grid = read_map(Path(parameters.floorplan), parameters.resolution_m or None)
+        return read_map(Path(parameters.floorplan), parameters.resolution_m or None)
+
+    def _publish(self) -> None:
+        parameters = self._settings.value
         stamp_ns = self.get_clock().now().nanoseconds
-        self._publisher = self.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
-        self._publisher.publish(grid_to_msg(grid, stamp_ns, parameters.frame_id))
-        height, width = grid.shape
+        self._publisher.publish(grid_to_msg(self._grid, stamp_ns, parameters.frame_id))
+        height, width = self._grid.shape
         self.get_logger().info(
-            f'serving {parameters.floorplan}: {width} x {height} cells of {grid.resolution:g} m'
+            f'serving {parameters.floorplan}: {width} x {height} cells of '
+            f'{self._grid.resolution:g} m'
         )
+
+    def _on_reload(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            self._grid = self._read()
+        except FpnetError as error:
+            response.message = one_line(error)
+            self.get_logger().error(f'{response.message}; the old floorplan stays')
+            return response
+        self._publish()
+        response.success, response.message = True, f'read {self._settings.value.floorplan}'
+        return response
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
-    return run_node(FloorplanServer, arguments)
+    return run_managed(FloorplanServer, arguments)
 
 
 if __name__ == '__main__':

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 import math
 import sys
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
 from rcl_interfaces.msg import (
@@ -15,6 +15,7 @@ from rcl_interfaces.msg import (
     IntegerRange,
     ParameterDescriptor,
     ParameterType,
+    SetParametersResult,
 )
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
@@ -41,39 +42,91 @@ _LIST_TYPES = {
 _INT64_MAX = 2**63 - 1
 
 
-def declare_section(
-    node: Node, section: type[AnySection], prefix: str = '', without: Collection[str] = ()
-) -> AnySection:
+class ParameterTree(Generic[AnySection]):
     """
-    Declare a parameter for every key below ``section`` and return the values given to the node.
+    A parameter for every key below a section of the configuration tree.
+
+    ``value`` is the section with the values given to the node; it follows changes at run time.
 
     Parameters
     ----------
+    section
+        The keys, with type, range, description and default.
     prefix
         Dotted start of every name, as ``odometry.``.
     without
         Names of subsections that this node does not read: they keep their defaults.
+    live
+        Keys that may change at any time. The others are refused with a reason while
+        ``is_frozen``, which the node sets once it has read them.
+    on_change
+        Called after a change.
 
     Raises
     ------
     ConfigError
         If a parameter's value has the wrong type or is out of range.
     """
-    tree: dict[str, Any] = {}
-    for field in config_fields(section, prefix):
-        *parents, leaf = field.key.removeprefix(prefix).split('.')
-        if parents and parents[0] in without:
-            continue
-        branch = tree
-        for part in parents:
-            branch = branch.setdefault(part, {})
-        branch[leaf] = _declare(node, field)
-    try:
-        return section.model_validate(tree)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = prefix + '.'.join(str(part) for part in first['loc'])
-        raise ConfigError(f'parameter {key}: {first["msg"]} (got {first["input"]!r})') from None
+
+    def __init__(
+        self,
+        node: Node,
+        section: type[AnySection],
+        prefix: str = '',
+        without: Collection[str] = (),
+        live: Collection[str] = (),
+        on_change: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._section = section
+        self._prefix = prefix
+        self._live = frozenset(live)
+        self._on_change = on_change
+        self.is_frozen = True
+        self._values = {
+            field.key: _declare(node, field)
+            for field in config_fields(section, prefix)
+            if field.key.removeprefix(prefix).split('.')[0] not in without
+        }
+        self.value = self._validated(self._values)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._take)
+
+    def _check(self, parameters: list[Parameter[Any]]) -> SetParametersResult:
+        changes = self._own(parameters)
+        if self.is_frozen and (fixed := sorted(set(changes) - self._live)):
+            reason = f'{fixed[0]} is read when the node is configured; set it before'
+            return SetParametersResult(successful=False, reason=reason)
+        try:
+            self._validated({**self._values, **changes})
+        except ConfigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _take(self, parameters: list[Parameter[Any]]) -> None:
+        if changes := self._own(parameters):
+            self._values |= changes
+            self.value = self._validated(self._values)
+            self._on_change()
+
+    def _own(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
+        return {p.name: p.value for p in parameters if p.name in self._values}
+
+    def _validated(self, values: dict[str, Any]) -> AnySection:
+        tree: dict[str, Any] = {}
+        for key, value in values.items():
+            *parents, leaf = key.removeprefix(self._prefix).split('.')
+            branch = tree
+            for part in parents:
+                branch = branch.setdefault(part, {})
+            branch[leaf] = value
+        try:
+            return self._section.model_validate(tree)
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = self._prefix + '.'.join(str(part) for part in first['loc'])
+            raise ConfigError(
+                f'parameter {key}: {first["msg"]} (got {first["input"]!r})'
+            ) from None
 
 
 def _declare(node: Node, field: ConfigField) -> Any:
@@ -94,13 +147,12 @@ def _declare(node: Node, field: ConfigField) -> Any:
 
 
 def describe(field: ConfigField) -> ParameterDescriptor:
-    """Return the descriptor of a key; read-only, as the core takes its configuration once."""
+    """Return the descriptor of a key."""
     descriptor = ParameterDescriptor(
         name=field.key,
         type=(_LIST_TYPES if field.is_list else _TYPES)[field.kind],
         description=field.description,
         additional_constraints=field.constraint,
-        read_only=True,
     )
     if field.bounds and field.kind is int:
         descriptor.integer_range = [_integer_range(field.bounds)]

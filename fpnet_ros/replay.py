@@ -23,7 +23,7 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
-from fpnet_ros.params import declare_section
+from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, run_node
 from msg_adapters.stamps import stamp_to_msg
 
@@ -57,22 +57,22 @@ class Replay(Node):
 
     def __init__(self) -> None:
         super().__init__('replay')
-        self._parameters = declare_section(self, ReplayParameters)
-        if not self._parameters.bag:
+        self._settings = ParameterTree(self, ReplayParameters).value
+        if not self._settings.bag:
             raise ConfigError('parameter bag is empty; set it to the recording to play')
         self._now_ns: int | None = None  # recorded time, None before the first message
         self._clock_publisher: Publisher[Any] | None = None
-        if self._parameters.clock:
+        if self._settings.clock:
             self._clock_publisher = self.create_publisher(ClockMsg, '/clock', 10)
         self._confirmed = 0
-        if self._parameters.max_ahead:
+        if self._settings.max_ahead:
             self.create_subscription(Odometry, 'kiss/odometry', self._confirm, STREAM)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
     def play(self) -> None:
         """Play the recording once; returns when it is delivered."""
-        with BagReader(Path(self._parameters.bag)) as bag:
+        with BagReader(Path(self._settings.bag)) as bag:
             types = self._chosen_topics(bag)
             publishers = {
                 topic: self.create_publisher(_message_class(msgtype), topic, STREAM)
@@ -86,16 +86,16 @@ class Replay(Node):
         self.get_logger().info(f'played {played} messages')
 
     def _chosen_topics(self, bag: BagReader) -> dict[str, str]:
-        chosen = self._parameters.topics or tuple(bag.topics)
+        chosen = self._settings.topics or tuple(bag.topics)
         if missing := [topic for topic in chosen if topic not in bag.topics]:
             raise BagFormatError(
-                f'bag {self._parameters.bag} lacks {", ".join(missing)}; it has '
+                f'bag {self._settings.bag} lacks {", ".join(missing)}; it has '
                 f'{", ".join(sorted(bag.topics)) or "no topics"}'
             )
         return {topic: bag.topics[topic] for topic in chosen}
 
     def _wait_for_subscriber(self, publishers: list[Publisher[Any]]) -> None:
-        deadline = time.monotonic() + self._parameters.wait_for_subscriber_s
+        deadline = time.monotonic() + self._settings.wait_for_subscriber_s
         while not any(publisher.get_subscription_count() for publisher in publishers):
             if time.monotonic() > deadline:
                 self.get_logger().warning('nobody subscribes; playing anyway')
@@ -114,7 +114,7 @@ class Replay(Node):
             for topic, _, stamp_ns, data in bag.raw_messages(list(publishers)):
                 bar.advance(task)
                 if first_ns is None:
-                    first_ns = stamp_ns + round(self._parameters.start_offset_s * 1e9)
+                    first_ns = stamp_ns + round(self._settings.start_offset_s * 1e9)
                     started_s = time.monotonic()
                 if stamp_ns < first_ns:
                     continue
@@ -136,7 +136,7 @@ class Replay(Node):
         """
         started_s = time.monotonic()
         heard_s, confirmed = started_s, self._confirmed
-        while self._parameters.max_ahead and played - confirmed >= self._parameters.max_ahead:
+        while self._settings.max_ahead and played - confirmed >= self._settings.max_ahead:
             self._spin_for(_CLOCK_PERIOD_S)
             if self._confirmed != confirmed:
                 heard_s, confirmed = time.monotonic(), self._confirmed
@@ -148,7 +148,7 @@ class Replay(Node):
 
     def _wait_until(self, stamp_ns: int, first_ns: int, started_s: float) -> None:
         """Spin until the recorded time ``stamp_ns`` is due, keeping /clock running."""
-        rate = self._parameters.rate
+        rate = self._settings.rate
         while True:
             elapsed_ns = round((time.monotonic() - started_s) * 1e9 * rate)
             now_ns = min(first_ns + elapsed_ns, stamp_ns)

@@ -61,6 +61,22 @@ STREAM = QoSProfile(
 )
 """What this package publishes; subscriptions of either reliability match it."""
 
+TF = QoSProfile(
+    history=QoSHistoryPolicy.KEEP_LAST,
+    depth=100,
+    reliability=QoSReliabilityPolicy.RELIABLE,
+    durability=QoSDurabilityPolicy.VOLATILE,
+)
+"""As tf2_ros for ``/tf``."""
+
+TF_STATIC = QoSProfile(
+    history=QoSHistoryPolicy.KEEP_LAST,
+    depth=100,
+    reliability=QoSReliabilityPolicy.RELIABLE,
+    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""As tf2_ros for ``/tf_static``."""
+
 ERROR_PERIOD_S = 5.0
 """Time between two lines about the same kind of bad input."""
 

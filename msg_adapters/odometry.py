@@ -42,10 +42,16 @@ def odometry_from_msg(msg: Any) -> OdometryReading:
 
 
 def odometry_to_msg(
-    T_odom_child: ArrayLike, stamp_ns: int, frame_id: str, child_frame_id: str
+    T_odom_child: ArrayLike,
+    stamp_ns: int,
+    frame_id: str,
+    child_frame_id: str,
+    variances: ArrayLike = (0.0,) * 6,
 ) -> Any:
     """
-    Return an Odometry message with zero velocity and zero covariance, which means unknown.
+    Return an Odometry message with zero velocity.
+
+    ``variances (6,)`` are those of x, y, z [m^2], roll, pitch, yaw [rad^2]; zeros mean unknown.
 
     Raises
     ------
@@ -56,4 +62,5 @@ def odometry_to_msg(
 
     msg = Odometry(header=header_to_msg(stamp_ns, frame_id), child_frame_id=child_frame_id)
     msg.pose.pose = matrix_to_pose_msg(T_odom_child)
+    msg.pose.covariance = np.diag(np.asarray(variances, dtype=np.float64)).ravel()
     return msg

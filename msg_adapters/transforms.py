@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``geometry_msgs/Pose``, to and from rigid (4, 4) matrices."""
+"""``geometry_msgs/Pose`` and ``TransformStamped``, to and from rigid (4, 4) matrices."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
+from msg_adapters.stamps import header_to_msg, stamp_from_msg
+
+
+@dataclass(frozen=True, eq=False)
+class StampedTransform:
+    """``T_parent_child (4, 4)`` at ``stamp_ns``."""
+
+    stamp_ns: int
+    parent: str
+    child: str
+    T_parent_child: NDArray[np.float64]
 
 
 def matrix_from_pose_msg(msg: Any) -> NDArray[np.float64]:
@@ -49,3 +61,51 @@ def matrix_to_pose_msg(T_frame_body: ArrayLike) -> Any:
         raise OdometryError(f'pose to publish: {error}') from None
     position = Point(**dict(zip('xyz', np.asarray(T_frame_body)[:3, 3].tolist(), strict=True)))
     return Pose(position=position, orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+
+def transform_from_msg(msg: Any) -> StampedTransform:
+    """
+    Return what a ``geometry_msgs/TransformStamped`` says; leading slashes of frames are dropped.
+
+    Raises
+    ------
+    OdometryError
+        If a value is not finite or the quaternion is zero.
+    """
+    xyz, xyzw = msg.transform.translation, msg.transform.rotation
+    try:
+        matrix = rigid_from_quaternion((xyz.x, xyz.y, xyz.z), (xyzw.x, xyzw.y, xyzw.z, xyzw.w))
+    except ValueError as error:
+        raise OdometryError(
+            f'transform {msg.header.frame_id} -> {msg.child_frame_id} is unusable: {error}; '
+            'fix its publisher'
+        ) from None
+    return StampedTransform(
+        stamp_from_msg(msg.header.stamp),
+        str(msg.header.frame_id).lstrip('/'),
+        str(msg.child_frame_id).lstrip('/'),
+        matrix,
+    )
+
+
+def transform_to_msg(T_parent_child: ArrayLike, stamp_ns: int, parent: str, child: str) -> Any:
+    """
+    Return a ``geometry_msgs/TransformStamped``.
+
+    Raises
+    ------
+    OdometryError
+        If the matrix is not rigid.
+    """
+    from geometry_msgs.msg import Transform, TransformStamped, Vector3
+
+    pose = matrix_to_pose_msg(T_parent_child)
+    position = pose.position
+    return TransformStamped(
+        header=header_to_msg(stamp_ns, parent),
+        child_frame_id=child,
+        transform=Transform(
+            translation=Vector3(x=position.x, y=position.y, z=position.z),
+            rotation=pose.orientation,
+        ),
+    )

@@ -66,6 +66,12 @@ class MapFrame:
         x, y = A_map_odom.apply(xy_odom) - turned.apply(xy_odom)
         return SE2.from_xy_yaw(float(x), float(y), yaw)
 
+    def to_plan(self, T_map_body: SE2) -> SE2:
+        """Return a pose given in ``map`` as one in ``plan``, nominal metres."""
+        A_plan_map = self.A_map_plan.inv()
+        x, y = A_plan_map.apply(T_map_body.translation)
+        return SE2.from_xy_yaw(float(x), float(y), A_plan_map.apply_yaw(T_map_body.yaw))
+
     def covariance(
         self, output: LocalizerOutput, xy_odom: NDArray[np.float64]
     ) -> NDArray[np.float64] | None:

@@ -2,10 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 
 from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
 import pytest
 
+from fpnet_core.geometry import Affine2D
 from fpnet_core.types import LocalizerOutput, Status
-from msg_adapters.diagnostics import report_from_msg, report_of_output, report_to_msg
+from msg_adapters.diagnostics import (
+    diagnostics_to_msg,
+    health_to_msg,
+    report_from_msg,
+    report_of_output,
+    report_to_msg,
+)
 
 
 @pytest.mark.parametrize('status', [s for s in Status if s is not Status.LOCALIZED])
@@ -13,13 +21,15 @@ def test_every_status_survives_the_round_trip(received, status):
     output = LocalizerOutput(
         1_700_000_000_000_000_007, status, probability=0.8125, timings_ms={'total': 41.5}
     )
-    msg = received(report_to_msg(report_of_output(output, dropped_scans=3), '/localizer'))
+    sent = report_of_output(output, {'dropped_scans': 3.0}, 'no cloud for 4 s')
+    msg = received(report_to_msg(sent, '/localizer'))
     assert msg.name == '/localizer'
     report = report_from_msg(msg)
     assert report.status is status
     assert report.stamp_ns == output.stamp_ns
     assert report.probability == 0.8125
-    assert report.values == {'total_ms': 41.5, 'dropped_scans': 3.0}
+    assert report.warning == 'no cloud for 4 s'
+    assert report.values == {'total_ms': 41.5, 'hypotheses': 0.0, 'dropped_scans': 3.0}
 
 
 def test_only_trouble_raises_the_level():
@@ -31,6 +41,25 @@ def test_only_trouble_raises_the_level():
     assert levels[Status.LOST] == DiagnosticStatus.ERROR
     assert levels[Status.NO_PLAN] == DiagnosticStatus.WARN
     assert levels[Status.SEARCHING] == DiagnosticStatus.OK
+    warned = report_of_output(LocalizerOutput(0, Status.SEARCHING), warning='no cloud for 4 s')
+    assert report_to_msg(warned, '').level == DiagnosticStatus.WARN
+    assert 'no cloud' in report_to_msg(warned, '').message
+    lost = report_of_output(LocalizerOutput(0, Status.LOST), warning='no cloud for 4 s')
+    assert report_to_msg(lost, '').level == DiagnosticStatus.ERROR
+
+
+def test_health_is_a_warning_or_ok(received):
+    calm, warned = health_to_msg('a', '', {'scans': 3.0}), health_to_msg('b', 'slow', {})
+    array = received(diagnostics_to_msg([calm, warned], 7))
+    assert [status.level for status in array.status] in ([b'\x00', b'\x01'], [0, 1])
+    assert array.status[0].values[0].key == 'scans'
+    assert array.header.stamp.nanosec == 7
+
+
+def test_a_claim_carries_its_scale():
+    linear = np.array([[0.0, -1.05], [1.05, 0.0]])
+    output = LocalizerOutput(0, Status.LOCALIZED, Affine2D(linear, np.zeros(2)), np.eye(3))
+    assert report_of_output(output).values['scale'] == pytest.approx(1.05)
 
 
 def test_a_foreign_status_is_refused():

@@ -11,10 +11,20 @@ from scipy.spatial.transform import Rotation
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
 from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
-from msg_adapters.pairing import StampPairing
-from msg_adapters.poses import pose_from_msg, pose_to_msg
+from msg_adapters.poses import (
+    path_to_msg,
+    pose_from_msg,
+    pose_to_msg,
+    uncertain_pose_from_msg,
+    uncertain_pose_to_msg,
+)
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
-from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
+from msg_adapters.transforms import (
+    matrix_from_pose_msg,
+    matrix_to_pose_msg,
+    transform_from_msg,
+    transform_to_msg,
+)
 
 STAMP_NS = 1_700_000_000_000_000_007
 
@@ -52,6 +62,49 @@ def test_pose_stamped_survives_the_round_trip(received):
     np.testing.assert_allclose(back.T_frame_body.matrix, pose.matrix, atol=1e-12)
 
 
+def test_a_pose_with_covariance_survives_the_round_trip(received):
+    pose = SE2.from_xy_yaw(12.5, -3.75, math.radians(-157.0))
+    cov = np.array([[0.04, 0.01, 0.002], [0.01, 0.09, -0.003], [0.002, -0.003, 0.001]])
+    back = uncertain_pose_from_msg(received(uncertain_pose_to_msg(pose, cov, STAMP_NS, 'map')))
+    assert (back.pose.stamp_ns, back.pose.frame_id) == (STAMP_NS, 'map')
+    np.testing.assert_allclose(back.pose.T_frame_body.matrix, pose.matrix, atol=1e-12)
+    np.testing.assert_array_equal(back.cov, cov)
+
+
+def test_a_covariance_that_is_none_is_refused():
+    msg = uncertain_pose_to_msg(SE2.identity(), np.eye(3), 0, 'map')
+    msg.pose.covariance[7] = math.nan
+    with pytest.raises(OdometryError, match='covariance'):
+        uncertain_pose_from_msg(msg)
+
+
+def test_a_path_keeps_its_poses(received):
+    poses = [pose_to_msg(SE2.from_xy_yaw(x, 0.0, 0.0), STAMP_NS, 'drawing') for x in range(3)]
+    path = received(path_to_msg(poses, STAMP_NS, 'drawing'))
+    assert path.header.frame_id == 'drawing'
+    assert [pose_from_msg(pose).T_frame_body.x for pose in path.poses] == [0.0, 1.0, 2.0]
+
+
+def test_a_transform_survives_the_round_trip(received):
+    back = transform_from_msg(received(transform_to_msg(_rigid(), STAMP_NS, '/odom', 'base')))
+    assert (back.stamp_ns, back.parent, back.child) == (STAMP_NS, 'odom', 'base')
+    np.testing.assert_allclose(back.T_parent_child, _rigid(), atol=1e-12)
+
+
+def test_a_transform_without_orientation_is_refused():
+    msg = transform_to_msg(np.eye(4), 0, 'odom', 'base')
+    msg.transform.rotation.w = 0.0
+    with pytest.raises(OdometryError, match='odom -> base'):
+        transform_from_msg(msg)
+
+
+def test_odometry_carries_its_variances(received):
+    msg = received(odometry_to_msg(_rigid(), STAMP_NS, 'odom', 'lidar', (1, 2, 3, 4, 5, 6)))
+    np.testing.assert_array_equal(
+        np.diag(np.reshape(msg.pose.covariance, (6, 6))), (1, 2, 3, 4, 5, 6)
+    )
+
+
 def test_odometry_survives_the_round_trip(received):
     msg = received(odometry_to_msg(_rigid(), STAMP_NS, 'odom_lidar', 'lidar'))
     back = odometry_from_msg(msg)
@@ -77,33 +130,3 @@ def test_unusable_poses_are_refused(received, change, message):
 def test_a_scaled_matrix_is_not_published():
     with pytest.raises(OdometryError, match='rigid'):
         matrix_to_pose_msg(np.diag([2.0, 2.0, 2.0, 1.0]))
-
-
-class TestStampPairing:
-    def test_partners_meet_in_either_order_and_out_of_sequence(self):
-        pairing = StampPairing[str, str](depth=4)
-        assert pairing.add_first(10, 'a10') is None
-        assert pairing.add_first(20, 'a20') is None
-        assert pairing.add_second(20, 'b20') == ('a20', 'b20')
-        assert pairing.add_second(30, 'b30') is None
-        assert pairing.add_first(30, 'a30') == ('a30', 'b30')
-        assert pairing.add_second(10, 'b10') == ('a10', 'b10')
-        assert pairing.dropped == 0
-
-    def test_messages_without_a_partner_are_dropped_and_counted(self):
-        pairing = StampPairing[int, int](depth=2)
-        for stamp in (1, 2, 3):
-            assert pairing.add_first(stamp, stamp) is None
-        assert pairing.dropped == 1
-        assert pairing.add_second(1, 1) is None
-        assert pairing.add_second(2, 2) == (2, 2)
-
-    def test_a_repeated_stamp_replaces_the_waiting_message(self):
-        pairing = StampPairing[str, str](depth=2)
-        pairing.add_first(1, 'old')
-        pairing.add_first(1, 'new')
-        assert pairing.add_second(1, 'b') == ('new', 'b')
-
-    def test_depth_must_be_positive(self):
-        with pytest.raises(ValueError, match='depth'):
-            StampPairing[int, int](depth=0)

@@ -3,6 +3,7 @@
 """Real nodes in processes of their own, in a private domain; the test is one more participant."""
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 import json
 import os
@@ -60,6 +61,13 @@ class Bench:
         self.node.create_subscription(kind, topic, received.append, qos)
         return received
 
+    def call(self, kind: type, name: str, request: Any = None, timeout_s: float = 120.0) -> Any:
+        """Call a service and return its response; None if it does not answer in time."""
+        client = self.node.create_client(kind, name)
+        assert self.wait_for(client.service_is_ready, timeout_s), name
+        future = client.call_async(request or kind.Request())
+        return future.result() if self.wait_for(future.done, timeout_s) else None
+
     def wait_for(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> bool:
         """Spin until the condition holds; False if it does not in time."""
         deadline = time.monotonic() + timeout_s
@@ -71,17 +79,35 @@ class Bench:
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    with _bench_in(tmp_path) as bench:
+        yield bench
+
+
+@pytest.fixture(scope='module')
+def shared_bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    """One for all tests of a module, where starting its nodes takes long."""
+    with _bench_in(tmp_path_factory.mktemp('bench')) as bench:
+        yield bench
+
+
+@contextmanager
+def _bench_in(folder: Path) -> Iterator[Bench]:
     domain_id = free_domain_id()
     environment = private_environment(domain_id)
-    for name in set(environment) - set(os.environ) | {'ROS_DOMAIN_ID'}:
-        monkeypatch.setenv(name, environment[name])
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        for name in set(environment) - set(os.environ) | {'ROS_DOMAIN_ID'}:
+            monkeypatch.setenv(name, environment[name])
+        yield from _bench(folder, domain_id, environment)
+
+
+def _bench(folder: Path, domain_id: int, environment: dict[str, str]) -> Iterator[Bench]:
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain_id)
     executor = SingleThreadedExecutor(context=context)
     node = Node('test_bench', context=context)
     executor.add_node(node)
-    with ProcessGroup(tmp_path / 'log', environment) as group:
+    with ProcessGroup(folder / 'log', environment) as group:
         yield Bench(node, executor, group)
     executor.shutdown()
     node.destroy_node()

@@ -71,8 +71,11 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
     reliable = 'qos_overrides.{}.subscription.reliability'
     nodes = {
         'floorplan_server': ({'floorplan': str(excerpt.floorplan), 'frame_id': 'storey_2'}, {}),
-        'odometry': ({reliable.format('/points'): 'reliable'}, {'pointcloud_topic': '/points'}),
-        'localizer': ({reliable.format('/kiss/frame'): 'reliable'}, {}),
+        'odometry': (
+            {reliable.format('/points'): 'reliable', 'max_pending_scans': 30},
+            {'pointcloud_topic': '/points'},
+        ),
+        'localizer': ({reliable.format('/kiss/frame'): 'reliable', 'max_pending_scans': 30}, {}),
         'replay': (
             {
                 'bag': str(excerpt.folder / 'bag'),

@@ -7,6 +7,7 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Event
 import time
 from typing import Literal
 
@@ -21,6 +22,7 @@ from fpnet_ros import processes
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.runtime import ErrorLog
+from fpnet_ros.work import DroppingWorker
 
 SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
 
@@ -60,6 +62,44 @@ class TestErrorLog:
         ]
 
 
+class TestDroppingWorker:
+    def test_the_oldest_are_dropped_and_the_order_is_kept(self):
+        busy, done = Event(), []
+
+        def work(item):
+            busy.wait(20)
+            done.append(item)
+
+        worker = DroppingWorker(work, 3, done.append)
+        worker.put(0)
+        deadline = time.monotonic() + 20
+        while worker._waiting and time.monotonic() < deadline:
+            time.sleep(0.01)
+        for item in range(1, 8):
+            worker.put(item)
+        assert worker.dropped == 4
+        busy.set()
+        while worker.done < 4 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        worker.close()
+        assert done == [0, 5, 6, 7]
+
+    def test_an_error_is_handed_on_and_work_goes_on(self):
+        errors, finished = [], Event()
+
+        def work(item):
+            if item == 'bad':
+                raise CloudFormatError('bad scan')
+            finished.set()
+
+        worker = DroppingWorker(work, 3, errors.append)
+        worker.put('bad')
+        worker.put('good')
+        assert finished.wait(20)
+        worker.close()
+        assert [str(error) for error in errors] == ['bad scan']
+
+
 class TestDescriptors:
     class Keys(Section):
         open_ends: float = Field(0.5, gt=0.0, lt=1.0, description='Between.')
@@ -82,7 +122,7 @@ class TestDescriptors:
         assert d['mode'].additional_constraints == 'one of slow, fast'
         assert d['names'].type == ParameterType.PARAMETER_STRING_ARRAY
         assert d['names'].description == 'Which.'
-        assert all(descriptor.read_only for descriptor in d.values())
+        assert not any(descriptor.read_only for descriptor in d.values())
 
 
 class TestProcesses:

@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The localizer driven with planar scans of the planted building."""
 
-from functools import cache
-from itertools import pairwise
-
 import numpy as np
-from planted import A_BUILDING_PLAN, building_cells, plan_grid
+from planted import A_BUILDING_PLAN, plan_grid
+from planted_drive import SCAN_NS, drive, recorded
 import pytest
 
 from fpnet_core.config import FpnetConfig, load_config
@@ -14,23 +12,7 @@ from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError, S
 from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.types import FREE, GridMap, MatchResult, Status
-
-SCAN_NS = 200_000_000
-# A drive through four rooms, in building metres.
-VIA = [
-    (2, 3),
-    (3, 4),
-    (3, 6),
-    (8, 6),
-    (8, 9),
-    (8, 6),
-    (9, 6),
-    (9, 3),
-    (9, 6),
-    (17.3, 6),
-    (17.3, 3),
-]
+from fpnet_core.types import GridMap, MatchResult, Status
 
 
 class IndifferentMatcher:
@@ -39,45 +21,6 @@ class IndifferentMatcher:
     def match(self, plan, sub, explored_area_m2):
         shape = (len(plan), len(sub))
         return MatchResult(np.zeros((0, 2)), np.zeros(0), np.full(shape, 0.01))
-
-
-def scan(xy, yaw, rng, rays=270, max_range=12.0):
-    """Planar returns (P, 3) in the sensor frame at a pose in the building."""
-    angles = np.linspace(-np.pi, np.pi, rays, endpoint=False) + rng.normal(0, 1e-3, rays)
-    steps = np.arange(0.1, max_range, 0.03)
-    along = np.stack([np.cos(angles + yaw), np.sin(angles + yaw)], axis=-1)
-    cells = building_cells(np.asarray(xy) + along[:, None] * steps[:, None])
-    blocked = cells != FREE
-    hit = blocked.any(axis=1)
-    ranges = steps[blocked.argmax(axis=1)] + rng.normal(0, 0.01, rays)
-    local = np.stack([np.cos(angles), np.sin(angles), np.zeros(rays)], axis=-1)
-    return (local * ranges[:, None])[hit].astype(np.float32)
-
-
-def drive(step_m=0.4):
-    """Poses (x, y, yaw) in the building along VIA."""
-    poses = []
-    for start, end in pairwise(VIA):
-        delta = np.subtract(end, start)
-        count = max(1, round(np.linalg.norm(delta) / step_m))
-        yaw = np.arctan2(delta[1], delta[0])
-        poses += [(*(np.asarray(start) + delta * k / count), yaw) for k in range(count)]
-    return poses
-
-
-@cache
-def recorded():
-    """Scans with odometry that starts at identity and knows nothing of the building."""
-    rng = np.random.default_rng(0)
-    first = None
-    scans = []
-    for index, (x, y, yaw) in enumerate(drive()):
-        T_building_sensor = SE2.from_xy_yaw(x, y, yaw)
-        first = first or T_building_sensor
-        T_odom_sensor = first.inv() @ T_building_sensor
-        points = scan((x, y), yaw, rng)
-        scans.append((points, T_odom_sensor.as_matrix4(), (index + 1) * SCAN_NS))
-    return scans
 
 
 def new_localizer(**overrides):

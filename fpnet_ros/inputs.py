@@ -1,0 +1,216 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Clouds and where their sensor was: from an odometry topic, from TF, or from both."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+import time
+from typing import Any, Literal
+
+from nav_msgs.msg import Odometry
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from sensor_msgs.msg import PointCloud2
+
+from fpnet_core.config import Section
+from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.runtime import SENSOR_DATA, TF, TF_STATIC
+from msg_adapters.odometry import odometry_from_msg
+from msg_adapters.stamps import stamp_from_msg
+from msg_adapters.transforms import transform_from_msg
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # no wheel has it; see docs/install.md
+    TFMessage = None
+
+NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
+
+_SEQUENCE = 'publication_sequence_number'
+_NO_SEQUENCE = 2**64 - 1
+
+
+class InputParameters(Section):
+    """Where scans and their poses come from."""
+
+    odometry_source: Literal['topic', 'tf'] = Field(
+        'topic', description='Take poses from kiss/odometry, or from odom_frame in TF.'
+    )
+    odom_frame: str = Field(
+        '', description='Child of the published TF; empty: the frame of the odometry messages.'
+    )
+    base_frame: str = Field(
+        '', description='Frame whose pose is published; empty: the child of the odometry.'
+    )
+    max_pending_scans: int = Field(
+        10, ge=1, le=1000, description='Scans that may wait; then the oldest are dropped.'
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class LocatedScan:
+    """
+    A cloud and its poses (4, 4) at its stamp.
+
+    ``T_odom_...`` are in the odometry's frame; ``T_tf_odom`` leads from there to the frame that
+    TF is published for, and is the identity where that is the same.
+    """
+
+    msg: PointCloud2
+    stamp_ns: int
+    odom_frame: str
+    T_odom_sensor: NDArray[np.float64]
+    T_odom_base: NDArray[np.float64]
+    tf_frame: str
+    T_tf_odom: NDArray[np.float64]
+
+
+class ScanInput:
+    """
+    Hands on every cloud once its pose is known, in the executor's thread.
+
+    Parameters
+    ----------
+    on_scan
+        Takes the cloud with its poses.
+    on_restart
+        Called where another process publishes the odometry from now on.
+    report
+        Takes what is wrong with a message.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        parameters: InputParameters,
+        on_scan: Callable[[LocatedScan], None],
+        on_restart: Callable[[], None],
+        report: Callable[[FpnetError], None],
+    ) -> None:
+        self._settings = parameters
+        self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
+        self._tree = FrameTree()
+        self._waiting: OrderedDict[int, PointCloud2] = OrderedDict()
+        self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
+        self._base_frame = parameters.base_frame
+        self._sequence = 0
+        self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
+        self.unlocated = 0
+        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, SENSOR_DATA)
+        if parameters.odometry_source == 'topic':
+            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, SENSOR_DATA)
+        self._listen_to_tf(node)
+
+    @property
+    def ages_s(self) -> dict[str, float]:
+        """Time since each input was last heard, or since the start."""
+        now_s = time.monotonic()
+        return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
+
+    def _listen_to_tf(self, node: ManagedNode) -> None:
+        parameters = self._settings
+        if parameters.odometry_source == 'tf' and not parameters.odom_frame:
+            raise ConfigError(
+                'parameter odom_frame is empty; with odometry_source tf it names the odometry '
+                'frame in TF, as odom'
+            )
+        if TFMessage is None:
+            if parameters.odometry_source == 'tf' or parameters.odom_frame:
+                raise ConfigError(NO_TF)
+            return
+        node.add_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
+        if parameters.odometry_source == 'tf' or parameters.odom_frame:
+            node.add_subscription(TFMessage, '/tf', self._on_tf, TF)
+
+    def _on_cloud(self, msg: PointCloud2) -> None:
+        self._heard_s['cloud'] = time.monotonic()
+        self._waiting[stamp_from_msg(msg.header.stamp)] = msg
+        self._hand_on()
+
+    def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
+        self._heard_s['odometry'] = time.monotonic()
+        self._notice_restart(info.get(_SEQUENCE, _NO_SEQUENCE))
+        try:
+            odometry = odometry_from_msg(msg)
+        except OdometryError as error:
+            self._report(error)
+            return
+        self._odom_frame = odometry.frame_id
+        if not self._settings.base_frame:
+            self._base_frame = odometry.child_frame_id
+        self._tree.add(
+            odometry.frame_id,
+            odometry.child_frame_id,
+            odometry.T_odom_child,
+            odometry.stamp_ns,
+        )
+        self._hand_on()
+
+    def _notice_restart(self, sequence: int) -> None:
+        """A publisher counts its messages: one that starts again is a new process."""
+        if sequence == _NO_SEQUENCE:
+            return
+        if sequence < self._sequence:
+            self._tree.clear()
+            self._waiting.clear()
+            self._on_restart()
+        self._sequence = sequence
+
+    def _on_tf_static(self, msg: Any) -> None:
+        for transform in self._transforms(msg):
+            self._tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
+        self._hand_on()
+
+    def _on_tf(self, msg: Any) -> None:
+        if self._settings.odometry_source == 'tf':
+            self._heard_s['odometry'] = time.monotonic()
+        for t in self._transforms(msg):
+            # The odometry's own frame comes from its topic; a second parent would cut it off.
+            if self._settings.odometry_source == 'tf' or t.parent != self._odom_frame:
+                self._tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+        self._hand_on()
+
+    def _transforms(self, msg: Any) -> list[Any]:
+        try:
+            return [transform_from_msg(transform) for transform in msg.transforms]
+        except OdometryError as error:
+            self._report(error)
+            return []
+
+    def _hand_on(self) -> None:
+        for stamp_ns in list(self._waiting):
+            scan = self._located(stamp_ns, self._waiting[stamp_ns])
+            if scan is not None:
+                del self._waiting[stamp_ns]
+                self._on_scan(scan)
+        while len(self._waiting) > self._settings.max_pending_scans:
+            stamp_ns, msg = self._waiting.popitem(last=False)
+            self.unlocated += 1
+            self._report(
+                OdometryError(
+                    f'no odometry at {stamp_ns} ns for a scan in {msg.header.frame_id!r}, frames '
+                    f'{self._odom_frame!r} and {self._base_frame!r}; publish odometry of that '
+                    'frame, or its place on the robot on /tf_static; the scan was dropped'
+                )
+            )
+
+    def _located(self, stamp_ns: int, msg: PointCloud2) -> LocatedScan | None:
+        sensor, odom = msg.header.frame_id.lstrip('/'), self._odom_frame
+        T_odom_sensor = self._tree.lookup(odom, sensor, stamp_ns) if odom else None
+        T_odom_base = self._tree.lookup(odom, self._base_frame or sensor, stamp_ns)
+        if T_odom_sensor is None or T_odom_base is None:
+            return None
+        tf_frame = self._settings.odom_frame or odom
+        T_tf_odom = np.eye(4)
+        if tf_frame != odom:
+            T_tf_base = self._tree.lookup(tf_frame, self._base_frame or sensor, stamp_ns)
+            if T_tf_base is None:
+                return None
+            T_tf_odom = T_tf_base @ np.linalg.inv(T_odom_base)
+        return LocatedScan(msg, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom)

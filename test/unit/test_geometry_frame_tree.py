@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+
+import numpy as np
+import pytest
+
+from fpnet_core.geometry import SE2
+from fpnet_core.geometry.frame_tree import FrameTree
+
+S = 10**9
+
+
+def T(x, y, yaw=0.0):
+    return SE2.from_xy_yaw(x, y, yaw).as_matrix4()
+
+
+@pytest.fixture
+def robot():
+    """odom -> base moves, base -> lidar does not."""
+    tree = FrameTree(horizon_s=10.0, max_gap_s=0.5)
+    tree.add_fixed('base', 'lidar', T(0.3, 0.0, np.pi / 2))
+    tree.add('odom', 'base', T(0.0, 0.0), 0)
+    tree.add('odom', 'base', T(1.0, 0.0, 0.4), S // 5)
+    return tree
+
+
+def test_poses_are_chained_and_interpolated_in_both_directions(robot):
+    at = robot.lookup('odom', 'lidar', S // 10)
+    np.testing.assert_allclose(at, T(0.5, 0.0, 0.2) @ T(0.3, 0.0, np.pi / 2), atol=1e-12)
+    np.testing.assert_allclose(robot.lookup('lidar', 'odom', S // 10) @ at, np.eye(4), atol=1e-12)
+    np.testing.assert_array_equal(robot.lookup('odom', 'base', 0), T(0.0, 0.0))
+    np.testing.assert_array_equal(robot.lookup('lidar', 'lidar', 7 * S), np.eye(4))
+
+
+def test_what_is_not_known_is_none(robot):
+    assert robot.lookup('odom', 'camera', 0) is None
+    assert robot.lookup('odom', 'lidar', S // 5 + 1) is None
+    assert robot.lookup('odom', 'lidar', -1) is None
+    robot.add('odom', 'base', T(9.0, 0.0), 2 * S)
+    assert robot.lookup('odom', 'lidar', S) is None  # the gap is too long
+
+
+def test_late_samples_are_put_in_order_and_old_ones_dropped(robot):
+    robot.add('odom', 'base', T(5.0, 0.0), S // 10)
+    np.testing.assert_array_equal(robot.lookup('odom', 'base', S // 10), T(5.0, 0.0))
+    robot.add('odom', 'base', T(0.0, 1.0), 11 * S)
+    assert robot.lookup('odom', 'base', 0) is None
+
+
+def test_a_clock_that_went_back_starts_anew(robot):
+    robot.add('odom', 'base', T(0.0, 0.0), 100 * S)
+    robot.add('odom', 'base', T(3.0, 0.0), 10 * S)
+    assert robot.lookup('odom', 'base', 100 * S) is None
+    np.testing.assert_array_equal(robot.lookup('odom', 'base', 10 * S), T(3.0, 0.0))
+    robot.clear()
+    assert robot.lookup('odom', 'base', 10 * S) is None
+    assert robot.lookup('base', 'lidar', 0) is not None
+
+
+def test_a_loop_of_frames_ends(robot):
+    robot.add_fixed('lidar', 'odom', np.eye(4))
+    assert robot.lookup('odom', 'elsewhere', 0) is None
