@@ -5,22 +5,56 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
 
+from fpnet_core.baselines.bounding_boxes import BoundingBoxMatcher
 from fpnet_core.baselines.nearest_neighbor import NearestNeighborMatcher
 from fpnet_core.config import MatcherConfig
 from fpnet_core.matching import RegionMatcher
 
+# The imports inside load torch or pygmtools, which the other matchers do without.
+
 
 def _learned(config: MatcherConfig) -> RegionMatcher:
-    # Loads torch, which the baselines do without.
     from fpnet_core.matching.learned import LearnedMatcher
 
     return LearnedMatcher(config)
 
 
+def _paper(config: MatcherConfig) -> RegionMatcher:
+    return _learned(config.model_copy(update={'weights': _packaged('paper')}))
+
+
+def _superglue(config: MatcherConfig) -> RegionMatcher:
+    return _learned(config.model_copy(update={'weights': _packaged('superglue')}))
+
+
+def _packaged(name: str) -> str:
+    return str(Path(str(resources.files('fpnet_core.weights'))) / f'{name}.safetensors')
+
+
+def _rrwm(config: MatcherConfig) -> RegionMatcher:
+    from fpnet_core.baselines.graph_matching import rrwm
+
+    return rrwm(config)
+
+
+def _spectral(config: MatcherConfig) -> RegionMatcher:
+    from fpnet_core.baselines.graph_matching import spectral
+
+    return spectral(config)
+
+
 MATCHERS: dict[str, Callable[[MatcherConfig], RegionMatcher]] = {
     'fpnet': _learned,
+    'paper': _paper,
+    'superglue': _superglue,
     'nearest_neighbor': NearestNeighborMatcher,
+    'ombb': BoundingBoxMatcher,
+    'rrwm': _rrwm,
+    'spectral': _spectral,
 }
+"""Factories by name; one whose weights are not packaged raises WeightsError."""
 
-__all__ = ['MATCHERS', 'NearestNeighborMatcher']
+__all__ = ['MATCHERS', 'BoundingBoxMatcher', 'NearestNeighborMatcher']

@@ -3,5 +3,13 @@
 """Pure functions that score results; shared by training, evaluation and tests."""
 
 from fpnet_core.metrics.matching import MatchCounts, count_matches, matching_score
+from fpnet_core.metrics.placement import PlacementError, auc, placement_error
 
-__all__ = ['MatchCounts', 'count_matches', 'matching_score']
+__all__ = [
+    'MatchCounts',
+    'PlacementError',
+    'auc',
+    'count_matches',
+    'matching_score',
+    'placement_error',
+]

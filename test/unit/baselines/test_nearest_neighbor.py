@@ -70,5 +70,5 @@ def test_empty_graphs_have_no_matches(sizes):
 
 
 def test_matchers_are_listed_by_name():
-    assert set(MATCHERS) == {'fpnet', 'nearest_neighbor'}
+    assert {'fpnet', 'nearest_neighbor'} <= set(MATCHERS)
     assert isinstance(MATCHERS['nearest_neighbor'](MatcherConfig()), NearestNeighborMatcher)

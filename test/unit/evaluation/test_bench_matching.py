@@ -4,14 +4,14 @@ from graph_pairs import toy_pair
 import numpy as np
 import pytest
 
-from fpnet_core.evaluation.matching import bench_matching
-from fpnet_core.geometry import SE2
+from fpnet_core.evaluation.matching import predict, read_predictions, score, write_predictions
+from fpnet_core.geometry import Similarity2D
 from fpnet_core.sim.pairs import MatchingPair
 from fpnet_core.types import MatchResult
 
 
 class Oracle:
-    """Answers with the labels it was given, one of them wrong if asked."""
+    """Answers with the labels it was given, two of them exchanged if asked."""
 
     def __init__(self, labels, spoil=False):
         self.labels, self.spoil = {len(v): v for v in labels}, spoil
@@ -25,25 +25,49 @@ class Oracle:
         return MatchResult(pairs, np.ones(len(pairs)), np.zeros((len(plan), len(sub))))
 
 
-def test_methods_are_scored_on_the_same_pairs():
+def fitted(plan, sub, labels):
+    """Return the true transform of a toy pair, from the centroids of its partners."""
+    target = np.array([plan.regions[i].centroid for i in labels]) @ [1, 1j]
+    source = np.array([region.centroid for region in sub.regions]) @ [1, 1j]
+    slope, offset = np.polyfit(source, target, 1)
+    return Similarity2D.from_scale_yaw(abs(slope), np.angle(slope), [offset.real, offset.imag])
+
+
+@pytest.fixture
+def pairs():
     rng = np.random.default_rng(0)
     toys = [toy_pair(rng, rooms=6, seen=seen) for seen in (2, 4)]
-    pairs = [MatchingPair(*toy, SE2.identity(), 123.0, 0, 'toy') for toy in toys]
-    sizes = [len(labels) for _, _, labels in toys]
-    labels = [item[2] for item in toys]
+    return [MatchingPair(*toy, fitted(*toy), 123.0, 0, 'toy') for toy in toys]
+
+
+def test_methods_are_scored_on_the_same_pairs(pairs):
+    labels = [pair.sub_labels for pair in pairs]
     done = []
-    report = bench_matching(
+    said = predict(
         iter(pairs), {'right': Oracle(labels), 'spoiled': Oracle(labels, True)}, done.append
     )
-    assert report['pairs'] == 2 == sum(done)
-    right, spoiled = report['methods']['right'], report['methods']['spoiled']
+    assert sum(done) == 2
+    figures = score(pairs, said)
+    right, spoiled = figures['right'], figures['spoiled']
     assert right['ms'] == right['match_precision'] == right['match_recall'] == 1.0
+    assert right['ts'] == right['recall_05m_5deg'] == 1.0
+    assert right['auc10'] > 0.9 > 0.0
+    sizes = [len(v) for v in labels]
     assert spoiled['match_precision'] == pytest.approx(1 - 4 / sum(sizes))
     assert spoiled['ms'] == pytest.approx(np.mean([1 - 2 / n for n in sizes]))
     assert right['ms_per_pair'] >= 0.0
 
 
-def test_no_pairs_give_an_empty_report():
-    report = bench_matching(iter([]), {'right': Oracle([])})
-    assert report['pairs'] == 0
-    assert report['methods']['right']['ms'] == 0.0
+def test_predictions_are_kept_for_equal_facts_only(pairs, tmp_path):
+    said = predict(pairs, {'right': Oracle([pair.sub_labels for pair in pairs])})
+    path = tmp_path / 'new' / 'set.json'
+    write_predictions(path, said, {'seed': 1})
+    assert score(pairs, read_predictions(path, {'seed': 1})) == score(pairs, said)
+    assert read_predictions(path, {'seed': 2}) == {}
+    path.write_text('{')
+    assert read_predictions(path, {'seed': 1}) == {}
+
+
+def test_no_pairs_give_zeros():
+    figures = score([], predict([], {'right': Oracle([])}))
+    assert figures['right']['ms'] == figures['right']['ts'] == 0.0

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Classical graph matching as region matchers, solved by pygmtools on its NumPy backend.
+
+The affinity of two pairs of regions falls with the difference of their distances, in the
+nominal metres of either map, and that of a pair with the difference of its descriptors. Rooms
+and doors are matched apart: the affinity matrix has the square of M x N entries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+
+from fpnet_core.config import MatcherConfig
+from fpnet_core.graphs.layout import POSITION
+from fpnet_core.matching import mutual_pairs
+from fpnet_core.types import MatchResult, RegionGraph, RegionLabel
+
+Array = NDArray[np.float64]
+
+DISTANCE_M = 1.0
+"""Difference of two distances at which their affinity has fallen to exp(-1/2)."""
+
+DESCRIPTOR = 3.0
+"""Descriptor distance at which the affinity of a pair has fallen to exp(-1/2)."""
+
+MAX_PAIRS = 1600
+"""Pairs of regions beyond which only the most similar are kept: 20 MB of affinities."""
+
+
+class GraphMatchingMatcher:
+    """Matches regions by maximal pairwise affinity with one of pygmtools' solvers."""
+
+    def __init__(self, solver: Callable[..., Any]) -> None:
+        self._solver = solver
+
+    def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
+        """Return the assignment of the solver; every submap region gets one where it can."""
+        del explored_area_m2
+        soft = np.zeros((len(plan), len(sub)))
+        for label in RegionLabel:
+            rows, columns = (
+                np.array([r.id for r in graph.regions if r.label is label], dtype=np.int64)
+                for graph in (plan, sub)
+            )
+            if len(rows) and len(columns):
+                soft[np.ix_(rows, columns)] = self._solve(plan, sub, rows, columns)
+        total = max(
+            float(soft.sum(axis=0).max(initial=0.0)), float(soft.sum(axis=1).max(initial=0.0))
+        )
+        soft = soft / max(total, np.finfo(np.float64).tiny)
+        pairs = mutual_pairs(soft, 0.0)
+        scores = soft[pairs[:, 0], pairs[:, 1]]
+        return MatchResult(pairs, scores.astype(np.float32), soft.astype(np.float32))
+
+    def _solve(
+        self,
+        plan: RegionGraph,
+        sub: RegionGraph,
+        rows: NDArray[np.int64],
+        columns: NDArray[np.int64],
+    ) -> Array:
+        affinity, kept = _affinity(plan, sub, rows, columns)
+        soft = np.zeros((len(kept), len(columns)))
+        soft[:] = self._solver(affinity, len(kept), len(columns), backend='numpy')
+        full = np.zeros((len(rows), len(columns)))
+        full[kept] = soft.clip(0.0)
+        return full
+
+
+def _affinity(
+    plan: RegionGraph, sub: RegionGraph, rows: NDArray[np.int64], columns: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64]]:
+    """
+    Return the matrix over pairs, plan index running fastest, and which ``rows`` it covers.
+
+    With too many pairs, plan regions that resemble no submap region are left out.
+    """
+    shape = slice(POSITION.stop, None)
+    likeness = np.exp(
+        -0.5
+        * (cdist(plan.node_feat[rows, shape], sub.node_feat[columns, shape]) / DESCRIPTOR) ** 2
+    )
+    limit = max(1, MAX_PAIRS // len(columns))
+    kept = np.sort(np.argsort(-likeness.max(axis=1), kind='stable')[:limit])
+    plan_xy = np.array([plan.regions[i].centroid for i in rows[kept]])
+    sub_xy = np.array([sub.regions[j].centroid for j in columns])
+    between = cdist(plan_xy, plan_xy), cdist(sub_xy, sub_xy)
+    # Entry (j, i, l, k) for the pairs (i, j) and (k, l): pygmtools stacks assignments by columns.
+    gap = between[0][None, :, None, :] - between[1][:, None, :, None]
+    affinity = np.exp(-0.5 * (gap / DISTANCE_M) ** 2)
+    own_plan, own_sub = np.eye(len(kept), dtype=bool), np.eye(len(columns), dtype=bool)
+    conflict = own_plan[None, :, None, :] ^ own_sub[:, None, :, None]
+    affinity = np.where(conflict, 0.0, affinity).reshape(2 * [len(kept) * len(columns)])
+    np.fill_diagonal(affinity, likeness[kept].T.ravel())
+    return affinity, kept
+
+
+def rrwm(config: MatcherConfig) -> GraphMatchingMatcher:
+    """Return the matcher by reweighted random walks."""
+    import pygmtools
+
+    del config
+    return GraphMatchingMatcher(pygmtools.rrwm)
+
+
+def spectral(config: MatcherConfig) -> GraphMatchingMatcher:
+    """Return the matcher by the affinity's leading eigenvector."""
+    import pygmtools
+
+    del config
+    return GraphMatchingMatcher(pygmtools.sm)
