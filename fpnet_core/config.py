@@ -12,7 +12,7 @@ the command line read the same file.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 import yaml
@@ -72,6 +72,9 @@ class SubmapConfig(Section):
 class SegmentationConfig(Section):
     """How a raster is cut into rooms and doors (see :mod:`fpnet_core.segmentation`)."""
 
+    method: Literal['default', 'morphological', 'distance'] = Field(
+        'default', description='How floorplans are cut; submaps are always cut by the default.'
+    )
     work_resolution_m: float = Field(
         0.1, ge=0.02, le=0.5, description='Cell edge at which regions are grown.'
     )

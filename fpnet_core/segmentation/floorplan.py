@@ -9,25 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.errors import MapFormatError
 from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A drawing whose border is free over more than this share is on white paper.
 _PAPER_BORDER_SHARE = 0.5
+# A hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
+_MAX_CELLS = 64_000_000
 
 
 def segment_floorplan(
     grid: GridMap, config: SegmentationConfig, metres_per_unit: float = 1.0
 ) -> Segmentation:
     """
-    Cut a floorplan into rooms and doors by a watershed of its clearance.
+    Cut a floorplan into rooms and doors, by default by a watershed of its clearance.
 
-    Free-standing obstacles are removed, the distance to the walls is cut into basins, basins
-    join across saddles that are too wide or too shallow to be doors, and the saddles that
-    remain are doors. Where the paper erodes the free space step by step [6], saddles say in
-    one pass at which erosion two rooms would part.
+    Free-standing obstacles are removed and gaps between the ends of walls are closed. The
+    distance to the walls is cut into basins, basins join across saddles that are too wide or
+    too shallow to be doors, and the gaps and the saddles that remain are doors. Where the paper
+    erodes the free space step by step [6], saddles say in one pass at which erosion two rooms
+    would part.
 
     Parameters
     ----------
@@ -38,7 +43,18 @@ def segment_floorplan(
     Returns
     -------
     Segmentation; an empty one with a reason where there is nothing to segment
+
+    Raises
+    ------
+    MapFormatError
+        If the grid is too large to be a storey.
     """
+    if grid.cells.size > _MAX_CELLS:
+        rows, cols = grid.shape
+        raise MapFormatError(
+            f'the grid has {cols} x {rows} cells; expected at most '
+            f'{_MAX_CELLS // 1_000_000} million: crop it to the building or give it coarser cells'
+        )
     free = grid.cells == FREE
     if not free.any():
         return _empty(grid, 'the grid has no free cells')
@@ -46,10 +62,12 @@ def segment_floorplan(
     if free.all():
         return _empty(grid, 'the grid has no walls')
     cell_m = grid.resolution * metres_per_unit
-    free = fill_furniture(free, cell_m, config)
+    if config.method == 'default':
+        free = fill_furniture(free, cell_m, config)
     blocked = ~free if on_paper else _framed(~free)
     scene = Scene(free, np.zeros_like(free), cell_m, clearance_m(blocked, cell_m))
-    full, openings = cut_rooms(scene, config)
+    cut = cut_rooms if config.method == 'default' else cut_rooms_simply
+    full, openings = cut(scene, config)
     full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
     if on_paper:
         full = _drop(full, np.unique(_border(full)))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import SegmentationConfig, SubmapConfig
+from fpnet_core.evaluation.segmentation import bench_plans, bench_robot_maps
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
@@ -34,7 +35,7 @@ def read_labels(path):
     return cv2.imread(str(path), cv2.IMREAD_UNCHANGED)[::-1].astype(np.int32)
 
 
-# Measured with benchmarks/segmentation.py, less a margin of about five points.
+# Measured with fpnet bench segmentation, less a margin of about five points.
 @pytest.mark.parametrize(
     ('image', 'labels', 'least_f1'),
     [
@@ -98,3 +99,14 @@ def test_real_lidar_scans_become_one_large_hall():
     hall = segmentation.rooms[0]
     assert hall.area_m2 > 800.0
     assert 0.02 < hall.frontier_fraction < 0.6
+
+
+def test_benchmark_reports_fractions_for_plans_and_robot_maps():
+    plans = bench_plans(DATA, 'tune', limit=1)
+    assert plans['clean']['f1'] > 0.9
+    assert plans['clean']['f1'] > plans['baselines']['morphological']['clean']['f1']
+    shares = [v for k, v in plans['furnished'].items() if k != 'seconds_per_map_median']
+    assert all(0.0 <= share <= 1.0 for share in shares)
+    maps = bench_robot_maps(DATA, limit=2)
+    assert maps['maps'] == 2
+    assert 0.3 < maps['default']['f1'] <= 1.0
