@@ -6,7 +6,7 @@ Draw true rooms and the segmented submaps of drives side by side, matching rooms
 Run: python benchmarks/submap_pictures.py beams32:101 beams16:104 --work out/drives --out PNG
 
 Each argument is a sensor model and the seed of a building. Rooms of the building that the robot
-has not sufficiently seen stay white; found rooms without a partner are grey.
+has not sufficiently seen stay white; found rooms without a partner are brown.
 """
 
 import argparse
@@ -27,7 +27,7 @@ from fpnet_core.evaluation.submap_segmentation import (
 )
 from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
 
-GREY = (0.6, 0.6, 0.6)
+BROWN = (0.55, 0.35, 0.15)
 TINT = 0.55
 DPI = 55
 
@@ -46,7 +46,7 @@ def draw_drive(axes, drive: Drive, segmentation, title: str) -> None:
         if not door.is_open:
             left.plot(*T_odom_building.apply(door.ends).T, color='red', linewidth=2.0)
     draw_grid(right, segmentation.grid)
-    colours = {room.id: GREY for room in segmentation.rooms}
+    colours = {room.id: BROWN for room in segmentation.rooms}
     colours |= {found: region_colour(index) for index, found in pairs.items()}
     draw_segmentation(right, segmentation, colours)
     left.set(xlim=right.get_xlim(), ylim=right.get_ylim(), aspect='equal', title=title)
