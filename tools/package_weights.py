@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Put a trained checkpoint into the package, with its figures on held-back pairs.
+Put a trained checkpoint into the package, with its figures and the commands that made it.
 
 Usage, after ``fpnet train --out RUN`` and
-``fpnet bench matching --weights RUN/matcher.safetensors --data HELD_BACK --json REPORT``::
+``fpnet bench matching --weights RUN/matcher.safetensors --json REPORT``::
 
-    python tools/package_weights.py RUN REPORT
+    python tools/package_weights.py RUN REPORT --command 'fpnet train ...' [--name paper]
 """
 
+import argparse
 import json
 from pathlib import Path
-import sys
 
 from fpnet_core.io.weights import PACKAGED_NAME, read_weights, write_weights
 from fpnet_core.types import FEATURE_SCHEMA
@@ -19,17 +19,26 @@ from fpnet_core.types import FEATURE_SCHEMA
 PACKAGE = Path(__file__).parents[1] / 'fpnet_core' / 'weights'
 
 
-def main(run: Path, report: Path) -> None:
-    """Copy the best checkpoint of ``run``; refuses one that loses to nearest neighbour."""
-    figures = json.loads(report.read_text(encoding='utf-8'))
+def main() -> None:
+    """Copy the best checkpoint of a run; refuses one that loses to nearest neighbour."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('run', type=Path)
+    parser.add_argument('report', type=Path)
+    parser.add_argument('--command', action='append', required=True)
+    parser.add_argument('--name', default=Path(PACKAGED_NAME).stem)
+    arguments = parser.parse_args()
+    figures = json.loads(arguments.report.read_text(encoding='utf-8'))
     learned, nearest = (figures['methods'][name] for name in ('fpnet', 'nearest_neighbor'))
     if learned['match_f1'] <= nearest['match_f1']:
         raise SystemExit(f'F1 {learned["match_f1"]:.3f} does not beat nearest neighbour')
-    weights = read_weights(run / 'matcher.safetensors', FEATURE_SCHEMA)
-    facts = {key: weights.manifest[key] for key in ('network', 'training', 'figures')}
+    weights = read_weights(arguments.run / 'matcher.safetensors', FEATURE_SCHEMA)
+    kept = ('network', 'evidence', 'training', 'figures')
+    facts = {key: weights.manifest[key] for key in kept if key in weights.manifest}
+    facts['training'] = {**facts['training'], 'commands': arguments.command}
     facts['figures'] = {**facts['figures'], 'held_back': figures}
-    write_weights(PACKAGE / PACKAGED_NAME, weights.tensors, FEATURE_SCHEMA, facts)
+    target = PACKAGE / f'{arguments.name}.safetensors'
+    write_weights(target, weights.tensors, FEATURE_SCHEMA, facts)
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

@@ -104,7 +104,7 @@ def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
     def objective(parameters: Array) -> tuple[float, Array]:
         loss, gradient = _regularised(parameters)
         for example in used:
-            part, slope = _negative_log_likelihood(example, parameters, spread)
+            part, slope = negative_log_likelihood(example, parameters, spread)
             loss += part / len(used)
             gradient += slope / len(used)
         return loss, gradient
@@ -117,7 +117,7 @@ def _regularised(parameters: Array) -> tuple[float, Array]:
     return _REGULARISATION * float(parameters @ parameters), 2.0 * _REGULARISATION * parameters
 
 
-def _negative_log_likelihood(
+def negative_log_likelihood(
     example: PlacementExample, parameters: Array, spread: Array
 ) -> tuple[float, Array]:
     """Return loss and gradient of one pair; the last alternative is "none"."""

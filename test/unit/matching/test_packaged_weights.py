@@ -33,4 +33,4 @@ def test_packaged_network_finds_rooms_of_buildings_it_never_saw():
         right += int(np.count_nonzero(labels[pairs[:, 1]] == pairs[:, 0]))
         total += len(labels)
     # Toy corridors are no building of the generator; chance would be one in 25.
-    assert right > 0.25 * total
+    assert right > 0.6 * total

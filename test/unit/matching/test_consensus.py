@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+from graph_pairs import toy_pair
+import numpy as np
+import pytest
+
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.weights import Weights
+from fpnet_core.matching.consensus import (
+    EVIDENCE,
+    EvidenceModel,
+    ScalePrior,
+    default_model,
+    find_placements,
+    rank,
+)
+from fpnet_core.matching.evidence_model import evidence_entry, evidence_model
+from fpnet_core.matching.geometry import graph_geometry
+from fpnet_core.matching.marginals import hypotheses_of, pair_probability
+
+
+def settled(plan, sub, log_p):
+    plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
+    placements = find_placements(plan_side, sub_side, log_p, ScalePrior())
+    return plan_side, sub_side, *rank(placements, default_model())
+
+
+def test_consensus_finds_the_rooms_that_no_likelihood_tells_apart():
+    rng = np.random.default_rng(5)
+    right = total = 0
+    for _ in range(6):
+        plan, sub, labels = toy_pair(rng, rooms=7, seen=5)
+        _, _, placements, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+        right += int(np.count_nonzero(placements.partner[0] == labels))
+        total += len(labels)
+    assert right > 0.8 * total
+
+
+def test_hypotheses_lead_from_the_submap_to_the_plan():
+    plan, sub, labels = toy_pair(np.random.default_rng(6), rooms=7, seen=5)
+    likely = np.full((len(plan), len(sub)), -6.0)
+    likely[labels, np.arange(len(sub))] = 0.0
+    plan_side, sub_side, placements, posterior = settled(plan, sub, likely)
+    best = hypotheses_of(placements, posterior, plan_side, sub_side)[0]
+    assert best.probability > 0.9
+    assert best.pairs.tolist() == [[label, j] for j, label in enumerate(labels)]
+    source = np.array([region.centroid for region in sub.regions])
+    target = np.array([plan.regions[label].centroid for label in labels])
+    # Toy outlines carry noise of 2 cm.
+    assert np.abs(best.S_plan_sub.apply(source) - target).max() < 0.15
+
+
+def test_probabilities_are_those_of_an_assignment():
+    plan, sub, _ = toy_pair(np.random.default_rng(7), rooms=8, seen=4)
+    rng = np.random.default_rng(8)
+    base = rng.random((len(plan), len(sub)))
+    base /= 2.0 * max(base.sum(axis=0).max(), base.sum(axis=1).max())
+    _, sub_side, placements, posterior = settled(plan, sub, np.log(base))
+    probability = pair_probability(base, placements, posterior, sub_side)
+    assert probability.min() >= 0.0
+    assert probability.sum(axis=0).max() <= 1.0 + 1e-9
+    assert probability.sum(axis=1).max() <= 1.0 + 1e-9
+
+
+def test_partners_are_one_to_one_and_of_the_same_kind():
+    plan, sub, _ = toy_pair(np.random.default_rng(9), rooms=8, seen=5)
+    plan_side, sub_side, placements, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+    for partner in placements.partner:
+        taken = partner[partner >= 0]
+        assert len(set(taken.tolist())) == len(taken)
+        assert (plan_side.is_door[taken] == sub_side.is_door[partner >= 0]).all()
+
+
+def test_a_single_region_has_no_consensus():
+    plan, sub, _ = toy_pair(np.random.default_rng(10), rooms=4, seen=2)
+    one = type(sub)(
+        sub.regions[:1], np.zeros((0, 2)), sub.node_feat[:1], np.zeros((0, 3)), 'submap'
+    )
+    _, _, placements, posterior = settled(plan, one, np.zeros((len(plan), 1)))
+    assert len(placements) == len(posterior) == 0
+
+
+def test_posterior_counts_none_among_the_alternatives():
+    model = EvidenceModel(np.eye(len(EVIDENCE))[0], np.log(2.0))
+    evidence = np.zeros((3, len(EVIDENCE)))
+    evidence[1, 0] = np.log(5.0)
+    assert model.posterior(evidence) == pytest.approx([1 / 9, 5 / 9, 1 / 9])
+
+
+def test_model_survives_the_manifest():
+    model = default_model()
+    read = evidence_model(Weights({}, {'evidence': evidence_entry(model)}))
+    assert read is not None
+    assert read.weights == pytest.approx(model.weights)
+    assert read.null == model.null
+    assert evidence_model(Weights({}, {})) is None
+
+
+def test_unknown_evidence_is_refused():
+    entry = evidence_entry(default_model()) | {'colour': 1.0}
+    with pytest.raises(WeightsError, match='colour'):
+        evidence_model(Weights({}, {'evidence': entry}))
