@@ -18,6 +18,8 @@ from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A drawing whose border is free over more than this share is on white paper.
 _PAPER_BORDER_SHARE = 0.5
+# A closed space nowhere as wide as this is no room [m].
+_MIN_ROOM_WIDTH_M = 0.5
 # A hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
 
@@ -69,6 +71,7 @@ def segment_floorplan(
     cut = cut_rooms if config.method == 'default' else cut_rooms_simply
     full, openings = cut(scene, config)
     full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
+    full = _drop(full, _thin(full, scene.clearance))
     if on_paper:
         full = _drop(full, np.unique(_border(full)))
     return assemble(grid, full, openings, config, metres_per_unit)
@@ -106,6 +109,13 @@ def _framed(blocked: Mask) -> Mask:
 
 def _small(labels: NDArray[np.int32], min_cells: float) -> NDArray[np.int64]:
     return np.flatnonzero(np.bincount(labels.ravel()) < min_cells)
+
+
+def _thin(labels: NDArray[np.int32], clearance: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the labels that nobody fits into: the space between a wall's two drawn faces."""
+    widest = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.float32)
+    np.maximum.at(widest, labels.ravel(), clearance.ravel())
+    return np.flatnonzero(2.0 * widest < _MIN_ROOM_WIDTH_M)
 
 
 def _drop(labels: NDArray[np.int32], gone: NDArray[np.int64]) -> NDArray[np.int32]:

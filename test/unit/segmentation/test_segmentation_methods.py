@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The selectable methods on one drawing, other resolutions of it, and grids that are no storey."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -51,6 +52,16 @@ def test_furniture_misleads_the_simple_methods_only():
     }
     assert counts['default'] == len(ROOMS)
     assert counts['distance'] != len(ROOMS)
+
+
+def test_the_inside_of_walls_drawn_as_two_lines_is_no_room():
+    grid = plan(0.05)
+    walls = (grid.cells == OCCUPIED).astype(np.uint8)
+    faces = walls - cv2.erode(walls, np.ones((3, 3), np.uint8))
+    outlined = GridMap(np.where(faces, OCCUPIED, FREE).astype(np.int8), 0.05)
+    segmentation = segment_floorplan(outlined, SegmentationConfig())
+    assert len(segmentation.rooms) == len(ROOMS)
+    assert len(segmentation.doors) == len(DOORS)
 
 
 @pytest.mark.parametrize('resolution_m', [0.02, 0.05, 0.1])
