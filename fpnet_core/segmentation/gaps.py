@@ -170,10 +170,8 @@ def find_gaps(
     count = _gaps_from(free, solid, starts, cell_m, longest, found)
     candidates = found[:count].reshape(-1, 2, 2)
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
-    kept: list[NDArray[np.float64]] = []
-    for ends in candidates[np.argsort(lengths, kind='stable')]:
-        if not any(_is_same(ends, other, cell_m) or _cross(ends, other) for other in kept):
-            kept.append(ends)
+    candidates = candidates[np.argsort(lengths, kind='stable')]
+    kept = list(candidates[_distinct(candidates, _SAME_GAP_M / cell_m)])
     return _with_rooms_behind(kept, free, cell_m, config.gap_room_area_m2)
 
 
@@ -264,16 +262,33 @@ def _line(
     return line
 
 
-def _is_same(a: NDArray[np.float64], b: NDArray[np.float64], cell_m: float) -> bool:
-    return bool(np.hypot(*(a.mean(axis=0) - b.mean(axis=0))) * cell_m < _SAME_GAP_M)
+@njit(cache=True)
+def _distinct(lines: NDArray[np.float64], apart: float) -> NDArray[np.bool_]:
+    """Tell which ``lines (C, 2, 2)`` neither cross an earlier one nor share its middle."""
+    kept = np.zeros(len(lines), dtype=np.bool_)
+    for k in range(len(lines)):
+        a = lines[k]
+        is_new = True
+        for j in range(k):
+            b = lines[j]
+            offset = a[0] + a[1] - b[0] - b[1]
+            if kept[j] and (
+                np.hypot(offset[0], offset[1]) < 2.0 * apart
+                or (
+                    _side(a[0], a[1], b[0]) * _side(a[0], a[1], b[1]) < 0.0
+                    and _side(b[0], b[1], a[0]) * _side(b[0], b[1], a[1]) < 0.0
+                )
+            ):
+                is_new = False
+                break
+        kept[k] = is_new
+    return kept
 
 
-def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    def side(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> float:
-        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
-
-    (p, q), (r, s) = a, b
-    return side(p, q, r) * side(p, q, s) < 0.0 and side(r, s, p) * side(r, s, q) < 0.0
+@njit(cache=True)
+def _side(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> float:
+    """Return the signed area that tells on which side of the line p-q the point r lies."""
+    return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
 
 
 def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mask:
