@@ -1,9 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Time one match of the packaged network, and the network's throughput in batches.
+Time one match of the packaged network, its throughput in batches, and that of training.
 
-Usage: ``python benchmarks/matching_latency.py [--plan-nodes 100] [--sub-nodes 30]``
+Usage: ``python benchmarks/matching_latency.py [--plan-nodes 100] [--sub-nodes 30] [--threads 2]``
+
+``match_ms`` is the whole call, network and consensus, with a plan that was matched before, as in
+a localizer; ``cpu_ms`` is processor time, which other load on the machine changes less.
 """
 
 import argparse
@@ -15,35 +18,65 @@ import numpy as np
 import torch
 
 from fpnet_core.config import MatcherConfig
-from fpnet_core.graphs import EDGE_FEATURES, NODE_FEATURES
+from fpnet_core.graphs import edge_features, node_features
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import batch_graphs, load_network
+from fpnet_core.models import load_network
+from fpnet_core.training.config import LossConfig
+from fpnet_core.training.losses import supervised_loss
 from fpnet_core.types import FEATURE_SCHEMA, Region, RegionGraph, RegionLabel
 
 WARM_UP, REPEATS, BATCH = 5, 50, 32
+SPACING_M = 4.0
 
 
-def random_graph(rng: np.random.Generator, nodes: int, frame: str) -> RegionGraph:
-    """Return a graph of the given size; its cost does not depend on what it means."""
-    square = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]])
-    regions = tuple(Region(i, RegionLabel.ROOM, square, np.zeros(2), 9.0) for i in range(nodes))
-    pairs = rng.integers(0, nodes, (nodes, 2))
-    edges = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
-    node_feat = rng.standard_normal((nodes, NODE_FEATURES))
-    edge_feat = np.ones((len(edges), EDGE_FEATURES))
-    return RegionGraph(regions, edges, node_feat, edge_feat, frame)
+def grid_graph(rng: np.random.Generator, nodes: int, frame: str, turn: float) -> RegionGraph:
+    """Return rooms on a grid with a door to the next one each, half rooms and half doors."""
+    regions, edges = [], []
+    side = int(np.ceil(np.sqrt(nodes / 2)))
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    for index in range(nodes):
+        number, is_door = divmod(index, 2)
+        corner = SPACING_M * np.array(divmod(number, side), dtype=np.float64)
+        size = np.array([0.9, 0.2]) if is_door else rng.uniform(2.0, 3.8, 2)
+        corner = corner + (np.array([1.0, 3.9]) if is_door else 0.0)
+        outline = corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        label = RegionLabel.DOOR if is_door else RegionLabel.ROOM
+        outline = outline @ rotation.T
+        regions.append(Region(index, label, outline, outline.mean(axis=0), float(size.prod())))
+        if is_door:
+            ends = (index - 1, index), (index, index + 1)
+            edges += [pair for pair in ends if pair[1] < nodes]
+    pairs = np.array(edges, dtype=np.int64)
+    widths = np.full(len(pairs), 0.9)
+    rows, links = node_features(regions), edge_features(regions, pairs, widths)
+    return RegionGraph(tuple(regions), pairs, rows, links, frame)
 
 
-def milliseconds(call, repeats: int) -> list[float]:
-    """Return the durations of repeated calls after a warm-up."""
+def milliseconds(call, repeats: int) -> tuple[list[float], float]:
+    """Return wall times of repeated calls after a warm-up, and the mean processor time."""
     times = []
-    for index in range(WARM_UP + repeats):
+    for _ in range(WARM_UP):
+        call()
+    cpu = time.process_time()
+    for _ in range(repeats):
         start = time.perf_counter()
         call()
-        if index >= WARM_UP:
-            times.append((time.perf_counter() - start) * 1e3)
-    return times
+        times.append((time.perf_counter() - start) * 1e3)
+    return times, (time.process_time() - cpu) / repeats * 1e3
+
+
+def training_rate(network, plans, subs) -> float:
+    """Return pairs per second of a forward and backward pass."""
+    network.requires_grad_(True)
+    labels = torch.arange(subs.mask.shape[1]).expand(len(subs.mask), -1)
+
+    def step() -> None:
+        outputs = network.assignments(plans, subs)
+        supervised_loss(outputs, labels, plans, LossConfig()).total.backward()
+
+    times, _ = milliseconds(step, 2)
+    return BATCH * 1e3 / median(times)
 
 
 def main() -> None:
@@ -51,22 +84,27 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--plan-nodes', type=int, default=100)
     parser.add_argument('--sub-nodes', type=int, default=30)
-    sizes = parser.parse_args()
-    rng = np.random.default_rng(0)
-    plan = random_graph(rng, sizes.plan_nodes, 'plan')
-    sub = random_graph(rng, sizes.sub_nodes, 'submap')
+    parser.add_argument('--threads', type=int, default=2)
+    arguments = parser.parse_args()
+    torch.set_num_threads(arguments.threads)
+    plan = grid_graph(np.random.default_rng(0), arguments.plan_nodes, 'plan', 0.0)
+    sub = grid_graph(np.random.default_rng(0), arguments.sub_nodes, 'submap', 0.7)
     matcher = LearnedMatcher(MatcherConfig())
-    single = milliseconds(lambda: matcher.match(plan, sub, 300.0), REPEATS)
+    wall, cpu = milliseconds(lambda: matcher.match(plan, sub, 300.0), REPEATS)
+    _, network_cpu = milliseconds(lambda: matcher.likelihood(plan, sub), REPEATS)
     network = load_network(read_weights(None, FEATURE_SCHEMA))
-    plans, subs = batch_graphs([plan] * BATCH), batch_graphs([sub] * BATCH)
+    plans, subs = network.batch([plan] * BATCH), network.batch([sub] * BATCH)
     with torch.inference_mode():
-        batched = milliseconds(lambda: network(plans, subs), REPEATS // 10)
+        batched, _ = milliseconds(lambda: network(plans, subs), REPEATS // 10)
     report = {
-        'nodes': [sizes.plan_nodes, sizes.sub_nodes],
-        'threads': torch.get_num_threads(),
-        'match_ms_p50': median(single),
-        'match_ms_p95': quantiles(single, n=20)[-1],
+        'nodes': [arguments.plan_nodes, arguments.sub_nodes],
+        'threads': arguments.threads,
+        'match_ms_p50': median(wall),
+        'match_ms_p95': quantiles(wall, n=20)[-1],
+        'cpu_ms': cpu,
+        'network_cpu_ms': network_cpu,
         'batched_pairs_per_s': BATCH * 1e3 / median(batched),
+        'training_pairs_per_s': training_rate(network, plans, subs),
     }
     print(json.dumps(report, indent=1))
 

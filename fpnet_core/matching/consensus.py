@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
+    first_distinct,
     fit_regions,
     keep_one_per_plan_region,
     propose_similarities,
@@ -45,7 +46,7 @@ EVIDENCE = (
 
 CANDIDATES_PER_REGION = 8  # likely plan regions that each submap region brings in
 NEIGHBOURS = 6  # other regions that each submap region is paired with
-MAX_PROPOSALS = 250  # placements of which the fit is computed
+MAX_PROPOSALS = 200  # placements of which the fit is computed
 MAX_REFINED = 24  # distinct placements that are refined and judged
 
 _REFINEMENTS = 2
@@ -264,15 +265,7 @@ def _distinct_index(similarity: Array, sub: GraphGeometry, limit: int) -> NDArra
     a, b = similarity[:, :1], similarity[:, 1:2]
     x = a * corners[:, 0] - b * corners[:, 1] + similarity[:, 2:3]
     y = b * corners[:, 0] + a * corners[:, 1] + similarity[:, 3:4]
-    placed = np.concatenate([x, y], axis=1)
-    kept: list[int] = []
-    for index in range(len(placed)):
-        moved = np.abs(placed[kept] - placed[index]).max(axis=1)
-        if (moved > _DISTINCT_UNITS).all():
-            kept.append(index)
-            if len(kept) == limit:
-                break
-    return np.array(kept, dtype=np.int64)
+    return first_distinct(np.concatenate([x, y], axis=1), _DISTINCT_UNITS, limit)
 
 
 def _edges(
@@ -293,11 +286,14 @@ def _plan_door_misses(
     well_seen: NDArray[np.bool_],
 ) -> Array:
     """Count plan doors of the partners of well seen rooms that no submap door falls on."""
-    rooms_of_door = plan.linked & plan.is_door[:, None] & ~plan.is_door[None]
-    misses = np.zeros(len(partner))
-    for c in range(len(partner)):
-        expected = np.flatnonzero(rooms_of_door[:, partner[c][well_seen[c]]].any(axis=1))
-        misses[c] = np.count_nonzero(~np.isin(expected, partner[c]))
+    rows = np.arange(len(partner))[:, None]
+    # Column M takes what has no partner and is cut off again.
+    seen, taken = (np.zeros((len(partner), len(plan) + 1), dtype=np.float32) for _ in range(2))
+    seen[rows, np.where(well_seen, partner, len(plan))] = 1.0
+    taken[rows, np.where(partner >= 0, partner, len(plan))] = 1.0
+    doors = np.flatnonzero(plan.is_door)
+    expected = seen[:, :-1] @ plan.linked[:, doors].astype(np.float32) > 0.0
+    misses: Array = (expected & (taken[:, doors] == 0.0)).sum(axis=1).astype(np.float64)
     return misses
 
 

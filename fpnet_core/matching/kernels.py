@@ -9,8 +9,6 @@ A similarity is a row ``(a, b, x, y)``: the point p of the submap goes to
 
 from __future__ import annotations
 
-from typing import Any
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -91,40 +89,32 @@ def _aligned(plan_angle: float, sub_angle: float, yaw: float) -> bool:
 
 
 @numba.njit(cache=True, nogil=True)
-def _door_fit(
-    x: float, y: float, angle: float, plan_point: NDArray[Any], plan_box: NDArray[Any]
-) -> float:
-    """Return how well a door at (x, y) with a line at ``angle`` fits a plan door, 0 to 1."""
-    dx, dy = x - plan_point[0], y - plan_point[1]
+def _door_fit(dx: float, dy: float, turn: float) -> float:
+    """Return how well a door fits a plan door ``(dx, dy)`` away at an angle ``turn``, 0 to 1."""
     near = 1.0 - (dx * dx + dy * dy) / DOOR_RADIUS**2
     if near <= 0.0:
         return 0.0
-    return float(near * np.cos(plan_box[4] - angle) ** 2)
+    return float(near * np.cos(turn) ** 2)
 
 
 @numba.njit(cache=True, nogil=True)
 def _room_fit(
-    x: float, y: float, half_long: float, half_short: float, plan_box: NDArray[Any]
+    along: float, across: float, half_long: float, half_short: float, long: float, short: float
 ) -> float:
     """
-    Return how well a room around (x, y) fits a plan room, 0 to 1.
+    Return how well a room fits a plan room, 0 to 1.
 
-    Its middle must lie within the plan room's rectangle, however little of it was seen; it must
-    not be larger, and scores more the nearer its size is.
+    Its middle, ``along`` and ``across`` the plan room's axis from that one's centre, must lie
+    within the plan room's rectangle (half sides ``long`` and ``short``), however little of it
+    was seen; its own half sides must not be larger, and score more the nearer they are.
     """
-    dx, dy = x - plan_box[0], y - plan_box[1]
-    reach = plan_box[2] + plan_box[3] + ROOM_MARGIN
-    if dx * dx + dy * dy > reach * reach:
-        return 0.0
-    c, s = np.cos(plan_box[4]), np.sin(plan_box[4])
-    u = max(0.0, abs(c * dx + s * dy) - plan_box[2])
-    v = max(0.0, abs(c * dy - s * dx) - plan_box[3])
+    u, v = max(0.0, abs(along) - long), max(0.0, abs(across) - short)
     near = 1.0 - (u * u + v * v) / ROOM_MARGIN**2
     if near <= 0.0:
         return 0.0
-    long, short = half_long / plan_box[2] + 1e-9, half_short / plan_box[3] + 1e-9
-    larger = min(1.0, _SIZE_SLACK / long) * min(1.0, _SIZE_SLACK / short)
-    smaller = min(1.0, _SIZE_SLACK * long) * min(1.0, _SIZE_SLACK * short)
+    wider, deeper = half_long / long + 1e-9, half_short / short + 1e-9
+    larger = min(1.0, _SIZE_SLACK / wider) * min(1.0, _SIZE_SLACK / deeper)
+    smaller = min(1.0, _SIZE_SLACK * wider) * min(1.0, _SIZE_SLACK * deeper)
     return float(near * larger * (0.5 + 0.5 * smaller))
 
 
@@ -148,24 +138,33 @@ def fit_regions(
     among plan regions of the same label the one with the greatest fit times
     ``weight (M, N)`` wins.
     """
+    rooms, doors = np.flatnonzero(~plan_door), np.flatnonzero(plan_door)
+    cos, sin = np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])
     for c in range(similarity.shape[0]):
         a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
         scale, yaw = np.sqrt(a * a + b * b), np.arctan2(b, a)
         for j in range(sub_point.shape[0]):
             x = a * sub_point[j, 0] - b * sub_point[j, 1] + x0
             y = b * sub_point[j, 0] + a * sub_point[j, 1] + y0
+            half_long, half_short = scale * sub_box[j, 2], scale * sub_box[j, 3]
             best, best_fit, best_index = 0.0, 0.0, -1
-            for i in range(plan_point.shape[0]):
-                if plan_door[i] != sub_door[j]:
-                    continue
+            # Scalars only from here on: a slice in the innermost loop costs more than its maths.
+            for i in doors if sub_door[j] else rooms:
                 if sub_door[j]:
-                    value = _door_fit(x, y, sub_box[j, 4] + yaw, plan_point[i], plan_box[i])
+                    dx, dy = x - plan_point[i, 0], y - plan_point[i, 1]
+                    value = _door_fit(dx, dy, plan_box[i, 4] - sub_box[j, 4] - yaw)
                 else:
+                    dx, dy = x - plan_box[i, 0], y - plan_box[i, 1]
                     value = _room_fit(
-                        x, y, scale * sub_box[j, 2], scale * sub_box[j, 3], plan_box[i]
+                        cos[i] * dx + sin[i] * dy,
+                        cos[i] * dy - sin[i] * dx,
+                        half_long,
+                        half_short,
+                        plan_box[i, 2],
+                        plan_box[i, 3],
                     )
                 if value * weight[i, j] > best:
-                    best, best_fit, best_index = value * weight[i, j], value, i
+                    best, best_fit, best_index = value * weight[i, j], value, int(i)
             partner[c, j], fit[c, j] = best_index, best_fit
 
 
@@ -189,3 +188,29 @@ def keep_one_per_plan_region(
             else:
                 partner[c, j] = -1
                 fit[c, j] = 0.0
+
+
+@numba.njit(cache=True, nogil=True)
+def first_distinct(placed: NDArray[np.float64], distance: float, limit: int) -> NDArray[np.int64]:
+    """
+    Return indices of rows that differ from every earlier one, at most ``limit``.
+
+    Rows of ``placed (C, D)`` differ where some coordinate differs by more than ``distance``.
+    """
+    kept = np.empty(min(limit, placed.shape[0]), dtype=np.int64)
+    count = 0
+    for index in range(placed.shape[0]):
+        if count == limit:
+            break
+        is_new = True
+        for k in range(count):
+            moved = 0.0
+            for d in range(placed.shape[1]):
+                moved = max(moved, abs(placed[kept[k], d] - placed[index, d]))
+            if moved <= distance:
+                is_new = False
+                break
+        if is_new:
+            kept[count] = index
+            count += 1
+    return kept[:count]
