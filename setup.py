@@ -30,7 +30,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (SHARE, ['package.xml']),
-        (f'{SHARE}/config', files('config/*.yaml') + files('config/*.xml')),
+        (f'{SHARE}/config', files('config/*')),
         (f'{SHARE}/launch', files('launch/*.launch.py')),
     ],
     # Distributions name the libraries differently (opencv-python-headless is python3-opencv), so

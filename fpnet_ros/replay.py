@@ -43,6 +43,9 @@ class ReplayParameters(Section):
     topics: tuple[str, ...] = Field((), description='Topics to play; empty plays all.')
     rate: float = Field(1.0, gt=0.0, le=100.0, description='Recorded seconds per second.')
     start_offset_s: float = Field(0.0, ge=0.0, description='Skip the recording until here.')
+    loop: bool = Field(
+        False, description='Start again at the end; stamps and /clock go back with it.'
+    )
     clock: bool = Field(False, description='Publish the recorded time on /clock.')
     wait_for_subscriber_s: float = Field(
         10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
@@ -71,7 +74,7 @@ class Replay(Node):
         self._executor.add_node(self)
 
     def play(self) -> None:
-        """Play the recording once; returns when it is delivered."""
+        """Play the recording, once unless it loops; returns when it is delivered."""
         with BagReader(Path(self._settings.bag)) as bag:
             types = self._chosen_topics(bag)
             publishers = {
@@ -81,6 +84,9 @@ class Replay(Node):
             self._wait_for_subscriber(list(publishers.values()))
             total = sum(bag.count(topic) for topic in publishers)
             played = self._publish_all(bag, publishers, total)
+            while self._settings.loop and played:
+                self.get_logger().info(f'played {played} messages; starting again')
+                played = self._publish_all(bag, publishers, total)
         for publisher in publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=_LAST_ACKNOWLEDGEMENT_S))
         self.get_logger().info(f'played {played} messages')
@@ -106,7 +112,7 @@ class Replay(Node):
     def _publish_all(
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int
     ) -> int:
-        played = 0
+        played = self._confirmed = 0
         first_ns: int | None = None
         columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
         with Progress(*columns, transient=True, disable=not sys.stderr.isatty()) as bar:

@@ -42,9 +42,11 @@ def test_the_install_space_holds_what_ros2_run_needs(install_space):
     executables = {path.name for path in (prefix / 'lib' / 'fpnet_ros').iterdir()}
     assert executables == EXECUTABLES
     share = prefix / 'share' / 'fpnet_ros'
-    for name in ('package.xml', 'config/fpnet.yaml', 'config/fastdds_shm.xml'):
+    for name in (
+        *('package.xml', 'config/fpnet.yaml', 'config/fastdds_shm.xml', 'config/fpnet.rviz'),
+        *('config/foxglove.json', 'launch/localizer.launch.py', 'launch/demo.launch.py'),
+    ):
         assert (share / name).is_file(), name
-    assert list((share / 'launch').glob('*.launch.py'))
     assert (prefix / 'share/ament_index/resource_index/packages/fpnet_ros').is_file()
 
 

@@ -6,8 +6,11 @@ import time
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 
 from fpnet_core.io.bags import BagWriter
 from fpnet_ros.runtime import SENSOR_DATA, STREAM
@@ -69,6 +72,37 @@ def test_the_start_can_be_skipped(bench, recording):
     bench.wait_for(lambda: len(clouds) == 10, 5.0)
     assert stamp_from_msg(clouds[0].header.stamp) == START_NS + 20 * PERIOD_NS
     assert len(clouds) == 10
+
+
+def test_a_loop_starts_again_and_takes_the_clock_back(bench, recording):
+    clouds = bench.collect(PointCloud2, 'points', STREAM)
+    clock = bench.collect(Clock, 'clock', STREAM)
+    parameters = {'bag': str(recording), 'rate': 20.0, 'loop': True, 'clock': True}
+    replay = bench.start('replay', parameters)
+    assert bench.wait_for(lambda: len(clouds) > 2 * COUNT, 60.0), replay.log_tail()
+    stamps = [stamp_from_msg(msg.header.stamp) for msg in clouds]
+    assert stamps[COUNT:].count(START_NS) >= 1
+    assert min(np.diff([stamp_from_msg(msg.clock) for msg in clock])) < -2.0 * 10**9
+    assert replay.process.poll() is None
+
+
+@pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
+def test_compressed_recordings_play(bench, tmp_path, mode):
+    path = tmp_path / 'compressed'
+    store = get_typestore(Stores.ROS2_JAZZY)
+    writer = Writer(path, version=9)
+    writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    with writer as bag:
+        topic = bag.add_connection('/ticks', 'std_msgs/msg/Header', typestore=store)
+        for index in range(COUNT):
+            time_msg = store.types['builtin_interfaces/msg/Time'](index, 0)
+            message = store.types['std_msgs/msg/Header'](time_msg, 'map')
+            data = store.serialize_cdr(message, 'std_msgs/msg/Header')
+            bag.write(topic, START_NS + index * PERIOD_NS, data)
+    headers = bench.collect(Header, 'ticks', STREAM)
+    replay = bench.start('replay', {'bag': str(path), 'rate': 20.0})
+    assert bench.wait_for(lambda: len(headers) == COUNT, 60.0), replay.log_tail()
+    assert [msg.stamp.sec for msg in headers] == list(range(COUNT))
 
 
 def test_bad_input_ends_the_node_with_one_line(bench, recording, tmp_path):

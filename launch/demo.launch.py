@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Play a recording into the localizer and watch it in RViz.
+
+fpnet simulate recording makes one; a bag of a robot does as well.
+Example: ros2 launch fpnet_ros demo.launch.py bag:=rec/bag floorplan:=rec/floorplan.yaml
+"""
+
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
+
+_ROWS = (
+    ('bag', None, 'Folder of the recording.'),
+    ('floorplan', None, 'Map YAML or image of the floorplan.'),
+    ('points', '/points', 'Topic of the lidar clouds in the recording.'),
+    ('rate', '1.0', 'Recorded seconds per second.'),
+    ('start_offset_s', '0.0', 'Skip the recording until here.'),
+    ('loop', 'false', 'Start again at the end.'),
+    ('rviz', 'true', 'Show everything in RViz.'),
+)
+
+
+def _value(name: str, kind: type) -> ParameterValue:
+    return ParameterValue(LaunchConfiguration(name), value_type=kind)
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Describe the localizer's launch file in simulated time, and the player."""
+    localizer = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(
+            PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'launch', 'localizer.launch.py'])
+        ),
+        launch_arguments={
+            'floorplan': LaunchConfiguration('floorplan'),
+            'points': LaunchConfiguration('points'),
+            'rviz': LaunchConfiguration('rviz'),
+            'use_sim_time': 'true',
+        }.items(),
+    )
+    replay = Node(
+        package='fpnet_ros',
+        executable='replay',
+        parameters=[
+            {
+                'bag': _value('bag', str),
+                # Only the clouds: a recording may hold odometry and TF of its own.
+                'topics': ParameterValue(
+                    ["['", LaunchConfiguration('points'), "']"], value_type=list[str]
+                ),
+                'rate': _value('rate', float),
+                'start_offset_s': _value('start_offset_s', float),
+                'loop': _value('loop', bool),
+                'clock': True,
+                'wait_for_subscriber_s': 120.0,
+            }
+        ],
+        output='screen',
+    )
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, description=description)
+        for name, default, description in _ROWS
+    ]
+    return LaunchDescription([*arguments, localizer, replay])
