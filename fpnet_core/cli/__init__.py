@@ -57,6 +57,9 @@ COMMANDS = {
     'demo': Subcommand(
         'fpnet_core.cli.demo', 'Localise a simulated robot on a floorplan, all parts running.'
     ),
+    'finetune': Subcommand(
+        'fpnet_core.cli.finetune', 'Adapt the matching network to one building.'
+    ),
     'localize': Subcommand(
         'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
     ),

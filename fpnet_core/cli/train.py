@@ -14,6 +14,8 @@ from fpnet_core.cli import common
 from fpnet_core.errors import FpnetError
 
 if TYPE_CHECKING:
+    from fpnet_core.io.weights import Weights
+    from fpnet_core.sim.dataset import PairDataset
     from fpnet_core.training import EpochRecord, TrainingConfig
 
 
@@ -79,33 +81,48 @@ def command(
     common.check_input(data)
     config = _training_config(settings, preset, epochs, seed)
     from fpnet_core.io.weights import read_weights
-    from fpnet_core.models import network_type
     from fpnet_core.sim.dataset import PairDataset
+    from fpnet_core.training import use_threads
+    from fpnet_core.types import FEATURE_SCHEMA
+
+    use_threads(threads)
+    initial = read_weights(init, FEATURE_SCHEMA) if init is not None else None
+    fit_and_calibrate(PairDataset(data), config, out, device, initial, limit)
+
+
+def fit_and_calibrate(
+    dataset: PairDataset,
+    config: TrainingConfig,
+    out: Path,
+    device: str,
+    initial: Weights | None = None,
+    limit: int | None = None,
+    by_plan: bool = True,
+) -> None:
+    """Train in ``out``; for an invariant network also fit its evidence model."""
+    from fpnet_core.models import InvariantConfig, network_type
     from fpnet_core.training import (
         WEIGHTS_FILE,
         Hooks,
         Trainer,
         calibrate,
         load_pairs,
+        split_by_pair,
         split_by_plan,
-        use_threads,
     )
-    from fpnet_core.types import FEATURE_SCHEMA
 
-    use_threads(threads)
-    dataset = PairDataset(data)
     pairs = load_pairs(dataset, network_type(config.network), limit)
-    training, validation = split_by_plan(pairs, config.validation_fraction, config.seed)
+    split = split_by_plan if by_plan else split_by_pair
+    training, validation = split(pairs, config.validation_fraction, config.seed)
     if not training:
-        raise FpnetError(f'{data}: all pairs share one plan; generate pairs of more plans')
+        raise FpnetError('all pairs share one plan; generate pairs of more plans')
     recipe = {'pairs': len(pairs), **dataset.manifest}
-    initial = read_weights(init, FEATURE_SCHEMA) if init is not None else None
     trainer = Trainer(config, out, device, recipe, initial)
     typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
     remaining = (config.epochs - trainer.next_epoch) * len(training)
     with common.progress('training', remaining) as advance:
         trainer.fit(training, validation, Hooks(on_pairs=advance, on_epoch=_report))
-    if preset is Preset.FPNET:
+    if isinstance(config.network, InvariantConfig):
         calibrate(out / WEIGHTS_FILE, (dataset.pair(pair.index) for pair in validation))
     typer.echo(f'lowest validation loss {trainer.best_loss:.3f} in epoch {trainer.best_epoch}')
 

@@ -3,7 +3,7 @@
 """Training of the matching network; importing this package loads torch."""
 
 from fpnet_core.training.config import TrainingConfig, parse_training_config
-from fpnet_core.training.data import PairArrays, load_pairs, split_by_plan
+from fpnet_core.training.data import PairArrays, load_pairs, split_by_pair, split_by_plan
 from fpnet_core.training.evidence import calibrate
 from fpnet_core.training.loop import WEIGHTS_FILE, EpochRecord, Hooks, Trainer, use_threads
 
@@ -17,6 +17,7 @@ __all__ = [
     'calibrate',
     'load_pairs',
     'parse_training_config',
+    'split_by_pair',
     'split_by_plan',
     'use_threads',
 ]

@@ -100,6 +100,18 @@ def split_by_plan(
     )
 
 
+def split_by_pair(
+    pairs: Sequence[PairArrays], fraction: float, seed: int
+) -> tuple[list[PairArrays], list[PairArrays]]:
+    """Return training and validation pairs of one building, which no plan can keep apart."""
+    held = np.random.default_rng([seed, _SPLIT_STREAM]).random(len(pairs)) <= fraction
+    held[0] = True
+    return (
+        [pair for pair, is_held in zip(pairs, held, strict=True) if not is_held],
+        [pair for pair, is_held in zip(pairs, held, strict=True) if is_held],
+    )
+
+
 def collate(pairs: Sequence[PairArrays]) -> PairBatch:
     """Pad pairs into one batch."""
     plan = pad_graphs([p.plan_feat for p in pairs], [p.plan_edges for p in pairs])
