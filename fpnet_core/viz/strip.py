@@ -40,7 +40,7 @@ _PLACEMENT_COLOURS = ('tab:blue', 'tab:red', 'tab:brown')
 
 _UNMATCHED = (0.75, 0.75, 0.75)
 _TRUTH = 'tab:green'
-_WALL_STRIDE = 12  # every so many wall cells are drawn
+_WALL_STRIDE = 8  # every so many wall cells are drawn
 _DISTANT_M = 30.0  # errors beyond are drawn at the edge
 _NS_PER_S = 1e9
 _WIDTH_INCHES, _DPI = 22.0, 90
@@ -109,7 +109,7 @@ def _draw_plan(
     best = output.estimates[: len(_PLACEMENT_COLOURS)]
     for estimate, colour in reversed(list(zip(best, _PLACEMENT_COLOURS, strict=False))):
         placed = estimate.A_plan_submap.apply(walls)
-        ax.plot(*placed.T, ',', color=colour, alpha=0.7)
+        ax.plot(*placed.T, '.', color=colour, markersize=2.0)
     ax.plot(*so_far.T, color=_TRUTH, linewidth=2.5)
     if len(so_far):
         ax.plot(*so_far[-1], 'o', color=_TRUTH, markersize=6)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from fpnet_core.baselines import correlative
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.localization import scenes
@@ -16,7 +17,7 @@ from fpnet_core.evaluation.localization.runs import Job, run_case
 from fpnet_core.evaluation.localization.scenes import MissingDataError
 from fpnet_core.sim.tours import TourLimits
 
-BASELINES = {'matcher_ransac', 'branch_and_bound', 'monte_carlo'}
+BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
 
 
 @pytest.fixture(scope='module')
@@ -25,6 +26,8 @@ def judged(tmp_path_factory):
     strip = tmp_path_factory.mktemp('strips') / 'strip.png'
     case = Case('short', 'exact', Kind.GENERATED, 'suites', 3, sensor='planar', wrong_cases=(0,))
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(correlative, 'ROTATIONS', 4)
+        patch.setattr(correlative, 'SCALES', 1)
         patch.setattr(scenes, 'LIMITS', TourLimits(rooms=2, shortest_s=10.0, longest_s=25.0))
         records = run_case(Job(case, FpnetConfig(), 0, Path('none'), strip=strip))
     return records, strip

@@ -6,11 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 import time
 
 import numpy as np
 
 from fpnet_core.baselines.branch_and_bound import BranchAndBound
+from fpnet_core.baselines.correlative import search_placement
 from fpnet_core.baselines.matcher_ransac import place_by_ransac
 from fpnet_core.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
 from fpnet_core.baselines.placement import Placement
@@ -21,10 +23,13 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.sides import allowed_scales
 from fpnet_core.pose import map_evidence
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput
+from fpnet_core.types import GridMap, LocalizerOutput
 
 CHECKPOINTS_M = (10.0, 20.0, 40.0)
-"""Paths after which the slow searches look; what they found stands until the next look."""
+"""Paths after which branch and bound looks; what it found stands until the next look."""
+
+CORRELATIVE_CHECKPOINTS_M = (40.0,)
+"""The same of the correlative search, which takes up to a minute for one look."""
 
 _SHARED_STAGES = ('segment', 'graph', 'match')
 
@@ -36,10 +41,16 @@ def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[s
     """Return the run of each baseline by name, on the plan that ``product`` ran on."""
     scales = allowed_scales(config.pose.scale_tolerance)
     search = BranchAndBound(product.plan.evidence, scales)
-    at_checkpoints = _checkpoints(product)
     return {
         'matcher_ransac': _looking(product, product.ticks, _ransac(product)),
-        'branch_and_bound': _looking(product, at_checkpoints, _timed(search)),
+        'branch_and_bound': _looking(
+            product, _checkpoints(product, CHECKPOINTS_M), _timed(partial(_bounded, search))
+        ),
+        'correlative': _looking(
+            product,
+            _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
+            _timed(partial(_correlated, product.plan.segmentation.grid)),
+        ),
         'monte_carlo': _monte_carlo(product, drive, config.seed),
     }
 
@@ -55,19 +66,31 @@ def _ransac(product: ProductRun) -> Look:
     return look
 
 
-def _timed(search: BranchAndBound) -> Look:
+def _timed(place: Callable[[GridMap], Placement | None]) -> Look:
     def look(tick: LocalizerOutput) -> tuple[Placement | None, float]:
         assert tick.submap is not None
         start = time.perf_counter()
-        placement = search.place(map_evidence(tick.submap.grid))
+        placement = place(tick.submap.grid)
         return placement, 1e3 * (time.perf_counter() - start)
 
     return look
 
 
-def _checkpoints(product: ProductRun) -> tuple[LocalizerOutput, ...]:
-    """Return the last tick up to each checkpoint, and the last of all."""
-    stamps = [stamp_at_path(product.run.odometry, path_m) for path_m in CHECKPOINTS_M]
+def _bounded(search: BranchAndBound, sub: GridMap) -> Placement | None:
+    return search.place(map_evidence(sub))
+
+
+def _correlated(plan: GridMap, sub: GridMap) -> Placement | None:
+    """Return what the exhaustive search answers; it knows no "not here" and always claims."""
+    found = search_placement(plan, sub)
+    if found is None:
+        return None
+    return Placement(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), True)
+
+
+def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[LocalizerOutput, ...]:
+    """Return the last tick up to each checkpoint; of a shorter drive the last of all."""
+    stamps = [stamp_at_path(product.run.odometry, path_m) for path_m in paths_m]
     found = []
     for stamp_ns in stamps:
         before = [tick for tick in product.ticks if tick.stamp_ns <= stamp_ns]
