@@ -167,8 +167,24 @@ def compare(
             config.focused_pairs if is_sure else config.max_pairs,
         )
         promising = select_promising(plan.evidence, sub.evidence, candidates, config)
+        promising = _assigned(match, scales).joined(promising)
     with timer.stage('verify'):
         if tracked is not None:
             promising = tracked.joined(promising)
         estimates = verified_estimates(plan.evidence, sub.evidence, promising, config)
     return Comparison(match, estimates)
+
+
+def _assigned(match: MatchResult, scales: NDArray[np.float64]) -> Candidates:
+    """
+    Return the placements of the matcher's complete assignments.
+
+    All regions together know the scale better than door widths do, so they may leave the range
+    of scales to try by as much again.
+    """
+    low, high = scales.min() ** 2, scales.max() ** 2
+    placed = [h.S_plan_sub for h in match.hypotheses if low <= h.S_plan_sub.scale <= high]
+    return Candidates(
+        np.array([S.linear for S in placed]).reshape(-1, 2, 2),
+        np.array([S.translation for S in placed]).reshape(-1, 2),
+    )
