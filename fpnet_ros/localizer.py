@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.clock import Clock, ClockType
-from rclpy.task import Future as RosFuture
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
@@ -253,16 +252,13 @@ class LocalizerNode(ManagedNode):
         self._localizer.reset()
         return _succeeded(response, 'forgot the submap and every placement')
 
-    async def _on_save_state(
-        self, _: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
+    def _on_save_state(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         path = self._settings.value.state_file
         if not path:
             response.message = 'parameter state_file is empty; set it to a path'
             return response
-        done: RosFuture[str] = RosFuture(executor=self.executor)
-        self._submit(lambda: done.set_result(self._save(path)))
-        error = await done
+        # Here, as the caller waits for the answer: TF, being post-dated, bridges the time.
+        error = self._save(path)
         response.success, response.message = not error, error or f'saved to {path}'
         return response
 
@@ -271,7 +267,8 @@ class LocalizerNode(ManagedNode):
         return response
 
     def _on_nomotion_update(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
-        self._start_tick()
+        if self.is_active:  # behind a running tick, which has not seen what the caller has
+            self._tick = self._submit(self._run_tick)
         return response
 
     # ---- timers: the executor's thread

@@ -93,7 +93,7 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
         for name in ('floorplan_server', 'odometry', 'localizer')
     }
     took = lambda: 'took the floorplan' in children['localizer'].log_tail()  # noqa: E731
-    assert bench.wait_for(took, 90.0), children['localizer'].log_tail()
+    assert bench.wait_for(took, 300.0), children['localizer'].log_tail()
     children['replay'] = bench.start(
         'replay', *nodes['replay'], command=_installed(install_space, 'replay')
     )
@@ -102,7 +102,7 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
         bench.group.check(may_end=[children['replay']])
         return len(poses) >= ENOUGH_POSES
 
-    done = bench.wait_for(is_done, 200.0)
+    done = bench.wait_for(is_done, 400.0)
     reports = [report_from_msg(msg) for msg in statuses]
     story = [(report.stamp_ns, report.status.value, report.probability) for report in reports]
     if not done:

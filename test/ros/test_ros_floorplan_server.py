@@ -3,9 +3,12 @@
 
 import math
 
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
+from std_srvs.srv import Trigger
 
 from fpnet_core.geometry import SE2
 from fpnet_core.io.maps import read_map, write_map
@@ -36,6 +39,36 @@ def test_a_late_joiner_gets_the_floorplan(bench, tmp_path):
     np.testing.assert_array_equal(grid.cells, stored.cells)
     np.testing.assert_allclose(grid.T_frame_grid.matrix, stored.T_frame_grid.matrix, atol=1e-9)
     assert grid.resolution == 0.1
+
+
+def test_it_reloads_the_file_and_keeps_the_old_floorplan_where_that_fails(bench, tmp_path):
+    path = tmp_path / 'plan.yaml'
+    write_map(_floorplan(), path)
+    server = bench.start('floorplan_server', {'floorplan': str(path), 'autostart': False})
+    received = bench.collect(OccupancyGrid, 'floorplan', LATCHED)
+
+    def change(transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bench.call(ChangeState, 'floorplan_server/change_state', request).success
+
+    plain = path.read_text()
+    path.unlink()
+    assert not change(Transition.TRANSITION_CONFIGURE)
+    assert 'plan.yaml' in server.log_tail()
+    path.write_text(plain)
+    assert change(Transition.TRANSITION_CONFIGURE)
+    assert received == []
+    assert change(Transition.TRANSITION_ACTIVATE)
+    assert bench.wait_for(lambda: len(received) == 1, 60.0), server.log_tail()
+    write_map(GridMap(_floorplan().cells, 0.2), path)
+    assert bench.call(Trigger, 'floorplan_server/reload').success
+    assert bench.wait_for(lambda: len(received) == 2, 60.0), server.log_tail()
+    assert grid_from_msg(received[-1]).resolution == 0.2
+    path.write_text('image: absent.png')
+    response = bench.call(Trigger, 'floorplan_server/reload')
+    assert not response.success
+    assert 'plan.yaml' in response.message
+    assert server.process.poll() is None
 
 
 def test_bad_parameters_end_the_node_with_one_line(bench):

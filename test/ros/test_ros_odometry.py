@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2
 
-from fpnet_ros.runtime import STREAM
+from fpnet_core.geometry import SE2
+from fpnet_ros.runtime import STREAM, TF, TF_STATIC
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
+from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 pytestmark = pytest.mark.ros
 
@@ -74,6 +76,47 @@ def test_clouds_become_odometry_and_frames_and_bad_ones_are_survived(bench):
     log = node.log.read_text()
     assert log.count('point_step') == 1, log
     assert 'Traceback' not in log
+
+
+def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+    readings = bench.collect(Odometry, 'kiss/odometry', STREAM)
+    transforms = bench.collect(tf2_msgs.TFMessage, '/tf', TF)
+    node = bench.start(
+        'odometry',
+        {
+            'base_frame': 'base_link',
+            'lidar_odom_frame': 'odom',
+            'position_covariance': 0.04,
+            'qos_overrides./points.subscription.reliability': 'reliable',
+        },
+        {'pointcloud_topic': '/points'},
+    )
+    publisher = bench.node.create_publisher(PointCloud2, '/points', STREAM)
+    static = bench.node.create_publisher(tf2_msgs.TFMessage, '/tf_static', TF_STATIC)
+    assert bench.wait_for(lambda: publisher.get_subscription_count() > 0, 120.0), node.log_tail()
+    rng = np.random.default_rng(8)
+    publisher.publish(cloud_to_msg(_sweep(rng, 0.0), START_NS, 'lidar'))
+    unknown = "the place of 'lidar' on 'base_link' is unknown"
+    assert bench.wait_for(lambda: unknown in node.log_tail(), 60.0), node.log_tail()
+    # The lidar looks backwards: where it goes ahead, the base goes back.
+    T_base_lidar = SE2.from_xy_yaw(0.2, 0.0, np.pi).as_matrix4(0.5)
+    mounted = transform_to_msg(T_base_lidar, 0, 'base_link', 'lidar')
+    assert bench.wait_for(lambda: static.get_subscription_count() > 0, 60.0)
+    static.publish(tf2_msgs.TFMessage(transforms=[mounted]))
+    for index in range(1, 8):
+        x = index * SPEED_MPS * PERIOD_NS / 1e9
+        seen = len(readings)
+        stamp_ns = START_NS + index * PERIOD_NS
+        publisher.publish(cloud_to_msg(_sweep(rng, x), stamp_ns, 'lidar'))
+        bench.wait_for(lambda n=seen: len(readings) > n, 20.0)
+    assert bench.wait_for(lambda: len(transforms) == len(readings) > 4, 60.0), node.log_tail()
+    last, tf = odometry_from_msg(readings[-1]), transform_from_msg(transforms[-1].transforms[0])
+    assert (last.frame_id, last.child_frame_id) == (tf.parent, tf.child) == ('odom', 'base_link')
+    np.testing.assert_allclose(tf.T_parent_child, last.T_odom_child, atol=1e-9)
+    moved_m = (len(readings) - 1) * SPEED_MPS * PERIOD_NS / 1e9
+    np.testing.assert_allclose(last.T_odom_child[:3, 3], (-moved_m, 0.0, 0.0), atol=0.1)
+    assert readings[-1].pose.covariance[0] == 0.04
 
 
 def test_the_parameters_carry_their_documentation(bench):
