@@ -47,6 +47,7 @@ from msg_adapters.stamps import stamp_to_msg
 
 PERIOD_S = 0.1
 SCANS = 400
+MADE_POINTS = 10_000_000  # in all clouds of a phase
 OVERLOAD_POINTS, OVERLOAD_S = 300_000, 30.0
 CALL_PERIOD_S, MEMORY_PERIOD_S = 0.2, 5.0
 READY_S = 600.0
@@ -84,7 +85,8 @@ class Load:
         self._executor.add_node(self.node)
         self._recording = make_recording(0)
         self._poses = self._recording.truth()[:SCANS]
-        self._index = 0
+        self._clouds_made: list[PointCloud2] = []
+        self._begin = self._index = self._at = 0
         self.heard = Heard()
 
     def wait_until_ready(self) -> None:
@@ -96,21 +98,22 @@ class Load:
                 raise SystemExit(f'the localizer is not ready: {self._child.log_tail()}')
             self._executor.spin_once(timeout_sec=0.1)
 
-    def clouds(self, points: int) -> list[PointCloud2]:
-        """Return the tour's clouds, each repeated with noise to the wanted size."""
+    def load(self, points: int) -> None:
+        """Make clouds of the tour from where the robot is, with noise and of the wanted size."""
         rng = np.random.default_rng(0)
-        messages = []
-        for index in range(0, SCANS, max(1, points // 25_000)):
+        self._clouds_made, self._index = [], 0
+        count = min(SCANS, MADE_POINTS // points)
+        self._begin = max(0, min(self._at, SCANS - count))
+        self._index = self._at - self._begin
+        for index in range(self._begin, self._begin + count):
             cloud = self._recording.scan(index).points
             chosen = cloud[rng.integers(len(cloud), size=points)]
             noisy = chosen + rng.normal(scale=0.01, size=chosen.shape)
-            messages.append(cloud_to_msg(noisy.astype(np.float32), 0, 'lidar'))
-        return messages
+            self._clouds_made.append(cloud_to_msg(noisy.astype(np.float32), 0, 'lidar'))
 
-    def run(self, clouds: list[PointCloud2], seconds: float) -> Heard:
+    def run(self, seconds: float) -> Heard:
         """Publish for a while; returns what was heard."""
         self.heard = Heard()
-        stride = SCANS // len(clouds)
         started_s = time.monotonic()
         call_s = memory_s = started_s
         for count in range(round(seconds / PERIOD_S)):
@@ -124,19 +127,21 @@ class Load:
                 memory_s += MEMORY_PERIOD_S
                 self.heard.memory_mib.append(self._resident_mib())
             self.heard.late_ms.append(1e3 * (time.monotonic() - due_s))
-            self._send(clouds, stride)
+            self._send()
         return self.heard
 
-    def _send(self, clouds: list[PointCloud2], stride: int) -> None:
+    def _send(self) -> None:
         # To and fro: the odometry never jumps.
-        last = len(clouds) - 1
+        last = len(self._clouds_made) - 1
         position = last - abs(last - self._index % (2 * last))
         self._index += 1
+        self._at = self._begin + position
         stamp_ns = time.time_ns()
-        pose = self._poses[position * stride]
+        pose = self._poses[self._at]
         self._odometry.publish(odometry_to_msg(pose, stamp_ns, 'odom', 'lidar'))
-        clouds[position].header.stamp = stamp_to_msg(stamp_ns)
-        self._clouds.publish(clouds[position])
+        cloud = self._clouds_made[position]
+        cloud.header.stamp = stamp_to_msg(stamp_ns)
+        self._clouds.publish(cloud)
         self.heard.sent += 1
 
     def _call(self) -> None:
@@ -202,14 +207,13 @@ def main() -> None:
         rclpy.init()
         load = Load(child)
         load.wait_until_ready()
-        phases = {
-            f'{arguments.points} points': summarize(
-                load.run(load.clouds(arguments.points), 60.0 * arguments.minutes)
-            ),
-            f'{OVERLOAD_POINTS} points': summarize(
-                load.run(load.clouds(OVERLOAD_POINTS), OVERLOAD_S)
-            ),
-        }
+        phases = {}
+        for points, seconds in (
+            (arguments.points, 60.0 * arguments.minutes),
+            (OVERLOAD_POINTS, OVERLOAD_S),
+        ):
+            load.load(points)
+            phases[f'{points} points'] = summarize(load.run(seconds))
         rclpy.shutdown()
     for name, figures in phases.items():
         print(name)
