@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.segmentation.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -98,8 +99,8 @@ def _distance_to(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.float
     """Distance of each cell to the nearest True cell [m], capped."""
     if not mask.any():
         return np.full(mask.shape, _DISTANCE_CAP_M, dtype=np.float32)
-    cells = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.minimum(cells * resolution, _DISTANCE_CAP_M), dtype=np.float32)
+    metres = cells_to_nearest(mask) * np.float32(resolution)
+    return np.asarray(np.minimum(metres, np.float32(_DISTANCE_CAP_M)), dtype=np.float32)
 
 
 def _coarse(raster: NDArray[Scalar], step: int) -> NDArray[Scalar]:

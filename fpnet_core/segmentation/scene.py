@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.distance import cells_to_nearest
 
 Mask = NDArray[np.bool_]
 
@@ -80,8 +81,8 @@ def fill_furniture(free: Mask, cell_m: float, config: SegmentationConfig) -> Mas
 
 def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
     """Return the distance (H, W) float32 from each cell to the nearest blocked cell's face."""
-    cells = cv2.distanceTransform((~blocked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.maximum(cells - 0.5, 0.0) * np.float32(cell_m), dtype=np.float32)
+    faces = np.maximum(cells_to_nearest(blocked) - 0.5, 0.0)
+    return np.asarray(faces * np.float32(cell_m), dtype=np.float32)
 
 
 def reduce_scene(scene: Scene, config: SegmentationConfig) -> WorkRaster:

@@ -1,0 +1,20 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The exact Euclidean distance transform, to the last digit the same wherever arrays lie."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+def cells_to_nearest(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """
+    Return the distance (H, W) float32 from each cell to the nearest True cell, in cells.
+
+    OpenCV's last digit depends on where its arrays lie in memory, so that equal maps would be
+    cut differently once in a while. Squared distances are whole numbers, which settles them.
+    """
+    cells = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(np.sqrt(np.rint(np.square(cells))), dtype=np.float32)
