@@ -14,6 +14,7 @@ from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
 from fpnet_core.segmentation.simple import cut_rooms_simply
+from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A drawing whose border is free over more than this share is on white paper.
@@ -30,11 +31,11 @@ def segment_floorplan(
     """
     Cut a floorplan into rooms and doors, by default by a watershed of its clearance.
 
-    Free-standing obstacles are removed and gaps between the ends of walls are closed. The
-    distance to the walls is cut into basins, basins join across saddles that are too wide or
-    too shallow to be doors, and the gaps and the saddles that remain are doors. Where the paper
-    erodes the free space step by step [6], saddles say in one pass at which erosion two rooms
-    would part.
+    Door symbols and free-standing obstacles are removed and gaps between the ends of walls are
+    closed. The distance to the walls is cut into basins, basins join across saddles that are too
+    wide or too shallow to be doors, and the gaps and the saddles that remain are doors. Where the
+    paper erodes the free space step by step [6], saddles say in one pass at which erosion two
+    rooms would part.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def segment_floorplan(
         return _empty(grid, 'the grid has no walls')
     cell_m = grid.resolution * metres_per_unit
     if config.method == 'default':
-        free = fill_furniture(free, cell_m, config)
+        free = fill_furniture(erase_door_symbols(free, cell_m), cell_m, config)
     blocked = ~free if on_paper else _framed(~free)
     scene = Scene(free, np.zeros_like(free), cell_m, clearance_m(blocked, cell_m))
     cut = cut_rooms if config.method == 'default' else cut_rooms_simply

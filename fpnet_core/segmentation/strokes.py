@@ -1,0 +1,209 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Door symbols of drawings: an open leaf with the quarter circle that it sweeps."""
+
+from __future__ import annotations
+
+import cv2
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.segmentation.scene import Mask
+
+# Lines are about as thin as this [m] or one cell; filled walls are thicker.
+_LINE_M = 0.1
+# Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
+_LEAF_M = (0.6, 1.6)
+# Symbols are looked for at cells of about this size [m].
+_WORK_M = 0.05
+_DIRECTIONS = 72
+# Places on the arc, from its middle on; the ends merge with leaf and jamb.
+_ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
+# How far ink may lie from where the symbol says, at most and leaf and arc on average [cells].
+_TOLERANCE = 1.01
+_MAX_MISFIT = 0.5
+# Leaf and arc have nothing beside them, so far away [cells].
+_FLANK = 3.0
+# Where a symbol is looked at for being blank: angles from the leaf, shares of the radius.
+_SECTOR_DEG = (25.0, 35.0, 45.0, 55.0, 65.0)
+_SECTOR = (0.35, 0.5, 0.65)
+_LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)
+# The doorway is open this deep behind the leaf's line [m].
+_DEPTH_M = 0.2
+# Crossing lines and letters may cover so much of what should be blank.
+_MAX_CLUTTER = 0.07
+# Symbols whose leaves end closer together than this are one [m].
+_APART_M = 0.25
+# Ink this close to a symbol's lines is the symbol [cells].
+_PEN = 1.75
+# Of a leaf at its hinge and an arc at its jamb so much stays, lest the wall's face breaks [cells].
+_STUB = 1.5
+
+Array = NDArray[np.float64]
+
+
+def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
+    """
+    Return ``free (H, W)`` with the leaves and arcs of doors turned into free space.
+
+    A symbol is a straight stroke of 0.6 to 1.6 m, the leaf, and a quarter circle around one
+    end of it, the hinge, that starts at its other end and ends across an open doorway. Both
+    are thin lines and most of the sector between them is empty. A drawing without such symbols
+    is returned as it is; ``cell_m`` is the cell edge [m].
+    """
+    stride = max(1, int(_WORK_M / cell_m))
+    ink = _reduced(~free, stride)
+    work_m = cell_m * stride
+    side = max(2, round(_LINE_M / work_m) + 1)
+    lines = ink & (1 - _opened(ink, side))
+    found = _symbols(_distance(lines), _distance(ink), np.argwhere(lines > 0), work_m)
+    if not len(found):
+        return free
+    pen = _drawn(_distinct(found, _APART_M / work_m), lines.shape) & lines
+    rows, cols = free.shape
+    erased = np.kron(pen, np.ones((stride, stride), np.uint8))[:rows, :cols]
+    return np.asarray(free | (erased > 0))
+
+
+def _reduced(ink: Mask, stride: int) -> NDArray[np.uint8]:
+    """Return which blocks of ``stride`` by ``stride`` cells hold ink."""
+    rows, cols = ink.shape
+    padded = np.pad(ink, ((0, -rows % stride), (0, -cols % stride)))
+    blocks = padded.reshape(padded.shape[0] // stride, stride, -1, stride)
+    return np.asarray(blocks.any(axis=(1, 3)), dtype=np.uint8)
+
+
+def _opened(ink: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
+    """Return the ink that squares of ``side`` cells fit into."""
+    square = np.ones((side, side), np.uint8)
+    # OpenCV's own opening moves the ink by a cell where the side is even.
+    eroded = cv2.erode(ink, square, anchor=(0, 0))
+    return np.asarray(cv2.dilate(eroded, square, anchor=(side - 1, side - 1)), np.uint8)
+
+
+def _distance(ink: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return the distance [cells] to the nearest ink."""
+    return np.asarray(
+        cv2.distanceTransform(1 - ink, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32
+    )
+
+
+def _symbols(
+    lines: NDArray[np.float32], ink: NDArray[np.float32], tips: NDArray[np.int64], cell_m: float
+) -> Array:
+    """Return symbols (N, 6): misfit, tip (row, column), leaf's direction, radius, side."""
+    first, last = (round(length / cell_m) for length in _LEAF_M)
+    blanks = np.array([_blank_places(radius, _DEPTH_M / cell_m) for radius in range(first, last)])
+    found = _search(lines, ink, tips, np.radians(_ARC_DEG), first, blanks)
+    return np.array(found).reshape(-1, 6)
+
+
+def _blank_places(radius: float, depth: float) -> Array:
+    """
+    Return places (4, 15, 2) where a symbol is blank, [cells] from its hinge.
+
+    Along the leaf and towards the jamb: in the sector, beside the arc, beside the leaf, and in
+    the doorway.
+    """
+    turn, share = np.meshgrid(np.radians(_SECTOR_DEG), _SECTOR)
+    sector = radius * np.stack([share * np.cos(turn), share * np.sin(turn)], axis=-1)
+    turn, reach = np.meshgrid(np.radians(_SECTOR_DEG), radius + _FLANK * np.array([-1, 1, 1]))
+    arc = np.stack([reach * np.cos(turn), reach * np.sin(turn)], axis=-1)
+    along, across = np.meshgrid(radius * np.array(_LEAF), _FLANK * np.array([-1, 1, -1]))
+    leaf = np.stack([along, across], axis=-1)
+    across, behind = np.meshgrid(radius * np.array(_LEAF), -depth * np.array([0.0, 0.5, 1.0]))
+    doorway = np.stack([behind, across], axis=-1)
+    return np.stack([part.reshape(-1, 2) for part in (sector, arc, leaf, doorway)])
+
+
+@njit(cache=True, nogil=True)
+def _at(values, row, col):  # type: ignore[no-untyped-def]
+    """Return the value at a place, the nearest cell's for places outside."""
+    r = min(max(int(row + 0.5), 0), values.shape[0] - 1)
+    c = min(max(int(col + 0.5), 0), values.shape[1] - 1)
+    return values[r, c]
+
+
+@njit(cache=True, nogil=True)
+def _search(lines, ink, tips, arc, first, blanks):  # type: ignore[no-untyped-def]
+    """Try each cell of a line as a leaf's tip, in all directions and with both sides."""
+    found = []
+    for k in range(_DIRECTIONS):
+        angle = 2.0 * np.pi * k / _DIRECTIONS
+        u = (np.sin(angle), np.cos(angle))
+        for row, col in tips:
+            if _at(ink, row + _FLANK * u[0], col + _FLANK * u[1]) < _FLANK / 2.0:
+                continue
+            if _at(ink, row - first * u[0], col - first * u[1]) > _TOLERANCE:
+                continue
+            misfit = 0.0
+            for length in range(1, first + len(blanks)):
+                hinge = (row - length * u[0], col - length * u[1])
+                off = _at(ink, hinge[0], hinge[1])
+                if off > _TOLERANCE:
+                    break
+                misfit += off
+                if length < first:
+                    continue
+                for side in (-1.0, 1.0):
+                    v = (u[1] * side, -u[0] * side)
+                    swept = _arc_misfit(lines, hinge, u, v, length, arc)
+                    score = swept + misfit / length
+                    if swept < 0.0 or score > _MAX_MISFIT:
+                        continue
+                    blank = True
+                    for places in blanks[length - first]:
+                        blank = blank and _is_blank(ink, hinge, u, v, places)
+                    if blank:
+                        found.append((score, float(row), float(col), angle, float(length), side))
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _arc_misfit(lines, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
+    """Return the mean distance [cells] of an arc from lines, -1 where it is not drawn."""
+    total = 0.0
+    for angle in arc:
+        a, b = radius * np.cos(angle), radius * np.sin(angle)
+        off = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
+        if off > _TOLERANCE:
+            return -1.0
+        total += off
+    return total / len(arc)
+
+
+@njit(cache=True, nogil=True)
+def _is_blank(ink, origin, u, v, places):  # type: ignore[no-untyped-def]
+    """Tell whether hardly any of ``places (K, 2)``, shares of ``u`` and ``v``, holds ink."""
+    clutter = 0
+    for a, b in places:
+        clutter += _at(ink, origin[0] + a * u[0] + b * v[0], origin[1] + a * u[1] + b * v[1]) < 1.0
+    return clutter <= _MAX_CLUTTER * len(places)
+
+
+def _distinct(found: Array, apart: float) -> Array:
+    """Return of each group of symbols with nearly the same tip the one that fits best."""
+    kept: list[Array] = []
+    for symbol in found[np.argsort(found[:, 0], kind='stable')]:
+        if all(np.hypot(*(symbol[1:3] - other[1:3])) > apart for other in kept):
+            kept.append(symbol)
+    return np.array(kept)
+
+
+def _drawn(symbols: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return where the leaves and arcs (N, 6) are, with a pen that covers their lines."""
+    clear = np.ones(shape, np.uint8)
+    for _, row, col, angle, radius, side in symbols:
+        u = np.array([np.sin(angle), np.cos(angle)])
+        v = np.array([u[1], -u[0]]) * side
+        hinge = np.array([row, col]) - radius * u
+        end = np.pi / 2.0 - _STUB / radius
+        turn = np.linspace(0.0, end, int(2.0 * radius) + 2)[:, None]
+        sweep = hinge + radius * (np.cos(turn) * u + np.sin(turn) * v)
+        leaf = hinge + np.linspace(_STUB, radius, int(2.0 * radius) + 2)[:, None] * u
+        places = np.rint(np.concatenate([leaf, sweep])).astype(int)
+        places = np.clip(places, 0, np.array(shape) - 1)
+        clear[places[:, 0], places[:, 1]] = 0
+    near = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) <= _PEN
+    return np.asarray(near, dtype=np.uint8)

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Leaves and arcs of doors leave drawings; everything else stays."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation.strokes import erase_door_symbols
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.styles import STYLES
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+
+RESOLUTION_M = 0.05
+DOORWAY_M = 0.9
+PLANS = Path(__file__).resolve().parents[4] / 'shared' / 'data' / 'bormann' / 'floorplan'
+
+
+def two_rooms(angle_deg, with_symbol, scale=1.0):
+    """Two rooms side by side whose doorway shows a leaf and its arc, turned about the middle."""
+    turn = np.radians(angle_deg)
+    T = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) * scale
+
+    def px(xy):
+        return np.rint(((np.array(xy) - (4.0, 2.5)) @ T.T + 6.0) / RESOLUTION_M * 16).astype(int)
+
+    def fill(x0, y0, x1, y1, value):
+        corners = px([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        cv2.fillPoly(cells, [corners], int(value), shift=4)
+
+    cells = np.full((240, 240), OCCUPIED, np.uint8)
+    fill(0.0, 0.0, 3.9, 5.0, FREE)
+    fill(4.1, 0.0, 8.0, 5.0, FREE)
+    fill(3.8, 2.0, 4.2, 2.0 + DOORWAY_M, FREE)
+    if with_symbol:
+        sweep = np.linspace(0.0, np.pi / 2.0, 20)
+        arc = np.stack([4.1 + DOORWAY_M * np.cos(sweep), 2.0 + DOORWAY_M * np.sin(sweep)], axis=1)
+        line = np.concatenate([[(4.1, 2.0)], arc])
+        cv2.polylines(cells, [px(line)], False, int(OCCUPIED), 1, shift=4)
+    return cells.astype(np.int8)
+
+
+@pytest.mark.parametrize('scale', [0.85, 1.0, 1.2])
+@pytest.mark.parametrize('angle_deg', [0.0, 17.0, 200.0])
+def test_a_doorway_with_leaf_and_arc_is_one_door(angle_deg, scale):
+    grid = GridMap(two_rooms(angle_deg, True, scale), RESOLUTION_M)
+    found = segment_floorplan(grid, SegmentationConfig())
+    (portal,) = found.portals
+    assert None not in portal.rooms
+    centre = 6.0 + scale * np.array([0.0, -0.05]) @ rotation(angle_deg).T
+    assert portal.ends.mean(axis=0) == pytest.approx(centre, abs=0.25)
+
+
+def rotation(angle_deg):
+    turn = np.radians(angle_deg)
+    return np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+
+
+@pytest.mark.parametrize('angle_deg', [0.0, 17.0])
+def test_walls_stay_and_hardly_a_trace_of_the_symbol_does(angle_deg):
+    bare = two_rooms(angle_deg, False) == FREE
+    drawn = two_rooms(angle_deg, True) == FREE
+    erased = erase_door_symbols(drawn, RESOLUTION_M)
+    assert not (erased & ~bare).sum() > 4
+    left = (bare & ~erased).sum() / (bare & ~drawn).sum()
+    assert left < 0.2
+
+
+@pytest.mark.parametrize('style', ['clean', 'thin', 'double', 'furnished', 'lettered'])
+def test_drawings_without_arcs_stay_as_they_are(style):
+    plan = generate_plan(np.random.default_rng([0, 1]), max_rooms=50)
+    free = render_plan(plan, 0.08, style=STYLES[style]).cells == FREE
+    np.testing.assert_array_equal(erase_door_symbols(free, 0.08), free)
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 40), (30, 30)])
+@pytest.mark.parametrize('value', [False, True])
+def test_uniform_drawings_stay_as_they_are(shape, value):
+    free = np.full(shape, value)
+    np.testing.assert_array_equal(erase_door_symbols(free, 0.02), free)
+
+
+def test_an_arc_before_a_closed_wall_stays():
+    cells = two_rooms(0.0, True)
+    cells[:, 117:122] = OCCUPIED
+    free = cells == FREE
+    np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not PLANS.is_dir(), reason='../shared/data is not here')
+@pytest.mark.parametrize('plan', ['office_b', 'NLB'])
+def test_real_plans_without_arcs_stay_as_they_are(plan):
+    free = cv2.imread(str(PLANS / f'{plan}.png'), cv2.IMREAD_GRAYSCALE) >= 250
+    np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)
