@@ -9,6 +9,7 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.segmentation.distance import cells_to_nearest
 from fpnet_core.segmentation.scene import Mask
 
 # Lines are about as thin as this [m] or one cell; filled walls are thicker.
@@ -84,9 +85,7 @@ def _opened(ink: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
 
 def _distance(ink: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return the distance [cells] to the nearest ink."""
-    return np.asarray(
-        cv2.distanceTransform(1 - ink, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32
-    )
+    return cells_to_nearest(ink > 0)
 
 
 def _symbols(
@@ -205,5 +204,5 @@ def _drawn(symbols: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
         places = np.rint(np.concatenate([leaf, sweep])).astype(int)
         places = np.clip(places, 0, np.array(shape) - 1)
         clear[places[:, 0], places[:, 1]] = 0
-    near = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) <= _PEN
+    near = cells_to_nearest(clear == 0) <= _PEN
     return np.asarray(near, dtype=np.uint8)
