@@ -215,13 +215,25 @@ class LocalizerConfig(Section):
     )
     confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
     evidence_per_m: float = Field(
-        0.5, gt=0.0, description='Nats per metre of wall and unit of score; fitted.'
+        1.5, gt=0.0, description='Nats per metre of wall and unit of score; fitted.'
+    )
+    evidence_full_m: float = Field(
+        80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
     )
     null_score: float = Field(
-        0.57, ge=0.0, le=1.0, description='Agreement that a wrong place reaches by chance; fitted.'
+        0.56, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
+    )
+    null_rise: float = Field(
+        0.45, ge=0.0, le=1.0, description='By how much it is higher with 20 m of wall; fitted.'
+    )
+    rival_weight: float = Field(
+        0.7,
+        ge=0.0,
+        le=1.0,
+        description='How far the best rival tells what chance reaches; fitted.',
     )
     null_per_log_place: float = Field(
-        2.5, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
+        0.9, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
     )
     null_slack: float = Field(
         0.1, ge=0.0, le=1.0, description='A claim survives scores lower by this much.'

@@ -39,7 +39,14 @@ REAL_RIGHT_M = 2.0
 
 BINS = 10
 _LEAST_PROBABILITY = 1e-6  # of the truth; one hopeless trial must not decide the fit
-_FITTED = ('evidence_per_m', 'null_score', 'null_per_log_place')
+_FITTED = (
+    'evidence_per_m',
+    'null_score',
+    'null_rise',
+    'rival_weight',
+    'null_per_log_place',
+)
+_BOUNDS = ((0.01, 10.0), (0.0, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 20.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +203,7 @@ def fit_posterior(trials: Sequence[Trial], start: LocalizerConfig) -> dict[str, 
         return mean_surprise(trials, config)
 
     first = np.array([getattr(start, name) for name in _FITTED])
-    found = minimize(loss, first, method='Nelder-Mead', bounds=[(0.01, 10), (0, 1), (0, 20)])
+    found = minimize(loss, first, method='Nelder-Mead', bounds=_BOUNDS)
     return dict(zip(_FITTED, map(float, found.x), strict=True))
 
 

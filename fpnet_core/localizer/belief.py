@@ -14,6 +14,8 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapEvidence
 from fpnet_core.types import PoseEstimate, Status
 
+_SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
+_SHORTEST_M = 5.0  # less wall than this is treated as this much
 _PLACES = 1000.0  # square metres times scales that ``null_score`` is stated for
 
 
@@ -36,14 +38,23 @@ def posterior(
     """
     Probability of each of ``K`` distinct placements, ``(K,)``; the rest is "none of these".
 
-    Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score. "None of
-    these" competes with the score that a wrong place reaches by chance, ``null_score`` less
-    ``null_slack``, and gains ``null_per_log_place`` nats with every e-fold of ``places``, the
-    plan's free area [m^2] times the scales tried: the more places, the better the best wrong one.
-    The three constants are fitted by :mod:`fpnet_core.evaluation.calibration`.
+    Every metre of observed wall is worth ``evidence_per_m`` nats per unit of score, up to
+    ``evidence_full_m``: walls of one building are not independent. "None of these" competes
+    with the score that a wrong place reaches by chance, less ``null_slack``: ``null_score`` on a
+    large submap and ``null_rise`` more on one of 20 m of wall, falling with the root of the
+    length. What the best rival reaches on this very plan tells more about chance than any
+    constant and weighs ``rival_weight``: a poor score that stands alone is worth more than a good
+    one among equals. "None" gains ``null_per_log_place`` nats with every e-fold of ``places``, the
+    plan's free area [m^2] times the scales tried: the more places, the better the best wrong one. The
+    constants but ``evidence_full_m`` are fitted by :mod:`fpnet_core.evaluation.calibration`.
     """
-    gain = config.evidence_per_m * wall_length_m
-    null = gain * (config.null_score - null_slack)
+    gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
+    chance = config.null_score + config.null_rise * np.sqrt(
+        _SHORT_M / max(wall_length_m, _SHORTEST_M)
+    )
+    if len(scores) > 1:
+        chance += config.rival_weight * (np.sort(scores)[-2] - chance)
+    null = gain * (chance - null_slack)
     null += config.null_per_log_place * np.log(max(places, 1.0) / _PLACES)
     logits = np.append(gain * scores, null)
     weights = np.exp(logits - logits.max())

@@ -98,8 +98,8 @@ def test_ctrl_c_ends_every_process(short_recording, tmp_path):
         time.sleep(0.1)
     assert len(_started_for(out)) >= 2
     os.killpg(session.pid, signal.SIGINT)
-    session.communicate(timeout=60)
-    assert session.returncode == 130
+    output, _ = session.communicate(timeout=60)
+    assert session.returncode == 130, output
     assert _started_for(out) == []
     assert 'Traceback' not in ''.join(path.read_text() for path in (out / 'log').iterdir())
 
