@@ -45,8 +45,8 @@ def posterior(
     length. What the best rival reaches on this very plan tells more about chance than any
     constant and weighs ``rival_weight``: a poor score that stands alone is worth more than a good
     one among equals. "None" gains ``null_per_log_place`` nats with every e-fold of ``places``, the
-    plan's free area [m^2] times the scales tried: the more places, the better the best wrong one. The
-    constants but ``evidence_full_m`` are fitted by :mod:`fpnet_core.evaluation.calibration`.
+    plan's free area [m^2] times the scales tried: the more places, the better the best wrong one.
+    All but ``evidence_full_m`` are fitted by :mod:`fpnet_core.evaluation.calibration`.
     """
     gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
     chance = config.null_score + config.null_rise * np.sqrt(
