@@ -41,9 +41,10 @@ def command(
     Example: fpnet bench segmentation --split report --json out/segmentation.json
     """
     common.check_input(data)
-    from fpnet_core.evaluation.segmentation import METHODS, PLANS, bench_plans, bench_robot_maps
+    from fpnet_core.evaluation.segmentation import METHODS, bench_plans, bench_robot_maps
+    from fpnet_core.sim.presets import SPLITS
 
-    plans = len(PLANS[split.value][:limit])
+    plans = len(SPLITS[split.value][:limit])
     with common.progress('floorplans', 2 * plans * len(METHODS)) as advance:
         report = bench_plans(data, split.value, limit, lambda: advance(1.0))
     with common.progress('robot maps') as advance:

@@ -21,13 +21,12 @@ from skimage.graph import MCP_Geometric
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.sim.floors import TUNE_FLOORS
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 SOURCES = ('bormann', 'carpin', 'priormaps', 'radish')
 
-TUNE_PLANS = (
-    'Freiburg52_scan', 'lab_a_scan', 'lab_c_scan', 'lab_ipa', 'basic_filled', 'office_filled',
-)  # fmt: skip
+TUNE_PLANS = (*TUNE_FLOORS, 'basic_filled', 'office_filled')
 """Floorplans whose buildings may choose parameters; all others only report."""
 
 BANDS: dict[str, tuple[float, float]] = {

@@ -23,6 +23,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
+from fpnet_core.sim.presets import SPLITS, Split
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
@@ -38,34 +39,6 @@ METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
     'distance',
 )
 
-PLANS = {
-    'tune': (
-        'lab_a_scan',
-        'lab_c_scan',
-        'lab_ipa',
-        'NLB',
-        'office_a',
-        'office_b',
-        'office_c',
-        'office_d',
-        'office_e',
-        'Freiburg52_scan',
-    ),
-    'report': (
-        'lab_b_scan',
-        'lab_d_scan',
-        'lab_f_scan',
-        'lab_intel',
-        'Freiburg79_scan',
-        'Freiburg101_scan',
-        'office_f',
-        'office_g',
-        'office_h',
-        'office_i',
-    ),
-}
-"""The labelled floorplans of both halves; parameters are chosen on the first one only."""
-
 _IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 _FREE_GREY, _OCCUPIED_GREY = 250, 100  # grey levels from which, and below which, cells are sure
 _MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels
@@ -74,7 +47,7 @@ _KEYS = ('precision', 'recall', 'f1', 'doors_precision', 'doors_recall')
 
 def bench_plans(
     data: Path,
-    split: str,
+    split: Split,
     limit: int | None = None,
     on_done: Callable[[], None] | None = None,
 ) -> dict[str, Any]:
@@ -84,7 +57,7 @@ def bench_plans(
     Parameters
     ----------
     data : folder that holds ``bormann``
-    split : a key of ``PLANS``
+    split : a key of ``SPLITS``
     limit : use only the first plans
     on_done : called after every plan and method
 
@@ -93,7 +66,7 @@ def bench_plans(
     dict for JSON: ``clean``, ``furnished`` of the default method, and the same below
     ``baselines`` by method
     """
-    names = PLANS[split][:limit]
+    names = SPLITS[split][:limit]
     warm_up = np.where(np.eye(50, dtype=bool), OCCUPIED, FREE).astype(np.int8)
     segment_floorplan(GridMap(warm_up, RESOLUTION_M), SegmentationConfig())
     figures: dict[str, dict[str, Any]] = {method: {} for method in METHODS}
