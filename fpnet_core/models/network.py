@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -16,15 +17,15 @@ from fpnet_core.models.batch import GraphBatch, pad_graphs
 from fpnet_core.types import RegionGraph
 
 
-class RegionNetwork(nn.Module):
+class RegionNetwork(nn.Module, ABC):
     """Two batches of graphs in, log-assignments ``(B, M+1, N+1)`` with dustbins last out."""
 
     layout: ClassVar[FeatureLayout]
 
     @staticmethod
+    @abstractmethod
     def rows(graph: RegionGraph) -> NDArray[np.float32]:
         """Return the node rows ``(R, layout.size)`` that the network takes."""
-        raise NotImplementedError
 
     def batch(self, graphs: Sequence[RegionGraph]) -> GraphBatch:
         """Return the graphs as one padded batch."""
