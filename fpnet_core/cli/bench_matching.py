@@ -25,6 +25,7 @@ class PairSet(StrEnum):
     SYNTHETIC = 'synthetic'
     REAL = 'real'
     CHALLENGING = 'challenging'
+    TOURS = 'tours'
     ROBOT = 'robot'
 
 

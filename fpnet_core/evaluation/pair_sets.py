@@ -19,6 +19,7 @@ SEED = 9001
 """Seed of the benchmark's pairs; data sets for training must have another one."""
 
 PRESETS = {
+    'tours': 'default',
     'synthetic': 'paper-synthetic',
     'real': 'paper-real',
     'challenging': 'paper-challenging',

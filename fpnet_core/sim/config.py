@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -92,8 +92,36 @@ class ScanConfig(Section):
     )
 
 
+class ClipConfig(Section):
+    """Robot maps that are parts of the storey's own map (the paper's matching map generator)."""
+
+    share: Range = Field((0.25, 0.9), description='Share of the rooms in reach that are kept.')
+    min_rooms: int = Field(4, ge=1, description='Fewest rooms, where there are so many.')
+    clipped: float = Field(
+        0.5, ge=0.0, le=1.0, description='Share of maps of which a straight cut removes a side.'
+    )
+    clip_share: float = Field(
+        0.3, ge=0.0, lt=1.0, description='Largest share of a map that such a cut removes.'
+    )
+    bumps_cells: Range = Field(
+        (0.0, 0.6), description='Standard deviation of the bumps of walls, in cells.'
+    )
+    specks: Range = Field((0.0, 0.002), description='Share of floor cells that are specks.')
+    furnished: float = Field(0.5, ge=0.0, le=1.0, description='Share of furnished maps.')
+    resolution_m: tuple[float, ...] = Field(
+        (0.05, 0.1), description='Cell edges of maps of generated storeys.'
+    )
+
+
 class SimConfig(Section):
     """The whole of matching-pair generation."""
+
+    robot_map: Literal['tour', 'clip'] = Field(
+        'tour', description='Ray-cast tours of a robot, or clips of the map, as in the paper.'
+    )
+    families: tuple[str, ...] = Field(
+        (), description='Layout families of generated storeys; empty: all.'
+    )
 
     pairs_per_plan: int = Field(8, ge=1, description='Pairs of one storey.')
     pairs_per_drawing: int = Field(
@@ -104,6 +132,7 @@ class SimConfig(Section):
     drawing: DrawingConfig = DrawingConfig()
     building: BuildingConfig = BuildingConfig()
     scan: ScanConfig = ScanConfig()
+    clip: ClipConfig = ClipConfig()
     submap: SubmapConfig = SubmapConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
 

@@ -19,15 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import Affine2D, Similarity2D
+from fpnet_core.geometry import SE2, Affine2D, Similarity2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.segmentation import segment_submap
+from fpnet_core.sim.clips import clip_map
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.drawings import Drawing, draw_storey
 from fpnet_core.sim.explore import draw_scanner, scan_walk
 from fpnet_core.sim.labels import Correspondences, label_regions
 from fpnet_core.sim.perturb import build_world, draw_changes
-from fpnet_core.sim.plan_sources import GeneratedPlans, PlanSource, Storey
+from fpnet_core.sim.plan_sources import PlanSource, Storey, generated_plans
 from fpnet_core.sim.types import BuildingPlan
 from fpnet_core.sim.walks import plan_walk
 from fpnet_core.types import Portal, RegionGraph, Segmentation, Submap
@@ -129,7 +130,7 @@ def generate_scene(
     """Return pair ``index`` as :func:`generate_pair` does, with the maps behind it."""
     config = config if config is not None else SimConfig()
     if source is None:
-        source = GeneratedPlans(config.min_rooms, config.max_rooms)
+        source = generated_plans(config)
     with _one_thread():
         return _first_usable(seed, index, config, source)
 
@@ -181,14 +182,11 @@ def _drawing(
 def _explore(
     storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig, plan_id: int
 ) -> PairScene | None:
-    """Build the world, walk, scan, segment and label; None where too little is seen."""
-    plan = storey.plan
-    scanner = draw_scanner(rng, config.scan)
-    world = build_world(plan, draw_changes(plan, rng, config.building), scanner.height_m)
-    walk = plan_walk(world, rng, config.scan, drawing.area)
-    if not len(walk):
+    """Make a robot map, segment and label it; None where too little is seen."""
+    made = _ROBOT_MAPS[config.robot_map](storey, drawing, rng, config)
+    if made is None:
         return None
-    submap, T_submap_building = scan_walk(world, walk, scanner, rng, config.scan, config.submap)
+    submap, T_submap_building = made
     sub = segment_submap(submap, config.segmentation)
     if len(sub.regions) < MIN_SUB_REGIONS or not drawing.segmentation.regions:
         return None
@@ -206,4 +204,26 @@ def _explore(
         sub_portals=sub.portals,
         truth=truth,
     )
-    return PairScene(pair, plan, drawing.segmentation, sub, submap)
+    return PairScene(pair, storey.plan, drawing.segmentation, sub, submap)
+
+
+def _tour(
+    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig
+) -> tuple[Submap, SE2] | None:
+    """Build the world, walk and scan; None where the robot cannot go anywhere."""
+    plan = storey.plan
+    scanner = draw_scanner(rng, config.scan)
+    world = build_world(plan, draw_changes(plan, rng, config.building), scanner.height_m)
+    walk = plan_walk(world, rng, config.scan, drawing.area)
+    if not len(walk):
+        return None
+    return scan_walk(world, walk, scanner, rng, config.scan, config.submap)
+
+
+def _clip(
+    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig
+) -> tuple[Submap, SE2] | None:
+    return clip_map(storey, drawing.area, rng, config.clip)
+
+
+_ROBOT_MAPS = {'tour': _tour, 'clip': _clip}

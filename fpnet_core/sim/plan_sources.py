@@ -15,6 +15,7 @@ import numpy as np
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io import read_map
+from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.plans.traced import plan_from_grid
 from fpnet_core.sim.types import BuildingPlan
@@ -64,10 +65,11 @@ class PlanSource(Protocol):
 
 @dataclass(frozen=True)
 class GeneratedPlans:
-    """Storeys of the generator, each another one."""
+    """Storeys of the generator, each another one; no ``families`` are all families."""
 
     min_rooms: int
     max_rooms: int
+    families: tuple[str, ...] = ()
 
     def plan_id(self, number: int) -> int:
         """Return ``number``: no storey comes twice."""
@@ -76,12 +78,19 @@ class GeneratedPlans:
     def storey(self, seed: int, plan_id: int, version: int) -> Storey:
         """Return a generated storey."""
         rng = np.random.default_rng([seed, plan_id, 0, version])
-        plan = generate_plan(rng, min_rooms=self.min_rooms, max_rooms=self.max_rooms)
+        plan = generate_plan(
+            rng, min_rooms=self.min_rooms, max_rooms=self.max_rooms, families=self.families
+        )
         return Storey(plan, plan.family)
 
     def describe(self) -> dict[str, Any]:
         """Return the kind of source."""
         return {'kind': 'generated'}
+
+
+def generated_plans(config: SimConfig) -> GeneratedPlans:
+    """Return the generator's storeys as ``config`` wants them."""
+    return GeneratedPlans(config.min_rooms, config.max_rooms, config.families)
 
 
 class GivenPlans:

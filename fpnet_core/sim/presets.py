@@ -11,6 +11,7 @@ from typing import Literal
 from fpnet_core.errors import ConfigError
 from fpnet_core.sim.config import DrawingConfig, SimConfig
 from fpnet_core.sim.floors import TUNE_FLOORS
+from fpnet_core.sim.plans import FAMILIES
 from fpnet_core.types import GridMap
 
 PAPER_PLANS = 500
@@ -54,17 +55,32 @@ class Preset:
         return (given_plans or self.plans) * self.config.pairs_per_plan
 
 
-_PAPER = SimConfig(pairs_per_plan=PAPER_PAIRS_PER_PLAN, pairs_per_drawing=10)
+# A storey that is its own image when turned has no single right answer: such storeys are for the
+# localizer's tests, which must not claim a pose there.
+_DECIDABLE = tuple(family for family in FAMILIES if family != 'turned')
+
+# Drawings to scale but for 1 %, because the paper's estimate is a similarity.
+_PAPER_DRAWING = DrawingConfig(axis_error=0.01)
+
+_PAPER = SimConfig(
+    pairs_per_plan=PAPER_PAIRS_PER_PLAN,
+    pairs_per_drawing=10,
+    robot_map='clip',
+    families=_DECIDABLE,
+    drawing=_PAPER_DRAWING,
+)
 
 PRESETS: dict[str, Preset] = {
     'default': Preset(SimConfig()),
     'paper-synthetic': Preset(_PAPER, PAPER_PLANS),
     'paper-real': Preset(_PAPER, PAPER_PLANS, needs_plans=True),
     'paper-challenging': Preset(
-        _PAPER.model_copy(update={'drawing': DrawingConfig(cut=1.0)}), PAPER_PLANS
+        _PAPER.model_copy(update={'drawing': _PAPER_DRAWING.model_copy(update={'cut': 1.0})}),
+        PAPER_PLANS,
     ),
 }
-"""``paper-synthetic``: 500 generated storeys x 50 robot maps with noise and clips.
+"""``default``: generated storeys and ray-cast tours of robots, which fpnet is trained on.
+``paper-synthetic``: 500 generated storeys x 50 parts of their maps with noise and clips.
 ``paper-real``: the same sampler over given floorplans, 50 robot maps each.
 ``paper-challenging``: drawings, generated or given, are cut into small areas."""
 

@@ -30,7 +30,7 @@ from fpnet_core.sim.dataset import (
     write_manifest,
 )
 from fpnet_core.sim.pairs import generate_pair
-from fpnet_core.sim.plan_sources import GeneratedPlans, PlanSource
+from fpnet_core.sim.plan_sources import PlanSource, generated_plans
 from fpnet_core.types import FEATURE_SCHEMA
 
 BLOCK_PAIRS = 40
@@ -99,7 +99,7 @@ def write_pairs(
             'expected a positive count, 0 <= shard < shards, at least one worker'
         )
     config = config if config is not None else SimConfig()
-    source = source or GeneratedPlans(config.min_rooms, config.max_rooms)
+    source = source or generated_plans(config)
     out_dir.mkdir(parents=True, exist_ok=True)
     described = {
         'seed': seed,

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
@@ -47,7 +47,10 @@ class TrainingConfig(Section):
     seed: int = Field(0, ge=0, description='Seed of initialisation, order and augmentation.')
     epochs: int = Field(30, ge=1, description='Passes over the training pairs.')
     batch_size: int = Field(12, ge=1, description='Pairs per optimiser step.')
-    learning_rate: float = Field(2e-3, gt=0.0, description='Peak rate of AdamW.')
+    optimizer: Literal['adamw', 'muon'] = Field(
+        'adamw', description='AdamW, or Muon for matrices and AdamW for the rest.'
+    )
+    learning_rate: float = Field(2e-3, gt=0.0, description='Peak rate.')
     weight_decay: float = Field(1e-4, ge=0.0, description='Decoupled weight decay.')
     warmup_fraction: float = Field(
         0.05, ge=0.0, lt=1.0, description='Share of all steps with a rising rate; then cosine.'
@@ -71,7 +74,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     'paper': {'network.kind': 'paper', **_PAPER_LOSS},
     # The paper's backbone and first comparison: no edges, no penalties.
     'superglue': {'network.kind': 'paper', 'network.edge_mapping': 'none'},
-    'fpnet': {'network.kind': 'invariant'},
+    'fpnet': {'network.kind': 'invariant', 'optimizer': 'muon'},
 }
 
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The training loop: AdamW, warm-up and cosine, early stopping on held-back plans, resumable."""
+"""The training loop: warm-up and cosine, early stopping on held-back plans, resumable."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.config import TrainingConfig
 from fpnet_core.training.data import PairArrays, PairBatch, collate, training_batches
 from fpnet_core.training.losses import LossTerms, matching_loss, supervised_loss
+from fpnet_core.training.optimizer import make_optimizer
 from fpnet_core.types import FEATURE_SCHEMA
 
 logger = logging.getLogger(__name__)
@@ -113,9 +114,7 @@ class Trainer:
         if initial is not None:
             load_tensors(network, initial)
             self.recipe['initial_sha256'] = initial.manifest['sha256']
-        optimizer = torch.optim.AdamW(
-            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
-        )
+        optimizer = make_optimizer(network, config)
         self.next_epoch, self.best_loss, self.best_epoch = 0, math.inf, -1
         out.mkdir(parents=True, exist_ok=True)
         self._claim_folder()

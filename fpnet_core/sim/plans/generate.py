@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -69,6 +69,7 @@ def generate_plan(
     min_rooms: int = 8,
     max_rooms: int = MAX_ROOMS,
     max_area_m2: float | None = None,
+    families: Sequence[str] = (),
 ) -> BuildingPlan:
     """
     Return a random storey in which every room can be reached (but 'disconnected' has two parts).
@@ -76,18 +77,20 @@ def generate_plan(
     Parameters
     ----------
     rng : source of all randomness; equal generators give equal plans
-    family : a key of :data:`FAMILIES`; None draws one
+    family : a key of :data:`FAMILIES`; None draws one of ``families``
     min_rooms, max_rooms : bounds of the number of rooms, corridors included
     max_area_m2 : bound of the floor area of all rooms together; None: any
+    families : what is drawn from; empty: all
 
     Raises
     ------
     ConfigError
         If the family is unknown, or so many rooms do not fit into the area or the family.
     """
-    _check_request(family, min_rooms, max_rooms, max_area_m2)
+    wanted = list(families or FAMILIES) if family is None else [family]
+    _check_request(wanted, min_rooms, max_rooms, max_area_m2)
     for _ in range(_ATTEMPTS):
-        name = family if family is not None else str(rng.choice(list(FAMILIES)))
+        name = wanted[0] if len(wanted) == 1 else str(rng.choice(wanted))
         style = draw_style(rng)
         plan = FAMILIES[name](rng, style)
         is_small = max_area_m2 is None or plan.floor_area_m2 <= max_area_m2
@@ -101,11 +104,12 @@ def generate_plan(
 
 
 def _check_request(
-    family: str | None, min_rooms: int, max_rooms: int, max_area_m2: float | None
+    wanted: Sequence[str], min_rooms: int, max_rooms: int, max_area_m2: float | None
 ) -> None:
     """Refuse what no storey can be."""
-    if family is not None and family not in FAMILIES:
-        raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+    for family in wanted:
+        if family not in FAMILIES:
+            raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
     if min_rooms > max_rooms:
         raise ConfigError(f'{min_rooms} to {max_rooms} rooms is no range; swap the bounds')
     if max_area_m2 is not None and min_rooms * MIN_CELL_AREA_M2 > max_area_m2:

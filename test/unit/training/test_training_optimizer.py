@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The optimiser: orthogonal steps for matrices, AdamW for the rest."""
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from fpnet_core.training.config import TrainingConfig, parse_training_config
+from fpnet_core.training.optimizer import Muon, make_optimizer, orthogonalized
+
+
+@pytest.mark.parametrize('shape', [(3, 40, 40), (2, 32, 64), (1, 96, 48)])
+def test_directions_have_singular_values_of_about_one(shape):
+    matrices = torch.randn(shape, generator=torch.Generator().manual_seed(1))
+
+    values = torch.linalg.svdvals(orthogonalized(matrices))
+
+    assert values.min() > 0.3
+    assert values.max() < 1.3
+
+
+def test_directions_keep_the_singular_vectors():
+    matrix = torch.randn((1, 40, 40), generator=torch.Generator().manual_seed(2))
+    u, _, vh = torch.linalg.svd(matrix)
+
+    turned = u.mT @ orthogonalized(matrix) @ vh.mT
+
+    off_diagonal = turned - torch.diag_embed(torch.diagonal(turned, dim1=-2, dim2=-1))
+    assert off_diagonal.abs().max() < 1e-3
+
+
+def test_small_parameters_step_as_under_adamw():
+    ours, theirs = (nn.Linear(8, 4) for _ in range(2))
+    theirs.load_state_dict(ours.state_dict())
+    pair = (
+        (ours, Muon(ours.parameters(), lr=0.01, weight_decay=0.1)),
+        (theirs, torch.optim.AdamW(theirs.parameters(), lr=0.01, weight_decay=0.1)),
+    )
+    rows = torch.linspace(-1.0, 1.0, 24).reshape(3, 8)
+    for _ in range(3):
+        for layer, optimizer in pair:
+            optimizer.zero_grad()
+            layer(rows).square().sum().backward()
+            optimizer.step()
+
+    assert torch.equal(ours.weight, theirs.weight)
+
+
+def test_blocks_of_a_tall_matrix_step_on_their_own():
+    layer = nn.Linear(32, 96, bias=False)
+    before = layer.weight.detach().clone()
+    optimizer = Muon(layer.parameters(), lr=0.1, weight_decay=0.0)
+    layer.weight.grad = torch.zeros_like(layer.weight)
+    layer.weight.grad[:32] = torch.eye(32)
+
+    optimizer.step()
+
+    moved = (layer.weight.detach() - before).abs().amax(dim=1)
+    assert (moved[:32] > 0.0).all()
+    assert (moved[32:] == 0.0).all()
+
+
+def test_a_linear_map_is_learned():
+    torch.manual_seed(0)
+    truth, learned = torch.randn(32, 32), nn.Linear(32, 32, bias=False)
+    optimizer = Muon(learned.parameters(), lr=0.1, weight_decay=0.0)
+    rows = torch.randn(256, 32)
+
+    def loss():
+        return (learned(rows) - rows @ truth.T).square().mean()
+
+    first = loss().item()
+    for _ in range(150):
+        optimizer.zero_grad()
+        loss().backward()
+        optimizer.step()
+    assert loss().item() < 0.05 * first
+
+
+@pytest.mark.parametrize(('preset', 'kind'), [('fpnet', Muon), ('paper', torch.optim.AdamW)])
+def test_presets_name_their_optimizer(preset, kind):
+    config: TrainingConfig = parse_training_config({}, preset)
+
+    optimizer = make_optimizer(nn.Linear(4, 4), config)
+
+    assert type(optimizer) is kind
+    assert np.isclose(optimizer.param_groups[0]['lr'], config.learning_rate)
