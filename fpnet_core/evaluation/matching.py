@@ -4,8 +4,8 @@
 Compare region matchers on the same pairs of graphs, in two stages.
 
 ``predict`` runs a method and keeps what it said; ``score`` computes every figure from that, so
-that a new figure needs no new run. A transform is made from the matches of every method in the
-same way: a similarity by RANSAC over the regions' centroids, as in the paper.
+that a new figure needs no new run. A transform is a similarity by RANSAC over the centroids of the
+matched regions, as in the paper, unless a method answers with placements of its own.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.baselines.matcher_ransac import place_by_ransac
+from fpnet_core.baselines.placement import Placement
 from fpnet_core.geometry import Affine2D
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.metrics import (
@@ -32,8 +33,10 @@ from fpnet_core.metrics import (
 )
 from fpnet_core.metrics.placement import AUC_DEGREES
 from fpnet_core.sim.pairs import MatchingPair
-from fpnet_core.types import RegionGraph
+from fpnet_core.types import MatchResult, RegionGraph
 
+# Placements of at least this probability are claims.
+_CLAIMED = 0.5
 # Calls that warm caches and lazily built kernels before time is taken.
 _WARM_UP = 3
 
@@ -79,13 +82,20 @@ def predict_one(
     start = time.perf_counter()
     result = matcher.match(plan, sub, explored_area_m2)
     elapsed_ms = 1e3 * (time.perf_counter() - start)
-    placed = place_by_ransac(plan, sub, result)
+    placed = _placement(plan, sub, result)
     return Prediction(
         pairs=result.pairs.tolist(),
         matrix=None if placed is None else placed.A_plan_submap.matrix.tolist(),
         is_claimed=placed is not None and placed.is_claimed,
         milliseconds=elapsed_ms,
     )
+
+
+def _placement(plan: RegionGraph, sub: RegionGraph, result: MatchResult) -> Placement | None:
+    if not result.hypotheses:
+        return place_by_ransac(plan, sub, result)
+    best = result.hypotheses[0]
+    return Placement(best.S_plan_sub, best.probability, best.probability >= _CLAIMED)
 
 
 def write_predictions(path: Path, said: Mapping[str, Sequence[Prediction]], facts: Any) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Similarity2D
+from fpnet_core.matching.alignment import aligned
 from fpnet_core.matching.consensus import Placements
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.types import MatchHypothesis
@@ -47,9 +48,10 @@ def hypotheses_of(
     placements: Placements, posterior: Array, plan: GraphGeometry, sub: GraphGeometry
 ) -> tuple[MatchHypothesis, ...]:
     """Return the most probable placements as assignments, in the graphs' own coordinates."""
+    best = placements.take(np.arange(min(MAX_HYPOTHESES, len(placements))))
     return tuple(
-        _hypothesis(placements.similarity[k], placements.partner[k], posterior[k], plan, sub)
-        for k in range(min(MAX_HYPOTHESES, len(placements)))
+        _hypothesis(similarity, best.partner[k], posterior[k], plan, sub)
+        for k, similarity in enumerate(aligned(best, plan, sub))
     )
 
 

@@ -10,6 +10,8 @@ really have made come from :mod:`fpnet_core.sim.explore`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import networkx as nx
 import numpy as np
@@ -51,22 +53,20 @@ def clip_map(
     else:
         grid = warp_map(storey.raster, A)
     rooms = draw_rooms(storey.plan, area, rng, config)
+    shown = _shown(grid, storey.plan, rooms, A)
+    if rng.random() < config.clipped:
+        shown &= _half_plane(shown, rng, config)
+    grid, shown = _window(grid, shown)
     cells = grid.cells.copy()
     if rng.random() < config.furnished:
         pieces = furnish_boxes(storey.plan, rng).met_at(_SCAN_HEIGHT_M)
         stands = _covered(grid, [A.apply(piece) for piece in pieces])
         cells[stands & (cells == FREE)] = OCCUPIED
     cells = roughened(cells, rng, config)
-    shown = _shown(grid, storey.plan, rooms, A)
-    if rng.random() < config.clipped:
-        shown &= _half_plane(shown, rng, config)
     cells[~shown] = UNKNOWN
-    cells, corner = _window(cells)
-    left, low = (corner[::-1] * grid.resolution).tolist()
-    pose = grid.T_frame_grid @ SE2.from_xy_yaw(left, low, 0.0)
-    clipped = GridMap(cells, grid.resolution, pose, 'submap')
     path = np.stack([A.apply(storey.plan.rooms[room].polygon.mean(axis=0)) for room in rooms])
-    return Submap(clipped, np.zeros(cells.shape, dtype=np.bool_), path), T
+    lintel = np.zeros(cells.shape, dtype=np.bool_)
+    return Submap(replace(grid, cells=cells, frame='submap'), lintel, path), T
 
 
 def draw_rooms(
@@ -143,8 +143,11 @@ def _half_plane(
     return np.asarray(along <= limit)
 
 
-def _window(cells: NDArray[np.int8]) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
-    """Return the known part with a border of one cell, and its first cell [row, column]."""
-    rc = np.argwhere(cells != UNKNOWN)
+def _window(grid: GridMap, shown: NDArray[np.bool_]) -> tuple[GridMap, NDArray[np.bool_]]:
+    """Return the part of the grid that holds what is shown, with a border of one cell."""
+    rc = np.argwhere(shown)
     low, high = np.maximum(rc.min(axis=0) - 1, 0), rc.max(axis=0) + 2
-    return cells[low[0] : high[0], low[1] : high[1]].copy(), low
+    part = slice(low[0], high[0]), slice(low[1], high[1])
+    x, y = (low[::-1] * grid.resolution).tolist()
+    pose = grid.T_frame_grid @ SE2.from_xy_yaw(x, y, 0.0)
+    return replace(grid, cells=grid.cells[part], T_frame_grid=pose), shown[part]
