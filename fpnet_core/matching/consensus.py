@@ -13,7 +13,6 @@ is the right one, and what remains is the probability that none is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -295,9 +294,3 @@ def _plan_door_misses(
     expected = seen[:, :-1] @ plan.linked[:, doors].astype(np.float32) > 0.0
     misses: Array = (expected & (taken[:, doors] == 0.0)).sum(axis=1).astype(np.float64)
     return misses
-
-
-def default_model() -> EvidenceModel:
-    """Return weights for likelihoods that no model was fitted for: baselines, ablations."""
-    weights: Sequence[float] = (1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7, 0.0)
-    return EvidenceModel(np.array(weights), 3.0)

@@ -18,7 +18,7 @@ class EdgeMapping(StrEnum):
     NONE = 'none'
     CONNECTIVITY = 'connectivity'
     DISTANCE = 'distance'
-    LEARNED = 'learned'
+    PROXIMITY = 'proximity'
 
 
 class PaperConfig(Section):

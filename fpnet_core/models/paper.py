@@ -17,7 +17,7 @@ from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models.attention import Propagation
 from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import PaperConfig
-from fpnet_core.models.edges import EdgeFunction
+from fpnet_core.models.edges import edge_weights
 from fpnet_core.models.network import RegionNetwork
 from fpnet_core.models.sinkhorn import log_assignment
 from fpnet_core.types import RegionGraph
@@ -71,7 +71,6 @@ class PaperNetwork(RegionNetwork):
         super().__init__()
         self.config = config
         self.encoder = GraphEncoder(config)
-        self.edge_function = EdgeFunction(config.edge_mapping, config.blocks, config.heads)
         self.self_layers = nn.ModuleList(
             Propagation(config.width, config.heads) for _ in range(config.blocks)
         )
@@ -97,12 +96,11 @@ class PaperNetwork(RegionNetwork):
     def describe(self, plan: GraphBatch, sub: GraphBatch) -> tuple[Tensor, Tensor]:
         """Return matching descriptors ``(B, M, width)`` and ``(B, N, width)`` (paper, eq. 8)."""
         plan_state, sub_state = self.encoder(plan.node_feat), self.encoder(sub.node_feat)
-        plan_phi, sub_phi = self.edge_function(plan), self.edge_function(sub)
-        for block, (within, across) in enumerate(
-            zip(self.self_layers, self.cross_layers, strict=True)
-        ):
-            plan_state = within(plan_state, plan_state, plan.mask, plan_phi[block])
-            sub_state = within(sub_state, sub_state, sub.mask, sub_phi[block])
+        plan_phi = edge_weights(self.config.edge_mapping, plan)
+        sub_phi = edge_weights(self.config.edge_mapping, sub)
+        for within, across in zip(self.self_layers, self.cross_layers, strict=True):
+            plan_state = within(plan_state, plan_state, plan.mask, plan_phi)
+            sub_state = within(sub_state, sub_state, sub.mask, sub_phi)
             plan_state, sub_state = (
                 across(plan_state, sub_state, sub.mask),
                 across(sub_state, plan_state, plan.mask),

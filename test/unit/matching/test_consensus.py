@@ -10,7 +10,6 @@ from fpnet_core.matching.consensus import (
     EVIDENCE,
     EvidenceModel,
     ScalePrior,
-    default_model,
     find_placements,
     rank,
 )
@@ -18,11 +17,15 @@ from fpnet_core.matching.evidence_model import evidence_entry, evidence_model
 from fpnet_core.matching.geometry import graph_geometry
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 
+MODEL = EvidenceModel(
+    np.array([1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7, 0.0]), 3.0
+)
+
 
 def settled(plan, sub, log_p):
     plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
     placements = find_placements(plan_side, sub_side, log_p, ScalePrior())
-    return plan_side, sub_side, *rank(placements, default_model())
+    return plan_side, sub_side, *rank(placements, MODEL)
 
 
 def test_consensus_finds_the_rooms_that_no_likelihood_tells_apart():
@@ -88,15 +91,14 @@ def test_posterior_counts_none_among_the_alternatives():
 
 
 def test_model_survives_the_manifest():
-    model = default_model()
-    read = evidence_model(Weights({}, {'evidence': evidence_entry(model)}))
+    read = evidence_model(Weights({}, {'evidence': evidence_entry(MODEL)}))
     assert read is not None
-    assert read.weights == pytest.approx(model.weights)
-    assert read.null == model.null
+    assert read.weights == pytest.approx(MODEL.weights)
+    assert read.null == MODEL.null
     assert evidence_model(Weights({}, {})) is None
 
 
 def test_unknown_evidence_is_refused():
-    entry = evidence_entry(default_model()) | {'colour': 1.0}
+    entry = evidence_entry(MODEL) | {'colour': 1.0}
     with pytest.raises(WeightsError, match='colour'):
         evidence_model(Weights({}, {'evidence': entry}))
