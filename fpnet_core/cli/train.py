@@ -75,6 +75,8 @@ def command(
     Train the matching network and write matcher.safetensors with its manifest.
 
     Stops early when held-back plans no longer improve; called again, it goes on where it was.
+    Curves: tensorboard --logdir RUN. Several GPUs or machines: torchrun --nproc-per-node 2
+    --no-python fpnet train ...
 
     Example: fpnet train --preset fpnet --data runs/pairs --out runs/train --epochs 20
     """
@@ -118,10 +120,13 @@ def fit_and_calibrate(
         raise FpnetError('all pairs share one plan; generate pairs of more plans')
     recipe = {'pairs': len(pairs), **dataset.manifest}
     trainer = Trainer(config, out, device, recipe, initial)
-    typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
+    if trainer.is_first:
+        typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
     remaining = (config.epochs - trainer.next_epoch) * len(training)
     with common.progress('training', remaining) as advance:
         trainer.fit(training, validation, Hooks(on_pairs=advance, on_epoch=_report))
+    if not trainer.is_first:
+        return
     if isinstance(config.network, InvariantConfig):
         calibrate(out / WEIGHTS_FILE, (dataset.pair(pair.index) for pair in validation))
     typer.echo(f'lowest validation loss {trainer.best_loss:.3f} in epoch {trainer.best_epoch}')

@@ -48,7 +48,7 @@ class TrainingConfig(Section):
     epochs: int = Field(30, ge=1, description='Passes over the training pairs.')
     batch_size: int = Field(12, ge=1, description='Pairs per optimiser step.')
     optimizer: Literal['adamw', 'muon'] = Field(
-        'adamw', description='AdamW, or Muon for matrices and AdamW for the rest.'
+        'muon', description='Muon for matrices and AdamW for the rest, or AdamW for all.'
     )
     learning_rate: float = Field(2e-3, gt=0.0, description='Peak rate.')
     weight_decay: float = Field(1e-4, ge=0.0, description='Decoupled weight decay.')
@@ -74,7 +74,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     'paper': {'network.kind': 'paper', **_PAPER_LOSS},
     # The paper's backbone and first comparison: no edges, no penalties.
     'superglue': {'network.kind': 'paper', 'network.edge_mapping': 'none'},
-    'fpnet': {'network.kind': 'invariant', 'optimizer': 'muon'},
+    'fpnet': {'network.kind': 'invariant'},
 }
 
 

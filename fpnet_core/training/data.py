@@ -136,16 +136,33 @@ def batch_order(
     return [batches[i] for i in rng.permutation(len(batches))]
 
 
+@dataclass(frozen=True)
+class Share:
+    """Which of ``count`` processes this is: batches go round, and all get equally many."""
+
+    index: int = 0
+    count: int = 1
+
+    def of(self, batches: int) -> int:
+        """Return how many of so many batches each process gets."""
+        return batches // self.count
+
+
 def training_batches(
     pairs: Sequence[PairArrays],
     layout: FeatureLayout,
     batch_size: int,
     config: AugmentationConfig,
-    rng: np.random.Generator,
+    stream: Sequence[int],
+    share: Share = Share(),
 ) -> Iterator[PairBatch]:
-    """Yield one epoch of augmented batches."""
+    """Yield this process's share of one epoch of augmented batches; ``stream`` seeds it."""
+    rng = np.random.default_rng(stream)
     sizes = np.array([len(pair.plan_feat) for pair in pairs])
-    for batch in batch_order(sizes, batch_size, rng):
+    order = batch_order(sizes, batch_size, rng)
+    if share.count > 1:
+        rng = np.random.default_rng([*stream, share.index])
+    for batch in order[share.index :: share.count][: share.of(len(order))]:
         yield collate([augment(pairs[index], layout, config, rng) for index in batch])
 
 

@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The training loop: warm-up and cosine, early stopping on held-back plans, resumable."""
+"""
+The training loop: warm-up and cosine, early stopping on held-back plans, resumable.
+
+Started by ``torchrun``, its processes share every epoch's batches and average their gradients;
+all of them validate, and the first one writes.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,12 @@ from dataclasses import asdict, dataclass, fields
 import json
 import logging
 import math
+import os
 from pathlib import Path
 from typing import Any
 
 from lightning_fabric import Fabric
+from lightning_fabric.loggers.tensorboard import TensorBoardLogger
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -25,7 +32,7 @@ from fpnet_core.metrics import MatchCounts, count_matches
 from fpnet_core.models import RegionNetwork, load_tensors, make_network
 from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.config import TrainingConfig
-from fpnet_core.training.data import PairArrays, PairBatch, collate, training_batches
+from fpnet_core.training.data import PairArrays, PairBatch, Share, collate, training_batches
 from fpnet_core.training.losses import LossTerms, matching_loss, supervised_loss
 from fpnet_core.training.optimizer import make_optimizer
 from fpnet_core.types import FEATURE_SCHEMA
@@ -33,7 +40,8 @@ from fpnet_core.types import FEATURE_SCHEMA
 logger = logging.getLogger(__name__)
 
 WEIGHTS_FILE, STATE_FILE = 'matcher.safetensors', 'last.safetensors'
-CURVES_FILE, CONFIG_FILE = 'curves.csv', 'training.json'
+CURVES_FILE, CURVES_FOLDER = 'curves.csv', 'tensorboard'
+CONFIG_FILE = 'training.json'
 
 
 @dataclass(frozen=True)
@@ -80,9 +88,9 @@ class Trainer:
     """
     One run in the folder ``out``.
 
-    Writes ``training.json`` (configuration), ``curves.csv``, ``last.safetensors`` (state) and,
-    whenever the validation loss falls, ``matcher.safetensors`` with its manifest, which is what
-    the matcher loads. A folder that holds a state is continued.
+    Writes ``training.json`` (configuration), ``curves.csv`` and ``tensorboard/``,
+    ``last.safetensors`` (state) and, whenever the validation loss falls, ``matcher.safetensors``
+    with its manifest, which is what the matcher loads. A folder that holds a state is continued.
 
     Parameters
     ----------
@@ -109,7 +117,7 @@ class Trainer:
         initial: Weights | None = None,
     ) -> None:
         self.config, self.out, self.recipe = config, out, dict(recipe or {})
-        self.fabric = make_fabric(device)
+        self.fabric = make_fabric(device, out)
         network = seeded_network(config)
         if initial is not None:
             load_tensors(network, initial)
@@ -117,12 +125,19 @@ class Trainer:
         optimizer = make_optimizer(network, config)
         self.next_epoch, self.best_loss, self.best_epoch = 0, math.inf, -1
         out.mkdir(parents=True, exist_ok=True)
-        self._claim_folder()
+        if self.is_first:
+            self._claim_folder()
+        self.fabric.barrier()
         if (out / STATE_FILE).exists():
             self._resume(network, optimizer)
         self.bare_network = network
         self.network, self.optimizer = self.fabric.setup(network, optimizer)
         self.network.mark_forward_method('assignments')
+
+    @property
+    def is_first(self) -> bool:
+        """Tell whether this process writes and reports; the only one always does."""
+        return bool(self.fabric.is_global_zero)
 
     def fit(
         self,
@@ -138,27 +153,35 @@ class Trainer:
                 return
             record = self._epoch(training, validation, hooks)
             self._keep(record)
-            hooks.on_epoch(record)
+            if self.is_first:
+                hooks.on_epoch(record)
 
     def _epoch(
         self, training: Sequence[PairArrays], validation: Sequence[PairArrays], hooks: Hooks
     ) -> EpochRecord:
         epoch, config = self.next_epoch, self.config
-        steps_per_epoch = math.ceil(len(training) / config.batch_size)
+        share = Share(self.fabric.global_rank, self.fabric.world_size)
+        steps_per_epoch = share.of(math.ceil(len(training) / config.batch_size))
         # A stream per epoch: a resumed run sees the very batches of an uninterrupted one.
-        rng = np.random.default_rng([config.seed, epoch])
+        stream = [config.seed, epoch]
         batches = training_batches(
-            training, self.bare_network.layout, config.batch_size, config.augmentation, rng
+            training,
+            self.bare_network.layout,
+            config.batch_size,
+            config.augmentation,
+            stream,
+            share,
         )
-        sums, rate = torch.zeros(4), 0.0
+        sums, seen, rate = torch.zeros(4), 0, 0.0
         self.network.train()
         for index, batch in enumerate(batches):
             step = epoch * steps_per_epoch + index
             rate = learning_rate_at(step, steps_per_epoch * config.epochs, config)
             terms = self._step(batch.to(self.fabric.device), rate)
             sums += stack_terms(terms) * len(batch.labels)
-            hooks.on_pairs(float(len(batch.labels)))
-        loss, match, topology, spatial = (sums / len(training)).tolist()
+            seen += len(batch.labels)
+            hooks.on_pairs(float(len(batch.labels) * share.count))
+        loss, match, topology, spatial = (sums / max(1, seen)).tolist()
         val_loss, counts = validate(self.network, validation, config, self.fabric.device)
         return EpochRecord(
             epoch=epoch,
@@ -185,16 +208,24 @@ class Trainer:
         return terms
 
     def _keep(self, record: EpochRecord) -> None:
-        if record.val_loss < self.best_loss:
+        is_best = record.val_loss < self.best_loss
+        if is_best:
             self.best_loss, self.best_epoch = record.val_loss, record.epoch
-            self._write_weights(record)
         self.next_epoch = record.epoch + 1
+        if self.is_first:
+            self._write(record, is_best)
+        self.fabric.barrier()
+
+    def _write(self, record: EpochRecord, is_best: bool) -> None:
+        if is_best:
+            self._write_weights(record)
         scalars = {
             'next_epoch': self.next_epoch,
             'best_loss': self.best_loss,
             'best_epoch': self.best_epoch,
         }
         append_curve(self.out / CURVES_FILE, record)
+        self.fabric.log_dict(asdict(record), step=record.epoch)
         save_state(self.out / STATE_FILE, self.bare_network, self.optimizer, scalars)
 
     def _write_weights(self, record: EpochRecord) -> None:
@@ -234,9 +265,11 @@ def use_threads(count: int) -> None:
     torch.set_num_threads(count)
 
 
-def make_fabric(device: str) -> Fabric:
+def make_fabric(device: str, out: Path) -> Fabric:
     """
-    Return an engine for ``cpu``, ``cuda`` or ``cuda:N``.
+    Return an engine for ``cpu``, ``cuda`` or ``cuda:N`` whose TensorBoard curves go to ``out``.
+
+    Under ``torchrun`` it spans all processes, one GPU each.
 
     Raises
     ------
@@ -248,8 +281,19 @@ def make_fabric(device: str) -> Fabric:
         raise ConfigError(f'device {device!r}: expected cpu, cuda or cuda:N')
     if kind == 'cuda' and int(index or 0) >= torch.cuda.device_count():
         raise ConfigError(f'device {device!r} is not there; use --device cpu')
-    devices: list[int] | int = [int(index)] if index else 1
-    fabric = Fabric(accelerator=kind, devices=devices)
+    curves = TensorBoardLogger(out, name=CURVES_FOLDER, version='')
+    local, total = (int(os.environ.get(f'{name}WORLD_SIZE', '1')) for name in ('LOCAL_', ''))
+    if total > 1:
+        fabric = Fabric(
+            accelerator=kind,
+            devices=local,
+            num_nodes=total // local,
+            strategy='ddp',
+            loggers=curves,
+        )
+    else:
+        devices: list[int] | int = [int(index)] if index else 1
+        fabric = Fabric(accelerator=kind, devices=devices, loggers=curves)
     fabric.launch()
     return fabric
 

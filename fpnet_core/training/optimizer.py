@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from fpnet_core.training.config import TrainingConfig
 
-SMALLEST_SIDE = 32
+SMALLEST_SIDE = 26
 """Matrices with a shorter side are left to AdamW: they are tables rather than linear maps."""
 
 _MOMENTUM = 0.95

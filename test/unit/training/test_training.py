@@ -249,9 +249,9 @@ def test_bad_settings_are_named(overrides, message):
 
 
 @pytest.mark.parametrize('device', ['tpu', 'cuda:x', 'cuda:99'])
-def test_bad_devices_are_refused(device):
+def test_bad_devices_are_refused(device, tmp_path):
     with pytest.raises(ConfigError, match='device'):
-        make_fabric(device)
+        make_fabric(device, tmp_path)
 
 
 @pytest.mark.timeout(120)

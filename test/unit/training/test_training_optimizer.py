@@ -79,9 +79,9 @@ def test_a_linear_map_is_learned():
     assert loss().item() < 0.05 * first
 
 
-@pytest.mark.parametrize(('preset', 'kind'), [('fpnet', Muon), ('paper', torch.optim.AdamW)])
-def test_presets_name_their_optimizer(preset, kind):
-    config: TrainingConfig = parse_training_config({}, preset)
+@pytest.mark.parametrize(('name', 'kind'), [('muon', Muon), ('adamw', torch.optim.AdamW)])
+def test_a_run_names_its_optimizer(name, kind):
+    config: TrainingConfig = parse_training_config({'optimizer': name})
 
     optimizer = make_optimizer(nn.Linear(4, 4), config)
 

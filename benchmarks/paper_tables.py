@@ -1,0 +1,227 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Run the paper's three tables again: train what they compare, then write them with its figures.
+
+Usage:
+  python benchmarks/paper_tables.py train --pairs runs/clips --out runs/paper [--epochs 12]
+  python benchmarks/paper_tables.py write --runs runs/paper --data ../shared/data \
+      [--limit 100] [--page docs/matching_tables.md]
+
+``train`` makes the networks of Table III, one after the other; called again it goes on. ``write``
+has every method match the same pairs (predictions are kept under --runs) and writes the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+from datetime import UTC, datetime
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+from typing import Any
+
+import yaml
+
+FPNET = str(Path(sys.executable).with_name('fpnet'))
+
+NETWORKS: dict[str, tuple[str, dict[str, Any]]] = {
+    'superglue': ('superglue', {}),
+    'full': ('paper', {}),
+    'match': ('paper', {'loss.topology': 0.0, 'loss.spatial': 0.0}),
+    'spatial': ('paper', {'loss.topology': 0.0}),
+    'topo': ('paper', {'loss.spatial': 0.0}),
+    'no_connectivity': ('paper', {'network.edge_mapping': 'proximity'}),
+    'no_distance': ('paper', {'network.edge_mapping': 'connectivity'}),
+}
+"""Folder of a run: its preset and what differs from it."""
+
+ABLATIONS = {
+    'loss_match': ('match', {}, 80, 87),
+    'loss_match + loss_spatial': ('spatial', {}, 81, 86),
+    'loss_match + loss_topo': ('topo', {}, 79, 86),
+    'loss_all': ('full', {}, 85, 90),
+    'without edge-connectivity': ('no_connectivity', {}, 70, 79),
+    'without edge-distance': ('no_distance', {}, 71, 83),
+    'without threshold grading': ('full', {'grade_thresholds': [0.3] * 3}, 84, 90),
+}
+"""Row of Table III: run, matcher settings, and the paper's MS and TS [%]."""
+
+KEYS = ('auc1', 'auc10', 'auc20', 'ms', 'ts')
+PUBLISHED = {
+    'synthetic': {
+        'nearest_neighbor': (7.3, 12.449, 13.542, 23.691, 15.2),
+        'ombb': (17.756, 70.154, 76.944, None, 84.0),
+        'superglue': (67.758, 77.438, 78.272, 70.071, 81.0),
+        'paper': (74.734, 83.339, 84.067, 85.9, 90.0),
+    },
+    'real': {
+        'nearest_neighbor': (4.156, 7.781, 8.391, 16.002, 10.0),
+        'ombb': (10.264, 49.082, 60.535, None, 56.0),
+        'superglue': (45.907, 52.301, 53.253, 53.692, 55.0),
+        'paper': (63.034, 69.303, 69.642, 57.393, 76.0),
+    },
+    'challenging': {
+        'nearest_neighbor': (1.7, 4.5, 5.5, 9.1, 5.0),
+        'ombb': (14.1, 18.2, 26.4, None, 22.5),
+        'superglue': (20.9, 34.1, 37.6, 60.5, 47.8),
+        'paper': (26.2, 40.7, 44.7, 71.2, 54.6),
+    },
+}
+"""The paper's Tables I and II [%] in the order of KEYS; its "Shahbandi" stands beside ombb."""
+
+NAMES = {'nearest_neighbor': 'nearest neighbour', 'ombb': 'ombb (paper: Shahbandi)'}
+
+
+def main() -> None:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    actions = parser.add_subparsers(dest='action', required=True)
+    train = actions.add_parser('train')
+    train.add_argument('--pairs', type=Path, required=True)
+    train.add_argument('--out', type=Path, required=True)
+    train.add_argument('--epochs', type=int, default=12)
+    train.add_argument('--only', choices=list(NETWORKS), action='append')
+    write = actions.add_parser('write')
+    write.add_argument('--runs', type=Path, required=True)
+    write.add_argument('--data', type=Path, required=True)
+    write.add_argument('--limit', type=int, default=100)
+    write.add_argument('--page', type=Path, default=Path('docs/matching_tables.md'))
+    arguments = parser.parse_args()
+    if arguments.action == 'train':
+        train_networks(arguments.pairs, arguments.out, arguments.epochs, arguments.only)
+    else:
+        write_page(arguments.runs, arguments.data, arguments.limit, arguments.page)
+
+
+def train_networks(pairs: Path, out: Path, epochs: int, only: list[str] | None) -> None:
+    """Train every network of Table III for the same number of epochs on the same pairs."""
+    for name in only or NETWORKS:
+        preset, changes = NETWORKS[name]
+        options = [f'--set={key}={value}' for key, value in changes.items()]
+        run('train', '--preset', preset, '--data', pairs, '--out', out / name,
+            '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
+
+
+def write_page(runs: Path, data: Path, limit: int, page: Path) -> None:
+    """Match all pairs with all methods and write the tables as Markdown."""
+    plans = data / 'bormann' / 'floorplan'
+    reports = {name: bench(runs, name, limit, '--plans', plans) for name in PUBLISHED}
+    reports['tours'] = bench(runs, 'tours', limit)
+    robot = bench(runs, 'robot', limit, '--data', data)
+    ablations = {row: ablation(runs, row, limit) for row in ABLATIONS}
+    parts = [
+        heading(limit),
+        *(paper_table(name, report) for name, report in reports.items()),
+        robot_table(robot),
+        ablation_table(ablations),
+    ]
+    page.write_text('\n'.join(parts), encoding='utf-8')
+
+
+def bench(runs: Path, pair_set: str, limit: int, *options: object) -> dict[str, Any]:
+    """Return what ``fpnet bench matching`` says of every method on one set."""
+    path = runs / f'{pair_set}_{limit}.json'
+    if not path.exists():
+        run('bench', 'matching', '--set', pair_set, '--limit', limit, '--json', path,
+            '--out', runs / 'predictions', *options)  # fmt: skip
+    report: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
+    return report
+
+
+def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
+    """Return the figures of one row of Table III on the synthetic set."""
+    name, settings, _, _ = ABLATIONS[row]
+    path = runs / f'ablation_{row.replace(" ", "_")}_{limit}.json'
+    if not path.exists():
+        config = path.with_suffix('.yaml')
+        config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
+        run('bench', 'matching', '--set', 'synthetic', '--limit', limit, '--json', path,
+            '--methods', 'fpnet', '--weights', runs / name / 'matcher.safetensors',
+            '--config', config)  # fmt: skip
+    figures: dict[str, float] = json.loads(path.read_text(encoding='utf-8'))['methods']['fpnet']
+    return figures
+
+
+def run(*words: object) -> None:
+    """Run an ``fpnet`` command and stop where it fails."""
+    subprocess.run([FPNET, *map(str, words)], check=True)  # noqa: S603 (our own command)
+
+
+def heading(limit: int) -> str:
+    """Return the page's first lines."""
+    today = datetime.now(UTC).date().isoformat()
+    return f"""# Matching, measured
+
+Written by `python benchmarks/paper_tables.py write` on {today}, {os.cpu_count()} cores, no GPU;
+at most {limit} pairs of each set, the same for all methods. Percent; in brackets the paper's own
+figures, which come from its own plans and sampler. TS, MS and AUC are the paper's; the recalls are
+in metres of the plan. `paper` and `superglue` are this project's own implementations, trained on
+parts of generated maps as in the paper, with the data and time of one CPU core.
+"""
+
+
+def paper_table(name: str, report: dict[str, Any]) -> str:
+    """Return one set's table, the paper's figures in brackets."""
+    published = PUBLISHED.get(name, {})
+    lines = [
+        f'\n## {name.capitalize()}: {report["pairs"]} pairs\n',
+        '| method | AUC@1 | AUC@10 | AUC@20 | MS | TS | 1 m, 10° | 0.5 m, 5° | ms per pair |',
+        '|---|---|---|---|---|---|---|---|---|',
+    ]
+    for method, figures in report['methods'].items():
+        theirs = published.get(method, (None,) * len(KEYS))
+        cells = [cell(figures[key], other) for key, other in zip(KEYS, theirs, strict=True)]
+        cells += [cell(figures[key]) for key in ('recall_1m_10deg', 'recall_05m_5deg')]
+        title = NAMES.get(method, method)
+        lines.append(f'| {title} | {" | ".join(cells)} | {figures["ms_per_pair"]:.1f} |')
+    return '\n'.join(lines) + '\n'
+
+
+def robot_table(report: dict[str, Any]) -> str:
+    """Return how often each method is right, and wrong though it claims not to be."""
+    bands = list(report['methods']['fpnet']['bands'])
+    lines = [
+        f'\n## Robot maps on their floorplans: {report["pairs"]} pairs\n',
+        'Right transforms by share of the free space that is kept, in brackets wrong claims.\n',
+        f'| method | {" | ".join(bands)} | ms per pair |',
+        f'|---|{"---|" * (len(bands) + 1)}',
+    ]
+    for method, figures in report['methods'].items():
+        cells = [
+            f'{percent(band["right"])} ({percent(band["wrong_and_claimed"])})'
+            for band in figures['bands'].values()
+        ]
+        title = NAMES.get(method, method)
+        lines.append(f'| {title} | {" | ".join(cells)} | {figures["ms_per_pair"]:.0f} |')
+    return '\n'.join(lines) + '\n'
+
+
+def ablation_table(rows: dict[str, dict[str, float]]) -> str:
+    """Return Table III."""
+    lines = [
+        '\n## Ablations of `paper` on the synthetic set (Table III)\n',
+        '| variant | MS | TS |',
+        '|---|---|---|',
+    ]
+    for row, figures in rows.items():
+        *_, ms, ts = ABLATIONS[row]
+        lines.append(f'| {row} | {cell(figures["ms"], ms)} | {cell(figures["ts"], ts)} |')
+    return '\n'.join(lines) + '\n'
+
+
+def cell(share: float, published: float | None = None) -> str:
+    """Return a share in percent, and what the paper says."""
+    return percent(share) + ('' if published is None else f' ({published:.1f})')
+
+
+def percent(share: float) -> str:
+    """Return a share in percent with one digit."""
+    return f'{100.0 * share:.1f}'
+
+
+if __name__ == '__main__':
+    main()
