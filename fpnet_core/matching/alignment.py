@@ -9,6 +9,7 @@ and a room's corners do.
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,18 +31,14 @@ def aligned(placements: Placements, plan: GraphGeometry, sub: GraphGeometry) -> 
 
     Iteratively reweighted least squares with Cauchy weights; rows without a match stay.
     """
-    source, target = corners(sub), corners(plan)[placements.partner]
     seen = np.where(sub.is_door | (sub.observed >= _WELL_SEEN), 1.0, _GLIMPSED_WEIGHT)
     matched = (placements.partner >= 0) & (placements.fit > 0.0)
     weight = np.where(matched, seen, 0.0)
-    similarity = placements.similarity
+    similarity = np.ascontiguousarray(placements.similarity)
+    plan_corners, sub_corners = corners(plan), corners(sub)
     for _ in range(_ITERATIONS):
-        placed = _apply(similarity, source)
-        turned = _in_order(placed, target)
-        gap = np.linalg.norm(placed - turned, axis=3)
-        pulls = weight[..., None] / (1.0 + (gap / _SPREAD_UNITS) ** 2)
-        similarity = _least_squares(source, turned, pulls)
-    return np.where(matched.any(axis=1, keepdims=True), similarity, placements.similarity)
+        similarity = _refitted(similarity, placements.partner, weight, plan_corners, sub_corners)
+    return similarity
 
 
 def corners(side: GraphGeometry) -> Array:
@@ -54,31 +51,67 @@ def corners(side: GraphGeometry) -> Array:
     return side.box[:, None, :2] + offsets
 
 
-def _in_order(placed: Array, target: Array) -> Array:
-    """Return each rectangle's corners, turned so that they are nearest to ``placed``."""
-    turns = np.stack([np.roll(target, turn, axis=2) for turn in range(4)])
-    best = ((turns - placed) ** 2).sum(axis=(3, 4)).argmin(axis=0)
-    chosen: Array = np.take_along_axis(turns, best[None, ..., None, None], axis=0)[0]
-    return chosen
+@numba.njit(cache=True, nogil=True)
+def _refitted(
+    similarity: Array,
+    partner: NDArray[np.int64],
+    weight: Array,
+    plan_corners: Array,
+    sub_corners: Array,
+) -> Array:
+    """
+    Return similarities ``(C, 4)`` after one step of weighted least squares.
+
+    ``partner (C, N)`` and ``weight (C, N)`` say what belongs together and how much it counts;
+    each rectangle's four corners are taken in the order that brings them nearest.
+    """
+    result = similarity.copy()
+    for c in range(len(similarity)):
+        a, b, x0, y0 = similarity[c]
+        # Sums of weight, of both sides' points, of their products: the normal equations.
+        w = ux = uy = vx = vy = uu = along = across = 0.0
+        for j in range(partner.shape[1]):
+            if weight[c, j] <= 0.0:
+                continue
+            target = plan_corners[partner[c, j]]
+            placed = np.empty((4, 2))
+            for k in range(4):
+                px, py = sub_corners[j, k, 0], sub_corners[j, k, 1]
+                placed[k, 0], placed[k, 1] = a * px - b * py + x0, b * px + a * py + y0
+            turn = _nearest_turn(placed, target)
+            for k in range(4):
+                gap = target[(k + turn) % 4]
+                dx, dy = gap[0] - placed[k, 0], gap[1] - placed[k, 1]
+                pull = weight[c, j] / (1.0 + (dx * dx + dy * dy) / _SPREAD_UNITS**2)
+                px, py = sub_corners[j, k, 0], sub_corners[j, k, 1]
+                w += pull
+                ux, uy = ux + pull * px, uy + pull * py
+                vx, vy = vx + pull * gap[0], vy + pull * gap[1]
+                uu += pull * (px * px + py * py)
+                along += pull * (px * gap[0] + py * gap[1])
+                across += pull * (px * gap[1] - py * gap[0])
+        if w <= 0.0:
+            continue
+        spread = uu - (ux * ux + uy * uy) / w
+        if spread <= 1e-12 * w:
+            continue
+        a = (along - (ux * vx + uy * vy) / w) / spread
+        b = (across - (ux * vy - uy * vx) / w) / spread
+        result[c, 0], result[c, 1] = a, b
+        result[c, 2] = (vx - a * ux + b * uy) / w
+        result[c, 3] = (vy - b * ux - a * uy) / w
+    return result
 
 
-def _apply(similarity: Array, points: Array) -> Array:
-    """Return ``points (N, 4, 2)`` under every similarity ``(C, 4)``: ``(C, N, 4, 2)``."""
-    a, b, x, y = similarity.T[:, :, None, None]
-    u, v = points[..., 0], points[..., 1]
-    return np.stack([a * u - b * v + x, b * u + a * v + y], axis=3)
-
-
-def _least_squares(source: Array, target: Array, weight: Array) -> Array:
-    """Return ``(C, 4)`` from ``source (N, 4, 2)`` to ``target (C, N, 4, 2)``."""
-    total = weight.sum(axis=(1, 2), keepdims=True)
-    share = weight / np.maximum(total, np.finfo(np.float64).tiny)
-    middle = np.einsum('cnk,nkd->cd', share, source)
-    there = np.einsum('cnk,cnkd->cd', share, target)
-    u, v = source - middle[:, None, None], target - there[:, None, None]
-    spread = np.maximum(np.einsum('cnk,cnkd,cnkd->c', share, u, u), 1e-12)
-    a = np.einsum('cnk,cnkd,cnkd->c', share, u, v) / spread
-    b = np.einsum('cnk,cnk->c', share, u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]) / spread
-    x = there[:, 0] - a * middle[:, 0] + b * middle[:, 1]
-    y = there[:, 1] - b * middle[:, 0] - a * middle[:, 1]
-    return np.stack([a, b, x, y], axis=1)
+@numba.njit(cache=True, nogil=True)
+def _nearest_turn(placed: Array, target: Array) -> int:
+    """Return by how many corners ``target (4, 2)`` is ahead of ``placed (4, 2)``."""
+    best, best_turn = np.inf, 0
+    for turn in range(4):
+        total = 0.0
+        for k in range(4):
+            other = target[(k + turn) % 4]
+            total += (placed[k, 0] - other[0]) ** 2 + (placed[k, 1] - other[1]) ** 2
+        if total < best:
+            best, best_turn = total, turn
+    return best_turn

@@ -72,7 +72,9 @@ class LearnedMatcher:
 
     def _batch_of(self, plan: RegionGraph) -> GraphBatch:
         if self._plan is not plan or self._plan_batch is None:
-            self._plan, self._plan_batch = plan, self._network.batch([plan])
+            with torch.inference_mode():
+                self._plan_batch = self._network.prepared(self._network.batch([plan]))
+            self._plan = plan
             self._plan_geometry = graph_geometry(plan)
         return self._plan_batch
 

@@ -23,14 +23,17 @@ class GraphBatch:
     node_feat : (B, R, D) float32, zeros in the padding
     adjacency : (B, R, R) float32, symmetric, 1 where a door opens into a room, else 0
     mask : (B, R) bool, True for real nodes
+    relations : (B, layers, heads, R, R)
+        Attention logits within the graph, where a network has prepared them; else None.
     """
 
     node_feat: Tensor
     adjacency: Tensor
     mask: Tensor
+    relations: Tensor | None = None
 
     def to(self, device: torch.device) -> GraphBatch:
-        """Return the batch on ``device``."""
+        """Return the graphs, without prepared relations, on ``device``."""
         return GraphBatch(
             self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
         )

@@ -14,6 +14,7 @@ forty sweeps of Sinkhorn's iteration.
 
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -88,13 +89,13 @@ class RelationBias(nn.Module):
         with torch.no_grad():
             self.out.weight[:, _RELATION_WIDTH:] = _first_focus(layers, heads)
 
-    def forward(self, batch: GraphBatch) -> tuple[Tensor, ...]:
-        """Return one bias per layer, each ``(B, heads, R, R)``."""
+    def forward(self, batch: GraphBatch) -> Tensor:
+        """Return ``(B, layers, heads, R, R)``."""
         count, size = batch.mask.shape
         pairs = relations(batch).flatten(2)
         hidden = functional.relu(_per_pair(self.hidden, pairs))
         logits = _per_pair(self.out, torch.cat([hidden, pairs], dim=1))
-        return logits.view(count, self.layers, self.heads, size, size).unbind(1)
+        return logits.view(count, self.layers, self.heads, size, size)
 
 
 def _per_pair(layer: nn.Linear, pairs: Tensor) -> Tensor:
@@ -110,7 +111,6 @@ class JointLayer(nn.Module):
     def __init__(self, width: int, heads: int) -> None:
         super().__init__()
         self.heads = heads
-        self.scale = 1.0 / math.sqrt(width // heads)
         self.normalise = nn.LayerNorm(width)
         self.qkv = nn.Linear(width, 3 * width)
         self.update = nn.Linear(2 * width, 2 * width)
@@ -118,21 +118,12 @@ class JointLayer(nn.Module):
         nn.init.zeros_(self.out.weight)
         nn.init.zeros_(self.out.bias)
 
-    def forward(self, state: Tensor, bias: tuple[Tensor, Tensor]) -> Tensor:
-        """Return new nodes ``(B, M+N, width)``; ``bias (B, heads, R, M+N)`` for either side."""
+    def forward(self, state: Tensor, bias: Tensor) -> Tensor:
+        """Return new nodes ``(B, M+N, width)``; ``bias (B, heads, M+N, M+N)``."""
         nodes = self.normalise(state)
         qkv = self.qkv(nodes).unflatten(-1, (3, self.heads, -1)).permute(2, 0, 3, 1, 4)
         query, key, value = qkv.unbind(0)
-        sides = (query * self.scale).split([side.shape[2] for side in bias], dim=2)
-        message = torch.cat(
-            [
-                torch.matmul(
-                    (torch.matmul(side, key.transpose(-1, -2)) + logits).softmax(dim=-1), value
-                )
-                for side, logits in zip(sides, bias, strict=True)
-            ],
-            dim=2,
-        )
+        message = functional.scaled_dot_product_attention(query, key, value, attn_mask=bias)
         message = message.transpose(1, 2).flatten(-2)
         hidden = functional.gelu(self.update(torch.cat([nodes, message], dim=-1)))
         updated: Tensor = state + self.out(hidden)
@@ -175,27 +166,33 @@ class InvariantNetwork(RegionNetwork):
         """Return the log-assignment of every layer, the last one as :meth:`forward`."""
         return [self._assignment(s, plan.mask, sub.mask) for s in self._states(plan, sub)]
 
+    def prepared(self, batch: GraphBatch) -> GraphBatch:
+        """Return the batch with the logits of its relations: a plan is matched many times."""
+        return replace(batch, relations=self.relation_bias(batch))
+
     def _states(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
         state = self.encoder(
             torch.cat([plan.node_feat[..., AXIS.stop :], sub.node_feat[..., AXIS.stop :]], dim=1)
         )
-        plan_bias = self._bias(plan, sub.mask, plan_first=True)
-        sub_bias = self._bias(sub, plan.mask, plan_first=False)
         states = []
-        for layer, *bias in zip(self.layers, plan_bias, sub_bias, strict=True):
+        for layer, bias in zip(self.layers, self._bias(plan, sub).unbind(1), strict=True):
             state = layer(state, bias)
             states.append(state)
         return states
 
-    def _bias(self, own: GraphBatch, other_mask: Tensor, plan_first: bool) -> list[Tensor]:
-        """Return a bias per layer ``(B, heads, R, M+N)``: relations at home, constants across."""
-        home = (~own.mask * MASKED)[:, None, None, :]
-        away = (~other_mask * MASKED)[:, None, None, :]
-        joint = []
-        for relation, across in zip(self.relation_bias(own), self.across, strict=True):
-            there = (across[:, None, None] + away).expand(-1, -1, relation.shape[2], -1)
-            parts = [relation + home, there]
-            joint.append(torch.cat(parts if plan_first else parts[::-1], dim=-1))
+    def _bias(self, plan: GraphBatch, sub: GraphBatch) -> Tensor:
+        """Return ``(B, layers, heads, M+N, M+N)``: relations at home, constants across."""
+        ours, theirs = (
+            side.relations if side.relations is not None else self.relation_bias(side)
+            for side in (plan, sub)
+        )
+        across = self.across[None, :, :, None, None]
+        away = across.expand(*ours.shape[:-1], theirs.shape[-1])
+        back = across.expand(*theirs.shape[:-1], ours.shape[-1])
+        joint = torch.cat([torch.cat([ours, away], -1), torch.cat([back, theirs], -1)], -2)
+        mask = torch.cat([plan.mask, sub.mask], dim=1)
+        if not bool(mask.all()):
+            joint = joint + (~mask * MASKED)[:, None, None, None, :]
         return joint
 
     def _assignment(self, state: Tensor, plan_mask: Tensor, sub_mask: Tensor) -> Tensor:

@@ -31,6 +31,10 @@ class RegionNetwork(nn.Module, ABC):
         """Return the graphs as one padded batch."""
         return pad_graphs([self.rows(graph) for graph in graphs], [g.edges for g in graphs])
 
+    def prepared(self, batch: GraphBatch) -> GraphBatch:
+        """Return the batch with whatever can be computed before the other side is known."""
+        return batch
+
     def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
         """Return every log-assignment that training supervises, the final one last."""
         return [self(plan, sub)]
