@@ -28,12 +28,13 @@ from fpnet_core.metrics import (
     PlacementError,
     auc,
     count_matches,
+    expected_calibration_error,
     matching_score,
     placement_error,
 )
 from fpnet_core.metrics.placement import AUC_DEGREES
 from fpnet_core.sim.pairs import MatchingPair
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.types import IGNORE, MatchResult, RegionGraph
 
 # Placements of at least this probability are claims.
 _CLAIMED = 0.5
@@ -43,9 +44,10 @@ _WARM_UP = 3
 
 @dataclass(frozen=True)
 class Prediction:
-    """What one method said about one pair: matches [plan, sub], matrix ``(3, 3)``, time."""
+    """What one method said: matches [plan, sub] and their scores, matrix ``(3, 3)``, time."""
 
     pairs: list[list[int]]
+    scores: list[float]
     matrix: list[list[float]] | None
     is_claimed: bool
     milliseconds: float
@@ -85,6 +87,7 @@ def predict_one(
     placed = _placement(plan, sub, result)
     return Prediction(
         pairs=result.pairs.tolist(),
+        scores=result.scores.tolist(),
         matrix=None if placed is None else placed.A_plan_submap.matrix.tolist(),
         is_claimed=placed is not None and placed.is_claimed,
         milliseconds=elapsed_ms,
@@ -127,8 +130,9 @@ def score(
 
     Fractions in [0, 1]: ``auc1``, ``auc10``, ``auc20``, ``ms`` and ``ts`` as the paper has them;
     ``match_precision``, ``match_recall`` and ``match_f1`` pooled over all regions;
-    ``recall_1m_10deg`` and ``recall_05m_5deg`` in the plan's metres. ``ms_per_pair`` is the
-    median time of one match in milliseconds.
+    ``match_ece`` the calibration error of the matches' scores; ``recall_1m_10deg`` and
+    ``recall_05m_5deg`` in the plan's metres. ``ms_per_pair`` is the median time of one match in
+    milliseconds.
     """
     return {name: _figures(pairs, items) for name, items in said.items()}
 
@@ -150,10 +154,22 @@ def _figures(pairs: Sequence[MatchingPair], said: Sequence[Prediction]) -> dict[
         'match_precision': pooled.precision,
         'match_recall': pooled.recall,
         'match_f1': pooled.f1,
+        'match_ece': _calibration_error(both),
         'recall_1m_10deg': _recall(errors, 1.0, 10.0),
         'recall_05m_5deg': _recall(errors, 0.5, 5.0),
         'ms_per_pair': float(np.median([item.milliseconds for item in said])) if said else 0.0,
     }
+
+
+def _calibration_error(both: Sequence[tuple[MatchingPair, Prediction]]) -> float:
+    """Return how far matches' scores are from how often they are right."""
+    score, right = [], []
+    for pair, item in both:
+        for (plan, sub), value in zip(item.pairs, item.scores, strict=True):
+            if pair.sub_labels[sub] != IGNORE:
+                score.append(value)
+                right.append(pair.sub_labels[sub] == plan)
+    return expected_calibration_error(np.array(score), np.array(right, dtype=np.bool_))
 
 
 def _recall(errors: Sequence[PlacementError], distance_m: float, rotation_deg: float) -> float:

@@ -120,7 +120,7 @@ def _predict(
     if name == 'correlative':
         return _correlative(match)
     if graphs is None:
-        return Prediction([], None, False, 0.0)
+        return Prediction([], [], None, False, 0.0)
     if name != 'fpnet':
         return predict_one(
             matchers[name], graphs.plan_graph, graphs.sub_graph, graphs.explored_area_m2
@@ -128,6 +128,7 @@ def _predict(
     estimates = match.comparison.estimates
     return Prediction(
         pairs=match.comparison.match.pairs.tolist(),
+        scores=match.comparison.match.scores.tolist(),
         matrix=estimates[0].A_plan_submap.matrix.tolist() if estimates else None,
         is_claimed=match.status is MapMatchStatus.MATCHED,
         milliseconds=match.timings_ms['total'],
@@ -140,7 +141,7 @@ def _correlative(match: MapMatch) -> Prediction:
     found = search_placement(match.plan.segmentation.grid, match.sub.segmentation.grid)
     elapsed_ms = 1e3 * (time.perf_counter() - start)
     matrix = None if found is None else found.A_plan_submap.matrix.tolist()
-    return Prediction([], matrix, found is not None, elapsed_ms)
+    return Prediction([], [], matrix, found is not None, elapsed_ms)
 
 
 def _as_pair(pair: RobotPair, match: MapMatch) -> MatchingPair | None:

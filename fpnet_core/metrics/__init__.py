@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pure functions that score results; shared by training, evaluation and tests."""
 
+from fpnet_core.metrics.calibration import expected_calibration_error
 from fpnet_core.metrics.matching import MatchCounts, count_matches, matching_score
 from fpnet_core.metrics.placement import PlacementError, auc, placement_error
 
@@ -10,6 +11,7 @@ __all__ = [
     'PlacementError',
     'auc',
     'count_matches',
+    'expected_calibration_error',
     'matching_score',
     'placement_error',
 ]
