@@ -45,12 +45,12 @@ class TrainingConfig(Section):
     """The whole run."""
 
     seed: int = Field(0, ge=0, description='Seed of initialisation, order and augmentation.')
-    epochs: int = Field(30, ge=1, description='Passes over the training pairs.')
-    batch_size: int = Field(12, ge=1, description='Pairs per optimiser step.')
+    epochs: int = Field(36, ge=1, description='Passes over the training pairs.')
+    batch_size: int = Field(8, ge=1, description='Pairs per optimiser step.')
     optimizer: Literal['adamw', 'muon'] = Field(
         'muon', description='Muon for matrices and AdamW for the rest, or AdamW for all.'
     )
-    learning_rate: float = Field(2e-3, gt=0.0, description='Peak rate.')
+    learning_rate: float = Field(4e-3, gt=0.0, description='Peak rate.')
     weight_decay: float = Field(1e-4, ge=0.0, description='Decoupled weight decay.')
     warmup_fraction: float = Field(
         0.05, ge=0.0, lt=1.0, description='Share of all steps with a rising rate; then cosine.'
