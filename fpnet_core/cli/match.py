@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import GridMap, Submap
 
-_CLOUD_SUFFIXES = ('.ply', '.pcd', '.npy', '.xyz')
-
 
 def command(
     plan: Annotated[Path, typer.Option('--plan', metavar='IMG', help='Floorplan image or YAML.')],
@@ -60,14 +58,12 @@ def command(
 
 
 def _read_submap(path: Path, config: SubmapConfig) -> Submap:
+    from fpnet_core.io import read_cloud, read_map
+    from fpnet_core.io.clouds import CLOUD_SUFFIXES
     from fpnet_core.submaps import submap_from_cloud, submap_from_grid
 
-    if path.suffix.lower() in _CLOUD_SUFFIXES:
-        from fpnet_core.io import read_cloud
-
+    if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), config)
-    from fpnet_core.io import read_map
-
     return submap_from_grid(read_map(path))
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fpnet_core.io.images import outside_as_unknown
     from fpnet_core.io.maps import pixel_to_xy, read_map, write_map
     from fpnet_core.io.pointcloud2 import CloudArrays, PointField, decode_points, encode_points
+    from fpnet_core.io.posed_scans import PosedScans
     from fpnet_core.io.scans import Scan, ScanSource, open_scans
     from fpnet_core.io.trajectories import Trajectory, read_poses, read_tum, write_tum
 
@@ -26,6 +27,7 @@ __all__ = [
     'BagWriter',
     'CloudArrays',
     'PointField',
+    'PosedScans',
     'Scan',
     'ScanSource',
     'Trajectory',
@@ -47,6 +49,7 @@ _MODULE_OF = {
     'BagWriter': 'bags',
     'CloudArrays': 'pointcloud2',
     'PointField': 'pointcloud2',
+    'PosedScans': 'posed_scans',
     'Scan': 'scans',
     'ScanSource': 'scans',
     'Trajectory': 'trajectories',

@@ -33,6 +33,9 @@ POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
 ODOMETRY = 'nav_msgs/msg/Odometry'
 POSE = 'geometry_msgs/msg/PoseStamped'
 GRID = 'nav_msgs/msg/OccupancyGrid'
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+NUMBER = 'std_msgs/msg/Float64'
+TEXT = 'std_msgs/msg/String'
 
 Storage = Literal['sqlite3', 'mcap']
 
@@ -174,6 +177,32 @@ class BagWriter:
         )
         message = _MSG[GRID](header, info, np.ascontiguousarray(grid.cells).ravel())
         self._write(topic, GRID, stamp_ns, message, _LATCHED_QOS)
+
+    def write_transform(
+        self,
+        topic: str,
+        stamp_ns: int,
+        frame_id: str,
+        child_frame_id: str,
+        T_frame_child: NDArray[np.float64],
+    ) -> None:
+        """Write a TFMessage of one transform."""
+        pose = _pose(T_frame_child)
+        translation = _vector3(pose.position.x, pose.position.y, pose.position.z)
+        stamped = _MSG['geometry_msgs/msg/TransformStamped'](
+            _header(stamp_ns, frame_id),
+            child_frame_id,
+            _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
+        )
+        self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]))
+
+    def write_number(self, topic: str, stamp_ns: int, value: float) -> None:
+        """Write a Float64, which viewers plot over time."""
+        self._write(topic, NUMBER, stamp_ns, _MSG[NUMBER](float(value)))
+
+    def write_text(self, topic: str, stamp_ns: int, text: str) -> None:
+        """Write a String."""
+        self._write(topic, TEXT, stamp_ns, _MSG[TEXT](text))
 
     def _write(
         self, topic: str, msgtype: str, stamp_ns: int, message: Any, qos: Qos = _STREAM_QOS

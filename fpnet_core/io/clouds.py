@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Point files: PLY, PCD, NPY and XYZ.
+Point files: PLY, PCD, NPY, XYZ, and through libraries PTS, XYZN, XYZRGB and E57.
 
-Read with NumPy: Open3D's readers answer a damaged file with a printed warning and an empty
-cloud. They are used for compressed PCD only.
+Common formats are read with NumPy: Open3D's readers answer a damaged file with a printed warning
+and an empty cloud. They are used for compressed PCD and for rarer text formats only.
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ _MAX_HEADER_LINES = 200
 
 def read_cloud(path: Path | str) -> NDArray[np.float64]:
     """
-    Return the points ``(P, 3)`` [m] of a ``.ply``, ``.pcd``, ``.npy`` or ``.xyz`` file.
+    Return the points ``(P, 3)`` [m] of a point file; :data:`CLOUD_SUFFIXES` names the formats.
 
-    Further columns are ignored; points with NaN or infinity are dropped.
+    Further columns are ignored; points with NaN or infinity are dropped. All scans of an E57 file
+    are put together in the file's frame, which needs the package pye57.
 
     Raises
     ------
@@ -46,16 +47,10 @@ def read_cloud(path: Path | str) -> NDArray[np.float64]:
         If the file is missing, of another kind, damaged, or holds no finite point.
     """
     path = Path(path)
-    readers: dict[str, Callable[[Path], NDArray[np.float64]]] = {
-        '.ply': _read_ply,
-        '.pcd': _read_pcd,
-        '.npy': _read_npy,
-        '.xyz': _read_xyz,
-    }
-    reader = readers.get(path.suffix.lower())
+    reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise CloudFormatError(
-            f'{path}: unknown point file {path.suffix!r}; expected {", ".join(readers)}'
+            f'{path}: unknown point file {path.suffix!r}; expected {", ".join(CLOUD_SUFFIXES)}'
         )
     try:
         points = reader(path)
@@ -126,7 +121,7 @@ def _read_pcd(path: Path) -> NDArray[np.float64]:
         if encoding == 'binary':
             return _stack(_read_records(file, dtype, count))
     if encoding == 'binary_compressed':
-        return _read_compressed_pcd(path)
+        return _read_with_open3d(path)
     raise ValueError(f'unknown PCD encoding {encoding!r}')
 
 
@@ -145,12 +140,32 @@ def _pcd_dtype(header: dict[str, list[str]]) -> np.dtype[Any]:
     return np.dtype(fields)
 
 
-def _read_compressed_pcd(path: Path) -> NDArray[np.float64]:
+def _read_with_open3d(path: Path) -> NDArray[np.float64]:
     import open3d as o3d
 
+    if not path.is_file():
+        raise FileNotFoundError(2, 'No such file')
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
-        cloud = o3d.io.read_point_cloud(path, format='pcd')
+        cloud = o3d.io.read_point_cloud(path, format=path.suffix.lower().removeprefix('.'))
     return np.asarray(cloud.points, dtype=np.float64).reshape(-1, 3)
+
+
+def _read_e57(path: Path) -> NDArray[np.float64]:
+    try:
+        import pye57
+    except ImportError:
+        raise CloudFormatError(
+            f'{path}: E57 needs a package more; run pip install pye57, or convert it to .ply'
+        ) from None
+    if not path.is_file():
+        raise FileNotFoundError(2, 'No such file')
+    try:
+        file = pye57.E57(str(path))
+        scans = [file.read_scan(k, ignore_missing_fields=True) for k in range(file.scan_count)]
+    except Exception as error:  # the library's own kind is not exported
+        raise ValueError(str(error) or type(error).__name__) from None
+    points = [np.stack([scan[f'cartesian{a}'] for a in 'XYZ'], axis=1) for scan in scans]
+    return np.concatenate(points).astype(np.float64)
 
 
 def _read_header(file: BinaryIO, first: str | None, last: str) -> list[str]:
@@ -197,3 +212,16 @@ def _columns(table: NDArray[np.float64], names: list[str]) -> NDArray[np.float64
 def _require_xyz(names: list[str] | tuple[str, ...]) -> None:
     if not set('xyz') <= set(names):
         raise ValueError(f'expected fields x, y and z, got {", ".join(names)}')
+
+
+_READERS: dict[str, Callable[[Path], NDArray[np.float64]]] = {
+    '.ply': _read_ply,
+    '.pcd': _read_pcd,
+    '.npy': _read_npy,
+    '.xyz': _read_xyz,
+    **dict.fromkeys(('.pts', '.xyzn', '.xyzrgb'), _read_with_open3d),
+    '.e57': _read_e57,
+}
+
+CLOUD_SUFFIXES = tuple(_READERS)
+"""Of the point files that :func:`read_cloud` reads."""

@@ -14,17 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import CloudFormatError, OdometryError
-from fpnet_core.io.clouds import read_cloud
+from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.trajectories import KITTI_PERIOD_NS, Trajectory, read_poses
 
-_CLOUD_SUFFIXES = ('.ply', '.pcd', '.npy', '.xyz')
 _POSE_SUFFIXES = ('.csv', '.txt', '.tum')
 
 
 class FolderScans:
     """
-    Scans of a folder: ``.ply``, ``.pcd``, ``.npy``, ``.xyz``, or one ``.npz`` with an array each.
+    Scans of a folder: point files (see :mod:`fpnet_core.io.clouds`), or one ``.npz`` of arrays.
 
     Names are ordered with their numbers as numbers. The pose file is the ``.csv``, ``.txt`` or
     ``.tum`` file that parses as poses, one for each scan; without one, the scans are raw and a
@@ -36,7 +35,7 @@ class FolderScans:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._files = sorted(
-            (p for p in path.iterdir() if p.suffix.lower() in _CLOUD_SUFFIXES), key=_natural_key
+            (p for p in path.iterdir() if p.suffix.lower() in CLOUD_SUFFIXES), key=_natural_key
         )
         self._archive = _single_archive(path) if not self._files else None
         names = [f.name for f in self._files]
@@ -45,7 +44,7 @@ class FolderScans:
         self._names = names
         if not names:
             raise CloudFormatError(
-                f'folder {path} holds no scans; expected {", ".join(_CLOUD_SUFFIXES)} files or '
+                f'folder {path} holds no scans; expected {", ".join(CLOUD_SUFFIXES)} files or '
                 'one .npz'
             )
         self._poses = _find_poses(path)

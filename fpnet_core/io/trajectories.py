@@ -75,7 +75,8 @@ def read_poses(path: Path | str) -> Trajectory:
 
     8 is TUM; 12 is KITTI and KISS-ICP (rows of a 3 x 4 matrix, no time); 4 is BALM (4 x 4
     matrices over four lines, with the time in place of the last element). Values are separated
-    by blanks or commas.
+    by blanks or commas. A ``.npy`` file holds an array ``(S, 4, 4)``, as KISS-ICP writes it, and
+    no time.
 
     Raises
     ------
@@ -83,6 +84,8 @@ def read_poses(path: Path | str) -> Trajectory:
         If the file is missing, holds no pose, or fits none of the layouts.
     """
     path = Path(path)
+    if path.suffix.lower() == '.npy':
+        return _checked(Trajectory(*_read_npy(path)), path)
     return _parse_rows(_read_rows(path), path)
 
 
@@ -151,10 +154,30 @@ def _parse_rows(rows: list[list[str]], path: Path) -> Trajectory:
         trajectory = parsers[columns](rows)
     except (ValueError, OverflowError, InvalidOperation) as error:
         raise OdometryError(f'{path}: {error or "a value is not a number"}') from None
+    return _checked(trajectory, path)
+
+
+def _checked(trajectory: Trajectory, path: Path) -> Trajectory:
     for index, T_frame_body in enumerate(trajectory.T_frame_body):
         if not is_rigid(T_frame_body):
             raise OdometryError(f'{path}: pose {index} is not a rigid transform')
     return trajectory
+
+
+def _read_npy(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    try:
+        poses = np.load(path, allow_pickle=False)
+    except OSError as error:
+        raise OdometryError(f'cannot read poses {path}: {error.strerror or error}') from None
+    except (ValueError, EOFError) as error:
+        raise OdometryError(f'{path} is no array of poses: {error}') from None
+    if not isinstance(poses, np.ndarray) or poses.ndim != 3 or poses.shape[1:] != (4, 4):
+        raise OdometryError(
+            f'{path}: expected poses (S, 4, 4), got {getattr(poses, "shape", "an archive")}'
+        )
+    if not len(poses):
+        raise OdometryError(f'{path} holds no pose')
+    return np.arange(len(poses), dtype=np.int64) * KITTI_PERIOD_NS, poses.astype(np.float64)
 
 
 def _from_tum(rows: list[list[str]]) -> Trajectory:

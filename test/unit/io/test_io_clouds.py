@@ -135,3 +135,44 @@ def test_mutated_files_never_escape_the_error_type(tmp_path, name):
             assert np.isfinite(read_cloud(path)).all()
         except CloudFormatError:
             continue
+
+
+@pytest.mark.parametrize(
+    ('suffix', 'row'), [('.pts', '{} {} {} 7 255 0 0'), ('.xyzn', '{} {} {} 0 0 1')]
+)
+def test_rarer_text_formats_come_through_open3d(tmp_path, suffix, row):
+    lines = [row.format(*point) for point in POINTS.tolist()]
+    if suffix == '.pts':
+        lines.insert(0, '3')
+    path = tmp_path / f'cloud{suffix}'
+    path.write_text('\n'.join(lines) + '\n')
+    np.testing.assert_allclose(read_cloud(path), POINTS)
+    path.write_text('no points here\n')
+    with pytest.raises(CloudFormatError, match=r'no finite point|damaged'):
+        read_cloud(path)
+    with pytest.raises(CloudFormatError, match='No such file'):
+        read_cloud(tmp_path / f'absent{suffix}')
+
+
+def test_all_scans_of_an_e57_file(tmp_path):
+    pye57 = pytest.importorskip('pye57')
+    path = tmp_path / 'cloud.e57'
+    file = pye57.E57(str(path), mode='w')
+    columns = {f'cartesian{axis}': POINTS[:, k].copy() for k, axis in enumerate('XYZ')}
+    turned = np.array([np.cos(0.25), 0.0, 0.0, np.sin(0.25)])  # 0.5 rad about z
+    file.write_scan_raw(columns)
+    file.write_scan_raw(columns, rotation=turned, translation=np.array([1.0, 2.0, 3.0]))
+    file.close()
+    points = read_cloud(path)
+    c, s = np.cos(0.5), np.sin(0.5)
+    expected = POINTS @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + (1.0, 2.0, 3.0)
+    np.testing.assert_allclose(points, np.concatenate([POINTS, expected]), atol=1e-9)
+    (tmp_path / 'bad.e57').write_bytes(path.read_bytes()[:100])
+    with pytest.raises(CloudFormatError, match='damaged'):
+        read_cloud(tmp_path / 'bad.e57')
+
+
+def test_e57_without_its_package_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__('sys').modules, 'pye57', None)
+    with pytest.raises(CloudFormatError, match='pip install pye57'):
+        read_cloud(tmp_path / 'cloud.e57')

@@ -80,3 +80,32 @@ def test_tum_reader_takes_tum_only(tmp_path):
         read_tum(tmp_path / 'b.txt')
     with pytest.raises(OdometryError, match='No such file'):
         read_tum(tmp_path / 'c.txt')
+
+
+def test_kiss_icp_arrays_have_no_time(tmp_path):
+    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses[:, :3, 3] = [[0, 0, 0], [1, 2, 3], [4, 5, 6]]
+    np.save(tmp_path / 'drive_poses.npy', poses)
+    back = read_poses(tmp_path / 'drive_poses.npy')
+    np.testing.assert_array_equal(back.T_frame_body, poses)
+    assert back.stamps_ns.tolist() == [0, 100_000_000, 200_000_000]
+
+
+@pytest.mark.parametrize(
+    ('array', 'message'),
+    [
+        (np.zeros((3, 12)), 'expected poses'),
+        (np.zeros((0, 4, 4)), 'no pose'),
+        (np.zeros((2, 4, 4)), 'pose 0 is not a rigid'),
+    ],
+)
+def test_arrays_that_hold_no_poses_are_refused(tmp_path, array, message):
+    np.save(tmp_path / 'a.npy', array)
+    with pytest.raises(OdometryError, match=message):
+        read_poses(tmp_path / 'a.npy')
+
+
+def test_damaged_arrays_are_refused(tmp_path):
+    (tmp_path / 'a.npy').write_bytes(b'not an array')
+    with pytest.raises(OdometryError, match='no array'):
+        read_poses(tmp_path / 'a.npy')

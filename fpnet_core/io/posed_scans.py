@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scans with poses from somewhere else: those that KISS-ICP wrote, for one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from fpnet_core.errors import OdometryError
+from fpnet_core.io.scans import Scan, ScanSource
+from fpnet_core.io.trajectories import Trajectory
+
+_SAME_TIME_NS = 50_000_000  # half a sweep; KISS-ICP writes a bag's time of recording
+
+
+@dataclass(frozen=True, eq=False)
+class PosedScans:
+    """
+    The scans of ``source`` with the poses of ``poses`` in place of their own.
+
+    One pose for each scan: they go together in their order, whatever the times say. KISS-ICP
+    numbers the scans of a folder and rounds those of a bag. Else each scan takes the pose nearest
+    in time, and scans without one within 50 ms are left out.
+
+    Raises
+    ------
+    OdometryError
+        If the numbers differ and no scan has a pose near in time.
+    """
+
+    source: ScanSource
+    poses: Trajectory
+
+    def __post_init__(self) -> None:
+        """Check that scans and poses have something to do with each other."""
+        if len(self.poses) == len(self.source):
+            return
+        if next(iter(self), None) is None:
+            raise OdometryError(
+                f'{len(self.poses)} poses for {len(self.source)} scans, none at the time of a '
+                'scan; give the poses of this very recording'
+            )
+
+    @property
+    def kind(self) -> Literal['bag', 'carmen', 'folder']:
+        """What the scans are stored in."""
+        return self.source.kind
+
+    @property
+    def has_poses(self) -> bool:
+        """Always true."""
+        return True
+
+    def __len__(self) -> int:
+        """Count the scans of the source."""
+        return len(self.source)
+
+    def __iter__(self) -> Iterator[Scan]:
+        """Yield the scans that have a pose."""
+        if len(self.poses) == len(self.source):
+            for scan, T_odom_sensor in zip(self.source, self.poses.T_frame_body, strict=False):
+                yield replace(scan, T_odom_sensor=T_odom_sensor)
+            return
+        order = np.argsort(self.poses.stamps_ns, kind='stable')
+        stamps = self.poses.stamps_ns[order]
+        for scan in self.source:
+            after = int(np.searchsorted(stamps, scan.stamp_ns))
+            near = [k for k in (after - 1, after) if 0 <= k < len(stamps)]
+            index = min(near, key=lambda k: abs(int(stamps[k]) - scan.stamp_ns))
+            if abs(int(stamps[index]) - scan.stamp_ns) <= _SAME_TIME_NS:
+                yield replace(scan, T_odom_sensor=self.poses.T_frame_body[order[index]])
