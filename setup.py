@@ -26,7 +26,10 @@ setup(
     packages=find_packages(
         include=['fpnet_core', 'fpnet_core.*', 'msg_adapters', 'msg_adapters.*', NAME, f'{NAME}.*']
     ),
-    package_data={'fpnet_core.weights': ['*.safetensors', '*.json']},
+    package_data={
+        'fpnet_core.weights': ['*.safetensors', '*.json'],
+        'fpnet_core.report': ['templates/*'],
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (SHARE, ['package.xml']),
@@ -36,7 +39,11 @@ setup(
     # Distributions name the libraries differently (opencv-python-headless is python3-opencv), so
     # rosdep reads package.xml and pip reads requirements.txt; a list here would refuse one side.
     install_requires=['setuptools'],
-    extras_require={'cluster': ['distributed>=2025.1'], 'test': ['pytest']},
+    extras_require={
+        'cluster': ['distributed>=2025.1'],
+        'e57': ['pye57>=0.4.1'],
+        'test': ['pytest'],
+    },
     zip_safe=False,
     entry_points={
         'console_scripts': [

@@ -4,12 +4,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.io import ScanSource
+    from fpnet_core.localizer import ReplayResult
+    from fpnet_core.trajectory import PlanarTrajectory
+    from fpnet_core.types import GridMap, LocalizerOutput, Segmentation
+
+_REPORT_NAME = 'report.html'
 
 
 def command(
@@ -33,10 +43,19 @@ def command(
         Path | None,
         typer.Option('--truth', metavar='TUM', help='True poses on the floorplan, to compare.'),
     ] = None,
+    poses: Annotated[
+        Path | None,
+        typer.Option(
+            '--poses',
+            metavar='FILE',
+            help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
+        ),
+    ] = None,
     tum: Annotated[
         Path | None,
         typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
     ] = None,
+    out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
@@ -45,22 +64,72 @@ def command(
     """
     Localise a recording on a floorplan, offline.
 
-    A bag with raw clouds only runs through KISS-ICP; poses that the recording brings are used
-    as odometry. Exits 0 whether or not the robot was found; the summary says which.
+    A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
+    are used as odometry. Exits 0 whether or not the robot was found; the summary says which.
 
-    Example: fpnet localize drive/ --floorplan plan.yaml --tum poses.tum --json run.json
+    With --out the folder gets report.html (opens without a network), run.json, poses.tum and
+    odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
+    for Foxglove.
+
+    Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
+
+    Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
     from fpnet_core.evaluation.runs import summarize_run
-    from fpnet_core.io import open_scans, read_map, read_tum, write_tum
-    from fpnet_core.localizer import create_localizer, replay
-    from fpnet_core.odometry import KissOdometry
-    from fpnet_core.trajectory import PlanarTrajectory
+    from fpnet_core.io import PosedScans, open_scans, read_map, read_poses, write_tum
 
     grid = read_map(common.check_input(floorplan), resolution_m)
     if mirrored:
         grid = grid.mirrored()
+    reference = None if truth is None else _read_truth(truth)
     source = open_scans(common.check_input(recording))
+    if poses is not None:
+        source = PosedScans(source, read_poses(poses))
+    result = _localize(source, grid, tree)
+    run = result.run
+    if tum is not None:
+        write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
+    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference)
+    said = f'{result.last.status.value} (p {result.last.probability:.2f}): {summary}'
+    figures = {
+        'status': result.last.status.value,
+        'probability': round(result.last.probability, 4),
+        'scans': len(run.odometry),
+        'rejected_scans': run.rejected_scans,
+        'path_m': round(run.odometry.path_length_m(), 3),
+        **summary.as_json(),
+    }
+    if str(json_path) != '-':
+        typer.echo(said if out is None else f'{said}; see {out / _REPORT_NAME}')
+    if json_path is not None:
+        common.write_json(json_path, figures)
+    if out is not None:
+        title = f'{recording.name} on {floorplan.name}'
+        _write_folder(out, title, said, result, reference, figures)
+
+
+@dataclass(frozen=True, eq=False)
+class _Localized:
+    """A run, the floorplan that it was on, and its last tick."""
+
+    run: ReplayResult
+    plan: Segmentation
+    last: LocalizerOutput
+
+
+def _read_truth(path: Path) -> PlanarTrajectory:
+    from fpnet_core.io import read_tum
+    from fpnet_core.trajectory import PlanarTrajectory
+
+    poses = read_tum(path)
+    return PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
+
+
+def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localized:
+    from fpnet_core.localizer import create_localizer, replay
+    from fpnet_core.odometry import KissOdometry
+
     localizer = create_localizer(tree)
     localizer.set_plan(grid)
     odometry = KissOdometry(tree.odometry)
@@ -72,22 +141,23 @@ def command(
             odometry.register_scan,
             on_scan=lambda: advance(1.0),
         )
-    if tum is not None:
-        write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
-    reference = None
-    if truth is not None:
-        poses = read_tum(truth)
-        reference = PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
-    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference)
+    assert localizer.plan is not None  # it was set above
     last = run.outputs[-1] if run.outputs else localizer.output
-    typer.echo(f'{last.status.value} (p {last.probability:.2f}): {summary}')
-    if json_path is not None:
-        report = {
-            'status': last.status.value,
-            'probability': round(last.probability, 4),
-            'scans': len(run.odometry),
-            'rejected_scans': run.rejected_scans,
-            'path_m': round(run.odometry.path_length_m(), 3),
-            **summary.as_json(),
-        }
-        common.write_json(json_path, report)
+    return _Localized(run, localizer.plan.segmentation, last)
+
+
+def _write_folder(
+    out: Path,
+    title: str,
+    said: str,
+    result: _Localized,
+    truth: PlanarTrajectory | None,
+    figures: dict[str, Any],
+) -> None:
+    from fpnet_core.report import RunRecord, write_run_exports, write_run_report
+
+    run, plan = result.run, result.plan
+    write_run_exports(out, plan.grid, run.outputs, run.published, run.odometry)
+    common.write_json(out / 'run.json', figures)
+    record = RunRecord(title, said, plan, run.outputs, run.published, truth, figures=figures)
+    write_run_report(out / _REPORT_NAME, record)

@@ -74,6 +74,28 @@ def draw_segmentation(
         ax.plot(*portal.ends.T, color=colour, linewidth=2.0, linestyle=style)
 
 
+def painted(
+    segmentation: Segmentation, colours: Mapping[int, Colour] | None = None
+) -> NDArray[np.uint8]:
+    """
+    Return the cells as an image ``(H, W, 3)`` in sRGB, row 0 at the grid's row 0.
+
+    Grey as in :func:`draw_grid`, rooms tinted as in :func:`draw_segmentation`; doors, which are
+    lines, are left out.
+    """
+    chosen = colours or {}
+    cells = segmentation.grid.cells
+    known = [cells == FREE, cells == OCCUPIED]
+    shades = np.select(known, [_GREY_FREE, _GREY_OCCUPIED], _GREY_UNKNOWN)
+    image = np.repeat(shades[..., None], 3, axis=2)
+    tints = np.zeros((len(segmentation.regions) + 1, 3))
+    for room in segmentation.rooms:
+        tints[room.id + 1] = chosen.get(room.id, region_colour(room.id))
+    inside = segmentation.labels > 0
+    image[inside] = (1.0 - _TINT) * image[inside] + _TINT * tints[segmentation.labels[inside]]
+    return np.asarray(np.rint(255.0 * image), dtype=np.uint8)
+
+
 def _show_raster(ax: Axes, grid: GridMap, image: NDArray[np.float64], **options: Any) -> None:
     """Show an image of the grid's cells at the grid's place."""
     from matplotlib.transforms import Affine2D as PlotAffine

@@ -16,7 +16,7 @@ LAYERS = [
     {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
     {'models', 'matching', 'pose', 'metrics'},
     {'localizer', 'baselines'},
-    {'sim', 'training', 'evaluation', 'viz'},
+    {'sim', 'training', 'evaluation', 'viz', 'report'},
     {'cli'},
 ]
 LEVEL = {module: level for level, modules in enumerate(LAYERS) for module in modules}

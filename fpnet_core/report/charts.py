@@ -1,0 +1,214 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The plotly figures of a run report; the page's script moves them through time."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import Any
+
+from matplotlib.colors import to_hex
+import numpy as np
+from numpy.typing import NDArray
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from fpnet_core.report.moments import SHOWN_PLACEMENTS, door_lines
+from fpnet_core.report.pictures import Picture, segmentation_picture
+from fpnet_core.report.record import RunRecord, best_placement_errors, published_errors
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Segmentation
+from fpnet_core.viz.strip import STATUS_COLOURS
+
+HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
+
+PLACEMENT_COLOURS = ('#1f77b4', '#d62728', '#8c564b')
+"""Of the best placement and its rivals."""
+
+_TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
+_PLAN_PX = 1600
+_PATH_SAMPLES = 3000
+_STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
+_STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
+_ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
+_AROUND_M = 1.0  # shown around the rooms at first
+_MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
+
+
+def plan_figure(record: RunRecord) -> go.Figure:
+    """Return the floorplan with its fixed traces and, by name, the empty ones for a moment."""
+    figure = go.Figure()
+    _show_regions(figure, record.plan, segmentation_picture(record.plan, _PLAN_PX))
+    if len(record.truth_on_plan):
+        x, y = _path(record.truth_on_plan)
+        line = {'color': _TRUTH, 'width': 5}
+        figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
+    for rank in reversed(range(SHOWN_PLACEMENTS)):
+        marker = {'color': PLACEMENT_COLOURS[rank], 'size': 3}
+        name = 'best placement' if rank == 0 else f'rival {rank}'
+        _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
+    line = {'color': _MATCH, 'width': 2}
+    _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line)
+    line = {'color': PLACEMENT_COLOURS[0], 'width': 2}
+    _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
+    marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
+    _equal_axes(figure, record.plan.grid.frame)
+    figure.update_layout(legend={'orientation': 'h', 'y': -0.1})
+    return figure
+
+
+def submap_figure() -> go.Figure:
+    """Return the empty chart of the submap; a moment brings its picture."""
+    figure = go.Figure()
+    _add_moving(figure, 'doors', 'doors', mode='lines', line={'color': _DOOR, 'width': 3})
+    _add_moving(figure, 'path', 'path', mode='lines', line={'color': _INK, 'width': 1.5})
+    marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
+    _add_moving(figure, 'labels', 'matched floorplan room', mode='text')
+    _equal_axes(figure, 'submap')
+    figure.update_layout(showlegend=False)
+    return figure
+
+
+def timeline_figure(record: RunRecord) -> go.Figure:
+    """Return probability over bands of status, errors if there is a truth, and timings."""
+    figure = make_subplots(
+        rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.36, 0.32, 0.32]
+    )
+    times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
+    # The first shape is the cursor, which the script moves.
+    figure.add_shape(
+        type='line', xref='x3', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
+        line={'color': _INK, 'width': 1.5, 'dash': 'dot'},
+    )  # fmt: skip
+    _add_probability(figure, record, times)
+    _add_errors(figure, record, times)
+    _add_timings(figure, record, times)
+    figure.update_xaxes(title_text='time [s]', row=3, col=1)
+    figure.update_layout(
+        template='plotly_white',
+        barmode='stack',
+        bargap=0.15,
+        margin=_MARGIN,
+        legend={'orientation': 'h', 'y': -0.12},
+        hovermode='x unified',
+    )
+    return figure
+
+
+def add_rooms(figure: go.Figure, segmentation: Segmentation) -> None:
+    """Name the rooms where they are; what they measure shows below the pointer."""
+    rooms = segmentation.rooms
+    figure.add_scatter(
+        x=[float(room.centroid[0]) for room in rooms],
+        y=[float(room.centroid[1]) for room in rooms],
+        text=[str(room.id) for room in rooms],
+        mode='text',
+        textfont={'size': 11, 'color': '#444444'},
+        hovertext=[f'room {room.id}, {room.area_m2:.1f} m²' for room in rooms],
+        hoverinfo='text',
+        name='room numbers',
+        showlegend=False,
+    )
+
+
+def _show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:
+    figure.add_layout_image(**picture.as_layout_image())
+    x, y = door_lines(segmentation)
+    line = {'color': _DOOR, 'width': 2}
+    figure.add_scatter(x=x, y=y, mode='lines', line=line, name='doors', hoverinfo='skip')
+    add_rooms(figure, segmentation)
+    if segmentation.rooms:
+        corners = np.concatenate([room.polygon for room in segmentation.rooms])
+        low, high = corners.min(axis=0) - _AROUND_M, corners.max(axis=0) + _AROUND_M
+        figure.update_xaxes(range=[float(low[0]), float(high[0])])
+        figure.update_yaxes(range=[float(low[1]), float(high[1])])
+
+
+def _add_moving(figure: go.Figure, key: str, name: str, **style: Any) -> None:
+    """Add an empty trace that the script finds by ``meta``."""
+    figure.add_scatter(x=[], y=[], name=name, meta=key, hoverinfo='skip', **style)
+
+
+def _equal_axes(figure: go.Figure, frame: str) -> None:
+    axis = {'showgrid': False, 'zeroline': False, 'constrain': 'domain'}
+    figure.update_xaxes(title_text=f'x in {frame} [m]', **axis)
+    figure.update_yaxes(title_text=f'y in {frame} [m]', scaleanchor='x', **axis)
+    figure.update_layout(template='plotly_white', margin=_MARGIN, dragmode='pan')
+
+
+def _path(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
+    step = max(1, -(-len(trajectory) // _PATH_SAMPLES))
+    return np.round(trajectory.xy[::step], 2).T
+
+
+def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+    figure.add_scatter(
+        x=times,
+        y=[round(output.probability, 3) for output in record.outputs],
+        mode='lines+markers',
+        line={'color': _INK, 'width': 1.5},
+        marker={'size': 4},
+        name='probability',
+        row=1,
+        col=1,
+    )
+    # After the line: plotly puts no band on a subplot that is still empty.
+    for status, start, end in _spans(record, times):
+        colour = HEX_OF_STATUS[status]
+        figure.add_vrect(
+            x0=start, x1=end, fillcolor=colour, opacity=0.3, line_width=0, layer='below',
+            row=1, col=1,
+        )  # fmt: skip
+    for status in dict.fromkeys(output.status.value for output in record.outputs):
+        marker = {'color': HEX_OF_STATUS[status], 'symbol': 'square', 'size': 12, 'opacity': 0.5}
+        figure.add_scatter(x=[None], y=[None], mode='markers', marker=marker, name=status)
+    figure.update_yaxes(title_text='probability', range=[0.0, 1.05], row=1, col=1)
+
+
+def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, float, float]]:
+    """Return status, start and end [s] of each stretch of ticks that agree."""
+    spans, index = [], 0
+    for status, ticks in groupby(output.status.value for output in record.outputs):
+        following = index + len(list(ticks))
+        end = times[min(following, len(times) - 1)]
+        spans.append((status, float(times[index]), float(end)))
+        index = following
+    return spans
+
+
+def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+    if record.truth is None:
+        figure.add_annotation(
+            text='no ground truth was given (--truth)', showarrow=False, x=0.5, y=0.5,
+            xref='x2 domain', yref='y2 domain', font={'color': '#777777'},
+        )  # fmt: skip
+        figure.update_yaxes(showticklabels=False, row=2, col=1)
+        return
+    published = published_errors(record)
+    step = max(1, -(-len(published.time_s) // _PATH_SAMPLES))
+    marker = {'color': '#999999', 'symbol': 'x', 'size': 5}
+    figure.add_scatter(
+        x=times, y=best_placement_errors(record), mode='markers', marker=marker,
+        name='best placement, claimed or not', row=2, col=1,
+    )  # fmt: skip
+    figure.add_scatter(
+        x=published.time_s[::step],
+        y=np.round(published.position_m[::step], 3),
+        customdata=np.round(published.yaw_deg[::step], 2),
+        hovertemplate='%{y:.2f} m, %{customdata:.1f}°',
+        mode='lines',
+        line={'color': PLACEMENT_COLOURS[0], 'width': 2},
+        name='published poses',
+        row=2,
+        col=1,
+    )
+    figure.update_yaxes(title_text='error [m]', type='log', tickvals=_ERROR_TICKS_M, row=2, col=1)
+
+
+def _add_timings(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+    for stage, colour in zip(_STAGES, _STAGE_COLOURS, strict=True):
+        durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
+        figure.add_bar(x=times, y=durations, marker_color=colour, name=stage, row=3, col=1)
+    figure.update_yaxes(title_text='tick [ms]', row=3, col=1)

@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The ticks of a run as plain values for the page: what its slider moves through."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.report.pictures import segmentation_picture
+from fpnet_core.report.record import RunRecord, best_placement_errors
+from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
+from fpnet_core.viz.segmentation import Colour, region_colour
+
+MAX_MOMENTS = 90
+"""More ticks than this are thinned out: the file must stay small enough to be mailed."""
+
+SHOWN_PLACEMENTS = 3
+_SUBMAP_PX = 420
+_WALL_SAMPLES = 700
+_PATH_SAMPLES = 400
+_UNMATCHED: Colour = (0.75, 0.75, 0.75)
+
+
+def moments(record: RunRecord) -> list[dict[str, Any]]:
+    """Return the ticks to step through, time order; empty for a run without ticks."""
+    errors = best_placement_errors(record)
+    return [
+        _moment(record, record.outputs[index], errors[index])
+        for index in chosen_ticks(record.outputs)
+    ]
+
+
+def chosen_ticks(outputs: tuple[LocalizerOutput, ...]) -> list[int]:
+    """Return indices of evenly spaced ticks; those where the status changes come first."""
+    if len(outputs) <= MAX_MOMENTS:
+        return list(range(len(outputs)))
+    changes = [k for k in range(1, len(outputs)) if outputs[k].status is not outputs[k - 1].status]
+    kept = set(changes[: MAX_MOMENTS // 2])
+    even = np.linspace(0, len(outputs) - 1, MAX_MOMENTS - len(kept)).astype(int)
+    return sorted(kept | set(even.tolist()))
+
+
+def _moment(record: RunRecord, output: LocalizerOutput, error_m: float | None) -> dict[str, Any]:
+    moment: dict[str, Any] = {
+        'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
+        'status': output.status.value,
+        'probability': round(output.probability, 3),
+        'error_m': None if error_m is None else round(error_m, 2),
+        'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},
+        'picture': None,
+        'rooms': 0,
+        'doors': 0,
+        'explored_m2': 0.0,
+        'walls': [[], []],
+        'path': [[], []],
+        'labels': [],
+        'door_lines': [[], []],
+        'matches': [],
+        'placements': _placements(output),
+    }
+    if output.submap is not None:
+        path = output.submap.path_xy
+        moment['explored_m2'] = round(output.submap.free_area_m2, 1)
+        moment['path'] = _columns(_thinned(path, _PATH_SAMPLES))
+        grid = output.submap.grid
+        walls = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
+        moment['walls'] = _columns(_thinned(walls, _WALL_SAMPLES))
+    if output.segmentation is not None:
+        moment |= _regions(record.plan, output.segmentation, output)
+    return moment
+
+
+def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
+    """Return the best placements: the affine map as rows of (2, 3), and what it is worth."""
+    is_claimed = output.status is Status.LOCALIZED
+    return [
+        {
+            'A_plan_submap': np.round(e.A_plan_submap.matrix[:2], 5).tolist(),
+            'score': round(e.score, 3),
+            'sigma_m': round(float(np.sqrt(max(e.cov[0, 0] + e.cov[1, 1], 0.0))), 3),
+            'is_claimed': is_claimed and rank == 0,
+        }
+        for rank, e in enumerate(output.estimates[:SHOWN_PLACEMENTS])
+    ]
+
+
+def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> dict[str, Any]:
+    partners = {} if output.match is None else _partners(output)
+    colours = {
+        region.id: region_colour(partners[region.id][0]) if region.id in partners else _UNMATCHED
+        for region in sub.regions
+    }
+    picture = segmentation_picture(sub, _SUBMAP_PX, colours)
+    return {
+        'picture': picture.as_layout_image(),
+        'rooms': len(sub.rooms),
+        'doors': len(sub.doors),
+        'labels': [
+            [*np.round(room.centroid, 2).tolist(), str(partners[room.id][0])]
+            for room in sub.rooms
+            if room.id in partners
+        ],
+        'door_lines': door_lines(sub),
+        'matches': [
+            {
+                'plan_id': plan_id,
+                'sub_id': sub_id,
+                'label': sub.regions[sub_id].label.value,
+                'score': round(score, 3),
+                'plan_xy': np.round(plan.regions[plan_id].centroid, 2).tolist(),
+                'sub_xy': np.round(sub.regions[sub_id].centroid, 2).tolist(),
+            }
+            for sub_id, (plan_id, score) in partners.items()
+        ],
+    }
+
+
+def _partners(output: LocalizerOutput) -> dict[int, tuple[int, float]]:
+    """Plan region and score by submap region."""
+    assert output.match is not None  # the caller has looked
+    pairs = zip(output.match.pairs.tolist(), output.match.scores.tolist(), strict=True)
+    return {sub_id: (plan_id, score) for (plan_id, sub_id), score in pairs}
+
+
+def door_lines(segmentation: Segmentation) -> list[list[float | None]]:
+    """Return all door lines as x and y columns of one broken line."""
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for portal in segmentation.portals:
+        (x0, y0), (x1, y1) = np.round(portal.ends, 2).tolist()
+        x += [x0, x1, None]
+        y += [y0, y1, None]
+    return [x, y]
+
+
+def _thinned(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """At most ``count`` of the points, evenly drawn, the last one among them."""
+    if len(points) <= count:
+        return points
+    return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
+
+
+def _columns(xy: NDArray[np.float64]) -> list[list[float]]:
+    columns: list[list[float]] = np.round(xy, 2).T.reshape(2, -1).tolist()
+    return columns

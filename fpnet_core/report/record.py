@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a run report is made from, and the errors that can be told from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.evaluation.runs import pose_errors
+from fpnet_core.geometry import Affine2D
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import LocalizerOutput, Segmentation
+
+NS_PER_S = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class RunRecord:
+    """
+    A run on one floorplan.
+
+    ``outputs`` are all ticks in time order, ``published`` every pose given out, plan frame,
+    nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
+    truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
+    shown in their order, by name.
+    """
+
+    title: str
+    summary: str
+    plan: Segmentation
+    outputs: tuple[LocalizerOutput, ...]
+    published: PlanarTrajectory
+    truth: PlanarTrajectory | None = None
+    A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
+    figures: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def start_ns(self) -> int:
+        """Time that the report counts from: the first thing known of the run, 0 for none."""
+        stamps = [trajectory.stamps_ns[:1] for trajectory in (self.published, self.truth_on_plan)]
+        stamps.append(np.array([output.stamp_ns for output in self.outputs[:1]]))
+        known = np.concatenate(stamps)
+        return int(known.min()) if len(known) else 0
+
+    @property
+    def truth_on_plan(self) -> PlanarTrajectory:
+        """True poses in the plan frame; none where there is no truth."""
+        if self.truth is None:
+            return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+        return self.truth.mapped(self.A_plan_truth)
+
+    def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Seconds of stamps ``(S,)`` since the start."""
+        return (np.asarray(stamps_ns, dtype=np.int64) - self.start_ns) / NS_PER_S
+
+
+@dataclass(frozen=True, eq=False)
+class TimedErrors:
+    """``time_s (K,)`` since the start, ``position_m (K,)``, ``yaw_deg (K,)``, true metres."""
+
+    time_s: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+    yaw_deg: NDArray[np.float64]
+
+
+def published_errors(record: RunRecord) -> TimedErrors:
+    """Return the errors of the published poses that have a truth near in time."""
+    if record.truth is None or len(record.truth) < 2 or not len(record.published):
+        return TimedErrors(np.zeros(0), np.zeros(0), np.zeros(0))
+    metric = record.published.mapped(record.A_plan_truth.inv())
+    position, yaw = pose_errors(metric, record.truth)
+    _, known = record.truth.at(metric.stamps_ns)
+    return TimedErrors(record.seconds(metric.stamps_ns[known]), position, np.rad2deg(yaw))
+
+
+def best_placement_errors(record: RunRecord) -> list[float | None]:
+    """
+    Error [m] of the robot's position as each tick's best placement has it, claimed or not.
+
+    None for a tick without a placement, and without a truth near in time.
+    """
+    return [_best_placement_error(record, output) for output in record.outputs]
+
+
+def _best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
+    submap, truth = output.submap, record.truth
+    if truth is None or len(truth) < 2 or submap is None or not output.estimates:
+        return None
+    if not len(submap.path_xy):
+        return None
+    nearest, known = truth.at(np.array([submap.stamp_ns]))
+    if not known[0]:
+        return None
+    placed = output.estimates[0].A_plan_submap.apply(submap.path_xy[-1])
+    return float(np.linalg.norm(record.A_plan_truth.inv().apply(placed) - nearest.xy[0]))

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a run: floorplan, growing submap, hypotheses and timeline under one slider."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.report.charts import (
+    HEX_OF_STATUS,
+    PLACEMENT_COLOURS,
+    plan_figure,
+    submap_figure,
+    timeline_figure,
+)
+from fpnet_core.report.moments import moments
+from fpnet_core.report.page import write_page
+from fpnet_core.report.record import RunRecord
+
+_PUBLISHED_SAMPLES = 3000
+_UNITS = ('m', 's', 'ms', 'deg')
+
+
+def write_run_report(path: Path | str, record: RunRecord) -> None:
+    """
+    Write the report as one HTML file that loads nothing else; its folder is created.
+
+    A run of many ticks is thinned out for the slider, never for the timeline.
+    """
+    step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
+    published = record.published
+    data = {
+        'moments': moments(record),
+        'published': {
+            'time_s': np.round(record.seconds(published.stamps_ns[::step]), 2).tolist(),
+            'x': np.round(published.xy[::step, 0], 2).tolist(),
+            'y': np.round(published.xy[::step, 1], 2).tolist(),
+        },
+        'status_colours': HEX_OF_STATUS,
+        'placement_colours': PLACEMENT_COLOURS,
+    }
+    figures = {
+        'plan': plan_figure(record),
+        'submap': submap_figure(),
+        'timeline': timeline_figure(record),
+    }
+    write_page(
+        Path(path),
+        'run.html.j2',
+        figures,
+        title=record.title,
+        summary=record.summary,
+        figures_shown=_shown(record),
+        data=data,
+    )
+
+
+def _shown(record: RunRecord) -> list[tuple[str, str]]:
+    """Return the run's figures as names with units and text, those without a value left out."""
+    return [
+        (_named(name), _text(value)) for name, value in record.figures.items() if value is not None
+    ]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return 'yes' if value else 'no'
+    return f'{value:.2f}' if isinstance(value, float) else str(value)
+
+
+def _named(name: str) -> str:
+    """Turn ``path_to_first_pose_m`` into ``path to first pose [m]``."""
+    words = name.split('_')
+    units = [word for word in words if word in _UNITS]
+    rest = ' '.join(word for word in words if word not in _UNITS)
+    return f'{rest} [{units[-1]}]' if units else rest
