@@ -73,7 +73,11 @@ PUBLISHED = {
 }
 """The paper's Tables I and II [%] in the order of KEYS; its "Shahbandi" stands beside ombb."""
 
-NAMES = {'nearest_neighbor': 'nearest neighbour', 'ombb': 'ombb (paper: Shahbandi)'}
+NAMES = {
+    'fpnet_network': 'its network alone',
+    'nearest_neighbor': 'nearest neighbour',
+    'ombb': 'ombb (paper: Shahbandi)',
+}
 
 
 def main() -> None:

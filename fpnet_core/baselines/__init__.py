@@ -16,10 +16,14 @@ from fpnet_core.matching import RegionMatcher
 # The imports inside load torch or pygmtools, which the other matchers do without.
 
 
-def _learned(config: MatcherConfig) -> RegionMatcher:
+def _learned(config: MatcherConfig, settle: bool = True) -> RegionMatcher:
     from fpnet_core.matching.learned import LearnedMatcher
 
-    return LearnedMatcher(config)
+    return LearnedMatcher(config, settle)
+
+
+def _network_alone(config: MatcherConfig) -> RegionMatcher:
+    return _learned(config, settle=False)
 
 
 def _paper(config: MatcherConfig) -> RegionMatcher:
@@ -48,6 +52,7 @@ def _spectral(config: MatcherConfig) -> RegionMatcher:
 
 MATCHERS: dict[str, Callable[[MatcherConfig], RegionMatcher]] = {
     'fpnet': _learned,
+    'fpnet_network': _network_alone,
     'paper': _paper,
     'superglue': _superglue,
     'nearest_neighbor': NearestNeighborMatcher,

@@ -32,16 +32,16 @@ class LearnedMatcher:
     Region matcher on the packaged network, or on the checkpoint that ``config.weights`` names.
 
     Where the checkpoint brings a model of geometric evidence, the network's likelihoods are
-    settled by consensus; else they are the answer. Keeps what it derived from the latest plan
-    graph: a localizer matches growing submaps against the same plan object. Not thread-safe; one
-    instance per worker.
+    settled by consensus; else, or with ``settle=False``, they are the answer. Keeps what it
+    derived from the latest plan graph: a localizer matches growing submaps against the same plan
+    object. Not thread-safe; one instance per worker.
     """
 
-    def __init__(self, config: MatcherConfig) -> None:
+    def __init__(self, config: MatcherConfig, settle: bool = True) -> None:
         self._config = config
         weights = read_weights(Path(config.weights) if config.weights else None, FEATURE_SCHEMA)
         self._network = load_network(weights)
-        self._model: EvidenceModel | None = evidence_model(weights)
+        self._model: EvidenceModel | None = evidence_model(weights) if settle else None
         self._plan: RegionGraph | None = None
         self._plan_batch: GraphBatch | None = None
         self._plan_geometry: GraphGeometry | None = None
