@@ -64,7 +64,7 @@ class LocalizerParameters(InputParameters):
     autosave_period_s: float = Field(
         0.0, ge=0.0, description='Time between two saves of the state; 0: only on request.'
     )
-    run_dir: str = Field('', description='Folder for the last tick at shutdown; empty: none.')
+    run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
 
 
 _LIVE = ('tf_broadcast', 'transform_tolerance', 'stale_input_s')
@@ -330,8 +330,12 @@ class LocalizerNode(ManagedNode):
     # ---- ticks: their own thread
 
     def _run_tick(self) -> None:
-        self._localizer.tick(self.get_clock().now().nanoseconds)
+        before = self._localizer.output
+        output = self._localizer.tick(self.get_clock().now().nanoseconds)
         self._publish_tick()
+        if self._settings.value.run_dir and output is not before:
+            name = f'ticks/{output.stamp_ns:020d}.npz'
+            write_output(Path(self._settings.value.run_dir) / name, output)
 
     def _publish_tick(self) -> None:
         output, floorplan, scan = self._localizer.output, self._floorplan, self._newest

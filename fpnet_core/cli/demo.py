@@ -25,6 +25,7 @@ from fpnet_core.errors import FpnetError
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.evaluation.demo import DemoRun
+    from fpnet_core.types import Segmentation
 
 _SESSION_MODULE = 'fpnet_ros.demo'
 _GRACE_S = 30.0  # the session ends its nodes within half of this
@@ -45,8 +46,9 @@ def command(
     """
     Localise a simulated robot on a floorplan, every part a process of its own.
 
-    Exits 0 if the robot was localised and no wrong pose was published. Writes result.json,
-    trajectory.png, the recording and all logs to the output folder, replacing the last demo.
+    Exits 0 if the robot was localised and no wrong pose was published. Writes report.html, which
+    plays the run and opens without a network, result.json, trajectory.png, the recording and all
+    logs to the output folder, replacing the last demo.
 
     Example: fpnet demo --seed 3
     """
@@ -57,11 +59,15 @@ def command(
     _simulate(recording, tree.seed)
     _run_session(recording, session, rate, tree)
     from fpnet_core.evaluation.demo import judge_demo
+    from fpnet_core.io.maps import read_map
+    from fpnet_core.segmentation import segment_floorplan
 
     run = judge_demo(recording, session)
     common.write_json(out / 'result.json', {'seed': tree.seed, **run.as_json()})
-    _draw(out / 'trajectory.png', recording, session, run, tree)
-    typer.echo(f'seed {tree.seed}: {run.summary}; see {out}/trajectory.png')
+    plan = segment_floorplan(read_map(recording / 'floorplan.yaml'), tree.segmentation)
+    _draw(out / 'trajectory.png', session, run, plan)
+    _report(out / 'report.html', session, run, plan, tree.seed)
+    typer.echo(f'seed {tree.seed}: {run.summary}; see {out}/report.html')
     if not run.is_success:
         raise typer.Exit(1)
 
@@ -111,19 +117,28 @@ def _raise_interrupt(_signal: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _draw(path: Path, recording: Path, session: Path, run: DemoRun, config: FpnetConfig) -> None:
+def _draw(path: Path, session: Path, run: DemoRun, plan: Segmentation) -> None:
     from fpnet_core.evaluation.demo import TICK_NAME
-    from fpnet_core.io.maps import read_map
     from fpnet_core.io.runs import read_output
-    from fpnet_core.segmentation import segment_floorplan
     from fpnet_core.viz.run import plot_run
 
-    grid = read_map(recording / 'floorplan.yaml')
-    plot_run(
-        path,
-        segment_floorplan(grid, config.segmentation),
-        read_output(session / TICK_NAME),
+    truth = run.truth.mapped(run.A_plan_building)
+    last = read_output(session / TICK_NAME)
+    plot_run(path, plan, last, run.published, truth, title=str(run.summary))
+
+
+def _report(path: Path, session: Path, run: DemoRun, plan: Segmentation, seed: int) -> None:
+    from fpnet_core.evaluation.demo import read_ticks
+    from fpnet_core.report import RunRecord, write_run_report
+
+    record = RunRecord(
+        f'Demo, seed {seed}',
+        f'A generated building, four processes: {run.summary}',
+        plan,
+        read_ticks(session),
         run.published,
-        run.truth.mapped(run.A_plan_building),
-        title=str(run.summary),
+        run.truth,
+        run.A_plan_building,
+        run.as_json(),
     )
+    write_run_report(path, record)

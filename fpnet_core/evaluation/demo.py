@@ -15,11 +15,15 @@ from numpy.typing import NDArray
 from fpnet_core.errors import FpnetError
 from fpnet_core.evaluation.runs import RunSummary, summarize_run
 from fpnet_core.geometry import Affine2D
+from fpnet_core.io.runs import read_output
 from fpnet_core.io.trajectories import read_tum
 from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import LocalizerOutput
 
 POSES_NAME, SESSION_NAME, TICK_NAME = 'poses.tum', 'session.json', 'last_tick.npz'
-"""What a session of the nodes leaves in its folder."""
+"""What a session of the nodes leaves in its folder, beside all ticks."""
+
+_TICKS_NAME = 'ticks'
 
 TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
 """What a simulated recording holds besides its bag and floorplan."""
@@ -81,6 +85,18 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
         int(session['scans']),
         int(session['registered_scans']),
     )
+
+
+def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
+    """
+    Return all ticks of a session in time order.
+
+    Raises
+    ------
+    FpnetError
+        If a file is damaged.
+    """
+    return tuple(read_output(path) for path in sorted((session_dir / _TICKS_NAME).glob('*.npz')))
 
 
 def _planar(path: Path) -> PlanarTrajectory:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.evaluation.demo import judge_demo
+from fpnet_core.evaluation.demo import judge_demo, read_ticks
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum
+from fpnet_core.types import LocalizerOutput, Status
 
 START_NS = 1_750_000_000_000_000_000
 PERIOD_NS = 100_000_000
@@ -84,3 +86,11 @@ def test_missing_files_are_named(tmp_path):
     (session / 'session.json').unlink()
     with pytest.raises(FpnetError, match=r'session\.json'):
         judge_demo(recording, session)
+
+
+def test_ticks_come_back_in_time_order(tmp_path):
+    assert read_ticks(tmp_path) == ()
+    for stamp_ns in (30, 200, 4):
+        output = LocalizerOutput(stamp_ns, Status.WAITING)
+        write_output(tmp_path / 'ticks' / f'{stamp_ns:020d}.npz', output)
+    assert [tick.stamp_ns for tick in read_ticks(tmp_path)] == [4, 30, 200]
