@@ -20,8 +20,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import os
 from pathlib import Path
+import signal
 import sys
 import time
+from types import FrameType
 from typing import Any
 
 from fpnet_core.errors import BagFormatError, FpnetError
@@ -59,7 +61,30 @@ class SessionOptions:
     params_file: Path | None = None
 
 
-def run_session(options: SessionOptions) -> None:
+class Interruption:
+    """
+    Keeps SIGINT and SIGTERM until the session looks.
+
+    An exception out of the blue could end a destructor instead of the session, or leave the
+    middleware half made.
+    """
+
+    def __init__(self) -> None:
+        self._is_asked = False
+        self._parent = os.getppid()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if a signal has come, or the parent has ended."""
+        if self._is_asked or os.getppid() != self._parent:
+            raise KeyboardInterrupt
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        self._is_asked = True
+
+
+def run_session(options: SessionOptions, interruption: Interruption) -> None:
     """
     Run the nodes over the recording until it is played and worked off, and write the results.
 
@@ -68,7 +93,7 @@ def run_session(options: SessionOptions) -> None:
     FpnetError
         If the recording has no clouds, or a node dies or falls silent.
     KeyboardInterrupt
-        On SIGINT and SIGTERM, after every node has ended.
+        Where it was interrupted, after every node has ended.
     """
     topic, scans = _cloud_topic(options.bag)
     domain_id = free_domain_id()
@@ -77,9 +102,14 @@ def run_session(options: SessionOptions) -> None:
         _start_listening_nodes(group, options, topic)
         os.environ.update(environment)
         with Monitor(scans) as monitor:
-            _wait_until(monitor, group, lambda: monitor.is_ready(topic))
+
+            def spin() -> None:
+                monitor.spin(_POLL_S)
+                interruption.check()
+
+            _wait_until(lambda: monitor.is_ready(topic), spin, group)
             replay = group.start('replay', _replay_command(options, topic))
-            _follow(monitor, group, replay)
+            _follow(monitor, spin, group, replay)
     monitor.write(options.out)
 
 
@@ -129,23 +159,25 @@ def _replay_command(options: SessionOptions, topic: str) -> list[str]:
     return [*node_command('replay'), *ros_arguments(parameters)]
 
 
-def _wait_until(monitor: Monitor, group: ProcessGroup, is_ready: Callable[[], bool]) -> None:
+def _wait_until(
+    is_ready: Callable[[], bool], spin: Callable[[], None], group: ProcessGroup
+) -> None:
     deadline = time.monotonic() + _READY_S
     while not is_ready():
-        monitor.spin(_POLL_S)
+        spin()
         group.check()
         if time.monotonic() > deadline:
             raise FpnetError(f'the nodes were not ready within {_READY_S:.0f} s; see their logs')
 
 
-def _follow(monitor: Monitor, group: ProcessGroup, replay: Child) -> None:
+def _follow(
+    monitor: Monitor, spin: Callable[[], None], group: ProcessGroup, replay: Child
+) -> None:
     """Return when the recording is played and odometry has worked it off."""
-    parent, started_s = os.getppid(), time.monotonic()
+    started_s = time.monotonic()
     while True:
-        monitor.spin(_POLL_S)
+        spin()
         group.check(may_end=[replay])
-        if os.getppid() != parent:
-            raise KeyboardInterrupt
         quiet_s = min(monitor.quiet_s(), time.monotonic() - started_s)
         if monitor.is_complete() or (replay.process.poll() == 0 and quiet_s > _QUIET_S):
             return
@@ -165,8 +197,9 @@ def _parse(arguments: Sequence[str] | None) -> SessionOptions:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program; returns 0, 1 on a known error, 130 where it was interrupted."""
+    options, interruption = _parse(arguments), Interruption()
     try:
-        run_session(_parse(arguments))
+        run_session(options, interruption)
     except FpnetError as error:
         print(f'fpnet: {error}', file=sys.stderr)
         return 1

@@ -16,8 +16,9 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
@@ -38,6 +39,8 @@ class Monitor(Node):
     """
     Collects poses, ticks and odometry stamps; a context manager around rclpy.
 
+    Signals are the caller's: rclpy's own handlers would end the context under whatever runs.
+
     Parameters
     ----------
     scans
@@ -45,7 +48,7 @@ class Monitor(Node):
     """
 
     def __init__(self, scans: int) -> None:
-        rclpy.init()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         super().__init__('fpnet_demo')
         self.poses: list[StampedPose] = []
         self.ticks: list[LocalizerReport] = []
@@ -90,15 +93,10 @@ class Monitor(Node):
         rclpy.try_shutdown()
 
     def spin(self, seconds: float) -> None:
-        """Handle messages for a while; raises KeyboardInterrupt on SIGINT and SIGTERM."""
+        """Handle messages for a while, and show where things stand."""
         deadline = time.monotonic() + seconds
-        try:
-            while (left_s := deadline - time.monotonic()) > 0.0:
-                self._executor.spin_once(timeout_sec=left_s)
-        except ExternalShutdownException:
-            raise KeyboardInterrupt from None
-        if not self.context.ok():
-            raise KeyboardInterrupt
+        while (left_s := deadline - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left_s)
         self._show()
 
     def is_ready(self, cloud_topic: str) -> bool:
