@@ -14,13 +14,16 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 
 from fpnet_core.config import Section
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_ros.lifecycle import ManagedNode
-from fpnet_ros.runtime import SENSOR_DATA, TF, TF_STATIC
+from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
+from fpnet_ros.work import Numbering
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg
@@ -31,9 +34,6 @@ except ImportError:  # no wheel has it; see docs/install.md
     TFMessage = None
 
 NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
-
-_SEQUENCE = 'publication_sequence_number'
-_NO_SEQUENCE = 2**64 - 1
 
 
 class InputParameters(Section):
@@ -56,13 +56,13 @@ class InputParameters(Section):
 @dataclass(frozen=True, eq=False)
 class LocatedScan:
     """
-    A cloud and its poses (4, 4) at its stamp.
+    A cloud, still serialized, and its poses (4, 4) at its stamp.
 
     ``T_odom_...`` are in the odometry's frame; ``T_tf_odom`` leads from there to the frame that
     TF is published for, and is the identity where that is the same.
     """
 
-    msg: PointCloud2
+    data: bytes
     stamp_ns: int
     odom_frame: str
     T_odom_sensor: NDArray[np.float64]
@@ -71,9 +71,18 @@ class LocatedScan:
     T_tf_odom: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class _WaitingCloud:
+    data: bytes
+    frame_id: str
+
+
 class ScanInput:
     """
     Hands on every cloud once its pose is known, in the executor's thread.
+
+    Clouds stay serialized here: all that is needed of them at first is their header, and to
+    unpack a large one takes longer than the executor's thread has.
 
     Parameters
     ----------
@@ -96,15 +105,16 @@ class ScanInput:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
         self._tree = FrameTree()
-        self._waiting: OrderedDict[int, PointCloud2] = OrderedDict()
+        self._waiting: OrderedDict[int, _WaitingCloud] = OrderedDict()
         self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
         self._base_frame = parameters.base_frame
-        self._sequence = 0
+        self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
         self.unlocated = 0
-        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, SENSOR_DATA)
+        clouds, poses = sensor_data(parameters.max_pending_scans), sensor_data(ODOMETRY_QUEUE)
+        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
         if parameters.odometry_source == 'topic':
-            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, SENSOR_DATA)
+            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, poses)
         self._listen_to_tf(node)
 
     @property
@@ -112,6 +122,11 @@ class ScanInput:
         """Time since each input was last heard, or since the start."""
         now_s = time.monotonic()
         return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
+
+    @property
+    def lost(self) -> int:
+        """Clouds that were sent but did not arrive."""
+        return self._clouds.lost
 
     def _listen_to_tf(self, node: ManagedNode) -> None:
         parameters = self._settings
@@ -128,14 +143,20 @@ class ScanInput:
         if parameters.odometry_source == 'tf' or parameters.odom_frame:
             node.add_subscription(TFMessage, '/tf', self._on_tf, TF)
 
-    def _on_cloud(self, msg: PointCloud2) -> None:
+    def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._heard_s['cloud'] = time.monotonic()
-        self._waiting[stamp_from_msg(msg.header.stamp)] = msg
+        self._clouds.follow(info)
+        header = deserialize_message(data, Header)  # the first field of every cloud
+        waiting = _WaitingCloud(data, header.frame_id.lstrip('/'))
+        self._waiting[stamp_from_msg(header.stamp)] = waiting
         self._hand_on()
 
     def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
         self._heard_s['odometry'] = time.monotonic()
-        self._notice_restart(info.get(_SEQUENCE, _NO_SEQUENCE))
+        if self._odometry.follow(info):
+            self._tree.clear()
+            self._waiting.clear()
+            self._on_restart()
         try:
             odometry = odometry_from_msg(msg)
         except OdometryError as error:
@@ -151,16 +172,6 @@ class ScanInput:
             odometry.stamp_ns,
         )
         self._hand_on()
-
-    def _notice_restart(self, sequence: int) -> None:
-        """A publisher counts its messages: one that starts again is a new process."""
-        if sequence == _NO_SEQUENCE:
-            return
-        if sequence < self._sequence:
-            self._tree.clear()
-            self._waiting.clear()
-            self._on_restart()
-        self._sequence = sequence
 
     def _on_tf_static(self, msg: Any) -> None:
         for transform in self._transforms(msg):
@@ -190,18 +201,18 @@ class ScanInput:
                 del self._waiting[stamp_ns]
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
-            stamp_ns, msg = self._waiting.popitem(last=False)
+            stamp_ns, cloud = self._waiting.popitem(last=False)
             self.unlocated += 1
             self._report(
                 OdometryError(
-                    f'no odometry at {stamp_ns} ns for a scan in {msg.header.frame_id!r}, frames '
+                    f'no odometry at {stamp_ns} ns for a scan in {cloud.frame_id!r}, frames '
                     f'{self._odom_frame!r} and {self._base_frame!r}; publish odometry of that '
                     'frame, or its place on the robot on /tf_static; the scan was dropped'
                 )
             )
 
-    def _located(self, stamp_ns: int, msg: PointCloud2) -> LocatedScan | None:
-        sensor, odom = msg.header.frame_id.lstrip('/'), self._odom_frame
+    def _located(self, stamp_ns: int, cloud: _WaitingCloud) -> LocatedScan | None:
+        sensor, odom = cloud.frame_id, self._odom_frame
         T_odom_sensor = self._tree.lookup(odom, sensor, stamp_ns) if odom else None
         T_odom_base = self._tree.lookup(odom, self._base_frame or sensor, stamp_ns)
         if T_odom_sensor is None or T_odom_base is None:
@@ -213,4 +224,6 @@ class ScanInput:
             if T_tf_base is None:
                 return None
             T_tf_odom = T_tf_base @ np.linalg.inv(T_odom_base)
-        return LocatedScan(msg, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom)
+        return LocatedScan(
+            cloud.data, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom
+        )

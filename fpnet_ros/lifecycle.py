@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from typing import Any
 
 from pydantic import Field
 import rclpy
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.task import Future as ExecutorFuture
 
 from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError
@@ -87,15 +90,20 @@ class ManagedNode(LifecycleNode):
         return publisher
 
     def add_subscription(
-        self, kind: type, topic: str, callback: Callable[..., None], qos: Any
+        self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
     ) -> None:
-        """Subscribe; the callback takes the message, or the message and its information."""
+        """
+        Subscribe; the callback takes the message, or the message and its information.
+
+        ``raw`` messages are handed over as serialized bytes.
+        """
         subscription = self.create_subscription(
             kind,
             topic,
             callback,
             qos,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            raw=raw,
         )
         self._undo.append(lambda: self.destroy_subscription(subscription))
 
@@ -103,6 +111,27 @@ class ManagedNode(LifecycleNode):
         """Offer a service."""
         service = self.create_service(kind, name, callback)
         self._undo.append(lambda: self.destroy_service(service))
+
+    def add_slow_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
+        """
+        Offer a service whose callback is a coroutine: while it waits, the node does all else.
+
+        It exists as long as the node, as an answer that is still due needs it; the callback
+        refuses while the node is not configured.
+        """
+        self.create_service(kind, name, callback, callback_group=MutuallyExclusiveCallbackGroup())
+
+    async def finished(self, work: Future[Any]) -> None:
+        """Wait, in a coroutine of the executor, for work that another thread does."""
+        done = ExecutorFuture()
+
+        def wake(_: Future[Any]) -> None:
+            done.set_result(None)
+            if self.executor is not None:
+                self.executor.wake()
+
+        work.add_done_callback(wake)
+        await done
 
     def add_timer(self, period_s: float, callback: Callable[[], None], clock: Any = None) -> Any:
         """Return a running timer; ``clock`` None is the node's own."""

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.clock import Clock, ClockType
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
@@ -93,8 +95,9 @@ class LocalizerNode(ManagedNode):
     Drives one :class:`fpnet_core.localizer.Localizer`.
 
     Three threads: the executor's takes messages, answers services and rebroadcasts TF; scans are
-    added in a second one; ticks, new floorplans and saves follow one another in a third. Topics,
-    services and parameters are described in docs/ros.md.
+    added in a second one; ticks, new floorplans and saves follow one another in a third, so that
+    a service whose answer takes long waits without holding up the first. Topics, services and
+    parameters are described in docs/ros.md.
     """
 
     def __init__(self) -> None:
@@ -109,6 +112,7 @@ class LocalizerNode(ManagedNode):
         )
         self._errors = ErrorLog(self.get_logger().error)
         self._publish_lock = Lock()
+        self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
         self._forget()
 
     def _forget(self) -> None:
@@ -120,7 +124,7 @@ class LocalizerNode(ManagedNode):
         self._map_odom: _MapOdom | None = None
         self._tf_stamp_ns = 0
         self._tick: Future[None] | None = None
-        self._reported_drops = 0
+        self._reported_drops = self._reported_losses = 0
 
     def configure(self) -> None:
         """Load the weights, compile, and connect; a bad parameter or file is an FpnetError."""
@@ -171,7 +175,6 @@ class LocalizerNode(ManagedNode):
     def _add_services(self) -> None:
         self.add_service(Trigger, '~/relocalize', self._on_relocalize)
         self.add_service(Trigger, '~/reset', self._on_reset)
-        self.add_service(Trigger, '~/save_state', self._on_save_state)
         self.add_service(Empty, 'reinitialize_global_localization', self._on_reinitialize)
         self.add_service(Empty, 'request_nomotion_update', self._on_nomotion_update)
 
@@ -252,14 +255,19 @@ class LocalizerNode(ManagedNode):
         self._localizer.reset()
         return _succeeded(response, 'forgot the submap and every placement')
 
-    def _on_save_state(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def _on_save_state(
+        self, _: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         path = self._settings.value.state_file
         if not path:
             response.message = 'parameter state_file is empty; set it to a path'
-            return response
-        # Here, as the caller waits for the answer: TF, being post-dated, bridges the time.
-        error = self._save(path)
-        response.success, response.message = not error, error or f'saved to {path}'
+        elif not self._is_configured:
+            response.message = 'the node is not configured'
+        else:
+            saved = self._submit(self._save, path)
+            await self.finished(saved)
+            error = 'the node was cleaned up' if saved.cancelled() else saved.result()
+            response.success, response.message = not error, error or f'saved to {path}'
         return response
 
     def _on_reinitialize(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
@@ -289,11 +297,18 @@ class LocalizerNode(ManagedNode):
             self._out.publish_tf(map_odom.T_map_odom, stamp_ns, map_odom.odom_frame)
 
     def _publish_diagnostics(self) -> None:
-        dropped = self._dropped()
-        is_dropping, self._reported_drops = dropped > self._reported_drops, dropped
-        self._out.publish_diagnostics(
-            self._report_tick(is_dropping), self.get_clock().now().nanoseconds
-        )
+        report = self._report_tick(self._new_losses())
+        self._out.publish_diagnostics(report, self.get_clock().now().nanoseconds)
+
+    def _new_losses(self) -> list[str]:
+        """Name what was lost since the last time."""
+        dropped, lost = self._dropped(), self._input.lost
+        news = {
+            'scans are dropped: more come than can be added': dropped > self._reported_drops,
+            'scans are lost on the way here: see "Large clouds"': lost > self._reported_losses,
+        }
+        self._reported_drops, self._reported_losses = dropped, lost
+        return [text for text, is_new in news.items() if is_new]
 
     def _autosave(self) -> None:
         if self.is_active and self._newest is not None:
@@ -302,7 +317,7 @@ class LocalizerNode(ManagedNode):
     # ---- scans: their own thread
 
     def _add_scan(self, scan: LocatedScan) -> None:
-        cloud = cloud_from_msg(scan.msg)
+        cloud = cloud_from_msg(deserialize_message(scan.data, PointCloud2))
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns)
         self._newest = scan
         self._publish_pose()
@@ -395,14 +410,15 @@ class LocalizerNode(ManagedNode):
 
     # ---- any thread
 
-    def _report_tick(self, is_dropping: bool = False) -> LocalizerReport:
+    def _report_tick(self, losses: Sequence[str] = ()) -> LocalizerReport:
         figures = {
             **self._input.ages_s,
             'scan_ms': self._scans.work_ms,
             'scans': float(self._scans.done),
             'dropped_scans': float(self._dropped()),
+            'lost_scans': float(self._input.lost),
         }
-        warnings = ['scans are dropped: more come than can be added'] if is_dropping else []
+        warnings = [*losses]
         for name, age_s in self._input.ages_s.items():
             if age_s > self._settings.value.stale_input_s:
                 warnings.append(f'no {name.removesuffix("_age_s")} for {age_s:.0f} s')

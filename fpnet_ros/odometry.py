@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, Section
@@ -23,8 +24,8 @@ from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.odometry import KissOdometry
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import SENSOR_DATA, STREAM, TF, TF_STATIC, ErrorLog, run_node
-from fpnet_ros.work import DroppingWorker
+from fpnet_ros.runtime import STREAM, TF, TF_STATIC, ErrorLog, run_node, sensor_data
+from fpnet_ros.work import DroppingWorker, Numbering
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
 from msg_adapters.odometry import odometry_to_msg
@@ -32,6 +33,7 @@ from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 _DIAGNOSTICS_PERIOD_S = 1.0
+_STALE_BEFORE_RESTART = 3  # old clouds in a row; fewer are disorder on the way here
 
 
 class OdometryParameters(Section):
@@ -75,16 +77,19 @@ class OdometryNode(Node):
         self._frame_publisher = self._publisher(PointCloud2, 'kiss/frame', STREAM)
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
         self._connect_tf()
-        self._reported_drops = 0
+        self._clouds = Numbering()
+        self._reported_drops = self._stale = 0
+        self._newest_ns: int | None = None
         self._scans = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
         self.create_subscription(
             PointCloud2,
             'pointcloud_topic',
-            self._scans.put,
-            SENSOR_DATA,
+            self._on_cloud,
+            sensor_data(self._settings.max_pending_scans),
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            raw=True,  # unpacked by the worker: it takes longer than this thread has
         )
         self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
 
@@ -110,7 +115,12 @@ class OdometryNode(Node):
         for transform in map(transform_from_msg, msg.transforms):
             self._tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
 
-    def _register(self, msg: PointCloud2) -> None:
+    def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
+        self._clouds.follow(info)
+        self._scans.put(data)
+
+    def _register(self, data: bytes) -> None:
+        msg = deserialize_message(data, PointCloud2)
         cloud = cloud_from_msg(msg)
         sensor = msg.header.frame_id.lstrip('/')
         moving = self._settings.base_frame or sensor
@@ -119,6 +129,7 @@ class OdometryNode(Node):
             raise OdometryError(
                 f'the place of {sensor!r} on {moving!r} is unknown; publish it on /tf_static'
             )
+        self._follow_clock(stamp_from_msg(msg.header.stamp))
         scan = self._kiss.register(cloud.points, cloud.time_s)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
         T_odom_base = T_base_sensor @ scan.T_odom_sensor @ np.linalg.inv(T_base_sensor)
@@ -126,6 +137,21 @@ class OdometryNode(Node):
         self._frame_publisher.publish(
             cloud_to_msg(scan.points, stamp_from_msg(msg.header.stamp), sensor)
         )
+
+    def _follow_clock(self, stamp_ns: int) -> None:
+        """Refuse a cloud that is not newer than the last; begin anew where the clock went back."""
+        newest_ns = self._newest_ns
+        if newest_ns is not None and stamp_ns <= newest_ns:
+            self._stale += 1
+            if self._stale < _STALE_BEFORE_RESTART:
+                raise OdometryError(
+                    f'cloud at {stamp_ns} ns is not newer than the last one at {newest_ns} ns; it '
+                    'was dropped (is the recording looping, or are there two publishers?)'
+                )
+            back_s = (newest_ns - stamp_ns) / 1e9
+            self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
+            self._kiss.reset()
+        self._newest_ns, self._stale = stamp_ns, 0
 
     def _publish(self, T_odom_base: NDArray[np.float64], stamp_ns: int, moving: str) -> None:
         settings = self._settings
@@ -143,14 +169,15 @@ class OdometryNode(Node):
             self._tf_publisher.publish(TFMessage(transforms=[transform]))
 
     def _publish_diagnostics(self) -> None:
-        dropped = self._scans.dropped
+        dropped, lost = self._scans.dropped, self._clouds.lost
         warning = ''
-        if dropped > self._reported_drops:
-            warning = 'clouds are dropped: more come than can be registered'
-        self._reported_drops = dropped
+        if dropped + lost > self._reported_drops:
+            warning = 'clouds are dropped: more come than can be registered or received'
+        self._reported_drops = dropped + lost
         values = {
             'scans': float(self._scans.done),
             'dropped_scans': float(dropped),
+            'lost_scans': float(lost),
             'register_ms': self._scans.work_ms,
         }
         name = f'{self.get_fully_qualified_name()}: registration'

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 import logging
 import math
+import sys
 import time
 from typing import Any, TypeVar
 
@@ -26,8 +27,11 @@ from fpnet_core.errors import ConfigError, FpnetError
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
-SCAN_QUEUE = 50
-"""Scans that a subscription holds back: at 10 Hz five seconds of a busy processor."""
+STREAM_QUEUE = 50
+"""Messages that a publisher or subscription of this package holds back."""
+
+ODOMETRY_QUEUE = 500
+"""Wheels report at 100 Hz and more, and nothing replaces a lost pose."""
 
 LATCHED = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -45,17 +49,24 @@ STATUS = QoSProfile(
 )
 """Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last."""
 
-SENSOR_DATA = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=SCAN_QUEUE,
-    reliability=QoSReliabilityPolicy.BEST_EFFORT,
-    durability=QoSDurabilityPolicy.VOLATILE,
-)
-"""Matches every lidar driver; deeper than ROS's default, as lost scans harm odometry."""
+
+def sensor_data(depth: int) -> QoSProfile:
+    """
+    Return what matches every lidar driver.
+
+    What a node cannot take in time waits here too: the depth bounds how late it may be.
+    """
+    return QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=QoSReliabilityPolicy.BEST_EFFORT,
+        durability=QoSDurabilityPolicy.VOLATILE,
+    )
+
 
 STREAM = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
-    depth=SCAN_QUEUE,
+    depth=STREAM_QUEUE,
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.VOLATILE,
 )
@@ -76,6 +87,12 @@ TF_STATIC = QoSProfile(
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
 """As tf2_ros for ``/tf_static``."""
+
+_SWITCH_S = 0.001
+"""
+Threads take turns this often. By Python's default of 5 ms, the executor's thread, which needs the
+interpreter for moments only, would wait that long at every turn while a tick computes.
+"""
 
 ERROR_PERIOD_S = 5.0
 """Time between two lines about the same kind of bad input."""
@@ -137,6 +154,7 @@ def _enter_ros(arguments: Sequence[str] | None) -> None:
         # rcl raises its own child for unreadable parameter files and malformed --ros-args.
         raise ConfigError(f'{error}; check the arguments after --ros-args') from None
     logging.basicConfig(level=logging.INFO, handlers=[_ToRos()])
+    sys.setswitchinterval(_SWITCH_S)
 
 
 class ErrorLog:

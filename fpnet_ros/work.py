@@ -1,16 +1,44 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Work beside the executor's thread; imports no ROS."""
+"""Messages in order, and work beside the executor's thread; imports no ROS."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from threading import Condition, Thread
 import time
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 Item = TypeVar('Item')
+
+_NUMBER, _NO_NUMBER = 'publication_sequence_number', 2**64 - 1
+_MOST_LOST = 1000  # a larger gap is between two publishers that take turns
+
+
+class Numbering:
+    """
+    Follows how a publisher numbers its messages.
+
+    ``lost`` counts those that did not arrive: queues overflowed, or fragments went missing.
+    """
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+        self.lost = 0
+
+    def follow(self, info: Mapping[str, Any]) -> bool:
+        """Take a message's information; True where another process publishes from now on."""
+        number = int(info.get(_NUMBER, _NO_NUMBER))
+        if number == _NO_NUMBER:  # a middleware that does not count
+            return False
+        last, self._last = self._last, number
+        if last is None:
+            return False
+        missing = number - last - 1
+        if 0 < missing < _MOST_LOST:
+            self.lost += missing
+        return number < last
 
 
 class DroppingWorker(Generic[Item]):

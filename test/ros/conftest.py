@@ -51,9 +51,10 @@ class Bench:
         arguments = ros_arguments(parameters, remappings)
         return self.group.start(name, [*(command or node_command(name)), *arguments])
 
-    def start_as(self, log_name: str, name: str, parameters=None) -> Child:
+    def start_as(self, log_name: str, name: str, parameters=None, remappings=None) -> Child:
         """Start one of several nodes of the same kind."""
-        return self.group.start(log_name, [*node_command(name), *ros_arguments(parameters)])
+        arguments = ros_arguments(parameters, remappings)
+        return self.group.start(log_name, [*node_command(name), *arguments])
 
     def collect(self, kind: type, topic: str, qos: Any) -> list[Any]:
         """Subscribe, and return the list that messages are appended to."""

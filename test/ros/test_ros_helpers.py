@@ -22,7 +22,7 @@ from fpnet_ros import processes
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.runtime import ErrorLog
-from fpnet_ros.work import DroppingWorker
+from fpnet_ros.work import DroppingWorker, Numbering
 
 SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
 
@@ -98,6 +98,33 @@ class TestDroppingWorker:
         assert finished.wait(20)
         worker.close()
         assert [str(error) for error in errors] == ['bad scan']
+
+
+class TestNumbering:
+    @staticmethod
+    def _info(number: int) -> dict[str, int]:
+        return {'publication_sequence_number': number}
+
+    def test_gaps_are_counted_and_a_new_publisher_is_noticed(self):
+        numbering = Numbering()
+        follow = lambda number: numbering.follow(self._info(number))  # noqa: E731
+        assert not any(map(follow, (7, 8, 11, 12)))
+        assert numbering.lost == 2
+        assert follow(1)
+        assert not follow(2)
+        assert numbering.lost == 2
+
+    def test_publishers_that_take_turns_lose_nothing(self):
+        numbering = Numbering()
+        for number in (50_000, 3, 50_001, 4):
+            numbering.follow(self._info(number))
+        assert numbering.lost == 0
+
+    def test_a_middleware_that_does_not_count_says_nothing(self):
+        numbering = Numbering()
+        for info in ({}, self._info(2**64 - 1), {}):
+            assert not numbering.follow(info)
+        assert numbering.lost == 0
 
 
 class TestDescriptors:

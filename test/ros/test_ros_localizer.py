@@ -5,7 +5,7 @@
 from array import array
 import math
 
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
@@ -20,11 +20,13 @@ from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.grids import grid_to_msg
 from msg_adapters.odometry import odometry_to_msg
+from msg_adapters.stamps import stamp_to_msg
 
 pytestmark = pytest.mark.ros
 
 START_NS = 1_700_000_000_000_000_000
 PERIOD_NS = 100_000_000
+SWEEP_POINTS, LARGE_POINTS = 4000, 300_000
 
 
 def _two_rooms() -> GridMap:
@@ -36,8 +38,8 @@ def _two_rooms() -> GridMap:
 
 
 def _room_sweep(rng: np.random.Generator) -> np.ndarray:
-    """Return (4000, 3) returns from a room of 6 m x 5 m, the sensor 0.9 m above its floor."""
-    rays = rng.normal(size=(4000, 3))
+    """Return (P, 3) returns from a room of 6 m x 5 m, the sensor 0.9 m above its floor."""
+    rays = rng.normal(size=(SWEEP_POINTS, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     walls = np.where(rays > 0.0, (3.5, 2.0, 1.8), (-2.5, -3.0, -0.9))
     return rays * (walls / rays).min(axis=1)[:, None]
@@ -51,6 +53,7 @@ class _Robot:
         self._frames = bench.node.create_publisher(PointCloud2, 'kiss/frame', STREAM)
         self._odometry = bench.node.create_publisher(Odometry, 'kiss/odometry', STREAM)
         self._rng = np.random.default_rng(4)
+        self._large: PointCloud2 | None = None
 
     def is_heard(self) -> bool:
         return bool(
@@ -58,15 +61,31 @@ class _Robot:
         )
 
     def send(self, index: int, change_frame=None, change_odometry=None) -> None:
-        stamp_ns = START_NS + index * PERIOD_NS
-        frame = cloud_to_msg(_room_sweep(self._rng), stamp_ns, 'lidar')
-        odometry = odometry_to_msg(np.eye(4), stamp_ns, 'odom_lidar', 'lidar')
-        if change_frame:
-            change_frame(frame)
-        if change_odometry:
-            change_odometry(odometry)
+        self.send_frame(index, change_frame)
+        self.send_odometry(index, change_odometry)
+
+    def send_frame(self, index: int, change=None) -> None:
+        frame = cloud_to_msg(_room_sweep(self._rng), START_NS + index * PERIOD_NS, 'lidar')
+        if change:
+            change(frame)
         self._frames.publish(frame)
+
+    def send_odometry(self, index: int, change=None) -> None:
+        stamp_ns = START_NS + index * PERIOD_NS
+        odometry = odometry_to_msg(np.eye(4), stamp_ns, 'odom_lidar', 'lidar')
+        if change:
+            change(odometry)
         self._odometry.publish(odometry)
+
+    def send_large(self, index: int) -> None:
+        """A cloud of 300,000 points; packed once, as a driver has it ready."""
+        if self._large is None:
+            points = np.tile(_room_sweep(self._rng), (LARGE_POINTS // SWEEP_POINTS, 1))
+            points += self._rng.normal(scale=0.02, size=points.shape)
+            self._large = cloud_to_msg(points.astype(np.float32), 0, 'lidar')
+        self._large.header.stamp = stamp_to_msg(START_NS + index * PERIOD_NS)
+        self._frames.publish(self._large)
+        self.send_odometry(index)
 
 
 def test_bad_input_is_named_once_and_nothing_is_lost(bench, tmp_path):
@@ -132,6 +151,78 @@ def test_bad_input_is_named_once_and_nothing_is_lost(bench, tmp_path):
     submap = read_output(tmp_path / 'run' / 'last_tick.npz').submap
     assert submap is not None
     assert submap.stamp_ns == START_NS + 13 * PERIOD_NS
+
+
+def test_scans_without_odometry_are_dropped_and_named_and_late_odometry_is_welcome(bench):
+    diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
+    reliable = 'qos_overrides./kiss/{}.subscription.reliability'
+    node = bench.start(
+        'localizer',
+        {
+            'localizer.tick_period_s': 0.2,
+            'max_pending_scans': 5,
+            'stale_input_s': 1.0,
+            reliable.format('frame'): 'reliable',
+            reliable.format('odometry'): 'reliable',
+        },
+    )
+    robot = _Robot(bench)
+
+    def reports():
+        return [report_from_msg(status) for msg in diagnostics for status in msg.status]
+
+    def last(name: str) -> float:
+        return reports()[-1].values[name] if diagnostics else math.nan
+
+    assert bench.wait_for(lambda: bool(diagnostics) and robot.is_heard(), 180.0), node.log_tail()
+    for index in range(12):
+        robot.send_frame(index)
+        bench.wait_for(lambda: False, 0.02)
+    assert bench.wait_for(lambda: last('dropped_scans') == 7), node.log_tail()
+    assert 'no odometry at' in node.log.read_text()
+    assert bench.wait_for(lambda: 'no odometry for' in reports()[-1].warning), reports()[-1]
+    assert any('scans are dropped' in report.warning for report in reports())
+    assert last('scans') == 0
+    # The five that wait are used as soon as odometry tells where they were, in any order.
+    for index in (11, 7, 9, 8, 10):
+        robot.send_odometry(index)
+    robot.send(12)
+    assert bench.wait_for(lambda: last('scans') == 6), node.log_tail()
+    assert last('dropped_scans') == 7
+    assert last('lost_scans') == 0
+
+
+def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(bench):
+    diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
+    statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
+    limit, sent = 1, 60
+    node = bench.start('localizer', {'localizer.tick_period_s': 0.2, 'max_pending_scans': limit})
+    floorplans = bench.node.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
+    floorplans.publish(grid_to_msg(_two_rooms(), START_NS, 'drawing'))
+    robot = _Robot(bench)
+    took = lambda: 'took the floorplan' in node.log.read_text()  # noqa: E731
+    assert bench.wait_for(lambda: took() and robot.is_heard(), 180.0), node.log_tail()
+
+    def reports():
+        return [report_from_msg(status) for msg in diagnostics for status in msg.status]
+
+    for index in range(sent):  # as fast as they can be sent: no machine keeps up
+        robot.send_large(index)
+    robot.send(sent)
+    newest_ns = START_NS + sent * PERIOD_NS
+    served = lambda: report_from_msg(statuses[-1]).stamp_ns == newest_ns  # noqa: E731
+    # What waits in the node and before it, and a tick: not everything that was sent.
+    assert bench.wait_for(served, 60.0), (report_from_msg(statuses[-1]), node.log_tail())
+    assert bench.wait_for(lambda: reports()[-1].values['scans'] > 0)
+    last = reports()[-1].values
+    assert 0 < last['scans'] < sent
+    unused = last['dropped_scans'] + last['lost_scans']
+    assert unused > 0
+    # What was lost before the first that arrived, nobody can count.
+    assert sent - limit <= last['scans'] + unused <= sent + 1
+    warned = [report.warning for report in reports() if report.warning.startswith('scans are')]
+    assert warned, 'a drop goes with a warning'
+    assert node.process.poll() is None
 
 
 def test_bad_weights_and_parameters_end_the_node_with_one_line(bench, tmp_path):

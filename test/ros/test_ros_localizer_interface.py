@@ -100,6 +100,7 @@ class Robot:
                 'transform_tolerance': TOLERANCE_S,
                 'max_pending_scans': 50,
                 'state_file': str(self.state_file),
+                'autosave_period_s': 1.0,
                 'localizer.tick_period_s': 0.4,
                 reliable.format('registered'): 'reliable',
                 reliable.format('kiss/odometry'): 'reliable',
@@ -373,6 +374,8 @@ def test_the_lifecycle_is_that_of_a_managed_node(robot):
     assert robot.tfs == []
     assert robot.change_state(Transition.TRANSITION_CLEANUP)
     assert robot.state() == 'unconfigured'
+    refused = robot.bench.call(Trigger, f'{NODE}/save_state')
+    assert 'not configured' in refused.message
     assert robot.set('matcher.weights', '/absent/matcher.safetensors').successful
     assert not robot.change_state(Transition.TRANSITION_CONFIGURE)
     assert robot.state() == 'unconfigured'
@@ -383,9 +386,21 @@ def test_the_lifecycle_is_that_of_a_managed_node(robot):
     assert robot.state() == 'active'
 
 
+def test_the_state_is_saved_on_request_beside_everything_else(robot):
+    robot.state_file.unlink(missing_ok=True)
+    client = robot.bench.node.create_client(Trigger, f'{NODE}/save_state')
+    assert robot.bench.wait_for(client.service_is_ready, PATIENCE_S)
+    robot.bench.call(Empty, f'{NAMESPACE}/request_nomotion_update')  # a tick, to wait behind
+    saved = client.call_async(Trigger.Request())
+    assert robot.state() == 'active', 'other services answer meanwhile'
+    assert robot.bench.wait_for(saved.done, PATIENCE_S)
+    assert saved.result().success, saved.result().message
+    assert robot.state_file.exists()
+
+
 def test_killed_and_started_again_it_goes_on_where_it_was(robot):
-    response = robot.bench.call(Trigger, f'{NODE}/save_state')
-    assert response.success, response.message
+    robot.state_file.unlink(missing_ok=True)
+    assert robot.step_until(robot.state_file.exists), 'it saves by itself'
     os.kill(robot.child.process.pid, signal.SIGKILL)
     robot.child.process.wait(timeout=30)
     robot.statuses.clear()

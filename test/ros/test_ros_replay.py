@@ -6,14 +6,14 @@ import time
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from fpnet_core.io.bags import BagWriter
-from fpnet_ros.runtime import SENSOR_DATA, STREAM
+from fpnet_ros.runtime import STREAM, sensor_data
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.stamps import stamp_from_msg
 
@@ -40,7 +40,7 @@ def recording(tmp_path):
 
 
 def test_the_recording_arrives_complete_in_pace_and_alone(bench, recording):
-    clouds = bench.collect(PointCloud2, 'points', SENSOR_DATA)
+    clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
     truth = bench.collect(PoseStamped, 'truth', STREAM)
     clock = bench.collect(Clock, 'clock', STREAM)
     replay = bench.start(
@@ -66,7 +66,7 @@ def test_the_recording_arrives_complete_in_pace_and_alone(bench, recording):
 
 
 def test_the_start_can_be_skipped(bench, recording):
-    clouds = bench.collect(PointCloud2, 'points', SENSOR_DATA)
+    clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
     replay = bench.start('replay', {'bag': str(recording), 'rate': 10.0, 'start_offset_s': 2.0})
     assert bench.wait_for(lambda: replay.process.poll() == 0), replay.log_tail()
     bench.wait_for(lambda: len(clouds) == 10, 5.0)
@@ -86,12 +86,16 @@ def test_a_loop_starts_again_and_takes_the_clock_back(bench, recording):
     assert replay.process.poll() is None
 
 
-@pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
-def test_compressed_recordings_play(bench, tmp_path, mode):
-    path = tmp_path / 'compressed'
+@pytest.mark.parametrize(
+    ('plugin', 'mode'),
+    [('SQLITE3', 'FILE'), ('SQLITE3', 'MESSAGE'), ('MCAP', 'NONE'), ('MCAP', 'MESSAGE')],
+)
+def test_recordings_of_every_kind_play(bench, tmp_path, plugin, mode):
+    path = tmp_path / 'recording'
     store = get_typestore(Stores.ROS2_JAZZY)
-    writer = Writer(path, version=9)
-    writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
+    writer = Writer(path, version=9, storage_plugin=StoragePlugin[plugin])
+    if mode != 'NONE':
+        writer.set_compression(CompressionMode[mode], CompressionFormat.ZSTD)
     with writer as bag:
         topic = bag.add_connection('/ticks', 'std_msgs/msg/Header', typestore=store)
         for index in range(COUNT):
