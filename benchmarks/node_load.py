@@ -7,20 +7,23 @@ Run: python benchmarks/node_load.py [--minutes 10] [--points 25000] [--json OUT]
 
 The node runs in a process of its own. This one drives a simulated tour to and fro with exact
 odometry, in real time at 10 Hz, and notes what comes back. Then clouds of 300,000 points follow
-for half a minute: more than fits, so that the node must drop, say so, and stay up to date.
+for half a minute: where that is more than fits, the node must drop, say so, and stay up to date.
+Prints every figure and target; exits 1 where a target is missed.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 import json
 import os
 from pathlib import Path
+import sys
 import tempfile
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
 from rcl_interfaces.srv import GetParameters
@@ -30,6 +33,7 @@ from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from fpnet_core.sim.recording import make_recording
+from fpnet_core.types import Status
 from fpnet_ros.processes import (
     Child,
     ProcessGroup,
@@ -38,20 +42,26 @@ from fpnet_ros.processes import (
     private_environment,
     ros_arguments,
 )
-from fpnet_ros.runtime import LATCHED, STREAM, TF
+from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.diagnostics import LocalizerReport, report_from_msg
 from msg_adapters.grids import grid_to_msg
 from msg_adapters.odometry import odometry_to_msg
-from msg_adapters.stamps import stamp_to_msg
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
 PERIOD_S = 0.1
 SCANS = 400
 MADE_POINTS = 10_000_000  # in all clouds of a phase
 OVERLOAD_POINTS, OVERLOAD_S = 300_000, 30.0
 CALL_PERIOD_S, MEMORY_PERIOD_S = 0.2, 5.0
-READY_S = 600.0
+READY_S, DRAIN_S = 600.0, 5.0
 PAGE_MIB = os.sysconf('SC_PAGE_SIZE') / 2**20
+TF_PERIOD_MS, TF_AHEAD_NS = 40.0, 500_000_000  # rate and post-dating by the defaults
+
+MOST_LOST_PERCENT = 0.1  # of the scans sent: the budget
+MOST_JITTER_MS, MOST_CALL_MS = 100.0, 50.0
+MOST_GROWTH_PERCENT = 5.0
+MOST_BEHIND_S = 2.0  # of the newest pose; the queue of ten scans, at 0.2 s each
 
 
 @dataclass
@@ -60,11 +70,28 @@ class Heard:
 
     sent: int = 0
     late_ms: list[float] = field(default_factory=list)  # of this process against its schedule
-    tf_s: list[float] = field(default_factory=list)
+    tf_ns: list[int] = field(default_factory=list)  # when the node broadcast, by its own clock
     call_ms: list[float] = field(default_factory=list)
     memory_mib: list[float] = field(default_factory=list)
-    reports: list[LocalizerReport] = field(default_factory=list)
+    reports: list[LocalizerReport] = field(default_factory=list)  # of /diagnostics
+    ticks: list[LocalizerReport] = field(default_factory=list)
+    unlocalized_ns: list[int] = field(default_factory=list)
     behind_s: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A figure of a phase and what it may be at most."""
+
+    phase: str
+    figure: str
+    value: float
+    most: float
+
+    @property
+    def is_met(self) -> bool:
+        """Tell whether the figure is known and within its limit."""
+        return self.value <= self.most
 
 
 class Load:
@@ -81,6 +108,8 @@ class Load:
         self.node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, STREAM
         )
+        self.node.create_subscription(DiagnosticStatus, 'localizer/status', self._on_tick, STATUS)
+        self.node.create_subscription(PoseStamped, 'floorplan_pose', self._on_pose, STREAM)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._recording = make_recording(0)
@@ -112,8 +141,9 @@ class Load:
             self._clouds_made.append(cloud_to_msg(noisy.astype(np.float32), 0, 'lidar'))
 
     def run(self, seconds: float) -> Heard:
-        """Publish for a while; returns what was heard."""
+        """Publish for a while and let the node catch up; returns what was heard."""
         self.heard = Heard()
+        self._spin(2.0)  # a report from before the first scan
         started_s = time.monotonic()
         call_s = memory_s = started_s
         for count in range(round(seconds / PERIOD_S)):
@@ -128,7 +158,13 @@ class Load:
                 self.heard.memory_mib.append(self._resident_mib())
             self.heard.late_ms.append(1e3 * (time.monotonic() - due_s))
             self._send()
+        self._spin(DRAIN_S)
         return self.heard
+
+    def _spin(self, seconds: float) -> None:
+        deadline = time.monotonic() + seconds
+        while (left_s := deadline - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left_s)
 
     def _send(self) -> None:
         # To and fro: the odometry never jumps.
@@ -152,76 +188,136 @@ class Load:
             lambda _: heard.call_ms.append(1e3 * (time.monotonic() - began_s))
         )
 
-    def _on_tf(self, _: TFMessage) -> None:
-        self.heard.tf_s.append(time.monotonic())
+    def _on_tf(self, msg: TFMessage) -> None:
+        stamp_ns = stamp_from_msg(msg.transforms[0].header.stamp)
+        self.heard.tf_ns.append(stamp_ns - TF_AHEAD_NS)
+
+    def _on_pose(self, msg: PoseStamped) -> None:
+        self.heard.behind_s.append((time.time_ns() - stamp_from_msg(msg.header.stamp)) / 1e9)
+
+    def _on_tick(self, msg: DiagnosticStatus) -> None:
+        report = report_from_msg(msg)
+        self.heard.ticks.append(report)
+        if report.status is not Status.LOCALIZED:
+            self.heard.unlocalized_ns.append(time.time_ns())
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
-        for status in msg.status:
-            report = report_from_msg(status)
-            self.heard.reports.append(report)
-            self.heard.behind_s.append((time.time_ns() - report.stamp_ns) / 1e9)
+        self.heard.reports += map(report_from_msg, msg.status)
 
     def _resident_mib(self) -> float:
         pages = Path(f'/proc/{self._child.process.pid}/statm').read_text().split()[1]
         return int(pages) * PAGE_MIB
 
 
+def tf_jitter_ms(heard: Heard) -> np.ndarray:
+    """Return by how much each period of TF was off, as long as a pose was claimed."""
+    stamps = np.array(heard.tf_ns)
+    if len(stamps) < 2:
+        return np.array([np.nan])
+    claimed = np.ones(len(stamps) - 1, dtype=bool)
+    after = np.searchsorted(stamps, heard.unlocalized_ns)
+    claimed[np.clip(after - 1, 0, len(claimed) - 1)] = False
+    return np.abs(np.diff(stamps)[claimed] / 1e6 - TF_PERIOD_MS)
+
+
 def summarize(heard: Heard) -> dict[str, float | str]:
     """Return the figures of a phase; times in ms unless named otherwise."""
-    gaps_ms = 1e3 * np.diff(heard.tf_s) if len(heard.tf_s) > 1 else np.array([np.nan])
+    jitter_ms = tf_jitter_ms(heard)
     memory = np.array(heard.memory_mib)
-    half = len(memory) // 2
+    tenth = max(1, len(memory) // 10)
+    middle, end = memory[len(memory) // 2 :][:tenth].mean(), memory[-tenth:].mean()
     first, last = heard.reports[0].values, heard.reports[-1].values
-    ticks_ms = [r.values['total_ms'] for r in heard.reports if 'total_ms' in r.values]
-    calls_ms = heard.call_ms or [np.nan]
+    ticks_ms = [tick.values['total_ms'] for tick in heard.ticks if 'total_ms' in tick.values]
+    lost = heard.sent - (last['scans'] - first['scans'])
+    dropped = last['dropped_scans'] - first['dropped_scans']
+    warned = sum('dropped' in report.warning for report in heard.reports)
     return {
         'scans_sent': heard.sent,
-        'scans_dropped': last['dropped_scans'] - first['dropped_scans'],
-        'warned': sum('dropped' in r.warning for r in heard.reports),
-        'status': heard.reports[-1].status.value,
-        'tf_messages': len(heard.tf_s),
-        'tf_gap_p99': float(np.percentile(gaps_ms, 99)),
-        'tf_gap_max': float(gaps_ms.max()),
-        'call_p50': float(np.percentile(calls_ms, 50)),
-        'call_p99': float(np.percentile(calls_ms, 99)),
-        'tick_p50': float(np.median(ticks_ms)) if ticks_ms else float('nan'),
-        'tick_max': float(np.max(ticks_ms)) if ticks_ms else float('nan'),
-        'behind_max_s': float(np.max(heard.behind_s[len(heard.behind_s) // 4 :])),
-        'memory_mib': float(memory[-1]),
-        'memory_growth_second_half_percent': 100.0 * float(memory[-1] / memory[half] - 1.0),
+        'scans_lost': lost,
+        'scans_lost_percent': 100.0 * lost / heard.sent,
+        'scans_dropped_by_node': dropped,
+        'warnings_of_drops': warned,
+        'drops_without_warning': float(dropped > 0 and not warned),
+        'status_at_end': heard.ticks[-1].status.value if heard.ticks else 'unknown',
+        'ticks_not_localized': len(heard.unlocalized_ns),
+        'tf_messages': len(heard.tf_ns),
+        'tf_jitter_p99': float(np.percentile(jitter_ms, 99)),
+        'tf_jitter_max': float(jitter_ms.max()),
+        'call_p50': float(np.median(heard.call_ms or [np.nan])),
+        'call_p99': float(np.percentile(heard.call_ms or [np.nan], 99)),
+        'tick_p50': float(np.median(ticks_ms or [np.nan])),
+        'tick_p99': float(np.percentile(ticks_ms or [np.nan], 99)),
+        'tick_max': float(np.max(ticks_ms or [np.nan])),
+        'pose_behind_p50_s': float(np.median(heard.behind_s or [np.nan])),
+        'pose_behind_max_s': float(np.max(heard.behind_s or [np.nan])),
+        'memory_mib': float(end),
+        'memory_growth_second_half_percent': 100.0 * float(end / middle - 1.0),
         'publisher_late_p99': float(np.percentile(heard.late_ms, 99)),
     }
 
 
-def main() -> None:
-    """Print the figures of both phases."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--minutes', type=float, default=10.0)
-    parser.add_argument('--points', type=int, default=25_000)
-    parser.add_argument('--json', type=Path)
-    arguments = parser.parse_args()
+def judge(steady: str, overload: str, phases: dict[str, dict[str, float | str]]) -> list[Target]:
+    """Return every target with what was measured; an unknown figure is missed."""
+    limits = (
+        (steady, 'scans_lost_percent', MOST_LOST_PERCENT),
+        (steady, 'tf_jitter_max', MOST_JITTER_MS),
+        (steady, 'call_p99', MOST_CALL_MS),
+        (steady, 'memory_growth_second_half_percent', MOST_GROWTH_PERCENT),
+        (overload, 'drops_without_warning', 0.0),
+        (overload, 'pose_behind_max_s', MOST_BEHIND_S),
+    )
+    return [
+        Target(phase, figure, float(phases[phase][figure]), most) for phase, figure, most in limits
+    ]
+
+
+def measure(points: int, minutes: float) -> tuple[list[Target], dict[str, object]]:
+    """Run both phases against a node of its own."""
     environment = private_environment(free_domain_id())
     os.environ.update(environment)
+    runs = ((points, 60.0 * minutes), (OVERLOAD_POINTS, OVERLOAD_S))
+    names = [f'{count} points' for count, _ in runs]
+    phases = {}
     with tempfile.TemporaryDirectory() as folder, ProcessGroup(Path(folder), environment) as group:
         child = group.start('localizer', [*node_command('localizer'), *ros_arguments()])
         rclpy.init()
         load = Load(child)
         load.wait_until_ready()
-        phases = {}
-        for points, seconds in (
-            (arguments.points, 60.0 * arguments.minutes),
-            (OVERLOAD_POINTS, OVERLOAD_S),
-        ):
-            load.load(points)
-            phases[f'{points} points'] = summarize(load.run(seconds))
+        for name, (count, seconds) in zip(names, runs, strict=True):
+            load.load(count)
+            phases[name] = summarize(load.run(seconds))
         rclpy.shutdown()
-    for name, figures in phases.items():
-        print(name)
+    targets = judge(*names, phases)
+    results = {
+        'minutes': minutes,
+        'processors': len(os.sched_getaffinity(0)),
+        'targets': [{**asdict(target), 'is_met': target.is_met} for target in targets],
+        'phases': phases,
+    }
+    return targets, results
+
+
+def main() -> int:
+    """Print the figures of both phases and the targets; returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--minutes', type=float, default=10.0)
+    parser.add_argument('--points', type=int, default=25_000)
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    targets, results = measure(arguments.points, arguments.minutes)
+    for name, figures in results['phases'].items():
+        print(f'| {name} | |\n|---|---|')
         for key, value in figures.items():
-            print(f'  {key:36s}{value if isinstance(value, str) else f"{value:.1f}"}')
+            print(f'| {key} | {value if isinstance(value, str) else f"{value:.2f}"} |')
+        print()
+    print('| target | measured | at most | |\n|---|---|---|---|')
+    for t in targets:
+        verdict = 'met' if t.is_met else 'MISSED'
+        print(f'| {t.phase}: {t.figure} | {t.value:.2f} | {t.most:g} | {verdict} |')
     if arguments.json:
-        arguments.json.write_text(json.dumps(phases, indent=1), encoding='utf-8')
+        arguments.json.write_text(json.dumps(results, indent=1), encoding='utf-8')
+    return 0 if all(target.is_met for target in targets) else 1
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())
