@@ -37,6 +37,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+import os
 import sys
 
 import typer
@@ -54,6 +55,9 @@ class Subcommand:
 
 COMMANDS = {
     'bench': Subcommand('fpnet_core.cli.bench', 'Compare methods on the same inputs.'),
+    'check-plan': Subcommand(
+        'fpnet_core.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
+    ),
     'demo': Subcommand(
         'fpnet_core.cli.demo', 'Localise a simulated robot on a floorplan, all parts running.'
     ),
@@ -110,14 +114,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    # The options before the subcommand are flags, so the first bare word is the subcommand.
-    subcommand = next((word for word in arguments if not word.startswith('-')), None)
     try:
-        build_app(subcommand)(args=arguments, prog_name='fpnet')
+        app = build_app(_subcommand(arguments or _words_to_complete()))
+        app(args=arguments, prog_name='fpnet')
     except FpnetError as error:
         _fail(' '.join(str(error).split()))
     except OSError as error:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
+
+
+def _subcommand(words: Sequence[str]) -> str | None:
+    # The options before the subcommand are flags, so the first bare word is the subcommand.
+    return next((word for word in words if not word.startswith('-')), None)
+
+
+def _words_to_complete() -> list[str]:
+    """Return what has been typed so far, where a shell asks for completions; else nothing."""
+    if '_FPNET_COMPLETE' not in os.environ:
+        return []
+    # The first is bash's, the second that of the other shells.
+    typed = os.environ.get('COMP_WORDS') or os.environ.get('_TYPER_COMPLETE_ARGS', '')
+    return typed.split()[1:]
 
 
 def _fail(message: str) -> None:

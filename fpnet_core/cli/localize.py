@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.io import ScanSource
     from fpnet_core.localizer import ReplayResult
-    from fpnet_core.trajectory import PlanarTrajectory
+    from fpnet_core.report import RunRecord
     from fpnet_core.types import GridMap, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
@@ -41,7 +41,11 @@ def command(
     ] = False,
     truth: Annotated[
         Path | None,
-        typer.Option('--truth', metavar='TUM', help='True poses on the floorplan, to compare.'),
+        typer.Option(
+            '--truth',
+            metavar='TUM',
+            help='True poses to compare with: on the floorplan, or truth.tum of a simulation.',
+        ),
     ] = None,
     poses: Annotated[
         Path | None,
@@ -76,13 +80,15 @@ def command(
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
+    from fpnet_core.evaluation.demo import read_truth
     from fpnet_core.evaluation.runs import summarize_run
+    from fpnet_core.geometry import Affine2D
     from fpnet_core.io import PosedScans, open_scans, read_map, read_poses, write_tum
 
     grid = read_map(common.check_input(floorplan), resolution_m)
     if mirrored:
         grid = grid.mirrored()
-    reference = None if truth is None else _read_truth(truth)
+    reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
     source = open_scans(common.check_input(recording))
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
@@ -90,7 +96,7 @@ def command(
     run = result.run
     if tum is not None:
         write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
-    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference)
+    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference, A_plan_truth)
     said = f'{result.last.status.value} (p {result.last.probability:.2f}): {summary}'
     figures = {
         'status': result.last.status.value,
@@ -105,8 +111,19 @@ def command(
     if json_path is not None:
         common.write_json(json_path, figures)
     if out is not None:
-        title = f'{recording.name} on {floorplan.name}'
-        _write_folder(out, title, said, result, reference, figures)
+        from fpnet_core.report import RunRecord
+
+        record = RunRecord(
+            f'{recording.name} on {floorplan.name}',
+            said,
+            result.plan,
+            run.outputs,
+            run.published,
+            reference,
+            A_plan_truth,
+            figures,
+        )
+        _write_folder(out, record, run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,14 +133,6 @@ class _Localized:
     run: ReplayResult
     plan: Segmentation
     last: LocalizerOutput
-
-
-def _read_truth(path: Path) -> PlanarTrajectory:
-    from fpnet_core.io import read_tum
-    from fpnet_core.trajectory import PlanarTrajectory
-
-    poses = read_tum(path)
-    return PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
 
 
 def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localized:
@@ -146,18 +155,9 @@ def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localize
     return _Localized(run, localizer.plan.segmentation, last)
 
 
-def _write_folder(
-    out: Path,
-    title: str,
-    said: str,
-    result: _Localized,
-    truth: PlanarTrajectory | None,
-    figures: dict[str, Any],
-) -> None:
-    from fpnet_core.report import RunRecord, write_run_exports, write_run_report
+def _write_folder(out: Path, record: RunRecord, run: ReplayResult) -> None:
+    from fpnet_core.report import write_run_exports, write_run_report
 
-    run, plan = result.run, result.plan
-    write_run_exports(out, plan.grid, run.outputs, run.published, run.odometry)
-    common.write_json(out / 'run.json', figures)
-    record = RunRecord(title, said, plan, run.outputs, run.published, truth, figures=figures)
+    write_run_exports(out, record.plan.grid, run.outputs, run.published, run.odometry)
+    common.write_json(out / 'run.json', record.figures)
     write_run_report(out / _REPORT_NAME, record)

@@ -69,9 +69,7 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
         If a file is missing or damaged.
     """
     truth = _planar(recording_dir / TRUTH_POSES_NAME)
-    A_plan_building = Affine2D.from_matrix(
-        _read_json(recording_dir / TRUTH_NAME)['A_plan_building']
-    )
+    A_plan_building = _distortion(recording_dir / TRUTH_NAME)
     session = _read_json(session_dir / SESSION_NAME)
     published = _planar(session_dir / POSES_NAME)
     summary = summarize_run(
@@ -85,6 +83,30 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
         int(session['scans']),
         int(session['registered_scans']),
     )
+
+
+def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
+    """
+    Return true poses and the map from their metres to the floorplan's nominal ones.
+
+    ``path`` is a TUM file: that of a simulated recording, whose ``truth.json`` beside it says how
+    the floorplan is distorted, or one of poses on the floorplan.
+
+    Raises
+    ------
+    FpnetError
+        If a file is missing or damaged.
+    """
+    beside = path.with_name(TRUTH_NAME)
+    is_simulated = path.name == TRUTH_POSES_NAME and beside.exists()
+    return _planar(path), _distortion(beside) if is_simulated else Affine2D.identity()
+
+
+def _distortion(path: Path) -> Affine2D:
+    try:
+        return Affine2D.from_matrix(_read_json(path)['A_plan_building'])
+    except (KeyError, TypeError, ValueError) as error:
+        raise FpnetError(f'{path}: A_plan_building: {error}; record it again') from None
 
 
 def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import groupby
 from typing import Any
 
@@ -38,7 +39,8 @@ _MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
 def plan_figure(record: RunRecord) -> go.Figure:
     """Return the floorplan with its fixed traces and, by name, the empty ones for a moment."""
     figure = go.Figure()
-    _show_regions(figure, record.plan, segmentation_picture(record.plan, _PLAN_PX))
+    show_regions(figure, record.plan, segmentation_picture(record.plan, _PLAN_PX))
+    add_rooms(figure, record.plan)
     if len(record.truth_on_plan):
         x, y = _path(record.truth_on_plan)
         line = {'color': _TRUTH, 'width': 5}
@@ -53,7 +55,7 @@ def plan_figure(record: RunRecord) -> go.Figure:
     _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
     marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
     _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
-    _equal_axes(figure, record.plan.grid.frame)
+    equal_axes(figure, record.plan.grid.frame)
     figure.update_layout(legend={'orientation': 'h', 'y': -0.1})
     return figure
 
@@ -66,7 +68,7 @@ def submap_figure() -> go.Figure:
     marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
     _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
     _add_moving(figure, 'labels', 'matched floorplan room', mode='text')
-    _equal_axes(figure, 'submap')
+    equal_axes(figure, 'submap')
     figure.update_layout(showlegend=False)
     return figure
 
@@ -97,28 +99,30 @@ def timeline_figure(record: RunRecord) -> go.Figure:
     return figure
 
 
-def add_rooms(figure: go.Figure, segmentation: Segmentation) -> None:
-    """Name the rooms where they are; what they measure shows below the pointer."""
-    rooms = segmentation.rooms
+def add_rooms(
+    figure: go.Figure, segmentation: Segmentation, notes: Mapping[int, str] | None = None
+) -> None:
+    """Name the rooms where they are; what they measure, and a note, show below the pointer."""
+    rooms, said = segmentation.rooms, notes or {}
     figure.add_scatter(
         x=[float(room.centroid[0]) for room in rooms],
         y=[float(room.centroid[1]) for room in rooms],
         text=[str(room.id) for room in rooms],
         mode='text',
         textfont={'size': 11, 'color': '#444444'},
-        hovertext=[f'room {room.id}, {room.area_m2:.1f} m²' for room in rooms],
+        hovertext=[f'room {r.id}, {r.area_m2:.1f} m²<br>{said.get(r.id, "")}' for r in rooms],
         hoverinfo='text',
         name='room numbers',
         showlegend=False,
     )
 
 
-def _show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:
+def show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:
+    """Show a picture of a segmentation with its doors, the rooms filling the chart."""
     figure.add_layout_image(**picture.as_layout_image())
     x, y = door_lines(segmentation)
     line = {'color': _DOOR, 'width': 2}
     figure.add_scatter(x=x, y=y, mode='lines', line=line, name='doors', hoverinfo='skip')
-    add_rooms(figure, segmentation)
     if segmentation.rooms:
         corners = np.concatenate([room.polygon for room in segmentation.rooms])
         low, high = corners.min(axis=0) - _AROUND_M, corners.max(axis=0) + _AROUND_M
@@ -131,7 +135,8 @@ def _add_moving(figure: go.Figure, key: str, name: str, **style: Any) -> None:
     figure.add_scatter(x=[], y=[], name=name, meta=key, hoverinfo='skip', **style)
 
 
-def _equal_axes(figure: go.Figure, frame: str) -> None:
+def equal_axes(figure: go.Figure, frame: str) -> None:
+    """Give both axes one scale and the frame's name."""
     axis = {'showgrid': False, 'zeroline': False, 'constrain': 'domain'}
     figure.update_xaxes(title_text=f'x in {frame} [m]', **axis)
     figure.update_yaxes(title_text=f'y in {frame} [m]', scaleanchor='x', **axis)

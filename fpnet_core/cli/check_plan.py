@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet check-plan``: will this floorplan serve, before a robot moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.evaluation.plan_check import PlanCheck
+    from fpnet_core.types import GridMap
+
+_YAML_SUFFIXES = ('.yaml', '.yml')
+
+
+def command(
+    plan: Annotated[
+        Path, typer.Argument(metavar='PLAN', help='Floorplan image or map_server YAML.')
+    ],
+    resolution_m: Annotated[
+        float | None,
+        typer.Option(
+            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
+        ),
+    ] = None,
+    tours: Annotated[
+        int, typer.Option('--tours', min=0, help='Simulated drives; each takes up to a minute.')
+    ] = 2,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='PNG', help='Draw rooms and what looks alike.')
+    ] = None,
+    out: common.OutOption = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Tell whether a floorplan will serve before a robot moves.
+
+    Segments it, estimates its scale from door widths, finds rooms that look like others by
+    matching the plan with itself, drives simulated robots through it until they are localised,
+    and says in sentences what to do. With --out the folder gets report.html and check.json.
+
+    Example: fpnet check-plan my_plan.png --tours 3 --out out/check
+
+    Example: fpnet check-plan plan.yaml --tours 0 --json -
+    """
+    tree = common.load(config, settings, seed)
+    from fpnet_core.evaluation.plan_check import check_plan
+
+    grid, is_given = _read(common.check_input(plan), resolution_m, tree)
+    with common.progress('checking', total=tours + 1.0) as advance:
+        check = check_plan(grid, tree, tours, tree.seed, is_given, advance)
+    if str(json_path) != '-':
+        _print(check)
+    if json_path is not None:
+        common.write_json(json_path, check.as_json())
+    if plot is not None:
+        from fpnet_core.viz.plan_check import save_plan_check
+
+        similarity = check.similarity
+        save_plan_check(
+            plot,
+            check.segmentation,
+            frozenset(similarity.alone),
+            frozenset(similarity.with_neighbours),
+        )
+    if out is not None:
+        from fpnet_core.report.plan_page import write_plan_report
+
+        write_plan_report(out / 'report.html', plan.name, check)
+        common.write_json(out / 'check.json', check.as_json())
+
+
+def _read(path: Path, resolution_m: float | None, tree: FpnetConfig) -> tuple[GridMap, bool]:
+    """Return the floorplan in metres, and whether its scale was given."""
+    from fpnet_core.io import read_map
+    from fpnet_core.segmentation import segment_unknown_scale
+
+    grid = read_map(path, resolution_m)
+    if resolution_m is not None or path.suffix.lower() in _YAML_SUFFIXES:
+        return grid, True
+    _, scale = segment_unknown_scale(grid, tree.segmentation)
+    return read_map(path, grid.resolution * scale.factor), False
+
+
+def _print(check: PlanCheck) -> None:
+    segmentation, similarity = check.segmentation, check.similarity
+    rooms = segmentation.rooms
+    area_m2 = sum(room.area_m2 for room in rooms)
+    typer.echo(
+        f'{len(rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors at '
+        f'{segmentation.grid.resolution:.4f} m per pixel'
+    )
+    typer.echo(
+        f'rooms that look like another place: {len(similarity.alone)} from inside, '
+        f'{len(similarity.with_neighbours)} even with the rooms behind their doors'
+    )
+    for tour in check.tours:
+        found = (
+            'not found' if tour.found_after_m is None else f'found after {tour.found_after_m} m'
+        )
+        error = '' if tour.error_m is None else f', {tour.error_m} m off'
+        typer.echo(f'drive {tour.seed} of {tour.path_m} m: {found}{error}')
+    for line in check.advice:
+        typer.echo(f'- {line}')

@@ -1,0 +1,283 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Will this floorplan serve? Scale, rooms that look alike, simulated drives, and advice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.errors import ConfigError
+from fpnet_core.evaluation.runs import WRONG_POSITION_M
+from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
+from fpnet_core.localizer import create_localizer, prepare_plan
+from fpnet_core.segmentation import ScaleEstimate, estimate_metres_per_unit
+from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_core.sim.sensors import sensor_named
+from fpnet_core.types import GridMap, Segmentation, Status
+
+_SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
+_SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
+_TICK_EVERY_S = 2.0
+_SCALE_OFF = 0.15  # door widths that suggest more than this deserve a word
+_SCALE_SURE = 0.4
+_MANY = 0.5  # share of rooms
+
+
+@dataclass(frozen=True)
+class TourResult:
+    """
+    One simulated drive, ended by the first claim.
+
+    ``found_after_m`` is the path to the claim, None where there was none in ``path_m``;
+    ``error_m`` is the claim's, in true metres.
+    """
+
+    seed: int
+    path_m: float
+    found_after_m: float | None
+    error_m: float | None
+
+    @property
+    def is_wrong(self) -> bool:
+        """True where the claim was far from the truth."""
+        return self.error_m is not None and self.error_m > WRONG_POSITION_M
+
+
+@dataclass(frozen=True, eq=False)
+class PlanCheck:
+    """All findings on a floorplan; ``advice`` says in sentences what to make of them."""
+
+    segmentation: Segmentation
+    scale: ScaleEstimate
+    scale_is_given: bool
+    similarity: SelfSimilarity
+    tours: tuple[TourResult, ...]
+    tour_problem: str = ''
+    advice: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        rooms = self.segmentation.rooms
+        return {
+            'rooms': len(rooms),
+            'doors': len(self.segmentation.doors),
+            'area_m2': round(sum(room.area_m2 for room in rooms), 1),
+            'scale': {'factor': round(self.scale.factor, 3), 'given': self.scale_is_given}
+            | {'confidence': round(self.scale.confidence, 3)},
+            'similar_alone': _plain(self.similarity.alone),
+            'similar_with_neighbours': _plain(self.similarity.with_neighbours),
+            'symmetries': [asdict(twin) for twin in self.similarity.whole],
+            'tours': [asdict(tour) for tour in self.tours],
+            'expected_path_m': expected_path_m(self.tours),
+            'tour_problem': self.tour_problem,
+            'advice': list(self.advice),
+        }
+
+
+def _plain(twins: dict[int, Any]) -> dict[str, list[dict[str, Any]]]:
+    return {str(room): [asdict(twin) for twin in found] for room, found in twins.items()}
+
+
+def check_plan(
+    grid: GridMap,
+    config: FpnetConfig,
+    tours: int,
+    seed: int = 0,
+    scale_is_given: bool = True,
+    on_step: Callable[[float], None] = lambda _: None,
+) -> PlanCheck:
+    """
+    Check a floorplan before a robot moves.
+
+    Parameters
+    ----------
+    grid : in metres, given or estimated from door widths
+    config : the configuration tree of the localizer that will use it
+    tours : number of simulated drives
+    seed : of the drives
+    scale_is_given : the user stated the metres; otherwise they come from door widths
+    on_step : is told of finished steps, ``tours + 1`` in all
+
+    Raises
+    ------
+    MapFormatError
+        If the drawing holds no room.
+    """
+    plan = prepare_plan(grid, config)
+    segmentation = plan.segmentation
+    scale = estimate_metres_per_unit(segmentation, config.segmentation)
+    similarity = self_similarity(plan, config.pose)
+    on_step(1.0)
+    results: list[TourResult] = []
+    problem = ''
+    for number in range(tours):
+        try:
+            results.append(drive_tour(grid, config, seed + number))
+        except ConfigError as error:
+            problem = str(error)
+        on_step(1.0)
+    check = PlanCheck(segmentation, scale, scale_is_given, similarity, tuple(results), problem)
+    return replace(check, advice=tuple(_advice(check)))
+
+
+def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
+    """
+    Drive a simulated robot with a planar scanner and true odometry until it is localised.
+
+    The building is raised from the drawing and up to 4 % larger or smaller than drawn.
+
+    Raises
+    ------
+    ConfigError
+        If no tour can be driven on the plan.
+    """
+    options = RecordingOptions(lidar=sensor_named(_SENSOR))
+    recording = make_recording(seed, options, threads=1, floorplan=grid)
+    localizer = create_localizer(config)
+    localizer.set_plan(recording.floorplan)
+    poses, stamps_ns = recording.truth(), recording.stamps_ns
+    steps_m = np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1)
+    path_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+    T_odom_building = np.linalg.inv(poses[0])
+    next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * 1e9)
+    for index in range(0, len(recording), _SCAN_EVERY):
+        T_odom_sensor = T_odom_building @ poses[index]
+        localizer.add_scan(recording.scan(index).points, T_odom_sensor, int(stamps_ns[index]))
+        if stamps_ns[index] < next_tick_ns:
+            continue
+        next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * 1e9)
+        if localizer.tick(int(stamps_ns[index])).status is Status.LOCALIZED:
+            pose = localizer.pose(T_odom_sensor)
+            assert pose is not None  # it is localised
+            found_m = round(float(path_m[index]), 2)
+            error_m = _error_m(recording, pose.translation, poses[index, :2, 3])
+            return TourResult(seed, round(float(path_m[-1]), 2), found_m, error_m)
+    return TourResult(seed, round(float(path_m[-1]), 2), None, None)
+
+
+def _error_m(recording: Recording, on_plan: Any, truth: Any) -> float:
+    found = recording.A_plan_building.inv().apply(on_plan)
+    return round(float(np.linalg.norm(found - truth)), 3)
+
+
+def expected_path_m(tours: tuple[TourResult, ...]) -> float | None:
+    """Return the median path to a right claim; None where half of the drives had none."""
+    paths = [
+        np.inf if tour.found_after_m is None or tour.is_wrong else tour.found_after_m
+        for tour in tours
+    ]
+    median = float(np.median(paths)) if paths else np.inf
+    return round(median, 2) if np.isfinite(median) else None
+
+
+def _advice(check: PlanCheck) -> list[str]:
+    said = [*_on_scale(check), *_on_doors(check), *_on_twins(check), *_on_tours(check)]
+    if not said:
+        said = ['Nothing speaks against this floorplan.']
+    return said
+
+
+def _on_scale(check: PlanCheck) -> list[str]:
+    factor, is_sure = check.scale.factor, check.scale.confidence >= _SCALE_SURE
+    if not check.scale_is_given:
+        metres = check.segmentation.grid.resolution
+        certainty = 'agree well' if is_sure else 'do not agree well, so measure a wall'
+        return [
+            f'The scale was estimated from door widths: {metres:.4f} m per pixel. The widths '
+            f'{certainty}; give the true value with --resolution or in a map_server YAML.'
+        ]
+    if is_sure and abs(np.log(factor)) > _SCALE_OFF:
+        size = 'small' if factor > 1.0 else 'large'
+        return [
+            f'Door widths suggest that the plan is drawn too {size}: true metres are about '
+            f'{factor:.2f} times those on the plan. Check its resolution.'
+        ]
+    return []
+
+
+def _on_doors(check: PlanCheck) -> list[str]:
+    segmentation = check.segmentation
+    rooms = [room.id for room in segmentation.rooms]
+    if not segmentation.portals:
+        return [
+            'No door was found. If doors are drawn closed or as arcs, erase them: an opening in '
+            'the wall is what a robot sees.'
+        ]
+    shut = [room for room in rooms if not any(room in p.rooms for p in segmentation.portals)]
+    if shut and len(rooms) > 1:
+        return [f'{_rooms(shut)}: no door was found. If a robot can get there, draw the opening.']
+    return []
+
+
+def _on_twins(check: PlanCheck) -> list[str]:
+    total, similarity = len(check.segmentation.rooms), check.similarity
+    said = []
+    if similarity.whole:
+        turns = ', '.join(f'{abs(twin.turn_deg):.0f}' for twin in similarity.whole)
+        said.append(
+            f'The whole plan looks the same moved or turned (by {turns} degrees): no drive can '
+            'tell which is which. Draw what differs, or give an initial pose.'
+        )
+    if len(similarity.alone) > _MANY * total:
+        said.append(
+            f'{len(similarity.alone)} of {total} rooms look like another one from inside: expect '
+            '"ambiguous" until the robot has left its first room.'
+        )
+    if similarity.with_neighbours:
+        rooms = sorted(similarity.with_neighbours)
+        said.append(
+            f'{_rooms(rooms)}: like another place even with the rooms behind the doors. From '
+            'there the robot must drive further, or start elsewhere.'
+        )
+    return said
+
+
+def _on_tours(check: PlanCheck) -> list[str]:
+    tours = check.tours
+    said = []
+    if check.tour_problem:
+        said.append(f'A simulated robot could not drive everywhere: {check.tour_problem}.')
+    wrong = sum(tour.is_wrong for tour in tours)
+    if wrong:
+        said.append(
+            f'{wrong} of {len(tours)} simulated drives ended in a wrong place: do not rely on '
+            'this plan without an initial pose.'
+        )
+    found = sum(tour.found_after_m is not None for tour in tours) - wrong
+    if tours and (path := expected_path_m(tours)) is not None:
+        said.append(
+            f'In {found} of {len(tours)} simulated drives the robot was found, typically after '
+            f'{path:.0f} m.'
+        )
+    elif tours and not wrong:
+        longest = max(tour.path_m for tour in tours)
+        said.append(
+            f'In {found} of {len(tours)} simulated drives of up to {longest:.0f} m the robot was '
+            'found: expect long searches on this plan.'
+        )
+    return said
+
+
+def _rooms(ids: list[int]) -> str:
+    """Return ``Room 3`` or ``Rooms 3, 4``, a dozen at most."""
+    named = ', '.join(map(str, ids[:12])) + (' and more' if len(ids) > 12 else '')
+    return f'Rooms {named}' if len(ids) > 1 else f'Room {named}'
+
+
+def room_note(check: PlanCheck, room: int) -> str:
+    """Return what is to be known of a room in a few words, empty for a room like no other."""
+    twins = check.similarity.with_neighbours.get(room)
+    words = 'with its neighbours looks like' if twins else 'from inside looks like'
+    twins = twins or check.similarity.alone.get(room)
+    if not twins:
+        return ''
+    others = sorted({twin.other for twin in twins} - {room})
+    parts = [f'room {other}' for other in others]
+    if any(twin.other == room for twin in twins):
+        parts.append('itself turned')
+    return f'{words} {", ".join(parts)}'

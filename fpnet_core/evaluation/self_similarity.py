@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which rooms of a floorplan look like others: the plan matched with itself, identity left out.
+
+A room, alone or with the rooms behind its doors, is cut out of the plan as a robot would have
+mapped it, laid on every room of like size in four directions, aligned to the walls there and
+scored as a placement is. A place that scores nearly as well as the true one is a twin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from fpnet_core.config import PoseConfig
+from fpnet_core.geometry import SE2
+from fpnet_core.localizer import MapSide
+from fpnet_core.pose.estimate import distinct
+from fpnet_core.pose.evidence import MapEvidence, map_evidence
+from fpnet_core.pose.hypotheses import Candidates
+from fpnet_core.pose.refine import FINE, ROUGH, refine
+from fpnet_core.pose.verify import agreement, coarse_support
+from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
+
+Array = NDArray[np.float64]
+
+TWIN_SCORE = 0.85
+"""With 20 m of wall, at 1.5 nats per metre and unit of score, 0.15 less makes the odds 1 to 99."""
+
+_LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
+_WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
+_STRAIN_SIGMA = 0.005  # one drawing is drawn to one scale
+_MAX_REFINED = 64
+_MAX_TWINS = 12
+
+
+@dataclass(frozen=True)
+class Twin:
+    """
+    Another place that looks the same.
+
+    ``room`` lies on ``other`` (the same room where it only looks the same turned) when the plan
+    is turned by ``turn_deg``; ``score`` is the agreement in [0, 1], that of the true place is 1,
+    and ``probability`` that of the true place against this one.
+    """
+
+    room: int
+    other: int
+    turn_deg: float
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class SelfSimilarity:
+    """
+    Twins by room id, for rooms that have any: of the room alone, and with its neighbours.
+
+    ``whole`` are the ways in which the whole plan lies on itself.
+    """
+
+    alone: dict[int, tuple[Twin, ...]]
+    with_neighbours: dict[int, tuple[Twin, ...]]
+    whole: tuple[Twin, ...]
+
+
+def self_similarity(plan: MapSide, config: PoseConfig) -> SelfSimilarity:
+    """Return what looks alike on a plan; nothing for a plan with one room that fits once."""
+    segmentation = plan.segmentation
+    search = _Search(plan, config)
+    alone: dict[int, tuple[Twin, ...]] = {}
+    together: dict[int, tuple[Twin, ...]] = {}
+    for room in segmentation.rooms:
+        if not (twins := search.twins([room.id], room.id)):
+            continue
+        alone[room.id] = twins
+        seen = [room.id, *sorted(neighbours(segmentation, room.id))]
+        if twins := search.twins(seen, room.id):
+            together[room.id] = twins
+    every = [room.id for room in segmentation.rooms]
+    largest = max(segmentation.rooms, key=lambda room: room.area_m2, default=None)
+    whole = () if largest is None or len(every) < 2 else search.twins(every, largest.id)
+    return SelfSimilarity(alone, together, whole)
+
+
+def neighbours(segmentation: Segmentation, room: int) -> set[int]:
+    """Return the rooms behind the doors of a room."""
+    pairs = [portal.rooms for portal in segmentation.portals if room in portal.rooms]
+    return {side for pair in pairs for side in pair if side is not None and side != room}
+
+
+class _Search:
+    """Lays parts of one plan on all of it."""
+
+    def __init__(self, plan: MapSide, config: PoseConfig) -> None:
+        self._plan = plan
+        self._pose = config
+        self._frames = _room_frames(plan.segmentation)
+
+    def twins(self, rooms: Sequence[int], anchor: int) -> tuple[Twin, ...]:
+        """Return where else ``rooms`` fit such that ``anchor`` lies on a room like it."""
+        part = _cut_out(self._plan.segmentation, rooms)
+        candidates = self._candidates(anchor)
+        if not len(candidates) or not len(part.walls):
+            return ()
+        pose = self._pose
+        found = _aligned(self._plan.evidence, part, candidates, pose.coarse_sigma_m)
+        scores = agreement(
+            self._plan.evidence, part, found.linear, found.translation, pose.wall_sigma_m
+        ).score
+        order = np.argsort(-scores, kind='stable')
+        ranked, scores = found.take(order), scores[order]
+        # The identity leads, so that what is near it falls away.
+        identity = Candidates(np.eye(2)[None], np.zeros((1, 2)))
+        kept = distinct(identity.joined(ranked), part, pose.distinct_m, _MAX_TWINS + 1)[1:] - 1
+        made = (self._twin(anchor, ranked, scores, k) for k in kept if scores[k] >= TWIN_SCORE)
+        return tuple(twin for twin in made if twin is not None)
+
+    def _candidates(self, anchor: int) -> Candidates:
+        """Lay the anchor's rectangle on that of every room of like size, four ways each."""
+        areas = np.array([room.area_m2 for room in self._plan.segmentation.rooms])
+        centres, yaws = self._frames
+        ratio = areas / areas[anchor]
+        like = np.flatnonzero((ratio < _LIKE_SIZE) & (ratio > 1.0 / _LIKE_SIZE))
+        turns = np.arange(4) * np.pi / 2
+        yaw = (yaws[like][:, None] - yaws[anchor] + turns).ravel()
+        c, s = np.cos(yaw), np.sin(yaw)
+        linear = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+        target = np.repeat(centres[like], len(turns), axis=0)
+        return Candidates(linear, target - linear @ centres[anchor])
+
+    def _twin(self, anchor: int, ranked: Candidates, scores: Array, index: int) -> Twin | None:
+        """Name the room below; None where the anchor comes to lie outside all rooms."""
+        linear, translation = ranked.linear[index], ranked.translation[index]
+        placed = linear @ self._frames[0][anchor] + translation
+        below = _room_at(self._plan.segmentation, placed)
+        if below is None:
+            return None
+        turn = float(np.rad2deg(np.arctan2(linear[1, 0], linear[0, 0])))
+        return Twin(anchor, below, turn, float(scores[index]))
+
+
+def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
+    """Centres ``(R, 2)`` and directions ``(R,)`` of the rooms' smallest rectangles."""
+    rectangles = [cv2.minAreaRect(room.polygon.astype(np.float32)) for room in segmentation.rooms]
+    centres = np.array([rectangle[0] for rectangle in rectangles], dtype=np.float64)
+    angles = np.deg2rad([rectangle[2] for rectangle in rectangles])
+    return centres.reshape(-1, 2), np.asarray(angles, dtype=np.float64)
+
+
+def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> MapEvidence:
+    """Return the evidence of some rooms with their walls, unknown around them."""
+    grid = segmentation.grid
+    inside = np.isin(segmentation.labels, np.asarray(rooms) + 1)
+    reach = max(1, round(_WALL_REACH_M / grid.resolution))
+    near = np.asarray(binary_dilation(inside, np.ones((3, 3)), iterations=reach))
+    rows, columns = (np.flatnonzero(near.any(axis=axis)) for axis in (1, 0))
+    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    cells = np.where(near, grid.cells, UNKNOWN)
+    # Free space beyond a wall belongs to the next room, which has not been seen.
+    cells[near & ~inside & (grid.cells == FREE)] = UNKNOWN
+    corner = grid.rc_to_xy(np.array([rows[0], columns[0]]) - 0.5)
+    origin = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
+    part: GridMap = replace(grid, cells=cells[window], T_frame_grid=origin)
+    return map_evidence(part, inside[window])
+
+
+def _aligned(
+    plan: MapEvidence, part: MapEvidence, candidates: Candidates, sigma_m: float
+) -> Candidates:
+    """Return the most promising candidates aligned to the walls where they lie."""
+    rough = refine(plan, part, candidates.linear, candidates.translation, _STRAIN_SIGMA, ROUGH)
+    support = coarse_support(plan, part, rough.linear, rough.translation, sigma_m, 250)
+    order = np.argsort(-support, kind='stable')[:_MAX_REFINED]
+    fine = refine(plan, part, rough.linear[order], rough.translation[order], _STRAIN_SIGMA, FINE)
+    return Candidates(fine.linear, fine.translation)
+
+
+def _room_at(segmentation: Segmentation, xy: Array) -> int | None:
+    row, column = np.rint(segmentation.grid.xy_to_rc(xy)).astype(int).tolist()
+    rows, columns = segmentation.labels.shape
+    if not (0 <= row < rows and 0 <= column < columns):
+        return None
+    room = int(segmentation.labels[row, column]) - 1
+    return room if room >= 0 else None

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a floorplan check: segmentation, rooms that look alike, drives, advice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import plotly.graph_objects as go
+
+from fpnet_core.evaluation.plan_check import PlanCheck, expected_path_m, room_note
+from fpnet_core.report.charts import add_rooms, equal_axes, show_regions
+from fpnet_core.report.page import write_page
+from fpnet_core.report.pictures import segmentation_picture
+from fpnet_core.viz.plan_check import similarity_colours
+
+_PLAN_PX = 1600
+
+
+def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
+    """Write the check of the floorplan ``name`` as one HTML file that loads nothing else."""
+    expected_m = expected_path_m(check.tours)
+    similarity = check.similarity
+    tiles = {
+        'rooms': str(len(check.segmentation.rooms)),
+        'doors': str(len(check.segmentation.doors)),
+        'area [m²]': f'{sum(room.area_m2 for room in check.segmentation.rooms):.0f}',
+        'metres per pixel': f'{check.segmentation.grid.resolution:.4f}',
+        'scale factor from doors': f'{check.scale.factor:.2f}',
+        'rooms like another': str(len(similarity.alone)),
+        'even with neighbours': str(len(similarity.with_neighbours)),
+        'typical path to a pose [m]': '-' if expected_m is None else f'{expected_m:.1f}',
+    }
+    rooms = [
+        (room.id, f'{room.area_m2:.1f}', note)
+        for room in check.segmentation.rooms
+        if (note := room_note(check, room.id))
+    ]
+    write_page(
+        Path(path),
+        'plan.html.j2',
+        {'rooms': _rooms_figure(check), 'similar': _similar_figure(check)},
+        title=f'Floorplan check: {name}',
+        summary='What to know before a robot drives on this floorplan.',
+        tiles=list(tiles.items()),
+        advice=check.advice,
+        rooms=rooms,
+        tours=check.tours,
+    )
+
+
+def _rooms_figure(check: PlanCheck) -> go.Figure:
+    figure = go.Figure()
+    picture = segmentation_picture(check.segmentation, _PLAN_PX)
+    show_regions(figure, check.segmentation, picture)
+    add_rooms(figure, check.segmentation)
+    equal_axes(figure, check.segmentation.grid.frame)
+    figure.update_layout(showlegend=False)
+    return figure
+
+
+def _similar_figure(check: PlanCheck) -> go.Figure:
+    """Return the rooms coloured by what tells them from others; the pointer shows their twins."""
+    figure = go.Figure()
+    segmentation, similarity = check.segmentation, check.similarity
+    colours = similarity_colours(
+        segmentation, frozenset(similarity.alone), frozenset(similarity.with_neighbours)
+    )
+    show_regions(figure, segmentation, segmentation_picture(segmentation, _PLAN_PX, colours))
+    notes = {room.id: room_note(check, room.id) for room in segmentation.rooms}
+    add_rooms(figure, segmentation, notes)
+    equal_axes(figure, segmentation.grid.frame)
+    figure.update_layout(showlegend=False)
+    return figure

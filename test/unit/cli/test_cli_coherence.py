@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One command line: options that mean the same everywhere, completion, documented commands."""
+
+from functools import cache
+import os
+from pathlib import Path
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+import typer
+
+from fpnet_core.cli import COMMANDS, build_app, common
+
+ROOT = Path(__file__).resolve().parents[3]
+SHARED = {
+    '--config': common.ConfigOption,
+    '--seed': common.SeedOption,
+    '--device': common.DeviceOption,
+    '--json': common.JsonOption,
+}
+DOCUMENTS = ('README.md', 'docs/cli.md', 'docs/reports.md', 'docs/recordings.md')
+
+
+@cache
+def command_tree():
+    """Every command by its words, as ('simulate', 'plan')."""
+    found = {}
+
+    def walk(words, command):
+        children = getattr(command, 'commands', None)
+        if children is None:
+            found[words] = command
+        for name, child in (children or {}).items():
+            walk((*words, name), child)
+
+    for name in COMMANDS:
+        root = typer.main.get_command(build_app(name))
+        walk((name,), root.commands[name])
+    return found
+
+
+def options(command):
+    return {name: p for p in command.params for name in (*p.opts, *p.secondary_opts)}
+
+
+def test_the_walk_sees_commands_of_groups():
+    assert ('simulate', 'plan') in command_tree()
+    assert ('localize',) in command_tree()
+    assert '--floorplan' in options(command_tree()['localize',])
+
+
+@pytest.mark.parametrize('name', SHARED)
+def test_shared_options_are_the_same_everywhere(name):
+    expected = SHARED[name].__metadata__[0]
+    users = {words: options(c)[name] for words, c in command_tree().items() if name in options(c)}
+    assert users
+    for words, option in users.items():
+        assert (option.help, option.metavar) == (expected.help, expected.metavar), words
+
+
+def test_every_command_shows_an_example():
+    for words, command in command_tree().items():
+        assert f'Example: fpnet {" ".join(words)}' in ' '.join(command.help.split()), words
+
+
+def documented():
+    """Commands in fenced blocks of the documents, with what comes after a comment cut off."""
+    for name in DOCUMENTS:
+        text = (ROOT / name).read_text(encoding='utf-8')
+        for block in re.findall(r'```(?:bash)?\n(.*?)```', text, re.DOTALL):
+            for line in block.replace('\\\n', ' ').splitlines():
+                if line.startswith('fpnet '):
+                    yield name, shlex.split(line, comments=True)[1:]
+
+
+@pytest.mark.parametrize(('document', 'words'), list(documented()))
+def test_documented_commands_exist(document, words):
+    bare = [word for word in words if not word.startswith('-')]
+    if not bare:  # fpnet --help
+        return
+    for name in bare[0].split('|'):
+        assert name in COMMANDS
+    names = bare[1].split('|') if len(bare) > 1 else ['']
+    paths = [(bare[0],), *((bare[0], name) for name in names)]
+    chosen = [path for path in paths if path in command_tree()]
+    assert chosen, f'{document}: no command {" ".join(bare[:2])}'
+    for path in chosen:
+        known = options(command_tree()[path])
+        for word in words:
+            if word.startswith('--') and word != '--help':
+                assert word.split('=')[0] in known, f'{document}: {" ".join(words)}'
+
+
+@pytest.mark.parametrize(
+    ('shell', 'typed', 'expected'),
+    [
+        ('bash', 'fpnet loc', 'localize'),
+        ('bash', 'fpnet localize --floor', '--floorplan'),
+        ('zsh', 'fpnet check-plan --tou', '--tours'),
+        ('fish', 'fpnet simulate rec', 'recording'),
+    ],
+)
+def test_shells_complete_subcommands_and_their_options(shell, typed, expected):
+    environment = {
+        **os.environ,
+        '_FPNET_COMPLETE': f'complete_{shell}',
+        'COMP_WORDS': typed if shell == 'bash' else '',
+        'COMP_CWORD': str(len(typed.split()) - 1),
+        '_TYPER_COMPLETE_ARGS': typed,
+        '_TYPER_COMPLETE_FISH_ACTION': 'get-args',
+    }
+    code = 'from fpnet_core.cli import main; main()'
+    result = subprocess.run(
+        [sys.executable, '-c', code], env=environment, capture_output=True, text=True, check=False
+    )
+    assert expected in result.stdout
+    assert result.stderr == ''

@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The page and the picture of a floorplan check."""
+
+import re
+
+from PIL import Image
+
+from fpnet_core.evaluation.plan_check import PlanCheck, TourResult
+from fpnet_core.evaluation.self_similarity import SelfSimilarity, Twin
+from fpnet_core.report.plan_page import write_plan_report
+from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.viz.plan_check import UNIQUE, save_plan_check, similarity_colours
+
+TWIN = Twin(0, 3, 180.0, 0.97)
+
+
+def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
+    check = PlanCheck(
+        made_up_run.plan,
+        ScaleEstimate(1.25, 0.9),
+        True,
+        SelfSimilarity({0: (TWIN,)}, {}, ()),
+        (TourResult(7, 40.0, 6.5, 0.1), TourResult(8, 41.0, None, None)),
+        advice=('Draw <doors> open.',),
+    )
+    write_plan_report(tmp_path / 'new' / 'report.html', 'a & b.png', check)
+    text = (tmp_path / 'new' / 'report.html').read_text(encoding='utf-8')
+    assert 'Draw &lt;doors&gt; open.' in text
+    assert 'Floorplan check: a &amp; b.png' in text
+    assert 'from inside looks like room 3' in text
+    assert re.search(r'<td>8</td><td>41.0</td>\s*<td>not found</td>', text)
+    assert 'src=' not in text.split('</style>')[0]
+
+
+def test_colours_and_picture(made_up_run, tmp_path):
+    plan = made_up_run.plan
+    colours = similarity_colours(plan, frozenset({0, 1}), frozenset({1}))
+    assert len({colours[0], colours[1], colours[2]}) == 3
+    assert colours[2] == UNIQUE
+    save_plan_check(tmp_path / 'new' / 'plan.png', plan, frozenset({0}), frozenset())
+    assert Image.open(tmp_path / 'new' / 'plan.png').width > 900
