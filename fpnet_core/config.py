@@ -19,6 +19,9 @@ import yaml
 
 from fpnet_core.errors import ConfigError
 
+ScalePolicy = Literal['unknown', 'approximate', 'trusted']
+"""What is known of the size of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
+
 
 class Section(BaseModel):
     """Base of every section: frozen, and unknown keys are errors."""
@@ -88,7 +91,7 @@ class SegmentationConfig(Section):
         2.5, ge=0.0, description='Free-standing obstacles longer than this are walls.'
     )
     open_width_m: float = Field(
-        2.2, gt=0.0, description='Openings wider than this join both sides into one room.'
+        2.5, gt=0.0, description='Openings wider than this join both sides into one room.'
     )
     narrow_width_m: float = Field(
         1.4, gt=0.0, description='Openings up to this width are judged as doors.'
@@ -207,36 +210,46 @@ class LocalizerConfig(Section):
     min_explored_m2: float = Field(
         12.0, ge=0.0, description='Observed free area before the first match.'
     )
+    scale_policy: ScalePolicy = Field(
+        'approximate',
+        description='Scale of the plan: trusted, within pose.scale_tolerance, or unknown.',
+    )
+    mirror_check_ticks: int = Field(
+        5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
+    )
+    mirror_log_odds: float = Field(
+        6.9, ge=0.0, description='Nats against a plan being a mirror image: 1 in 1000.'
+    )
     claim_probability: float = Field(
-        0.95, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
+        0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
     )
     release_probability: float = Field(
         0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
     )
     confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
     evidence_per_m: float = Field(
-        1.5, gt=0.0, description='Nats per metre of wall and unit of score; fitted.'
+        0.244, gt=0.0, description="Nats per metre of wall and unit of a score's log odds; fitted."
     )
     evidence_full_m: float = Field(
         80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
     )
     null_score: float = Field(
-        0.56, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
+        0.5, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
     )
     null_rise: float = Field(
-        0.45, ge=0.0, le=1.0, description='By how much it is higher with 20 m of wall; fitted.'
+        3.4, ge=0.0, description='Log odds by which it is higher with 20 m of wall; fitted.'
     )
     rival_weight: float = Field(
-        0.7,
+        0.78,
         ge=0.0,
         le=1.0,
         description='How far the best rival tells what chance reaches; fitted.',
     )
     null_per_log_place: float = Field(
-        0.9, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
+        0.94, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
     )
     null_slack: float = Field(
-        0.1, ge=0.0, le=1.0, description='A claim survives scores lower by this much.'
+        0.5, ge=0.0, description='A claim survives scores lower by this much, in log odds.'
     )
     max_speed_mps: float = Field(
         10.0, gt=0.0, description='A faster odometry step is a new odometry frame.'

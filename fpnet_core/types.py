@@ -338,6 +338,29 @@ class PoseEstimate:
         _freeze(self, 'cov', np.float64, (3, 3))
 
 
+@dataclass(frozen=True, eq=False)
+class PlanScale:
+    """
+    How large a floorplan is drawn.
+
+    ``stretch (2, 2)`` is symmetric, nominal plan metres per true metre in the plan's axes;
+    ``sigma`` its relative standard deviation; once ``is_locked`` no other scale is searched.
+    """
+
+    stretch: NDArray[np.float64]
+    sigma: float
+    is_locked: bool
+
+    def __post_init__(self) -> None:
+        """Check the stretch's shape."""
+        _freeze(self, 'stretch', np.float64, (2, 2))
+
+    @property
+    def factor(self) -> float:
+        """Return the mean of both axes."""
+        return float(np.sqrt(np.linalg.det(self.stretch)))
+
+
 class Status(Enum):
     """What the localizer may claim."""
 
@@ -356,6 +379,8 @@ class LocalizerOutput:
 
     ``A_plan_odom`` is None unless ``status`` is LOCALIZED: a caller that forgets to look must
     not drive on an identity. ``probability`` is that of the best hypothesis against the rest.
+    ``scale`` is what claimed placements say of the plan's scale, None before the first;
+    ``reason`` says what keeps the localizer from a claim where it knows more than the status.
     """
 
     stamp_ns: int
@@ -369,6 +394,8 @@ class LocalizerOutput:
     graph: RegionGraph | None = None
     submap: Submap | None = None
     timings_ms: dict[str, float] = field(default_factory=dict)
+    scale: PlanScale | None = None
+    reason: str = ''
 
     def __post_init__(self) -> None:
         """Check that a pose and the LOCALIZED status go together."""

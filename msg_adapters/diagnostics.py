@@ -52,7 +52,11 @@ class LocalizerReport:
 def report_of_output(
     output: LocalizerOutput, figures: Mapping[str, float] | None = None, warning: str = ''
 ) -> LocalizerReport:
-    """Return the report of a tick; ``figures`` are those that only the node knows."""
+    """
+    Return the report of a tick; ``figures`` are those that only the node knows.
+
+    The tick's own reason comes first among the warnings.
+    """
     values = {f'{stage}_ms': ms for stage, ms in output.timings_ms.items()}
     if output.A_plan_odom is not None:
         # Nominal metres of the drawing per true metre.
@@ -65,6 +69,7 @@ def report_of_output(
         values['matches'] = float(len(output.match.pairs))
     values['hypotheses'] = float(len(output.estimates))
     values |= figures or {}
+    warning = ', '.join(filter(None, (output.reason, warning)))
     return LocalizerReport(output.status, output.probability, output.stamp_ns, values, warning)
 
 

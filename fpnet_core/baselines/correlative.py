@@ -61,14 +61,21 @@ class _Field:
     origin: Array
 
 
-def search_placement(plan: GridMap, sub: GridMap) -> CorrelativeResult | None:
-    """Return the best of all placements; None where the submap has no walls or no free space."""
+def search_placement(
+    plan: GridMap, sub: GridMap, scales: Array | None = None
+) -> CorrelativeResult | None:
+    """
+    Return the best of all placements; None where the submap has no walls or no free space.
+
+    ``scales (L,)`` are plan metres per submap metre; None tries all of ``SCALE_RANGE``.
+    """
     walls, free = _points(sub, OCCUPIED), _points(sub, FREE)
     if not (len(walls) and len(free) and (plan.cells == OCCUPIED).any()):
         return None
-    field = _plan_field(plan, sub)
+    scales = np.geomspace(*SCALE_RANGE, SCALES) if scales is None else scales
+    field = _plan_field(plan, sub, float(scales.max()))
     best, placed = -np.inf, None
-    for scale in np.geomspace(*SCALE_RANGE, SCALES):
+    for scale in scales:
         for yaw in np.arange(ROTATIONS) * (2.0 * np.pi / ROTATIONS):
             linear = scale * np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
             score, translation = _best_translation(field, walls @ linear.T, free @ linear.T)
@@ -85,7 +92,7 @@ def _points(grid: GridMap, value: int) -> Array:
     return grid.rc_to_xy(rc[::step])
 
 
-def _plan_field(plan: GridMap, sub: GridMap) -> _Field:
+def _plan_field(plan: GridMap, sub: GridMap, largest_scale: float) -> _Field:
     """Return the plan's spectra, padded so that a submap of the largest scale cannot wrap."""
     pixel_m = max(plan.shape) * plan.resolution / PLAN_PIXELS
     known_xy = {
@@ -96,7 +103,7 @@ def _plan_field(plan: GridMap, sub: GridMap) -> _Field:
     )
     origin = corners.min(axis=0)
     used = np.ceil(np.ptp(corners, axis=0) / pixel_m).astype(int) + 1
-    diagonal_m = float(np.hypot(*sub.shape)) * sub.resolution * SCALE_RANGE[1]
+    diagonal_m = float(np.hypot(*sub.shape)) * sub.resolution * largest_scale
     # Beyond twice the plan a submap is outside it whatever the padding.
     reach = int(min(diagonal_m / pixel_m, 2.0 * PLAN_PIXELS)) + 1
     shape = (fft.next_fast_len(int(used[0]) + reach), fft.next_fast_len(int(used[1]) + reach))

@@ -11,6 +11,7 @@ fitted to, by maximum likelihood.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -23,7 +24,8 @@ from fpnet_core.evaluation.robot_pairs import BANDS, RobotPair, varied
 from fpnet_core.geometry import Affine2D
 from fpnet_core.localizer.belief import posterior
 from fpnet_core.localizer.maps import MapMatch, match_maps
-from fpnet_core.localizer.sides import MapSide, StageTimer, allowed_scales, compare, plan_side
+from fpnet_core.localizer.scale import tolerant_search
+from fpnet_core.localizer.sides import MapSide, StageTimer, compare, plan_side
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import map_evidence
 from fpnet_core.sim.config import SimConfig
@@ -37,6 +39,9 @@ RIGHT_M = 1.0
 REAL_RIGHT_M = 2.0
 """The same for real pairs, whose truth is a fit and whose drawings are distorted."""
 
+FOREIGN_PLANS = 2
+"""Each generated map is also compared with so many other buildings' plans."""
+
 BINS = 10
 _LEAST_PROBABILITY = 1e-6  # of the truth; one hopeless trial must not decide the fit
 _FITTED = (
@@ -46,7 +51,7 @@ _FITTED = (
     'rival_weight',
     'null_per_log_place',
 )
-_BOUNDS = ((0.01, 10.0), (0.0, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 20.0))
+_BOUNDS = ((0.01, 10.0), (0.02, 0.98), (0.0, 20.0), (0.0, 1.0), (0.0, 20.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,18 +102,17 @@ def generated_trials(
     matcher: RegionMatcher,
     on_pair: Callable[[int], None] = lambda count: None,
 ) -> list[Trial]:
-    """Return two trials per generated pair: with its own plan, and with the one before it."""
+    """Return the trials of generated pairs: with their own plans, and with those before them."""
     sim = SimConfig()
     trials: list[Trial] = []
-    other: MapSide | None = None
+    others: deque[MapSide] = deque(maxlen=FOREIGN_PLANS)
     for index in range(count):
         scene = generate_scene(seed, index * sim.pairs_per_plan, sim)
         plan = plan_side(scene.plan_segmentation)
         truth = scene.pair.A_plan_submap
         trials.append(_trial(plan, scene, truth, config, matcher))
-        if other is not None:
-            trials.append(_trial(other, scene, None, config, matcher))
-        other = plan
+        trials += [_trial(other, scene, None, config, matcher) for other in others]
+        others.append(plan)
         on_pair(1)
     return trials
 
@@ -121,14 +125,14 @@ def _trial(
     matcher: RegionMatcher,
 ) -> Trial:
     sub = MapSide(scene.sub_segmentation, scene.pair.sub_graph, map_evidence(scene.submap.grid))
-    scales = allowed_scales(config.pose.scale_tolerance)
+    search = tolerant_search(config.pose.scale_tolerance, config.pose)
     found = compare(
-        plan, sub, matcher, scene.submap.free_area_m2, config.pose, StageTimer(), scales
+        plan, sub, matcher, scene.submap.free_area_m2, config.pose, StageTimer(), search
     )
     return Trial(
         scores=np.array([estimate.score for estimate in found.estimates]),
         wall_length_m=sub.evidence.wall_length_m,
-        places=plan.evidence.free_area_m2 * len(scales),
+        places=plan.evidence.free_area_m2 * len(search),
         truth=None
         if truth is None
         else right_placement(found.estimates, truth, sub.evidence.free, RIGHT_M),
@@ -149,6 +153,18 @@ def right_placement(
         if np.median(np.linalg.norm(moved, axis=1)) < tolerance_m:
             return index
     return None
+
+
+def split_buildings(
+    pairs: Sequence[RobotPair],
+) -> tuple[tuple[RobotPair, ...], tuple[RobotPair, ...]]:
+    """Return the pairs to fit to, and every third building's, held back to measure on."""
+    buildings = sorted({pair.building for pair in pairs})
+    held_back = set(buildings[2::3])
+    return (
+        tuple(pair for pair in pairs if pair.building not in held_back),
+        tuple(pair for pair in pairs if pair.building in held_back),
+    )
 
 
 def robot_trials(

@@ -48,7 +48,8 @@ class RobotPair:
     """
     A floorplan and a robot map; ``A_plan_robot`` maps the one's nominal metres to the other's.
 
-    ``kept`` is the share of the robot map's free space that is left.
+    ``building`` names the floorplan; ``kept`` is the share of the robot map's free space that is
+    left.
     """
 
     name: str
@@ -56,6 +57,7 @@ class RobotPair:
     robot: GridMap
     A_plan_robot: Affine2D
     kept: float = 1.0
+    building: str = ''
 
 
 def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
@@ -87,7 +89,8 @@ def _read_pair(folder: Path, entry: dict[str, str]) -> RobotPair:
     plan, robot = (read_map(folder / entry[key]) for key in ('floorplan', 'robot_map'))
     between = Affine2D.from_matrix(np.array(entry['affine_2x3'], dtype=np.float64))
     A_plan_robot = pixel_to_xy(plan) @ between @ pixel_to_xy(robot).inv()
-    return RobotPair(entry['id'], plan, robot, A_plan_robot)
+    building = Path(entry['floorplan']).stem
+    return RobotPair(entry['id'], plan, robot, A_plan_robot, building=building)
 
 
 def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float]) -> RobotPair:

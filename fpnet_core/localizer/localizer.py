@@ -16,14 +16,13 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
+from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
     StageTimer,
-    allowed_scales,
     compare,
-    prepare_plan,
     prepare_submap,
 )
 from fpnet_core.localizer.state import (
@@ -64,8 +63,7 @@ class Localizer:
         self._builder = SubmapBuilder(config.submap)
         self._segmenter = SubmapSegmenter(config.segmentation)
         self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
-        self._scales = allowed_scales(config.pose.scale_tolerance)
-        self._plan: MapSide | None = None
+        self._plan: Floorplan | None = None
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
         self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
         self._stale_scans = 0
@@ -79,8 +77,8 @@ class Localizer:
 
     @property
     def plan(self) -> MapSide | None:
-        """The prepared floorplan, None before the first one."""
-        return self._plan
+        """The prepared floorplan in nominal metres, None before the first one."""
+        return None if self._plan is None else self._plan.nominal
 
     @property
     def output(self) -> LocalizerOutput:
@@ -96,7 +94,7 @@ class Localizer:
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = prepare_plan(grid, self._config)
+        plan = Floorplan(grid, self._config)
         with self._lock:
             self._plan = plan
             self._forget_placements()
@@ -183,6 +181,8 @@ class Localizer:
         """
         with self._lock:
             self._forget_placements()
+            if self._plan is not None:
+                hint = replace(hint, T_plan_base=self._plan.to_working(hint.T_plan_base))
             self._hint, self._tracked = hint, (hint.A_plan_odom,)
 
     def restart_odometry(self) -> None:
@@ -202,7 +202,7 @@ class Localizer:
         with self._lock:
             if self._last is None:
                 raise StateError('nothing to save: no scan has come yet')
-            plan = self._plan and plan_fingerprint(self._plan.segmentation.grid)
+            plan = self._plan and plan_fingerprint(self._plan.nominal.segmentation.grid)
             state = LocalizerState(
                 self._config.submap.resolution_m,
                 *self._last,
@@ -241,7 +241,7 @@ class Localizer:
 
     def _solve(
         self,
-        plan: MapSide,
+        plan: Floorplan,
         submap: Submap,
         segmenter: SubmapSegmenter,
         epoch: int,
@@ -249,15 +249,18 @@ class Localizer:
     ) -> LocalizerOutput:
         sub = prepare_submap(submap, segmenter, timer)
         result = compare(
-            plan,
+            plan.working,
             sub,
             self._matcher,
             submap.free_area_m2,
             self._config.pose,
             timer,
-            self._scales,
+            plan.scale.search,
             self._tracked_candidates(submap.T_odom_submap),
         )
+        mirrored = None
+        if self._tracker.wants_mirror:
+            mirrored = plan.mirrored_score(sub, submap.free_area_m2, self._matcher, timer)
         A_submap_odom = submap.T_odom_submap.inv()
         with self._lock:
             if epoch != self._epoch:  # overtaken: the tracker is that of a later plan or frame
@@ -265,10 +268,12 @@ class Localizer:
             if self._hint is not None:
                 narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
                 result = replace(result, estimates=narrowed)
-            places = plan.evidence.free_area_m2 * len(self._scales)
-            belief = self._tracker.update(result.estimates, sub.evidence, places, A_submap_odom)
+            belief = self._tracker.update(
+                result.estimates, sub.evidence, plan.places, A_submap_odom, mirrored
+            )
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
-        return _output(submap, sub, result, belief, timer)
+            _follow_scale(plan, belief, sub)
+        return _output(plan, submap, sub, result, belief, timer)
 
     def _tracked_candidates(self, T_odom_submap: SE2) -> Candidates:
         placed = [A_plan_odom @ T_odom_submap for A_plan_odom in self._tracked]
@@ -347,23 +352,37 @@ def _checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
     return pose
 
 
+def _follow_scale(plan: Floorplan, belief: Belief, sub: MapSide) -> None:
+    """Let claims measure the plan's scale; being ambiguous again says nothing about it."""
+    if belief.status is Status.LOCALIZED and belief.best is not None:
+        plan.scale.follow(belief.best.A_plan_submap, sub.evidence.walls)
+    elif belief.status is not Status.AMBIGUOUS:
+        plan.scale.forget()
+
+
 def _output(
-    submap: Submap, sub: MapSide, result: Comparison, belief: Belief, timer: StageTimer
+    plan: Floorplan,
+    submap: Submap,
+    sub: MapSide,
+    result: Comparison,
+    belief: Belief,
+    timer: StageTimer,
 ) -> LocalizerOutput:
-    localized = belief.status is Status.LOCALIZED and belief.best is not None
-    best = belief.best
+    estimates = plan.nominal_estimates(result.estimates)
+    # The belief's best is the first estimate wherever something is claimed.
+    best = estimates[0] if belief.status is Status.LOCALIZED else None
     return LocalizerOutput(
         stamp_ns=submap.stamp_ns,
         status=belief.status,
-        A_plan_odom=best.A_plan_submap @ submap.T_odom_submap.inv()
-        if localized and best is not None
-        else None,
-        cov=best.cov if localized and best is not None else None,
+        A_plan_odom=best.A_plan_submap @ submap.T_odom_submap.inv() if best else None,
+        cov=best.cov if best else None,
         probability=belief.probability,
-        estimates=result.estimates,
+        estimates=estimates,
         match=result.match,
         segmentation=sub.segmentation,
         graph=sub.graph,
         submap=submap,
         timings_ms=timer.timings_ms,
+        scale=plan.nominal_scale(),
+        reason=belief.reason,
     )

@@ -8,22 +8,22 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig, PoseConfig
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import Affine2D
 from fpnet_core.localizer.belief import posterior
+from fpnet_core.localizer.scale import door_scale_search
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
     StageTimer,
-    allowed_scales,
     compare,
     prepare_plan,
     prepare_submap,
+    rescaled,
 )
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter, segment_unknown_scale
+from fpnet_core.segmentation import SubmapSegmenter, segment_unknown_scale
 from fpnet_core.types import GridMap, Submap
 
 
@@ -80,14 +80,15 @@ def match_maps(
             plan_scale = segment_unknown_scale(plan, config.segmentation)[1]
             sub_scale = segment_unknown_scale(submap, config.segmentation)[1]
         with timer.stage('segment'):
-            plan_side = prepare_plan(_rescaled(plan, plan_scale.factor), config)
-        metric = replace(submap, grid=_rescaled(submap.grid, sub_scale.factor))
+            plan_side = prepare_plan(rescaled(plan, plan_scale.factor), config)
+        metric = replace(submap, grid=rescaled(submap.grid, sub_scale.factor))
         sub_side = prepare_submap(metric, SubmapSegmenter(config.segmentation), timer)
-        scales = _scales_to_try(plan_scale, sub_scale, config.pose)
+        confidence = min(plan_scale.confidence, sub_scale.confidence)
+        search = door_scale_search(confidence, config.pose)
         comparison = compare(
-            plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, scales
+            plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, search
         )
-    places = plan_side.evidence.free_area_m2 * len(scales)
+    places = plan_side.evidence.free_area_m2 * len(search)
     status, score, probability = _judged(comparison, sub_side, places, config)
     best = None
     if comparison.estimates:
@@ -106,21 +107,6 @@ def match_maps(
         comparison=comparison,
         timings_ms=timer.timings_ms,
     )
-
-
-def _scales_to_try(
-    plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig
-) -> NDArray[np.float64]:
-    """Scales around 1 between two maps in estimated metres: many doors narrow the range."""
-    sure = min(plan.confidence, sub.confidence) >= config.sure_scale_confidence
-    return allowed_scales(config.sure_scale_tolerance if sure else config.unsure_scale_tolerance)
-
-
-def _rescaled(grid: GridMap, factor: float) -> GridMap:
-    """Return the same cells with every length multiplied by ``factor``."""
-    origin = grid.T_frame_grid
-    moved = SE2(origin.linear, origin.translation * factor)
-    return replace(grid, resolution=grid.resolution * factor, T_frame_grid=moved)
 
 
 def _judged(

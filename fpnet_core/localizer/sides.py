@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import time
 
 import numpy as np
@@ -15,7 +15,9 @@ from scipy.ndimage import label
 
 from fpnet_core.config import FpnetConfig, PoseConfig
 from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import SE2
 from fpnet_core.graphs import build_region_graph
+from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
     Candidates,
@@ -36,7 +38,7 @@ from fpnet_core.types import (
     Submap,
 )
 
-_SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+_CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +91,13 @@ def prepare_plan(grid: GridMap, config: FpnetConfig) -> MapSide:
     return plan_side(segmentation)
 
 
+def rescaled(grid: GridMap, factor: float) -> GridMap:
+    """Return the same cells with every length multiplied by ``factor``."""
+    origin = grid.T_frame_grid
+    moved = SE2(origin.linear, origin.translation * factor)
+    return replace(grid, resolution=grid.resolution * factor, T_frame_grid=moved)
+
+
 def plan_side(segmentation: Segmentation) -> MapSide:
     """Return graph and evidence of a segmented plan; only its rooms count as free space."""
     grid = segmentation.grid
@@ -125,12 +134,6 @@ def prepare_submap(submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
     return MapSide(segmentation, graph, evidence)
 
 
-def allowed_scales(scale_tolerance: float) -> NDArray[np.float64]:
-    """Scales to try, geometric steps around 1 that cover the tolerance; always holds 1."""
-    steps = int(np.ceil(np.log1p(scale_tolerance) / _SCALE_STEP - 0.5))
-    return np.asarray(np.exp(_SCALE_STEP * np.arange(-steps, steps + 1)), dtype=np.float64)
-
-
 def compare(
     plan: MapSide,
     sub: MapSide,
@@ -138,7 +141,7 @@ def compare(
     explored_area_m2: float,
     config: PoseConfig,
     timer: StageTimer,
-    scales: NDArray[np.float64],
+    search: ScaleSearch,
     tracked: Candidates | None = None,
 ) -> Comparison:
     """
@@ -150,7 +153,7 @@ def compare(
     matcher : graph matcher
     explored_area_m2 : observed free area, grades the matcher's threshold
     timer : receives stage durations
-    scales : plan metres per submap metre to try
+    search : scales of the plan to try
     tracked : placements from the previous tick, refined beside the new ones
     """
     with timer.stage('match'):
@@ -163,26 +166,30 @@ def compare(
             match.probability,
             plan.evidence,
             sub.evidence,
-            scales,
+            search.stretches,
             config.focused_pairs if is_sure else config.max_pairs,
         )
         promising = select_promising(plan.evidence, sub.evidence, candidates, config)
-        promising = _assigned(match, scales).joined(promising)
+        promising = _assigned(match, search.factors).joined(promising)
     with timer.stage('verify'):
         if tracked is not None:
             promising = tracked.joined(promising)
-        estimates = verified_estimates(plan.evidence, sub.evidence, promising, config)
+        estimates = verified_estimates(
+            plan.evidence, sub.evidence, promising, config, search.strain_sigma
+        )
     return Comparison(match, estimates)
 
 
-def _assigned(match: MatchResult, scales: NDArray[np.float64]) -> Candidates:
+def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Candidates:
     """
     Return the placements of the matcher's complete assignments.
 
     All regions together know the scale better than door widths do, so they may leave the range
-    of scales to try by as much again.
+    of scales to try by as much again, and by what their centroids may be off.
     """
-    low, high = scales.min() ** 2, scales.max() ** 2
+    margin = factors.max() / factors.min() * (1.0 + _CENTROID_SHARE)
+    middle = np.sqrt(factors.min() * factors.max())
+    low, high = middle / margin, middle * margin
     placed = [h.S_plan_sub for h in match.hypotheses if low <= h.S_plan_sub.scale <= high]
     return Candidates(
         np.array([S.linear for S in placed]).reshape(-1, 2, 2),

@@ -43,7 +43,11 @@ def select_promising(
 
 
 def verified_estimates(
-    plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
+    plan: MapEvidence,
+    sub: MapEvidence,
+    candidates: Candidates,
+    config: PoseConfig,
+    strain_sigma: float,
 ) -> tuple[PoseEstimate, ...]:
     """
     Refine and score the candidates; the best distinct ones, best first.
@@ -55,13 +59,14 @@ def verified_estimates(
     plan, sub : evidence of both sides
     candidates : few, promising
     config : kernel widths and limits
+    strain_sigma : standard deviation of the drawing's strain beyond the candidates' own
 
     Returns
     -------
     At most ``max_estimates`` estimates; empty for no candidates.
     """
-    near = _roughly_refined(plan, sub, candidates, config)
-    fine = refine(plan, sub, near.linear, near.translation, config.strain_sigma, FINE)
+    near = _roughly_refined(plan, sub, candidates, config, strain_sigma)
+    fine = refine(plan, sub, near.linear, near.translation, strain_sigma, FINE)
     scores = agreement(plan, sub, fine.linear, fine.translation, config.wall_sigma_m).score
     order = np.argsort(-scores, kind='stable')
     ranked = Candidates(fine.linear[order], fine.translation[order])
@@ -77,12 +82,14 @@ def verified_estimates(
 
 
 def _roughly_refined(
-    plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
+    plan: MapEvidence,
+    sub: MapEvidence,
+    candidates: Candidates,
+    config: PoseConfig,
+    strain_sigma: float,
 ) -> Candidates:
     """Return the candidates moved to where they fit best nearby; only those worth more work."""
-    rough = refine(
-        plan, sub, candidates.linear, candidates.translation, config.strain_sigma, ROUGH
-    )
+    rough = refine(plan, sub, candidates.linear, candidates.translation, strain_sigma, ROUGH)
     support = coarse_support(
         plan, sub, rough.linear, rough.translation, config.wall_sigma_m, _LOOK_POINTS
     )

@@ -62,24 +62,24 @@ def propose(
     probability: NDArray[np.float32],
     plan_evidence: MapEvidence,
     sub_evidence: MapEvidence,
-    scales: NDArray[np.float64],
+    stretches: NDArray[np.float64],
     max_pairs: int,
 ) -> Candidates:
     """
-    Return door- and room-anchored candidates, at most ``6 * max_pairs * len(scales)``.
+    Return door- and room-anchored candidates, at most ``6 * max_pairs * len(stretches)``.
 
     Parameters
     ----------
     plan, sub : both segmentations; no regions on either side gives no candidates
     probability : (M, N) soft assignment over all regions, columns as in ``sub.regions``
     plan_evidence, sub_evidence : for the dominant wall directions
-    scales : (L,) plan metres per submap metre to try
+    stretches : (L, 2, 2) symmetric, plan metres per submap metre in the plan's axes, to try
     max_pairs : budget of region pairs of each kind, most probable first
     """
     grid_yaw = _rectangular_yaw(plan_evidence, sub_evidence)
     doors = _door_anchors(plan, sub, probability, max_pairs, grid_yaw)
     rooms = _room_anchors(plan, sub, probability, max_pairs, grid_yaw)
-    return _similarities(doors, scales).joined(_similarities(rooms, scales))
+    return _placements(doors, stretches).joined(_placements(rooms, stretches))
 
 
 def _rectangular_yaw(plan: MapEvidence, sub: MapEvidence) -> float | None:
@@ -177,13 +177,13 @@ def _principal_yaw(segmentation: Segmentation) -> NDArray[np.float64]:
     return yaw
 
 
-def _similarities(anchors: _Anchors, scales: NDArray[np.float64]) -> Candidates:
-    """All scales of all anchors; order: scale outermost."""
+def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Candidates:
+    """All stretches of all anchors; order: stretch outermost."""
     c, s = np.cos(anchors.yaw), np.sin(anchors.yaw)
     rotation = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-    linear = (scales[:, None, None, None] * rotation).reshape(-1, 2, 2)
+    linear = (stretches[:, None] @ rotation).reshape(-1, 2, 2)
     plan_xy, sub_xy = (
-        np.tile(anchors.plan_xy, (len(scales), 1)),
-        np.tile(anchors.sub_xy, (len(scales), 1)),
+        np.tile(anchors.plan_xy, (len(stretches), 1)),
+        np.tile(anchors.sub_xy, (len(stretches), 1)),
     )
     return Candidates(linear, plan_xy - np.einsum('cij,cj->ci', linear, sub_xy))

@@ -10,6 +10,7 @@ from functools import partial
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.baselines.branch_and_bound import BranchAndBound
 from fpnet_core.baselines.correlative import search_placement
@@ -20,7 +21,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.localization.drives import Drive, ProductRun, resident_mb
 from fpnet_core.evaluation.localization.records import Belief, MethodRun, stamp_at_path
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.localizer.sides import allowed_scales
+from fpnet_core.localizer.scale import allowed_scales
 from fpnet_core.pose import map_evidence
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap, LocalizerOutput
@@ -29,7 +30,7 @@ CHECKPOINTS_M = (10.0, 20.0, 40.0)
 """Paths after which branch and bound looks; what it found stands until the next look."""
 
 CORRELATIVE_CHECKPOINTS_M = (40.0,)
-"""The same of the correlative search, which takes up to a minute for one look."""
+"""The same of the correlative search, which takes seconds for one look."""
 
 _SHARED_STAGES = ('segment', 'graph', 'match')
 
@@ -49,7 +50,7 @@ def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[s
         'correlative': _looking(
             product,
             _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
-            _timed(partial(_correlated, product.plan.segmentation.grid)),
+            _timed(partial(_correlated, product.plan.segmentation.grid, scales)),
         ),
         'monte_carlo': _monte_carlo(product, drive, config.seed),
     }
@@ -80,9 +81,9 @@ def _bounded(search: BranchAndBound, sub: GridMap) -> Placement | None:
     return search.place(map_evidence(sub))
 
 
-def _correlated(plan: GridMap, sub: GridMap) -> Placement | None:
+def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Placement | None:
     """Return what the exhaustive search answers; it knows no "not here" and always claims."""
-    found = search_placement(plan, sub)
+    found = search_placement(plan, sub, scales)
     if found is None:
         return None
     return Placement(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), True)

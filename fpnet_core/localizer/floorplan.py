@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The floorplan as the localizer holds it: in working metres, with its scale and its mirror image.
+
+Working metres are the drawing's nominal ones, unless its scale is unknown: then doors suggest how
+long a true metre is, and everything inside the localizer is in metres so estimated. What comes
+out is in nominal metres again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.scale import ScaleTracker
+from fpnet_core.localizer.sides import MapSide, StageTimer, compare, prepare_plan, rescaled
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.types import GridMap, PlanScale, PoseEstimate
+
+
+class Floorplan:
+    """
+    One floorplan and what has been learned about it.
+
+    ``nominal`` is for drawing, ``working`` for comparing; without doors to ask they are the same.
+
+    Raises
+    ------
+    MapFormatError
+        If the drawing holds no room.
+    """
+
+    def __init__(self, grid: GridMap, config: FpnetConfig) -> None:
+        self._config = config
+        self.nominal = prepare_plan(grid, config)
+        self.working, self._factor, confidence = self.nominal, 1.0, 0.0
+        if config.localizer.scale_policy == 'unknown':
+            doors = segment_unknown_scale(grid, config.segmentation)[1]
+            self.working = prepare_plan(rescaled(grid, doors.factor), config)
+            self._factor, confidence = doors.factor, doors.confidence
+        policy = config.localizer.scale_policy
+        self.scale = ScaleTracker(policy, config.pose, confidence)
+        self._mirrored: MapSide | None = None
+
+    @property
+    def places(self) -> float:
+        """Free area [m^2] times the scales to try: how many placements there are."""
+        return self.working.evidence.free_area_m2 * len(self.scale.search)
+
+    def mirrored_score(
+        self, sub: MapSide, explored_area_m2: float, matcher: RegionMatcher, timer: StageTimer
+    ) -> float:
+        """Return the best agreement of a submap with the drawing's mirror image, 0 for none."""
+        with timer.stage('mirror'):
+            if self._mirrored is None:
+                grid = self.working.segmentation.grid
+                self._mirrored = prepare_plan(grid.mirrored(), self._config)
+            found = compare(
+                self._mirrored,
+                sub,
+                matcher,
+                explored_area_m2,
+                self._config.pose,
+                StageTimer(),  # its stages are not the drawing's
+                self.scale.search,
+            )
+        return max((estimate.score for estimate in found.estimates), default=0.0)
+
+    def to_working(self, T_plan_base: SE2) -> SE2:
+        """Return a pose in nominal metres as one in working metres."""
+        return SE2(T_plan_base.linear, T_plan_base.translation * self._factor)
+
+    def to_nominal(self, A_plan_body: Affine2D) -> Affine2D:
+        """Return a placement in working metres as one in nominal metres."""
+        return Affine2D(A_plan_body.linear / self._factor, A_plan_body.translation / self._factor)
+
+    def nominal_estimates(self, estimates: Sequence[PoseEstimate]) -> tuple[PoseEstimate, ...]:
+        """Return estimates in working metres as such in nominal metres."""
+        if self._factor == 1.0:
+            return tuple(estimates)
+        unit = np.diag([1.0 / self._factor, 1.0 / self._factor, 1.0])
+        return tuple(
+            replace(e, A_plan_submap=self.to_nominal(e.A_plan_submap), cov=unit @ e.cov @ unit)
+            for e in estimates
+        )
+
+    def nominal_scale(self) -> PlanScale | None:
+        """Return what is known of the scale, nominal metres per true metre."""
+        found = self.scale.estimate
+        return found and replace(found, stretch=found.stretch / self._factor)

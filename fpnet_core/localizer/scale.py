@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How large a floorplan is drawn: what is tried, what was found, and when that is settled.
+
+A drawing is a building times a symmetric stretch ``P (2, 2)`` in the drawing's own axes, plan
+metres per submap metre. It is a property of the drawing: once claimed placements agree on it over
+enough of the building, it need not be asked again of every tick.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import polar
+
+from fpnet_core.config import PoseConfig, ScalePolicy
+from fpnet_core.geometry import Affine2D
+from fpnet_core.types import PlanScale
+
+Array = NDArray[np.float64]
+
+_SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+_KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
+_LOCK_TICKS = 5  # claimed ticks whose estimates are compared
+_LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
+_DRAWING_SIGMA_M = 0.1  # by how much a drawn wall may be off, however many agree
+
+
+@dataclass(frozen=True, eq=False)
+class ScaleSearch:
+    """
+    The stretches to try, and how far refinement may leave each.
+
+    ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``strain_sigma`` is the
+    standard deviation of what refinement adds.
+    """
+
+    stretches: Array
+    strain_sigma: float
+
+    def __len__(self) -> int:
+        """Count the stretches."""
+        return len(self.stretches)
+
+    @property
+    def factors(self) -> Array:
+        """Return the mean scale of each stretch, ``(L,)``."""
+        return np.asarray(np.sqrt(np.linalg.det(self.stretches)), dtype=np.float64)
+
+    @classmethod
+    def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:
+        """Return the search of isotropic scales ``factors (L,)``."""
+        return cls(factors[:, None, None] * np.eye(2), strain_sigma)
+
+
+def allowed_scales(scale_tolerance: float) -> Array:
+    """Scales to try, geometric steps around 1 that cover the tolerance; always holds 1."""
+    steps = int(np.ceil(np.log1p(scale_tolerance) / _SCALE_STEP - 0.5))
+    return np.asarray(np.exp(_SCALE_STEP * np.arange(-steps, steps + 1)), dtype=np.float64)
+
+
+def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
+    """Return the search of all scales within a tolerance around 1."""
+    return ScaleSearch.of_factors(allowed_scales(scale_tolerance), config.strain_sigma)
+
+
+def door_scale_search(confidence: float, config: PoseConfig) -> ScaleSearch:
+    """Return the search around a scale that door widths suggest: many doors narrow it."""
+    sure = confidence >= config.sure_scale_confidence
+    return tolerant_search(
+        config.sure_scale_tolerance if sure else config.unsure_scale_tolerance, config
+    )
+
+
+class ScaleTracker:
+    """
+    Follows the scale of one floorplan from the first search to the lock.
+
+    Parameters
+    ----------
+    policy
+        ``trusted`` tries the stated scale only; ``approximate`` all within ``scale_tolerance``;
+        ``unknown`` all within the tolerance around what door widths suggest.
+    config
+        Tolerances and strain.
+    door_confidence
+        In [0, 1], how well the drawing's doors agree on its scale; only ``unknown`` asks.
+    """
+
+    def __init__(
+        self, policy: ScalePolicy, config: PoseConfig, door_confidence: float = 0.0
+    ) -> None:
+        self._wide = _first_search(policy, config, door_confidence)
+        self._is_fixed = policy == 'trusted'
+        self._seen: deque[Array] = deque(maxlen=_LOCK_TICKS)
+        self.estimate: PlanScale | None = None
+
+    @property
+    def search(self) -> ScaleSearch:
+        """What the next tick should try."""
+        if self.estimate is not None and self.estimate.is_locked:
+            return ScaleSearch(self.estimate.stretch[None], _KNOWN_STRAIN)
+        return self._wide
+
+    def forget(self) -> None:
+        """Start anew: a claim was lost, and it may have been the scale that was wrong."""
+        self._seen.clear()
+        self.estimate = None
+
+    def follow(self, A_plan_submap: Affine2D, walls: Array) -> None:
+        """
+        Take a tick's claimed placement.
+
+        ``walls (P, 2)`` are the submap's [m]: the wider they lie, the better they measure.
+        """
+        if self._is_fixed or (self.estimate is not None and self.estimate.is_locked):
+            return
+        _, stretch = polar(A_plan_submap.linear, side='left')
+        self._seen.append(np.asarray(stretch))
+        mean = np.mean(self._seen, axis=0)
+        sigma = max(self._scatter(mean), _DRAWING_SIGMA_M / _extent_m(A_plan_submap, walls))
+        enough = len(self._seen) == _LOCK_TICKS
+        self.estimate = PlanScale(mean, sigma, enough and sigma <= _LOCK_SIGMA)
+
+    def _scatter(self, mean: Array) -> float:
+        """Relative standard deviation of the estimates along the worse axis."""
+        return float(np.std([np.diag(s) for s in self._seen], axis=0).max() / mean.max())
+
+
+def _first_search(policy: ScalePolicy, config: PoseConfig, door_confidence: float) -> ScaleSearch:
+    if policy == 'trusted':
+        return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.strain_sigma))
+    if policy == 'approximate':
+        return tolerant_search(config.scale_tolerance, config)
+    return door_scale_search(door_confidence, config)
+
+
+def _extent_m(A_plan_submap: Affine2D, walls: Array) -> float:
+    """Extent of the walls along the shorter axis of the plan: where they measure it worse [m]."""
+    placed = A_plan_submap.apply(walls)
+    return max(float(np.ptp(placed, axis=0).min()), _DRAWING_SIGMA_M)

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is searched for the scale of a drawing, and when it is settled."""
+
+from dataclasses import replace
+
+import numpy as np
+from planted import A_BUILDING_PLAN, plan_grid
+from planted_drive import drive, recorded
+import pytest
+
+from fpnet_core.config import PoseConfig, load_config
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.scale import ScaleTracker
+from fpnet_core.types import MatchResult, Status
+
+CONFIG = PoseConfig()
+WIDE = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 15.0], [0.0, 15.0]])
+SLIVER = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 2.0], [0.0, 2.0]])
+STRETCH = np.array([[1.05, 0.01], [0.01, 0.97]])
+
+
+def placement(stretch, yaw=0.7):
+    return Affine2D(stretch @ SE2.from_xy_yaw(0.0, 0.0, yaw).linear, np.array([3.0, 4.0]))
+
+
+def test_policies_widen_the_search():
+    counts = [
+        len(ScaleTracker(policy, CONFIG).search)
+        for policy in ('trusted', 'approximate', 'unknown')
+    ]
+    assert counts[0] == 1 < counts[1] < counts[2]
+
+
+def test_doors_that_agree_narrow_an_unknown_scale():
+    sure, unsure = (len(ScaleTracker('unknown', CONFIG, c).search) for c in (0.9, 0.1))
+    assert sure < unsure
+
+
+def test_a_trusted_scale_is_never_asked_for():
+    tracker = ScaleTracker('trusted', CONFIG)
+    for _ in range(10):
+        tracker.follow(placement(STRETCH), WIDE)
+    assert tracker.estimate is None
+    np.testing.assert_array_equal(tracker.search.stretches, np.eye(2)[None])
+
+
+def test_claims_that_agree_lock_the_stretch_whatever_the_heading():
+    tracker = ScaleTracker('approximate', CONFIG)
+    wide = tracker.search.strain_sigma
+    for tick in range(5):
+        assert tracker.estimate is None or not tracker.estimate.is_locked
+        tracker.follow(placement(STRETCH, yaw=tick), WIDE)
+    assert tracker.estimate.is_locked
+    np.testing.assert_allclose(tracker.search.stretches, STRETCH[None], atol=1e-9)
+    assert tracker.search.strain_sigma < wide
+
+
+@pytest.mark.parametrize(
+    ('stretches', 'walls'),
+    [
+        ([(1.0 + 0.04 * (k % 2)) * np.eye(2) for k in range(9)], WIDE),
+        ([STRETCH] * 9, SLIVER),
+    ],
+)
+def test_claims_that_differ_or_see_little_lock_nothing(stretches, walls):
+    tracker = ScaleTracker('approximate', CONFIG)
+    for stretch in stretches:
+        tracker.follow(placement(stretch, yaw=0.0), walls)
+    assert tracker.estimate.sigma > 0.01
+    assert not tracker.estimate.is_locked
+
+
+def test_a_lost_claim_takes_the_lock_with_it():
+    tracker = ScaleTracker('approximate', CONFIG)
+    for _ in range(5):
+        tracker.follow(placement(STRETCH), WIDE)
+    tracker.forget()
+    assert tracker.estimate is None
+    assert len(tracker.search) > 1
+
+
+class IndifferentMatcher:
+    def match(self, plan, sub, explored_area_m2):
+        even = np.full((len(plan), len(sub)), 0.01)
+        return MatchResult(np.zeros((0, 2)), np.zeros(0), even)
+
+
+def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
+    factor = 2.5  # nominal metres per true metre
+    grid = plan_grid()
+    origin = grid.T_frame_grid
+    enlarged = replace(
+        grid,
+        resolution=grid.resolution * factor,
+        T_frame_grid=SE2(origin.linear, origin.translation * factor),
+    )
+    config = load_config(None, {'localizer.scale_policy': 'unknown'})
+    localizer = Localizer(config, IndifferentMatcher())
+    localizer.set_plan(enlarged)
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % 5 == 4:
+            output = localizer.tick(stamp_ns)
+    assert output.status is Status.LOCALIZED
+    assert output.scale.factor == pytest.approx(factor, rel=0.03)
+    x, y, _ = drive()[-1]
+    pose = localizer.pose(recorded()[-1][1])
+    in_building = A_BUILDING_PLAN.apply(pose.translation / factor)
+    assert np.linalg.norm(in_building - (x, y)) < 0.3
