@@ -14,7 +14,7 @@ from fpnet_core.cli import common
 
 def command(
     limit: Annotated[
-        int | None, typer.Option('--limit', min=1, help='Run only the first cases.')
+        int | None, typer.Option('--limit', min=1, help='Run only so many cases, of all groups.')
     ] = None,
     groups: Annotated[
         list[str] | None,
@@ -51,7 +51,7 @@ def command(
     from fpnet_core.evaluation.localization.cases import make_suite, select
     from fpnet_core.evaluation.localization.figures import report
     from fpnet_core.evaluation.localization.runs import Job
-    from fpnet_core.evaluation.localization.suite import run_suite
+    from fpnet_core.evaluation.localization.suite import estimated_minutes, run_suite
 
     drawn: set[str] = set()
     jobs = []
@@ -60,6 +60,8 @@ def command(
         drawn.add(case.building)
         strip = strips / f'{case.name}.png' if strips is not None and is_drawn else None
         jobs.append(Job(case, tree, tree.seed, data, with_baselines, strip))
+    minutes = estimated_minutes(jobs, workers)
+    typer.echo(f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped')
     with common.progress('localizing', len(jobs)) as advance:
         records, skipped = run_suite(jobs, work, workers, advance)
     if groups is not None:

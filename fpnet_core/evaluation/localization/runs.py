@@ -28,15 +28,15 @@ from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap
 
 TICK_PERIOD_S = 2.0
-OPEN_SET_TICK_PERIOD_S = 4.0
-"""Sensor time between ticks; runs on wrong plans, five per drive, tick half as often."""
+OPEN_SET_TICK_PERIOD_S = 5.0
+"""Sensor time between ticks; runs on wrong plans, five per drive, tick less often."""
 
 LOG_TICK_PERIOD_S = 10.0
 """The real logs last up to 45 minutes."""
 
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
-    'unknown_scale': {'pose': {'scale_tolerance': 0.5}},
+    'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
     'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
 }
 """What a user would say about the plan's scale, where it is not trusted to a tenth."""

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import fpnet_core
+from fpnet_core.evaluation.localization.cases import Kind
 from fpnet_core.evaluation.localization.records import Record
 from fpnet_core.evaluation.localization.runs import Job, run_case
 from fpnet_core.evaluation.localization.scenes import MissingDataError
@@ -29,6 +30,10 @@ RUNS_NAME = 'runs.jsonl'
 _log = logging.getLogger(__name__)
 
 _IRRELEVANT = ('cli', 'viz', 'training')  # folders whose text changes no figure
+
+_COST_S = {Kind.GENERATED: 35.0, Kind.MESH: 35.0, Kind.LOG: 120.0}
+_FALSE_PLAN_COST_S, _BASELINES_COST_S = 4.0, 15.0
+"""CPU seconds of a drive with the localizer, of each wrong plan on it, and of the baselines."""
 
 Outcome = tuple[tuple[Record, ...], str]
 """A case's records, or none and the reason why it was skipped."""
@@ -71,6 +76,17 @@ def run_suite(
         on_case(1.0)
     ordered = [done.get(keys[job.case.name], ()) for job in jobs]
     return [record for records in ordered for record in records], skipped
+
+
+def estimated_minutes(jobs: Sequence[Job], workers: int) -> float:
+    """Return about how long the jobs take on so many idle cores, none of them done before."""
+    seconds = 0.0
+    for job in jobs:
+        false_plans = len(job.case.wrong_cases) + job.case.has_mirrored_plan
+        seconds += _COST_S[job.case.kind] + false_plans * _FALSE_PLAN_COST_S
+        if job.with_baselines:
+            seconds += _BASELINES_COST_S * (2 if false_plans else 1)
+    return seconds / workers / 60.0
 
 
 def _outcomes(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, Outcome]]:
