@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet localize`` on raw scans with KISS-ICP's poses, and all that ``--out`` gets."""
+
+import json
+
+import numpy as np
+from planted import A_BUILDING_PLAN, plan_grid
+from planted_drive import drive, recorded
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.io import read_map, write_map, write_tum
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Scans as files, poses as KISS-ICP numbers them, the truth as a simulation writes it."""
+    folder = tmp_path_factory.mktemp('localize')
+    scans = folder / 'scans'
+    scans.mkdir()
+    for index, (points, _, _) in enumerate(recorded()):
+        np.save(scans / f'{index:06d}.npy', points)
+    poses = np.array([T_odom_sensor for _, T_odom_sensor, _ in recorded()])
+    np.save(folder / 'drive_poses.npy', poses)
+    write_map(plan_grid(), folder / 'plan.yaml')
+    truth = np.array(drive())
+    # A folder without times: its scans are a tenth of a second apart.
+    stamps = np.arange(len(truth)) * 100_000_000
+    write_tum(folder / 'sim' / 'truth.tum', stamps, truth[:, :2], truth[:, 2])
+    matrix = A_BUILDING_PLAN.inv().matrix[:2].tolist()
+    (folder / 'sim' / 'truth.json').write_text(json.dumps({'A_plan_building': matrix}))
+    return folder
+
+
+def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
+    out = folder / 'run'
+    with pytest.raises(SystemExit) as ended:
+        main([
+            'localize', str(folder / 'scans'), '--floorplan', str(folder / 'plan.yaml'),
+            '--poses', str(folder / 'drive_poses.npy'), '--out', str(out), '--json', '-',
+            '--truth', str(folder / 'sim' / 'truth.tum'),
+            '--set', 'localizer.max_speed_mps=50',
+        ])  # fmt: skip
+    assert not ended.value.code
+    figures = json.loads(capsys.readouterr().out)
+    assert figures['status'] == 'localized'
+    assert figures['wrong_poses'] == 0
+    assert figures['median_position_error_m'] < 0.2
+    assert json.loads((out / 'run.json').read_text()) == figures
+    assert {path.name for path in out.iterdir()} == {
+        *('report.html', 'run.json', 'poses.tum', 'odometry.tum', 'run.mcap'),
+        *('map.yaml', 'map.png', 'submap.yaml', 'submap.png'),
+    }
+    assert read_map(out / 'submap.yaml').resolution == 0.05
+    text = (out / 'report.html').read_text(encoding='utf-8')
+    assert 'scans on plan.yaml' in text
+    assert '<span>median position error [m]</span>' in text

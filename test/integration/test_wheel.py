@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The wheel in an environment of its own: the command, the weights and the page templates."""
+
+import os
+from pathlib import Path
+import shutil
+import subprocess
+import sys
+import sysconfig
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = (
+    *('fpnet_core', 'fpnet_ros', 'msg_adapters', 'config', 'launch', 'resource'),
+    *('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'LICENSE', 'README.md'),
+)
+PIP = (sys.executable, '-m', 'pip', '--disable-pip-version-check', '--no-input', '-q')
+LOOK = """
+from importlib.resources import files
+import fpnet_core
+from fpnet_core.config import load_config
+from fpnet_core.io.weights import read_weights
+from fpnet_core.types import FEATURE_SCHEMA
+print(fpnet_core.__file__)
+print(len(read_weights(None, FEATURE_SCHEMA).tensors))
+print(*(p.name for p in (files('fpnet_core.report') / 'templates').iterdir()))
+"""
+
+pytestmark = pytest.mark.slow
+
+
+def run(*words, cwd):
+    result = subprocess.run(
+        list(map(str, words)), capture_output=True, text=True, check=False, cwd=cwd
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+@pytest.fixture(scope='module')
+def installed(tmp_path_factory):
+    """The wheel in an empty environment that borrows the libraries of this one."""
+    folder = tmp_path_factory.mktemp('wheel')
+    sources = folder / 'sources'
+    sources.mkdir()
+    skip = shutil.ignore_patterns('__pycache__', '*.egg-info')
+    for name in SOURCES:
+        path = ROOT / name
+        if path.is_dir():
+            shutil.copytree(path, sources / name, ignore=skip)
+        else:
+            shutil.copy(path, sources)
+    options = ('--no-deps', '--no-build-isolation', '--no-index')
+    run(*PIP, 'wheel', *options, '-w', folder, sources, cwd=folder)
+    [wheel] = folder.glob('*.whl')
+    home = folder / 'environment'
+    run(sys.executable, '-m', 'venv', '--without-pip', home, cwd=folder)
+    python = home / 'bin' / 'python'
+    run(*PIP, '--python', python, 'install', '--no-deps', '--no-index', wheel, cwd=folder)
+    # Path files inside a borrowed folder are not read: what is editable here is unknown there.
+    [site] = home.glob('lib/python*/site-packages')
+    borrowed = {sysconfig.get_path('purelib'), sysconfig.get_path('platlib')}
+    (site / 'borrowed.pth').write_text('\n'.join(sorted(borrowed)) + '\n')
+    return home
+
+
+def test_the_command_and_its_data_are_in_the_wheel(installed):
+    text = run(installed / 'bin' / 'fpnet', '--help', cwd=installed)
+    assert 'localize' in text
+    assert run(installed / 'bin' / 'fpnet', '--version', cwd=installed).startswith('fpnet 0')
+    where, tensors, templates = run(
+        installed / 'bin' / 'python', '-c', LOOK, cwd=installed
+    ).splitlines()
+    assert Path(where).is_relative_to(installed)
+    assert int(tensors) > 10
+    shipped = {path.name for path in (ROOT / 'fpnet_core/report/templates').iterdir()}
+    assert set(templates.split()) == shipped
+
+
+@pytest.mark.skipif('ROS_DISTRO' in os.environ, reason="the system's packages are not ours")
+def test_the_installed_packages_agree():
+    run(*PIP, 'check', cwd=ROOT)
