@@ -7,18 +7,23 @@ import shlex
 import subprocess
 import sys
 
-from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
+from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.evaluation.runs import pose_errors
+from fpnet_core.geometry import SE2
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_ros.runtime import LATCHED, STATUS, STREAM
+from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.grids import grid_from_msg
-from msg_adapters.poses import pose_from_msg
+from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
+from msg_adapters.transforms import transform_from_msg
+
+tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
 
@@ -66,10 +71,73 @@ def test_the_packages_come_from_the_install_space(install_space, tmp_path):
     assert 'matcher.json' in weights
 
 
+class Seen:
+    """Everything beside the pose, held to the truth and to one another."""
+
+    def __init__(self, bench) -> None:
+        self.twins = bench.collect(
+            PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STREAM
+        )
+        self.tfs = bench.collect(tf2_msgs.TFMessage, '/tf', TF)
+        self.diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
+        self.markers = bench.collect(MarkerArray, 'localizer/markers', LATCHED)
+
+    def check(self, excerpt) -> None:
+        twins = [uncertain_pose_from_msg(msg) for msg in self.twins]
+        self._check_twins(twins, excerpt.truth)
+        self._check_tf(twins[-1].pose)
+        self._check_markers(twins[-1].pose)
+        names = {status.name for msg in self.diagnostics for status in msg.status}
+        assert names == {'/localizer: localization', '/odometry: registration'}
+        scales = [
+            report_from_msg(status).values['scale']
+            for msg in self.diagnostics
+            for status in msg.status
+            if any(entry.key == 'scale' for entry in status.values)
+        ]
+        true_scale = np.sqrt(abs(np.linalg.det(excerpt.A_plan_building.linear)))
+        assert abs(scales[-1] / true_scale - 1.0) < 0.03
+
+    @staticmethod
+    def _check_twins(twins, truth) -> None:
+        """In ``map`` distances are true: a rigid motion brings the poses onto the truth."""
+        assert {twin.pose.frame_id for twin in twins} == {'map'}
+        assert all((np.linalg.eigvalsh(twin.cov) > 0.0).all() for twin in twins)
+        stamps = np.array([twin.pose.stamp_ns for twin in twins])
+        true, _ = truth.at(stamps)
+        xy = np.array([twin.pose.T_frame_body.translation for twin in twins])
+        here, there = xy - xy.mean(axis=0), true.xy - true.xy.mean(axis=0)
+        U, _, Vt = np.linalg.svd(here.T @ there)
+        turn = U @ np.diag([1.0, np.linalg.det(U @ Vt)]) @ Vt
+        assert np.median(np.linalg.norm(here @ turn - there, axis=1)) < 0.3
+
+    def _check_tf(self, pose) -> None:
+        """The localizer's transform followed by that of odometry is the twin."""
+        by_child = {}
+        for msg in self.tfs:
+            for t in map(transform_from_msg, msg.transforms):
+                by_child.setdefault((t.parent, t.child), {})[t.stamp_ns] = t.T_parent_child
+        assert set(by_child) == {('map', 'odom_lidar'), ('odom_lidar', 'lidar')}
+        T_map_odom = list(by_child['map', 'odom_lidar'].values())[-1]
+        T_odom_lidar = by_child['odom_lidar', 'lidar'][pose.stamp_ns]
+        T_map_lidar = SE2.from_matrix4(T_map_odom @ T_odom_lidar)
+        np.testing.assert_allclose(T_map_lidar.matrix, pose.T_frame_body.matrix, atol=0.3)
+
+    def _check_markers(self, pose) -> None:
+        """Rooms of both sides are drawn, and the best placement where the robot is."""
+        drawn = {}
+        for marker in self.markers[-1].markers[1:]:
+            drawn.setdefault(marker.ns, marker)
+        assert {'plan_rooms', 'plan_doors', 'submap_rooms', 'hypotheses'} <= set(drawn)
+        at = drawn['hypotheses'].pose.position
+        assert np.hypot(*(pose.T_frame_body.translation - (at.x, at.y))) < 3.0
+
+
 def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
     grids = bench.collect(OccupancyGrid, 'floorplan', LATCHED)
     statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
     poses = bench.collect(PoseStamped, 'floorplan_pose', STREAM)
+    seen = Seen(bench)
     reliable = 'qos_overrides.{}.subscription.reliability'
     nodes = {
         'floorplan_server': ({'floorplan': str(excerpt.floorplan), 'frame_id': 'storey_2'}, {}),
@@ -128,3 +196,4 @@ def test_clouds_become_poses_on_the_floorplan(bench, install_space, excerpt):
     rows, columns = np.rint(grid.xy_to_rc(in_plan.xy)).astype(int).T
     assert (grid.cells[rows, columns] == 0).mean() > 0.95
     assert any(report.values.get('total_ms', 0.0) > 0.0 for report in reports)
+    seen.check(excerpt)
