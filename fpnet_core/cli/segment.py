@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 _MAP_SUFFIXES = ('.yaml', '.yml', '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 _YAML_SUFFIXES = ('.yaml', '.yml')
-_CLOUD_SUFFIXES = ('.ply', '.pcd', '.npy', '.xyz')
 
 
 def command(
@@ -88,9 +87,10 @@ def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     """Return the submap of a point file or of a whole recording."""
     from fpnet_core.errors import CloudFormatError
     from fpnet_core.io import open_scans, read_cloud
+    from fpnet_core.io.clouds import CLOUD_SUFFIXES
     from fpnet_core.submaps import SubmapBuilder, submap_from_cloud
 
-    if path.suffix.lower() in _CLOUD_SUFFIXES:
+    if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), tree.submap)
     scans = open_scans(path)
     odometry = None
