@@ -69,12 +69,13 @@ def bench_plans(
     names = SPLITS[split][:limit]
     warm_up = np.where(np.eye(50, dtype=bool), OCCUPIED, FREE).astype(np.int8)
     segment_floorplan(GridMap(warm_up, RESOLUTION_M), SegmentationConfig())
+    doors = {name: _true_doors(data / 'bormann', name) for name in names}
     figures: dict[str, dict[str, Any]] = {method: {} for method in METHODS}
     for method in METHODS:
         for kind in _IMAGES:
             rows = []
             for name in names:
-                rows.append(_score_plan(data / 'bormann', name, kind, method))
+                rows.append(_score_plan(data / 'bormann', name, kind, method, doors[name]))
                 if on_done is not None:
                     on_done()
             means = np.mean([row[:-1] for row in rows], axis=0)
@@ -158,21 +159,29 @@ def _colour_labels(path: Path) -> NDArray[np.int32]:
     return np.asarray(numbers[inverse].reshape(code.shape), dtype=np.int32)
 
 
+def _true_doors(bormann: Path, name: str) -> NDArray[np.float64]:
+    """Return the places (D, 2) of the hand-labelled openings, on the clean drawing."""
+    clean = read_grid(bormann / _IMAGES['clean'].format(name))
+    truth = read_labels(bormann / 'room_labels' / f'{name}.png')
+    return true_openings(truth, clean.cells == FREE)
+
+
 def _score_plan(
-    bormann: Path, name: str, kind: str, method: Literal['default', 'morphological', 'distance']
+    bormann: Path,
+    name: str,
+    kind: str,
+    method: Literal['default', 'morphological', 'distance'],
+    true_doors: NDArray[np.float64],
 ) -> list[float]:
     """Return the figures of ``_KEYS`` and the seconds that the segmentation took."""
     grid = read_grid(bormann / _IMAGES[kind].format(name))
     truth = read_labels(bormann / 'room_labels' / f'{name}.png')
-    clean = read_grid(bormann / _IMAGES['clean'].format(name))
     started = time.perf_counter()
     found = segment_floorplan(grid, SegmentationConfig(method=method))
     seconds = time.perf_counter() - started
     rooms = room_agreement(found.labels, truth)
     tolerance = DOOR_TOLERANCE_M / RESOLUTION_M
-    doors = place_agreement(
-        _door_places(found), true_openings(truth, clean.cells == FREE), tolerance
-    )
+    doors = place_agreement(_door_places(found), true_doors, tolerance)
     return [rooms.precision, rooms.recall, rooms.f1, doors.precision, doors.recall, seconds]
 
 
