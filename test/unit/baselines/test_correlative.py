@@ -36,11 +36,9 @@ def seen_from(plan, truth):
 def test_a_planted_similarity_is_found(monkeypatch):
     # A tenth of the published grid: the truth lies on it, and the test stays short.
     monkeypatch.setattr(correlative, 'ROTATIONS', 9)
-    monkeypatch.setattr(correlative, 'SCALES', 5)
-    monkeypatch.setattr(correlative, 'SCALE_RANGE', (0.8, 1.25))
     plan = drawing()
     sub, truth = seen_from(plan, TRUTH)
-    found = search_placement(plan, sub)
+    found = search_placement(plan, sub, np.array([0.8, 1.0, 1.25]))
     assert found is not None
     assert found.A_plan_submap.linear == pytest.approx(truth.linear, abs=1e-9)
     # Three quarters of a raster pixel, which is 0.17 m here.

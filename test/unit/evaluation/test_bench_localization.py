@@ -38,7 +38,7 @@ from fpnet_core.evaluation.localization.records import (
 from fpnet_core.evaluation.localization.rivals import carried
 from fpnet_core.evaluation.localization.runs import Job, settings_of
 from fpnet_core.evaluation.localization.scenes import MissingDataError, make_scene
-from fpnet_core.evaluation.localization.suite import RUNS_NAME, run_suite
+from fpnet_core.evaluation.localization.suite import RUNS_NAME, estimated_minutes, run_suite
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.trajectory import PlanarTrajectory
@@ -85,6 +85,15 @@ def test_select_takes_groups_and_refuses_unknown_ones():
     assert len(select(suite, None, 7)) == 7
     with pytest.raises(ConfigError, match='unknown group'):
         select(suite, ['mars'], None)
+
+
+def test_the_estimate_grows_with_the_work_and_shrinks_with_workers():
+    config = FpnetConfig()
+    jobs = [Job(case, config, 0, Path('none')) for case in make_suite(0)]
+    bare = [replace(job, with_baselines=False) for job in jobs]
+    assert estimated_minutes(bare, 1) < estimated_minutes(jobs, 1)
+    assert estimated_minutes(jobs, 2) == pytest.approx(estimated_minutes(jobs, 1) / 2)
+    assert estimated_minutes(jobs[:5], 2) < estimated_minutes(jobs, 2)
 
 
 @pytest.mark.parametrize('distortion', list(Distortion))

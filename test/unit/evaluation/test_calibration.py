@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.evaluation.calibration import Trial, fit_posterior, mean_surprise, reliability
+from fpnet_core.evaluation.calibration import (
+    Trial,
+    fit_posterior,
+    mean_surprise,
+    reliability,
+    split_buildings,
+)
+from fpnet_core.evaluation.robot_pairs import RobotPair
+from fpnet_core.geometry import Affine2D
+from fpnet_core.types import GridMap
 
 TRUE = LocalizerConfig(evidence_per_m=0.1, null_score=0.6, null_rise=1.5, null_per_log_place=1.5)
 
@@ -54,3 +63,16 @@ def test_claims_are_counted_where_they_are_wrong():
     assert (result.foreign_trials, result.foreign_claims) == (2, 1)
     assert result.right_best == 0.5
     assert result.count.sum() == 3
+
+
+def test_no_building_is_both_fitted_to_and_measured_on():
+    grid = GridMap(np.zeros((2, 2), dtype=np.int8), 0.05)
+    pairs = [
+        RobotPair(f'{name}-{k}', grid, grid, Affine2D.identity(), building=name)
+        for name in 'abcdef'
+        for k in range(2)
+    ]
+    to_fit, held_back = split_buildings(pairs)
+    assert {pair.building for pair in held_back} == {'c', 'f'}
+    assert {pair.name for pair in (*to_fit, *held_back)} == {pair.name for pair in pairs}
+    assert {pair.building for pair in to_fit}.isdisjoint(pair.building for pair in held_back)
