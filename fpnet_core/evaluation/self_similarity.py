@@ -5,7 +5,7 @@ Which rooms of a floorplan look like others: the plan matched with itself, ident
 
 A room, alone or with the rooms behind its doors, is cut out of the plan as a robot would have
 mapped it, laid on every room of like size in four directions, aligned to the walls there and
-scored as a placement is. A place that scores nearly as well as the true one is a twin.
+scored as a placement is. A place where hardly any wall disagrees is a twin.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 
-TWIN_SCORE = 0.85
-"""With 20 m of wall, at 1.5 nats per metre and unit of score, 0.15 less makes the odds 1 to 99."""
+TELLING_WALL_M = 3.0
+"""So much wall must disagree to tell two places apart; at 1.5 nats per metre, odds of 1 to 99."""
 
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
@@ -53,7 +53,7 @@ class Twin:
     room: int
     other: int
     turn_deg: float
-    score: float
+    unlike_m: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,10 @@ class _Search:
         # The identity leads, so that what is near it falls away.
         identity = Candidates(np.eye(2)[None], np.zeros((1, 2)))
         kept = distinct(identity.joined(ranked), part, pose.distinct_m, _MAX_TWINS + 1)[1:] - 1
-        made = (self._twin(anchor, ranked, scores, k) for k in kept if scores[k] >= TWIN_SCORE)
+        unlike_m = (1.0 - scores) * part.wall_length_m
+        made = (
+            self._twin(anchor, ranked, unlike_m, k) for k in kept if unlike_m[k] < TELLING_WALL_M
+        )
         return tuple(twin for twin in made if twin is not None)
 
     def _candidates(self, anchor: int) -> Candidates:
@@ -134,7 +137,7 @@ class _Search:
         target = np.repeat(centres[like], len(turns), axis=0)
         return Candidates(linear, target - linear @ centres[anchor])
 
-    def _twin(self, anchor: int, ranked: Candidates, scores: Array, index: int) -> Twin | None:
+    def _twin(self, anchor: int, ranked: Candidates, unlike_m: Array, index: int) -> Twin | None:
         """Name the room below; None where the anchor comes to lie outside all rooms."""
         linear, translation = ranked.linear[index], ranked.translation[index]
         placed = linear @ self._frames[0][anchor] + translation
@@ -142,7 +145,7 @@ class _Search:
         if below is None:
             return None
         turn = float(np.rad2deg(np.arctan2(linear[1, 0], linear[0, 0])))
-        return Twin(anchor, below, turn, float(scores[index]))
+        return Twin(anchor, below, round(turn, 1), round(float(unlike_m[index]), 2))
 
 
 def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from fpnet_core.evaluation.plan_check import (
     expected_path_m,
     room_note,
 )
-from fpnet_core.evaluation.self_similarity import TWIN_SCORE, SelfSimilarity, self_similarity
+from fpnet_core.evaluation.self_similarity import TELLING_WALL_M, SelfSimilarity, self_similarity
 from fpnet_core.localizer import prepare_plan
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import FREE, OCCUPIED, GridMap
@@ -68,7 +68,7 @@ def test_equal_rooms_are_twins_of_each_other(repeated):
         unturned = {twin.other for twin in similarity.alone[room] if abs(twin.turn_deg) < 5.0}
         assert unturned == equal - {room}
         for twin in similarity.alone[room]:
-            assert TWIN_SCORE <= twin.score <= 1.0
+            assert 0.0 <= twin.unlike_m < TELLING_WALL_M
     assert not any(twin.other in equal for twin in similarity.alone.get(odd, ()))
 
 
