@@ -5,12 +5,13 @@
 Run the paper's three tables again: train what they compare, then write them with its figures.
 
 Usage:
-  python benchmarks/paper_tables.py train --pairs runs/clips --out runs/paper [--epochs 12]
+  python benchmarks/paper_tables.py train --pairs runs/clips --out runs/paper
   python benchmarks/paper_tables.py write --runs runs/paper --data ../shared/data \
       [--limit 100] [--page docs/matching_tables.md]
 
-``train`` makes the networks of Table III, one after the other; called again it goes on. ``write``
-has every method match the same pairs (predictions are kept under --runs) and writes the page.
+``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
+with fewer epochs; called again it goes on. ``write`` has every method match the same pairs
+(predictions are kept under --runs) and writes the page.
 """
 
 from __future__ import annotations
@@ -28,16 +29,15 @@ import yaml
 
 FPNET = str(Path(sys.executable).with_name('fpnet'))
 
-NETWORKS: dict[str, tuple[str, dict[str, Any]]] = {
-    'superglue': ('superglue', {}),
-    'full': ('paper', {}),
-    'match': ('paper', {'loss.topology': 0.0, 'loss.spatial': 0.0}),
-    'spatial': ('paper', {'loss.topology': 0.0}),
-    'topo': ('paper', {'loss.spatial': 0.0}),
-    'no_connectivity': ('paper', {'network.edge_mapping': 'proximity'}),
-    'no_distance': ('paper', {'network.edge_mapping': 'connectivity'}),
+VARIANTS: dict[str, dict[str, Any]] = {
+    'full': {},
+    'match': {'loss.topology': 0.0, 'loss.spatial': 0.0},
+    'spatial': {'loss.topology': 0.0},
+    'topo': {'loss.spatial': 0.0},
+    'no_connectivity': {'network.edge_mapping': 'proximity'},
+    'no_distance': {'network.edge_mapping': 'connectivity'},
 }
-"""Folder of a run: its preset and what differs from it."""
+"""Networks of Table III: what differs from the preset ``paper``."""
 
 ABLATIONS = {
     'loss_match': ('match', {}, 80, 87),
@@ -48,7 +48,7 @@ ABLATIONS = {
     'without edge-distance': ('no_distance', {}, 71, 83),
     'without threshold grading': ('full', {'grade_thresholds': [0.3] * 3}, 84, 90),
 }
-"""Row of Table III: run, matcher settings, and the paper's MS and TS [%]."""
+"""Row of Table III: network, matcher settings, and the paper's MS and TS [%]."""
 
 KEYS = ('auc1', 'auc10', 'auc20', 'ms', 'ts')
 PUBLISHED = {
@@ -84,11 +84,11 @@ def main() -> None:
     """Run what the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
     actions = parser.add_subparsers(dest='action', required=True)
-    train = actions.add_parser('train')
-    train.add_argument('--pairs', type=Path, required=True)
-    train.add_argument('--out', type=Path, required=True)
-    train.add_argument('--epochs', type=int, default=12)
-    train.add_argument('--only', choices=list(NETWORKS), action='append')
+    training = actions.add_parser('train')
+    training.add_argument('--pairs', type=Path, required=True)
+    training.add_argument('--out', type=Path, required=True)
+    training.add_argument('--epochs', type=int, default=8)
+    training.add_argument('--ablation-epochs', type=int, default=3)
     write = actions.add_parser('write')
     write.add_argument('--runs', type=Path, required=True)
     write.add_argument('--data', type=Path, required=True)
@@ -96,18 +96,20 @@ def main() -> None:
     write.add_argument('--page', type=Path, default=Path('docs/matching_tables.md'))
     arguments = parser.parse_args()
     if arguments.action == 'train':
-        train_networks(arguments.pairs, arguments.out, arguments.epochs, arguments.only)
+        for preset in ('paper', 'superglue'):
+            train(arguments.pairs, arguments.out / preset, arguments.epochs, preset, {})
+        for name, changes in VARIANTS.items():
+            out = arguments.out / 'ablations' / name
+            train(arguments.pairs, out, arguments.ablation_epochs, 'paper', changes)
     else:
         write_page(arguments.runs, arguments.data, arguments.limit, arguments.page)
 
 
-def train_networks(pairs: Path, out: Path, epochs: int, only: list[str] | None) -> None:
-    """Train every network of Table III for the same number of epochs on the same pairs."""
-    for name in only or NETWORKS:
-        preset, changes = NETWORKS[name]
-        options = [f'--set={key}={value}' for key, value in changes.items()]
-        run('train', '--preset', preset, '--data', pairs, '--out', out / name,
-            '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
+def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, Any]) -> None:
+    """Train one network to its last epoch."""
+    options = [f'--set={key}={value}' for key, value in changes.items()]
+    run('train', '--preset', preset, '--data', pairs, '--out', out,
+        '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
 
 
 def write_page(runs: Path, data: Path, limit: int, page: Path) -> None:
@@ -144,7 +146,7 @@ def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
         config = path.with_suffix('.yaml')
         config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
         run('bench', 'matching', '--set', 'synthetic', '--limit', limit, '--json', path,
-            '--methods', 'fpnet', '--weights', runs / name / 'matcher.safetensors',
+            '--methods', 'fpnet', '--weights', runs / 'ablations' / name / 'matcher.safetensors',
             '--config', config)  # fmt: skip
     figures: dict[str, float] = json.loads(path.read_text(encoding='utf-8'))['methods']['fpnet']
     return figures

@@ -60,6 +60,8 @@ class Muon(torch.optim.AdamW):
         for matrix in matrices:
             assert matrix.grad is not None
             state = self.state[matrix]
+            # AdamW, whose class this is, expects a step count of whatever it loads.
+            state.setdefault('step', torch.zeros(())).add_(1.0)
             momentum = state.setdefault('momentum', torch.zeros_like(matrix))
             momentum.lerp_(matrix.grad, 1.0 - _MOMENTUM)
             ahead = torch.lerp(matrix.grad, momentum, _MOMENTUM)

@@ -7,6 +7,7 @@ import pytest
 import torch
 from torch import nn
 
+from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.config import TrainingConfig, parse_training_config
 from fpnet_core.training.optimizer import Muon, make_optimizer, orthogonalized
 
@@ -77,6 +78,31 @@ def test_a_linear_map_is_learned():
         loss().backward()
         optimizer.step()
     assert loss().item() < 0.05 * first
+
+
+def test_a_saved_state_goes_on_where_it_was(tmp_path):
+    def stepped(layer, optimizer, count):
+        for _ in range(count):
+            optimizer.zero_grad()
+            layer(torch.linspace(-1.0, 1.0, 48).reshape(1, 48)).square().sum().backward()
+            optimizer.step()
+
+    torch.manual_seed(3)
+    whole, parts = nn.Linear(48, 40), nn.Linear(48, 40)
+    parts.load_state_dict(whole.state_dict())
+    first = Muon(whole.parameters(), lr=0.01, weight_decay=0.1)
+    stepped(whole, first, 4)
+    second = Muon(parts.parameters(), lr=0.01, weight_decay=0.1)
+    stepped(parts, second, 2)
+    save_state(tmp_path / 'state.safetensors', parts, second, {'epoch': 1})
+
+    again = nn.Linear(48, 40)
+    third = Muon(again.parameters(), lr=0.01, weight_decay=0.1)
+    assert load_state(tmp_path / 'state.safetensors', again, third) == {'epoch': 1}
+    stepped(again, third, 2)
+
+    assert torch.equal(again.weight, whole.weight)
+    assert torch.equal(again.bias, whole.bias)
 
 
 @pytest.mark.parametrize(('name', 'kind'), [('muon', Muon), ('adamw', torch.optim.AdamW)])
