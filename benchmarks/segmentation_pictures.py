@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Draw the segmentation of one generated storey: the default in several looks, and the baselines.
+
+Run: python benchmarks/segmentation_pictures.py --out docs/images/segmentation.png
+
+The last row shows where the default fails.
+"""
+
+import argparse
+from pathlib import Path
+
+from matplotlib.figure import Figure
+import numpy as np
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.sim.plans import generate_plan
+from fpnet_core.sim.render import render_plan
+from fpnet_core.sim.styles import STYLES
+from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
+
+# Look and method of each picture, row by row.
+PANELS = (
+    (('clean', 'default'), ('furnished', 'default')),
+    (('furnished', 'morphological'), ('furnished', 'distance')),
+    (('sketch', 'default'), ('architect', 'default')),
+)
+RESOLUTION_M = 0.05
+MAX_ROOMS = 16
+DPI = 60
+
+
+def main() -> None:
+    """Draw and save."""
+    parser = argparse.ArgumentParser(description='Draw rooms and doors found in drawings.')
+    parser.add_argument('--seed', type=int, default=4)
+    parser.add_argument('--out', type=Path, default=Path('out/segmentation.png'))
+    arguments = parser.parse_args()
+    plan = generate_plan(np.random.default_rng(arguments.seed), max_rooms=MAX_ROOMS)
+    figure = Figure(figsize=(15.0, 18.0), layout='constrained')
+    for row, panels in zip(figure.subplots(len(PANELS), 2), PANELS, strict=True):
+        for ax, (style, method) in zip(row, panels, strict=True):
+            grid = render_plan(plan, RESOLUTION_M, style=STYLES[style])
+            found = segment_floorplan(grid, SegmentationConfig(method=method))
+            draw_grid(ax, grid)
+            draw_segmentation(ax, found)
+            counts = f'{len(found.rooms)} rooms, {len(found.doors)} doors'
+            ax.set_title(f'{style} drawing, {method}: {counts}')
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(arguments.out, dpi=DPI)
+
+
+if __name__ == '__main__':
+    main()
