@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.openings import Opening
+from fpnet_core.segmentation.rays import is_inside, run_length
 from fpnet_core.segmentation.scene import Mask
 
 # Outlines of walls are straightened by so much before their corners are looked for [m].
@@ -46,31 +48,6 @@ _ROOM_REACH_M = 0.5
 
 
 @njit(cache=True)
-def _at(mask: NDArray[np.bool_], row: float, col: float, outside: bool) -> bool:
-    r, c = int(np.floor(row + 0.5)), int(np.floor(col + 0.5))
-    if r < 0 or c < 0 or r >= mask.shape[0] or c >= mask.shape[1]:
-        return outside
-    return bool(mask[r, c])
-
-
-@njit(cache=True)
-def _run(
-    mask: NDArray[np.bool_],
-    outside: bool,
-    row: float,
-    col: float,
-    d_row: float,
-    d_col: float,
-    limit: float,
-) -> float:
-    """Return how far ``mask`` stays True from a place on, up to ``limit`` [cells]."""
-    run = 0.0
-    while run < limit and _at(mask, row + run * d_row, col + run * d_col, outside):
-        run += 0.5
-    return run
-
-
-@njit(cache=True)
 def _open_corners(
     free: NDArray[np.bool_],
     row: float,
@@ -85,14 +62,15 @@ def _open_corners(
     limit = 0.5 * length + wider
     count = 0
     for side in (-1.0, 1.0):
-        if _run(free, False, row, col, side * across[0], side * across[1], depth) < depth:
+        d_row, d_col = side * across[0], side * across[1]
+        if run_length(free, False, row, col, d_row, d_col, depth) < depth:
             return 0
         for end in (-1.0, 1.0):
             is_open = True
             for k in range(1, _DEPTHS + 1):
                 offset = side * depth * k / _DEPTHS
                 r, c = row + offset * across[0], col + offset * across[1]
-                if _run(free, False, r, c, end * along[0], end * along[1], limit) < limit:
+                if run_length(free, False, r, c, end * along[0], end * along[1], limit) < limit:
                     is_open = False
                     break
             count += is_open
@@ -120,17 +98,17 @@ def _gaps_from(
     for k in range(len(starts)):
         row, col, d_row, d_col, n_row, n_col = starts[k]
         r, c = row + inset * (n_row - d_row), col + inset * (n_col - d_col)
-        if not _at(solid, r, c, True):
+        if not is_inside(solid, r, c, True):
             r, c = row - inset * d_row, col - inset * d_col
-        if _run(solid, True, r, c, -d_row, -d_col, face - inset) < face - inset:
+        if run_length(solid, True, r, c, -d_row, -d_col, face - inset) < face - inset:
             continue
-        skin = _run(solid, True, r, c, d_row, d_col, 4.0 * inset + 2.0)
+        skin = run_length(solid, True, r, c, d_row, d_col, 4.0 * inset + 2.0)
         r, c = r + skin * d_row, c + skin * d_col
-        length = _run(free, False, r, c, d_row, d_col, longest + 1.0)
+        length = run_length(free, False, r, c, d_row, d_col, longest + 1.0)
         if length * cell_m < _MIN_GAP_M or length > longest:
             continue
         far_r, far_c = r + length * d_row, c + length * d_col
-        if not _at(solid, far_r, far_c, True):
+        if not is_inside(solid, far_r, far_c, True):
             continue
         mid_r, mid_c = 0.5 * (r + far_r), 0.5 * (c + far_c)
         along, across = (d_row, d_col), (n_row, n_col)
@@ -171,7 +149,8 @@ def find_gaps(
     candidates = found[:count].reshape(-1, 2, 2)
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
     candidates = candidates[np.argsort(lengths, kind='stable')]
-    kept = list(candidates[_distinct(candidates, _SAME_GAP_M / cell_m)])
+    distinct = candidates[_distinct(candidates, _SAME_GAP_M / cell_m)]
+    kept = [ends for ends in distinct if not is_corridor_frame(ends, free, cell_m)]
     return _with_rooms_behind(kept, free, cell_m, config.gap_room_area_m2)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_basins
+from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.gaps import closed_cells, find_gaps, openings_across
 from fpnet_core.segmentation.openings import (
     Opening,
@@ -53,9 +54,10 @@ def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int3
     def is_door(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
         if not _has_jambs(saddle, labels, work, config):
             return False
-        if scene.wall is None:
-            return True
-        return _is_anchored(closing_line(saddle, work, passable), scene.wall)
+        ends = closing_line(saddle, work, passable)
+        if is_corridor_frame(ends, passable, scene.cell_m):
+            return False
+        return scene.wall is None or _is_anchored(ends, scene.wall)
 
     labels = _join_across(labels, work, is_door)
     openings = find_openings(labels, work, passable, config)
