@@ -18,7 +18,7 @@ _NAMES = {
     'like another from inside': ALIKE_INSIDE,
     'like another even with the rooms behind its doors': ALIKE_WITH_NEIGHBOURS,
 }
-_EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 1.6, 110
+_EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 2.4, 110
 
 
 def similarity_colours(
