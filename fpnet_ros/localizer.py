@@ -131,7 +131,7 @@ class LocalizerNode(ManagedNode):
         config, parameters = self._config.value, self._settings.value
         self._localizer = create_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
-        warm_up(config)
+        warm_up(create_localizer(config))
         self._restore(parameters.state_file)
         if TFMessage is None and parameters.tf_broadcast:
             self.get_logger().warning(f'no TF: {NO_TF}')

@@ -30,8 +30,8 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 STREAM_QUEUE = 50
 """Messages that a publisher or subscription of this package holds back."""
 
-ODOMETRY_QUEUE = 500
-"""Wheels report at 100 Hz and more, and nothing replaces a lost pose."""
+ODOMETRY_QUEUE = 100
+"""Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late."""
 
 LATCHED = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.localizer import Localizer
+from fpnet_core.localizer import Localizer, create_localizer
 from fpnet_core.localizer import warm_up as module
 from fpnet_core.types import OCCUPIED, Status
 
@@ -19,16 +19,18 @@ def test_every_stage_runs(monkeypatch):
         return outputs[-1]
 
     monkeypatch.setattr(Localizer, 'tick', recording_tick)
-    module.warm_up(FpnetConfig())
+    module.warm_up(create_localizer(FpnetConfig()))
     # Placements were proposed, verified and refined, so that nothing is left to compile.
     assert outputs[-1].status in (Status.AMBIGUOUS, Status.LOCALIZED)
-    assert len(outputs[-1].segmentation.rooms) >= 1
+    assert len(outputs[-1].segmentation.rooms) == 2
+    assert len(outputs[-1].segmentation.portals) == 1
+    assert outputs[-1].match.hypotheses
     assert outputs[-1].estimates[0].score > 0.5
 
 
 @pytest.mark.parametrize('resolution_m', [0.02, 0.2])
 def test_any_configured_resolution_will_do(resolution_m):
-    module.warm_up(FpnetConfig(submap={'resolution_m': resolution_m}))
+    module.warm_up(create_localizer(FpnetConfig(submap={'resolution_m': resolution_m})))
 
 
 def test_the_scan_fits_the_toy_plan():
