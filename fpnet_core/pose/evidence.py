@@ -11,6 +11,7 @@ saw (see :mod:`fpnet_core.pose.verify`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import cv2
@@ -37,20 +38,28 @@ class MapEvidence:
     ``walls (Pw, 2)`` and ``free (Pf, 2)`` are thinned samples [m] in the map's frame.
     ``wall_distance``, ``outside_depth`` and ``observed`` share one raster ``(H, W)`` of edge
     ``cell_m``: distance to the nearest wall [m, capped], distance to the nearest free cell
-    [m, capped, 0 inside], and True where the map knows anything. ``A_rc_xy (2, 3)`` maps metres
-    to fractional (row, col). ``orientation`` is the dominant wall direction modulo 90 degrees
-    [rad] and ``orientation_strength`` in [0, 1] how dominant it is.
+    [m, capped, 0 inside], and True where the map knows anything. ``is_free`` is the map's own
+    raster, cells of ``resolution_m``. ``A_rc_xy (2, 3)`` maps metres to fractional (row, col).
+    ``orientation`` is the dominant wall direction modulo 90 degrees [rad] and
+    ``orientation_strength`` in [0, 1] how dominant it is.
     """
 
     walls: NDArray[np.float64]
     free: NDArray[np.float64]
     wall_distance: NDArray[np.float32]
-    outside_depth: NDArray[np.float32]
     observed: NDArray[np.bool_]
     A_rc_xy: NDArray[np.float64]
     cell_m: float
     orientation: float
     orientation_strength: float
+    is_free: NDArray[np.bool_]
+    resolution_m: float
+
+    @cached_property
+    def outside_depth(self) -> NDArray[np.float32]:
+        """Only plans are asked for it, and submaps change with every tick."""
+        step = round(self.cell_m / self.resolution_m)
+        return _coarse(_distance_to(self.is_free, self.resolution_m), step)
 
     @property
     def wall_length_m(self) -> float:
@@ -86,12 +95,13 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
         walls=grid.rc_to_xy(_thin(walls, _WALL_SPACING_M / grid.resolution)),
         free=grid.rc_to_xy(_thin(free, _FREE_SPACING_M / grid.resolution)),
         wall_distance=_coarse(_distance_to(walls, grid.resolution), step),
-        outside_depth=_coarse(_distance_to(free, grid.resolution), step),
         observed=_coarse(near_free > 0, step),
         A_rc_xy=_metric_to_raster(grid, step, first),
         cell_m=grid.resolution * step,
         orientation=float(np.mod(orientation + yaw_grid, np.pi / 2)),
         orientation_strength=strength,
+        is_free=free,
+        resolution_m=grid.resolution,
     )
 
 
@@ -126,9 +136,10 @@ def _thin(mask: NDArray[np.bool_], spacing_cells: float) -> NDArray[np.float64]:
         return np.zeros((0, 2))
     block = np.floor(rc / max(spacing_cells, 1.0)).astype(np.int64)
     key = block[:, 0] * (block[:, 1].max() + 1) + block[:, 1]
-    _, group, count = np.unique(key, return_inverse=True, return_counts=True)
-    sums = np.stack([np.bincount(group, weights=rc[:, axis]) for axis in range(2)], axis=1)
-    return np.asarray(sums / count[:, None], dtype=np.float64)
+    count = np.bincount(key)
+    sums = np.stack([np.bincount(key, weights=rc[:, axis]) for axis in range(2)], axis=1)
+    taken = count > 0
+    return np.asarray(sums[taken] / count[taken, None], dtype=np.float64)
 
 
 def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
