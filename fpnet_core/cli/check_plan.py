@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -58,8 +59,8 @@ def command(
     grid, is_given = _read(common.check_input(plan), resolution_m, tree)
     with common.progress('checking', total=tours + 1.0) as advance:
         check = check_plan(grid, tree, tours, tree.seed, is_given, advance)
-    if str(json_path) != '-':
-        _print(check)
+    for line in _lines(check):
+        common.say(line, json_path)
     if json_path is not None:
         common.write_json(json_path, check.as_json())
     if plot is not None:
@@ -91,15 +92,15 @@ def _read(path: Path, resolution_m: float | None, tree: FpnetConfig) -> tuple[Gr
     return read_map(path, grid.resolution * scale.factor), False
 
 
-def _print(check: PlanCheck) -> None:
+def _lines(check: PlanCheck) -> Iterator[str]:
     segmentation, similarity = check.segmentation, check.similarity
     rooms = segmentation.rooms
     area_m2 = sum(room.area_m2 for room in rooms)
-    typer.echo(
+    yield (
         f'{len(rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors at '
         f'{segmentation.grid.resolution:.4f} m per pixel'
     )
-    typer.echo(
+    yield (
         f'rooms that look like another place: {len(similarity.alone)} from inside, '
         f'{len(similarity.with_neighbours)} even with the rooms behind their doors'
     )
@@ -108,6 +109,5 @@ def _print(check: PlanCheck) -> None:
             'not found' if tour.found_after_m is None else f'found after {tour.found_after_m} m'
         )
         error = '' if tour.error_m is None else f', {tour.error_m} m off'
-        typer.echo(f'drive {tour.seed} of {tour.path_m} m: {found}{error}')
-    for line in check.advice:
-        typer.echo(f'- {line}')
+        yield f'drive {tour.seed} of {tour.path_m} m: {found}{error}'
+    yield from (f'- {line}' for line in check.advice)

@@ -85,6 +85,11 @@ def write_json(path: Path, result: Mapping[str, Any]) -> None:
     path.write_text(text + '\n', encoding='utf-8')
 
 
+def say(text: str, json_path: Path | None) -> None:
+    """Print a line for people: on stdout, or on stderr where ``--json -`` has stdout."""
+    typer.echo(text, err=str(json_path) == '-')
+
+
 def check_input(path: Path) -> Path:
     """Return ``path`` if it exists, else raise FpnetError."""
     if not path.exists():

@@ -106,8 +106,7 @@ def command(
         'path_m': round(run.odometry.path_length_m(), 3),
         **summary.as_json(),
     }
-    if str(json_path) != '-':
-        typer.echo(said if out is None else f'{said}; see {out / _REPORT_NAME}')
+    common.say(said if out is None else f'{said}; see {out / _REPORT_NAME}', json_path)
     if json_path is not None:
         common.write_json(json_path, figures)
     if out is not None:

@@ -48,7 +48,8 @@ def command(
     sub = _read_submap(common.check_input(submap), tree.submap)
     result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree)
     report = _report(result, plan_grid, sub.grid)
-    typer.echo(f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}')
+    said = f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}'
+    common.say(said, json_path)
     if json_path is not None:
         common.write_json(json_path, report)
     if plot is not None:
