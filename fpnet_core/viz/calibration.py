@@ -41,6 +41,6 @@ def plot_reliability(
     upper.legend(loc='upper left')
     middles = [(k + 0.5) / len(count) for k in range(len(count))]
     lower.bar(middles, count, width=0.9 / len(count), color='0.6')
-    lower.set(xlabel='claimed probability of the best placement', ylabel='ticks', yscale='log')
+    lower.set(xlabel='claimed probability of the best placement', ylabel='trials', yscale='log')
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_DPI)
