@@ -8,6 +8,8 @@ TF in its namespace, as Nav2 runs several robots; its odometry comes from wheels
 not at the clouds' times. Both mount the lidar askew on ``base_link``.
 """
 
+import time
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -153,14 +155,15 @@ class Fleet:
         return last - abs(last - (index + ahead) % (2 * last))
 
     def step_until(self, condition) -> bool:
-        for _ in range(1000):
-            if condition():
-                return True
+        deadline = time.monotonic() + PATIENCE_S
+        while not condition():
+            if time.monotonic() > deadline:
+                return False
             self.index += 1
             for robot in self.robots:
                 robot.send(self.position(robot, self.index), START_NS + self.index * STEP_NS)
             self.bench.wait_for(condition, 0.15)
-        return False
+        return True
 
 
 @pytest.fixture(scope='module')
@@ -175,7 +178,9 @@ def test_both_find_themselves_on_their_own_drawing(fleet):
     found = lambda: all(  # noqa: E731
         robot.status is Status.LOCALIZED and len(robot.poses) > 2 for robot in fleet.robots
     )
-    assert fleet.step_until(found), [robot.child.log_tail() for robot in fleet.robots]
+    assert fleet.step_until(found), [
+        (robot.name, robot.statuses[-1:], robot.child.log_tail()) for robot in fleet.robots
+    ]
     for robot, frame_id in ((fleet.alpha, 'alpha/floorplan'), (fleet.beta, 'drawing')):
         pose = pose_from_msg(robot.poses[-1])
         assert pose.frame_id == frame_id
