@@ -5,11 +5,12 @@
 #   make test    set up, then lint and run all tests
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff and mypy
+#   make docs    build the documentation into build/docs, every link checked
 #   make clean   remove what was built, not .venv; make distclean removes that, too
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint clean distclean
+.PHONY: help setup demo test lint docs clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -49,12 +50,16 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+docs: $(STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+# The quick tests alone must reach the floor of coverage that pyproject.toml sets.
 test: lint
-	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 $(QUICK)
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov --cov-report= $(QUICK)
 	$(BIN)/pytest --durations=10 $(LONG)
 
 clean:
-	rm -rf build install log out *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
+	rm -rf build install log out *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
 
 distclean: clean
