@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import json
 from pathlib import Path
 from typing import Any
@@ -111,14 +111,22 @@ def _distortion(path: Path) -> Affine2D:
 
 def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
     """
-    Return all ticks of a session in time order.
+    Return all ticks of a session that had a submap, in sensor time.
+
+    While it waits, the localizer stamps ticks with the node's clock, which is not a recording's.
 
     Raises
     ------
     FpnetError
         If a file is damaged.
     """
-    return tuple(read_output(path) for path in sorted((session_dir / _TICKS_NAME).glob('*.npz')))
+    files = (session_dir / _TICKS_NAME).glob('*.npz')
+    ticks = [
+        replace(tick, stamp_ns=tick.submap.stamp_ns)
+        for tick in map(read_output, files)
+        if tick.submap is not None
+    ]
+    return tuple(sorted(ticks, key=lambda tick: tick.stamp_ns))
 
 
 def _planar(path: Path) -> PlanarTrajectory:

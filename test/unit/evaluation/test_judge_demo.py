@@ -12,7 +12,7 @@ from fpnet_core.evaluation.demo import judge_demo, read_ticks
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum
-from fpnet_core.types import LocalizerOutput, Status
+from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
 START_NS = 1_750_000_000_000_000_000
 PERIOD_NS = 100_000_000
@@ -88,9 +88,14 @@ def test_missing_files_are_named(tmp_path):
         judge_demo(recording, session)
 
 
-def test_ticks_come_back_in_time_order(tmp_path):
+def test_ticks_come_back_in_sensor_time(tmp_path):
+    """One without a submap is left out; one that waits is stamped by the node's clock."""
     assert read_ticks(tmp_path) == ()
-    for stamp_ns in (30, 200, 4):
-        output = LocalizerOutput(stamp_ns, Status.WAITING)
-        write_output(tmp_path / 'ticks' / f'{stamp_ns:020d}.npz', output)
+    grid = GridMap(np.zeros((2, 3), np.int8), 0.1, frame='submap')
+    for clock_ns, sensor_ns in ((900, 30), (200, 200), (4, 4), (7, None)):
+        submap = None
+        if sensor_ns is not None:
+            submap = Submap(grid, np.zeros((2, 3), bool), np.zeros((0, 2)), stamp_ns=sensor_ns)
+        output = LocalizerOutput(clock_ns, Status.WAITING, submap=submap)
+        write_output(tmp_path / 'ticks' / f'{clock_ns:020d}.npz', output)
     assert [tick.stamp_ns for tick in read_ticks(tmp_path)] == [4, 30, 200]
