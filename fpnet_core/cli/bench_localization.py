@@ -72,6 +72,7 @@ def command(
         common.write_json(json_path, result)
 
 
+_TABLE_WIDTH = 170  # characters; narrower ones tell nothing
 _COLUMNS = {
     'runs': 'runs',
     'recall_1m_10deg': '1 m 10 deg',
@@ -99,7 +100,7 @@ def _print_tables(result: dict[str, Any]) -> None:
     table = Table('', *_COLUMNS.values())
     for name, figures in rows.items():
         table.add_row(name, *(_shown(figures[key]) for key in _COLUMNS))
-    Console().print(table)
+    Console(width=_TABLE_WIDTH).print(table)
     for name, reason in result['skipped'].items():
         typer.echo(f'skipped {name}: {reason}')
 

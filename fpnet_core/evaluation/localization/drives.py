@@ -19,8 +19,8 @@ from fpnet_core.localizer import MapSide, ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap, LocalizerOutput, Status
 
-KEEP_EVERY = 2
-"""One in so many registered scans is kept for runs on other plans: a scan each 0.25 m."""
+KEEP_EVERY = 3
+"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m."""
 
 _KB_PER_MB = 1024.0
 

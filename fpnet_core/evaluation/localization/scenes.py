@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +36,6 @@ _MESH_FILES = {
     'aws_hospital': 'hospital_all.ply',
 }
 _MESH_PLAN = 'floorplan_from_mesh.yaml'
-_SWEEP_STRIDE = 2  # every second sweep is cast and registered: one each 0.2 s
 _ROOMS = (8, 60)
 _SEEDS_TRIED = 8
 _SEED_STEP = 100_000  # to the next seed where a building allows no such tour
@@ -93,11 +92,7 @@ def _generated(case: Case, data: Path) -> Scene:
     recording = _recording(case)
     drawing = draw_plan(recording.building.plan, case.distortion, case.seed)
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
-    return Scene(_sweeps(recording), drawing.grid, drawing.A_plan_building, truth)
-
-
-def _sweeps(recording: Recording) -> Iterator[Scan]:
-    return (recording.scan(index) for index in range(0, len(recording), _SWEEP_STRIDE))
+    return Scene(recording, drawing.grid, drawing.A_plan_building, truth)
 
 
 def _recording(case: Case) -> Recording:
@@ -127,7 +122,7 @@ def _mesh(case: Case, data: Path) -> Scene:
         mesh=read_mesh(folder / _MESH_FILES[case.building]),
     )
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
-    return Scene(_sweeps(recording), recording.floorplan, recording.A_plan_building, truth)
+    return Scene(recording, recording.floorplan, recording.A_plan_building, truth)
 
 
 def _log(case: Case, data: Path) -> Scene:
