@@ -93,6 +93,7 @@ def main() -> None:
     write.add_argument('--runs', type=Path, required=True)
     write.add_argument('--data', type=Path, required=True)
     write.add_argument('--limit', type=int, default=100)
+    write.add_argument('--robot-limit', type=int, default=40)
     write.add_argument('--page', type=Path, default=Path('docs/matching_tables.md'))
     arguments = parser.parse_args()
     if arguments.action == 'train':
@@ -102,7 +103,7 @@ def main() -> None:
             out = arguments.out / 'ablations' / name
             train(arguments.pairs, out, arguments.ablation_epochs, 'paper', changes)
     else:
-        write_page(arguments.runs, arguments.data, arguments.limit, arguments.page)
+        write_page(arguments)
 
 
 def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, Any]) -> None:
@@ -112,12 +113,13 @@ def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, A
         '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
 
 
-def write_page(runs: Path, data: Path, limit: int, page: Path) -> None:
+def write_page(arguments: argparse.Namespace) -> None:
     """Match all pairs with all methods and write the tables as Markdown."""
+    runs, data, limit = arguments.runs, arguments.data, arguments.limit
     plans = data / 'bormann' / 'floorplan'
     reports = {name: bench(runs, name, limit, '--plans', plans) for name in PUBLISHED}
     reports['tours'] = bench(runs, 'tours', limit)
-    robot = bench(runs, 'robot', limit, '--data', data)
+    robot = bench(runs, 'robot', arguments.robot_limit, '--data', data)
     ablations = {row: ablation(runs, row, limit) for row in ABLATIONS}
     parts = [
         heading(limit),
@@ -125,7 +127,7 @@ def write_page(runs: Path, data: Path, limit: int, page: Path) -> None:
         robot_table(robot),
         ablation_table(ablations),
     ]
-    page.write_text('\n'.join(parts), encoding='utf-8')
+    arguments.page.write_text('\n'.join(parts), encoding='utf-8')
 
 
 def bench(runs: Path, pair_set: str, limit: int, *options: object) -> dict[str, Any]:
