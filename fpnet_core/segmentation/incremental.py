@@ -28,7 +28,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation.lintels import Doorway
 from fpnet_core.segmentation.scene import Mask, block_means
-from fpnet_core.segmentation.submap import segment_part
+from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
 
 Window = tuple[slice, slice]
@@ -64,7 +64,7 @@ class SubmapSegmenter:
         """Return the segmentation of ``submap``, equal to a new one within small tolerances."""
         last = None if self._last is None else _moved(self._last, submap.grid)
         if last is None:
-            result = segment_part(submap.grid, submap.lintel, self._config)
+            result = segment_submap(submap, self._config)
             regions = self._named(result.regions, [None] * len(result.regions))
             result = replace(result, regions=tuple(regions))
             cells, lintel = submap.grid.cells, submap.lintel
@@ -85,7 +85,8 @@ class SubmapSegmenter:
         box, near = _dirty_cells(dirty, grid)
         touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
         touched = _with_partners(touched, last.segmentation, self._config.sure_width_m)
-        window = _window(last.segmentation, touched, box)
+        stride = max(1, round(self._config.work_resolution_m / grid.resolution))
+        window = _window(last.segmentation, touched, box, stride)
         kept, labels = _held(last.segmentation, touched)
         held = labels[window] > 0
         part = segment_part(
@@ -94,6 +95,7 @@ class SubmapSegmenter:
             self._config,
             held=held,
             known_doors=_loose_doorways(kept, grid, window),
+            has_scans=is_from_scans(submap),
         )
         inherited = _inherited(part, last.segmentation, touched, kept, window)
         part = replace(part, regions=tuple(self._named(part.regions, inherited)))
@@ -217,8 +219,12 @@ def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: 
     return set().union(*(group for group in groups if touched & group))
 
 
-def _window(segmentation: Segmentation, touched: set[int], box: Window) -> Window:
-    """Return the window that holds ``box`` and all touched rooms, with a margin."""
+def _window(segmentation: Segmentation, touched: set[int], box: Window, stride: int) -> Window:
+    """
+    Return the window that holds ``box`` and all touched rooms, with a margin.
+
+    It begins at a block of ``stride`` cells, as rooms are grown from the same blocks then.
+    """
     grid = segmentation.grid
     low, high = [(box[0].start, box[1].start)], [(box[0].stop, box[1].stop)]
     for room in touched:
@@ -229,8 +235,8 @@ def _window(segmentation: Segmentation, touched: set[int], box: Window) -> Windo
     r0, c0 = (np.min(low, axis=0) - margin).tolist()
     r1, c1 = (np.max(high, axis=0) + margin).tolist()
     return (
-        slice(max(r0, 0), min(r1, grid.shape[0])),
-        slice(max(c0, 0), min(c1, grid.shape[1])),
+        slice(max(r0 - r0 % stride, 0), min(r1, grid.shape[0])),
+        slice(max(c0 - c0 % stride, 0), min(c1, grid.shape[1])),
     )
 
 

@@ -23,7 +23,7 @@ _MIN_COVERAGE = 0.35
 # High returns this near to the opening line belong to it: half of a thick wall [m].
 _LINE_REACH_M = 0.3
 # Free space must go on for so far on both sides of a doorway [m].
-_PASSAGE_M = 0.5
+_PASSAGE_M = 0.4
 # How far from the line, in both directions, a room is looked for [m].
 _ROOM_REACH_M = 0.8
 

@@ -18,10 +18,11 @@ from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
+from fpnet_core.submaps.morphology import opened
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
-_WALL_SHADOW_M = 0.15
+_WALL_SHADOW_M = 0.1
 # The ends of a doorway's line are this near to its jambs [m].
 _JAMB_REACH_M = 0.2
 # Narrower openings are holes in a wall that was seen too rarely, not doors [m].
@@ -55,7 +56,13 @@ def segment_submap(
     -------
     Segmentation in the submap frame; an empty one with a reason where nothing was found
     """
-    return segment_part(submap.grid, submap.lintel, config, metres_per_unit)
+    has_scans = is_from_scans(submap)
+    return segment_part(submap.grid, submap.lintel, config, metres_per_unit, has_scans=has_scans)
+
+
+def is_from_scans(submap: Submap) -> bool:
+    """Tell a robot's own submap from a finished map, whose rooms end where free cells do."""
+    return len(submap.path_xy) > 0
 
 
 def segment_part(
@@ -65,6 +72,7 @@ def segment_part(
     metres_per_unit: float = 1.0,
     held: Mask | None = None,
     known_doors: Sequence[Doorway] = (),
+    has_scans: bool = True,
 ) -> Segmentation:
     """
     Cut a window of a partial map into rooms and doors.
@@ -76,6 +84,7 @@ def segment_part(
     held : (H, W) bool, cells of rooms that are known already: seen as what they are, but not
         cut again; None holds nothing
     known_doors : doorways between held and other rooms, in the window's cells
+    has_scans : whether occupied cells are those that scans had returns in
     """
     cell_m = grid.resolution * metres_per_unit
     wall = grid.cells == OCCUPIED
@@ -95,6 +104,8 @@ def segment_part(
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, config, cell_m)
+    if has_scans:
+        full = _to_faces(full, wall if held is None else wall & ~held)
     scores = _scores(full, ~free & ~near_wall)
     return assemble(grid, full, openings, config, metres_per_unit, scores)
 
@@ -124,17 +135,24 @@ def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
 
 
 def _opened(mask: Mask, width_m: float, cell_m: float) -> Mask:
-    size = max(1, round(width_m / cell_m))
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    padded = np.pad(mask.astype(np.uint8), size)
-    opened = cv2.morphologyEx(padded, cv2.MORPH_OPEN, kernel)
-    return np.asarray(opened[size:-size, size:-size], dtype=bool)
+    return opened(mask, max(1, round(width_m / cell_m)))
 
 
 def _grown(mask: Mask, reach_m: float, cell_m: float) -> Mask:
     """Return the cells within ``reach_m`` of ``mask``, in the maximum norm."""
     size = 2 * round(reach_m / cell_m) + 1
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
+
+
+def _to_faces(labels: NDArray[np.int32], wall: Mask) -> NDArray[np.int32]:
+    """
+    Return ``labels (H, W)`` with rooms grown by a cell into ``wall``, cells with returns.
+
+    Returns scatter around a wall's face, so that the face lies inside of such cells.
+    """
+    # cv2 dilates no 32-bit integers; these are exact as floats.
+    grown = cv2.dilate(labels.astype(np.float32), np.ones((3, 3), np.uint8))
+    return np.where((labels == 0) & wall, grown.astype(np.int32), labels)
 
 
 def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:

@@ -115,7 +115,7 @@ class SubmapBuilder:
         if path.ndim != 2 or path.shape[1] != 2 or not np.isfinite(path).all():
             raise ValueError(f'path: expected finite (S, 2), got {path.shape}')
         builder._raster = CountRaster.restored(config, arrays['counts'], arrays['corner'])
-        builder._heights = HeightTracker.restored(config, arrays['histogram'], arrays['base_m'])
+        builder._heights = HeightTracker.restored(config, arrays['histogram'], arrays['heights_m'])
         builder._path = np.concatenate([path, np.zeros((_PATH_BLOCK, 2))])
         builder._path_length = len(path)
         builder._scans, builder._id, builder._stamp_ns = map(int, arrays['scans'])

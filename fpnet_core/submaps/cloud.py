@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 _HEIGHT_BIN_M = 0.05
@@ -59,9 +59,8 @@ def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Subm
 
     wall = counts(config.body_low_m, config.body_high_m) >= _MIN_WALL_POINTS
     gap = max(1, round(_FLOOR_GAP_M / config.resolution_m))
-    seen_floor = (counts(-_FLOOR_THICKNESS_M, _FLOOR_THICKNESS_M) > 0).astype(np.uint8)
-    closed = cv2.morphologyEx(seen_floor, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8)) > 0
-    free = closed & ~wall
+    seen_floor = counts(-_FLOOR_THICKNESS_M, _FLOOR_THICKNESS_M) > 0
+    free = closed(seen_floor, gap) & ~wall
     cells = np.full(shape, UNKNOWN, dtype=np.int8)
     cells[free] = FREE
     cells[wall] = OCCUPIED

@@ -18,8 +18,15 @@ _BIN_M = 0.05
 _REACH_M = 6.0
 # Older scans lose weight by this factor per scan, so that the floor follows drift in z.
 _DECAY = 0.98
-# A floor or ceiling is a bin (with its neighbours) of at least this share of all returns.
-_PLANE_SHARE = 0.03
+# A floor or ceiling is a bin (with its neighbours) of at least this share of all returns, and
+# holds so many times as many as the walls some way above or below it [bins].
+_PLANE_SHARE, _STANDS_OUT = 0.03, 1.5
+_WALL_BINS = range(5, 11)
+# Where the floor is out of view, a part of the walls may look like one: a floor so much nearer to
+# the sensor than the one known [m] has to hold a larger share, as floors near by do, and there is
+# at most this share of all returns below it.
+_NEARER_M, _NEARER_SHARE, _BELOW_SHARE = 0.3, 0.15, 0.02
+_BELOW_BINS = 4
 # Returns within this height of the sensor are never floor or ceiling [m].
 _CLEAR_OF_SENSOR_M = 0.2
 # A scan is planar where its returns' elevation angles spread less than this [rad].
@@ -62,6 +69,7 @@ class HeightTracker:
         self._config = config
         self._counts = np.zeros(round(2.0 * _REACH_M / _BIN_M), dtype=np.float64)
         self._base_m: float | None = None
+        self._sensor_height_m = config.sensor_height_m
 
     def update(
         self, points: NDArray[np.float64], heights: NDArray[np.float64], sensor_z_m: float
@@ -70,8 +78,8 @@ class HeightTracker:
         Take in one scan and return the bands to use for it.
 
         ``points (P, 3)`` in the sensor frame tell planar scanners; ``heights (P,)`` are their
-        z in odom and ``sensor_z_m`` is the sensor's. Without a visible floor the configured
-        sensor height is assumed.
+        z in odom and ``sensor_z_m`` is the sensor's. Without a visible floor the sensor is as
+        high above it as last time, at first as configured.
         """
         elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
         if np.ptp(elevation) < _PLANAR_SPREAD_RAD:
@@ -86,20 +94,24 @@ class HeightTracker:
         return self._bands(sensor_z_m)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the histogram and its lowest height [m], NaN before the first scan."""
+        """Return the histogram, and its lowest height (NaN: no scan) and the sensor's [m]."""
         base_m = math.nan if self._base_m is None else self._base_m
-        return {'histogram': self._counts.copy(), 'base_m': np.array(base_m)}
+        return {
+            'histogram': self._counts.copy(),
+            'heights_m': np.array([base_m, self._sensor_height_m]),
+        }
 
     @classmethod
     def restored(
-        cls, config: SubmapConfig, histogram: NDArray[np.float64], base_m: NDArray[np.float64]
+        cls, config: SubmapConfig, histogram: NDArray[np.float64], heights_m: NDArray[np.float64]
     ) -> Self:
         """Return a tracker that continues from :meth:`arrays`; ValueError for other shapes."""
         tracker = cls(config)
         if histogram.shape != tracker._counts.shape or not np.isfinite(histogram).all():
             raise ValueError(f'height histogram: got {histogram.shape}')
         tracker._counts = histogram.astype(np.float64)
-        tracker._base_m = None if np.isnan(base_m) else float(base_m)
+        base_m, tracker._sensor_height_m = map(float, heights_m)
+        tracker._base_m = None if math.isnan(base_m) else base_m
         return tracker
 
     def _follow(self, sensor_z_m: float) -> None:
@@ -121,17 +133,21 @@ class HeightTracker:
         assert self._base_m is not None
         config = self._config
         smooth = np.convolve(self._counts, np.ones(3), mode='same')
-        strong = smooth >= _PLANE_SHARE * max(1.0, float(self._counts.sum()))
         centre = self._base_m + (np.arange(len(smooth)) + 0.5) * _BIN_M
-        floor = sensor_z_m - config.sensor_height_m
-        ceiling = math.inf
-        below = np.flatnonzero(strong & (centre < sensor_z_m - _CLEAR_OF_SENSOR_M))
+        # Returns more than _BELOW_BINS below each bin; none below the lowest.
+        deeper = np.roll(np.cumsum(self._counts), _BELOW_BINS)
+        deeper[:_BELOW_BINS] = 0.0
+        nearer = centre > sensor_z_m - self._sensor_height_m + _NEARER_M
+        is_floor = _planes(smooth, np.where(nearer, _NEARER_SHARE, _PLANE_SHARE))
+        is_floor &= ~nearer | (deeper <= _BELOW_SHARE * self._counts.sum())
+        below = np.flatnonzero(is_floor & (centre < sensor_z_m - _CLEAR_OF_SENSOR_M))
         if below.size:
-            floor = float(centre[_peak(smooth, below[0])])
+            self._sensor_height_m = sensor_z_m - float(centre[_peak(self._counts, below[0])])
+        floor = sensor_z_m - self._sensor_height_m
         lowest_ceiling = floor + config.lintel_height_m + _CEILING_MARGIN_M
-        above = np.flatnonzero(strong & (centre > max(sensor_z_m, lowest_ceiling)))
-        if above.size:
-            ceiling = float(centre[_peak(smooth, above[-1])])
+        is_above = centre > max(sensor_z_m, lowest_ceiling)
+        above = np.flatnonzero(_planes(smooth[::-1], _PLANE_SHARE)[::-1] & is_above)
+        ceiling = float(centre[_peak(self._counts, above[-1])]) if above.size else math.inf
         top = min(floor + config.lintel_top_m, ceiling - _CEILING_MARGIN_M)
         return HeightBands(
             floor + config.body_low_m,
@@ -140,6 +156,17 @@ class HeightTracker:
             top,
             min(ceiling - _CEILING_MARGIN_M, floor + config.carve_top_m),
         )
+
+
+def _planes(smooth: NDArray[np.float64], share: NDArray[np.float64] | float) -> NDArray[np.bool_]:
+    """
+    Tell which bins hold a horizontal plane with walls above it; of no returns none does.
+
+    Walls fill all heights that the sensor sees evenly: the lowest return is no floor.
+    """
+    beside = [np.roll(smooth, -step) for step in _WALL_BINS]
+    least = np.maximum(share * smooth.sum() / 3.0, _STANDS_OUT * np.mean(beside, axis=0))
+    return np.asarray((smooth > 0.0) & (smooth >= least))
 
 
 def _peak(counts: NDArray[np.float64], start: int) -> int:

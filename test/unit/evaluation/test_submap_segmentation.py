@@ -93,3 +93,9 @@ def test_summary_weighs_rooms_and_doors_not_drives():
     assert figures['rooms_over_iou50'] == 1.0
     assert figures['doors_recall'] == 1.0
     assert summary([])['room_iou_mean'] == 0.0
+
+
+def test_a_door_counts_for_recall_only_where_something_was_seen_through_it():
+    sub = submap(seen_m=6.2)  # up to the far face of the wall: the door is a recess in it
+    assert score(sub).doors.observed == 0
+    assert score(submap(seen_m=9.0)).doors.observed == 1

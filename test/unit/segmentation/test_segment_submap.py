@@ -45,6 +45,12 @@ def test_fully_seen_rooms_have_no_frontier():
     assert not portal.has_lintel
 
 
+def test_rooms_of_scans_reach_into_the_cells_with_returns_of_their_walls():
+    drawn, path = two_rooms(), np.zeros((1, 2))
+    rooms = segment_submap(Submap(drawn.grid, drawn.lintel, path), CONFIG).rooms
+    assert rooms[0].area_m2 == pytest.approx(122 * 82 * 0.05**2, rel=0.01)
+
+
 def test_half_seen_room_knows_its_frontier():
     seen = np.ones((100, 260), dtype=bool)
     seen[:, 185:] = False
