@@ -54,7 +54,7 @@ docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 # The quick tests alone must reach the floor of coverage that pyproject.toml sets.
-test: lint
+test: lint docs
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov --cov-report= $(QUICK)
 	$(BIN)/pytest --durations=10 $(LONG)
 
