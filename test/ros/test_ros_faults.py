@@ -147,10 +147,9 @@ def test_odometry_that_is_killed_and_restarted_costs_the_submap_only(drive):
     drive.diagnostics.clear()
     drive.odometry = drive.start_odometry('odometry_again')
     assert drive.bench.wait_for(drive.hears_odometry, PATIENCE_S), drive.odometry.log_tail()
-    heard = len(drive.odometry_stamps)
-    assert drive.step_until(lambda: len(drive.odometry_stamps) > heard + 3)
     noticed = lambda: 'another process publishes' in drive.localizer.log.read_text()  # noqa: E731
-    assert drive.bench.wait_for(noticed, 60.0), drive.localizer.log_tail()
+    # The localizer may find the new publisher later than this process does: go on until then.
+    assert drive.step_until(noticed), drive.localizer.log_tail()
     drive.localize()
 
 
