@@ -87,8 +87,9 @@ class Run:
                 self.explored_m2, self.rooms = submap.free_area_m2, len(found.rooms)
                 if k >= first:
                     updated.append(ms)
-        _, ms = cpu_ms(lambda: segment_submap(submap, self.config.segmentation))
-        scratch.append(ms)
+        if is_timed:
+            _, ms = cpu_ms(lambda: segment_submap(submap, self.config.segmentation))
+            scratch.append(ms)
         return added, updated, scratch
 
 

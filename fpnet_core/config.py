@@ -62,7 +62,7 @@ class SubmapConfig(Section):
         0.2, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
     )
     end_margin_m: float = Field(
-        0.1, ge=0.0, description='Last stretch before a return that proves no free space.'
+        0.2, ge=0.0, description='Last stretch before a return that proves no free space.'
     )
     path_spacing_m: float = Field(
         0.1, ge=0.0, description='Distance between kept robot positions.'

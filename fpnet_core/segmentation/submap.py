@@ -18,7 +18,7 @@ from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
-from fpnet_core.submaps.morphology import opened
+from fpnet_core.submaps.morphology import closed, opened
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
@@ -27,10 +27,16 @@ _WALL_SHADOW_M = 0.1
 _JAMB_REACH_M = 0.2
 # Narrower openings are holes in a wall that was seen too rarely, not doors [m].
 _MIN_DOOR_M = 0.3
+# Openings without a lintel into space that is no room are doors from this width on [m].
+_MIN_GLIMPSED_DOOR_M = 0.6
 # Margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Clearance at the very edge of unseen space [m].
 _UNSEEN_CREDIT_M = 0.5
+# Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
+_RIM_M = 0.2
+# A wall's face lies so far inside of the cells that hold its returns [m].
+_SCATTER_M = 0.05
 # A disc of this diameter must pass wherever a seen room counts as seen [m].
 _ROOM_DISC_M = 0.5
 
@@ -88,24 +94,28 @@ def segment_part(
     """
     cell_m = grid.resolution * metres_per_unit
     wall = grid.cells == OCCUPIED
-    free = _solid(grid.cells == FREE, cell_m, config)
+    free = grid.cells == FREE
+    if has_scans:
+        free = _to_walls(free, wall, cell_m)
+    free = _solid(free, cell_m, config)
     if not free.any():
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
     jambs = _grown(wall, _JAMB_REACH_M, cell_m)
-    closed, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
+    shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
-    free = fill_furniture(free & ~closed, cell_m, config) | closed
-    near_wall = _grown(wall | closed, _WALL_SHADOW_M, cell_m)
-    scene = _scene(free, closed, near_wall, cell_m)
+    free = fill_furniture(free & ~shut, cell_m, config) | shut
+    near_wall = _grown(wall | shut, _WALL_SHADOW_M, cell_m)
+    scene = _scene(free, shut, near_wall, cell_m)
     if held is not None:
         scene = replace(scene, free=free & ~held)
     full, openings = cut_rooms(scene, config)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, config, cell_m)
+    openings = [door for door in openings if _leads_somewhere(door, full, cell_m)]
     if has_scans:
-        full = _to_faces(full, wall if held is None else wall & ~held)
+        full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
     scores = _scores(full, ~free & ~near_wall)
     return assemble(grid, full, openings, config, metres_per_unit, scores)
 
@@ -123,6 +133,13 @@ def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
         clearance_m(solid, cell_m), clearance_m(unseen, cell_m) + np.float32(_UNSEEN_CREDIT_M)
     )
     return Scene(free, lintel, cell_m, clearance, wall, unseen)
+
+
+def _leads_somewhere(opening: Opening, labels: NDArray[np.int32], cell_m: float) -> bool:
+    """Tell whether an opening joins two rooms of ``labels (H, W)`` or is surely a door."""
+    if opening.has_lintel or _width_m(opening, cell_m) >= _MIN_GLIMPSED_DOOR_M:
+        return True
+    return bool(np.isin(opening.rooms, labels).all())
 
 
 def _width_m(opening: Opening, cell_m: float) -> float:
@@ -144,15 +161,22 @@ def _grown(mask: Mask, reach_m: float, cell_m: float) -> Mask:
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
 
 
-def _to_faces(labels: NDArray[np.int32], wall: Mask) -> NDArray[np.int32]:
+def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
+    """Return ``free (H, W)`` with the rim before walls that no ray proves to be free."""
+    return closed(free | wall, max(1, round(_RIM_M / cell_m))) & ~wall
+
+
+def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[np.int32]:
     """
-    Return ``labels (H, W)`` with rooms grown by a cell into ``wall``, cells with returns.
+    Return ``labels (H, W)`` with rooms grown a little into ``wall``, cells with returns.
 
     Returns scatter around a wall's face, so that the face lies inside of such cells.
     """
-    # cv2 dilates no 32-bit integers; these are exact as floats.
-    grown = cv2.dilate(labels.astype(np.float32), np.ones((3, 3), np.uint8))
-    return np.where((labels == 0) & wall, grown.astype(np.int32), labels)
+    rooms = labels.astype(np.float32)  # cv2 dilates no 32-bit integers; these are exact
+    for _ in range(round(_SCATTER_M / cell_m)):
+        grown = cv2.dilate(rooms, np.ones((3, 3), np.uint8))
+        rooms = np.where((rooms == 0.0) & wall, grown, rooms)
+    return rooms.astype(np.int32)
 
 
 def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:

@@ -135,7 +135,7 @@ def test_two_rooms_and_a_lintel_door_come_out(both_rooms):
 
 def test_a_glimpse_through_the_door_keeps_the_door_and_drops_the_room():
     builder = SubmapBuilder(SubmapConfig())
-    tour(builder, [(x, 3.7, 0.2) for x in np.linspace(4.6, 5.4, 8)])
+    tour(builder, [(x, 3.0, 0.2) for x in np.linspace(4.6, 5.4, 8)])
     segmentation = segment_submap(builder.take(), SegmentationConfig())
     assert len(segmentation.rooms) == 1
     assert [portal.rooms for portal in segmentation.portals] == [(0, None)]
