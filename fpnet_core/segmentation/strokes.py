@@ -18,12 +18,12 @@ _LINE_M = 0.1
 _LEAF_M = (0.6, 1.6)
 # Symbols are looked for at cells of about this size [m].
 _WORK_M = 0.05
-_DIRECTIONS = 72
+_DIRECTIONS = 120
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
 # How far ink may lie from where the symbol says, at most and leaf and arc on average [cells].
-_TOLERANCE = 1.01
-_MAX_MISFIT = 0.5
+_TOLERANCE = 1.42
+_MAX_MISFIT = 0.7
 # Leaf and arc have nothing beside them, so far away [cells].
 _FLANK = 3.0
 # Where a symbol is looked at for being blank: angles from the leaf, shares of the radius.

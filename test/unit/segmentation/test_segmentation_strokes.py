@@ -71,6 +71,22 @@ def test_walls_stay_and_hardly_a_trace_of_the_symbol_does(angle_deg):
     assert left < 0.2
 
 
+def test_most_doors_drawn_with_arcs_are_found():
+    style = STYLES['sketch']
+    found, doors = 0, 0
+    for seed in (5, 6, 8, 9):
+        plan = generate_plan(np.random.default_rng([0, seed]), max_rooms=50)
+        portals = segment_floorplan(
+            render_plan(plan, RESOLUTION_M, style=style), SegmentationConfig()
+        ).portals
+        at = np.array([portal.ends.mean(axis=0) for portal in portals])
+        for door in plan.doors:
+            if not door.is_open:
+                doors += 1
+                found += np.hypot(*(at - door.ends.mean(axis=0)).T).min() <= 0.6
+    assert found >= 0.85 * doors
+
+
 @pytest.mark.parametrize('style', ['clean', 'thin', 'double', 'furnished', 'lettered'])
 def test_drawings_without_arcs_stay_as_they_are(style):
     plan = generate_plan(np.random.default_rng([0, 1]), max_rooms=50)
