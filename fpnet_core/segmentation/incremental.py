@@ -94,7 +94,7 @@ class SubmapSegmenter:
             submap.lintel[window],
             self._config,
             held=held,
-            known_doors=_loose_doorways(kept, grid, window),
+            known_doors=_doorways(kept, grid, window),
             has_scans=is_from_scans(submap),
         )
         inherited = _inherited(part, last.segmentation, touched, kept, window)
@@ -254,14 +254,14 @@ def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray
     return _Kept(rooms, doors), lookup[segmentation.labels]
 
 
-def _loose_doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
-    """Return the kept doors that lead out of kept rooms, in the window's cells."""
+def _doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
+    """Return the kept doors in the window's cells: what is known is not looked for again."""
     corner = np.array([window[0].start, window[1].start])
     size = np.array([window[0].stop, window[1].stop]) - corner
     doorways = []
     for door in kept.doors:
         ends = grid.xy_to_rc(door.portal.ends) - corner
-        if door.is_loose and (ends >= 0).all() and (ends < size - 1).all():
+        if (ends >= 0).all() and (ends < size - 1).all():
             doorways.append(Doorway(ends, grid.resolution, door.portal.has_lintel))
     return doorways
 

@@ -26,6 +26,8 @@ _LINE_REACH_M = 0.3
 _PASSAGE_M = 0.4
 # How far from the line, in both directions, a room is looked for [m].
 _ROOM_REACH_M = 0.8
+# Places along a doorway at which it is looked for.
+_BESIDE_PLACES = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,32 +40,38 @@ class Doorway:
 
     def between(self, labels: NDArray[np.int32]) -> Opening:
         """Return the opening with the rooms of ``labels (H, W)`` nearest on both sides."""
-        along = self.ends_rc[1] - self.ends_rc[0]
-        across = np.array([-along[1], along[0]]) / np.hypot(*along)
-        rooms = (
-            _first_label(labels, self.ends_rc, across * sign, self.cell_m) for sign in (1, -1)
-        )
-        low, high = sorted(rooms)
-        half_m = 0.5 * float(np.hypot(*along)) * self.cell_m
+        reach = _ROOM_REACH_M / self.cell_m
+        low, high = sorted(_first_label(labels, self.ends_rc, side, reach) for side in (1.0, -1.0))
+        half_m = 0.5 * math.dist(*self.ends_rc.tolist()) * self.cell_m
         return Opening((low, high), self.ends_rc, half_m, self.has_lintel)
 
 
+@njit(cache=True, nogil=True)
 def _first_label(
-    labels: NDArray[np.int32],
-    ends: NDArray[np.float64],
-    across: NDArray[np.float64],
-    cell_m: float,
+    labels: NDArray[np.int32], ends: NDArray[np.float64], side: float, reach: float
 ) -> int:
     """Return the most frequent label on the first line beside ``ends`` that meets a room."""
-    shares = np.linspace(0.2, 0.8, 7)[:, None]
-    points = ends[0] + shares * (ends[1] - ends[0])
-    limits = np.array(labels.shape) - 1
-    for offset in np.arange(1.0, _ROOM_REACH_M / cell_m):
-        cells = np.clip(np.rint(points + offset * across), 0, limits).astype(np.int64)
-        seen = labels[cells[:, 0], cells[:, 1]]
-        seen = seen[seen > 0]
-        if seen.size:
-            return int(np.bincount(seen).argmax())
+    d_row, d_col = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    length = np.hypot(d_row, d_col)
+    seen = np.zeros(_BESIDE_PLACES, dtype=np.int64)
+    for step in range(1, int(np.ceil(reach))):
+        count = 0
+        for k in range(_BESIDE_PLACES):
+            share = 0.2 + 0.6 * k / (_BESIDE_PLACES - 1)
+            row = np.rint(ends[0, 0] + share * d_row - side * step * d_col / length)
+            col = np.rint(ends[0, 1] + share * d_col + side * step * d_row / length)
+            r = int(min(max(row, 0), labels.shape[0] - 1))
+            c = int(min(max(col, 0), labels.shape[1] - 1))
+            if labels[r, c] > 0:
+                seen[count] = labels[r, c]
+                count += 1
+        if count:
+            best, votes = np.int64(0), 0
+            for k in range(count):
+                own = np.sum(seen[:count] == seen[k])
+                if own > votes or (own == votes and seen[k] < best):
+                    best, votes = seen[k], own
+            return int(best)
     return 0
 
 
@@ -91,16 +99,21 @@ def find_lintels(
     doors = list(known)
     for door in known:
         _draw(closed, door.ends_rc)
+    lines = [door.ends_rc for door in doors]
     for centre in _centres(lintel, cell_m):
-        if any(_is_beside(door.ends_rc, centre, _LINE_REACH_M / cell_m) for door in doors):
+        if (
+            lines
+            and (_distances(np.array(lines), np.array(centre)) * cell_m <= _LINE_REACH_M).any()
+        ):
             continue
         ends = narrowest_line(
             free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
-        middle = ends.mean(axis=0)
-        near = [math.dist(middle, d.ends_rc.mean(axis=0)) * cell_m < _MIN_WIDTH_M for d in doors]
-        if not any(near) and _is_doorway(ends, lintel, free, wall, cell_m):
+        apart = np.array(lines).reshape(-1, 2, 2).mean(axis=1) - ends.mean(axis=0)
+        is_new = (np.hypot(*apart.T) * cell_m >= _MIN_WIDTH_M).all()
+        if is_new and _is_doorway(ends, lintel, free, wall, cell_m):
             doors.append(Doorway(ends, cell_m))
+            lines.append(ends)
             _draw(closed, ends)
     return closed.astype(bool) & free, doors
 
@@ -128,13 +141,12 @@ def _is_in_wall(ends: NDArray[np.float64], wall: Mask) -> bool:
     return bool(wall[cells[:, 0], cells[:, 1]].all())
 
 
-def _is_beside(ends: NDArray[np.float64], place: tuple[float, float], reach: float) -> bool:
-    """Tell whether ``place`` lies within ``reach`` cells of the line ``ends``."""
-    (r0, c0), (r1, c1) = ends.tolist()
-    dr, dc = r1 - r0, c1 - c0
-    share = ((place[0] - r0) * dr + (place[1] - c0) * dc) / max(dr * dr + dc * dc, 1e-9)
-    share = min(max(share, 0.0), 1.0)
-    return math.hypot(place[0] - r0 - share * dr, place[1] - c0 - share * dc) <= reach
+def _distances(lines: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distances (D,) of ``place (2,)`` from the lines with ends ``lines (D, 2, 2)``."""
+    along, offset = lines[:, 1] - lines[:, 0], place - lines[:, 0]
+    share = (offset * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-9)
+    nearest = np.clip(share, 0.0, 1.0)[:, None] * along
+    return np.asarray(np.hypot(*(offset - nearest).T))
 
 
 def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:

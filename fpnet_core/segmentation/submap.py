@@ -18,6 +18,7 @@ from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.stubs import find_stubs
 from fpnet_core.submaps.morphology import closed, opened
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
@@ -104,7 +105,8 @@ def segment_part(
     jambs = _grown(wall, _JAMB_REACH_M, cell_m)
     shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
-    free = fill_furniture(free & ~shut, cell_m, config) | shut
+    open_cells = free & ~shut
+    free = (fill_furniture(open_cells, cell_m, config) & ~find_stubs(open_cells, cell_m)) | shut
     near_wall = _grown(wall | shut, _WALL_SHADOW_M, cell_m)
     scene = _scene(free, shut, near_wall, cell_m)
     if held is not None:
@@ -162,8 +164,13 @@ def _grown(mask: Mask, reach_m: float, cell_m: float) -> Mask:
 
 
 def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
-    """Return ``free (H, W)`` with the rim before walls that no ray proves to be free."""
-    return closed(free | wall, max(1, round(_RIM_M / cell_m))) & ~wall
+    """
+    Return ``free (H, W)`` with the rim before ``wall`` that no ray proves to be free.
+
+    A gap between two free spaces without any return stays: a wall seen at grazing angles only.
+    """
+    known = closed(free | wall, max(1, round(_RIM_M / cell_m)))
+    return free | known & ~wall & _grown(wall, _SCATTER_M, cell_m)
 
 
 def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[np.int32]:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Partial maps: unseen space, glimpses through doors, lintels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,6 +101,25 @@ def test_the_wide_opening_without_a_lintel_is_a_door_where_walls_end_at_it():
     assert portal.width_m == pytest.approx(2.4, abs=0.15)
     without = segment_submap(two_rooms(door=(10, 90)), CONFIG)
     assert len(without.rooms) == 1
+
+
+def redrawn(submap, window, value, path=0):
+    """The submap with the cells of a window set to a value, and a path of so many places."""
+    cells = submap.grid.cells.copy()
+    cells[window] = value
+    return Submap(replace(submap.grid, cells=cells), submap.lintel, np.zeros((path, 2)))
+
+
+@pytest.mark.parametrize(('half_width', 'rooms'), [(2, 2), (7, 1)])
+def test_a_piece_of_wall_between_two_doorways_stays_and_a_cabinet_does_not(half_width, rooms):
+    piece = np.s_[28:72, 132 - half_width : 132 + half_width]
+    submap = redrawn(two_rooms(door=(10, 90)), piece, OCCUPIED)
+    assert len(segment_submap(submap, CONFIG).rooms) == rooms
+
+
+def test_a_wall_without_returns_parts_rooms():
+    submap = redrawn(two_rooms(door=(10, 90)), np.s_[10:90, 131:133], UNKNOWN, path=1)
+    assert len(segment_submap(submap, CONFIG).rooms) == 2
 
 
 def test_high_returns_inside_a_room_close_nothing():
