@@ -258,12 +258,18 @@ def _doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
     """Return the kept doors in the window's cells: what is known is not looked for again."""
     corner = np.array([window[0].start, window[1].start])
     size = np.array([window[0].stop, window[1].stop]) - corner
-    doorways = []
-    for door in kept.doors:
-        ends = grid.xy_to_rc(door.portal.ends) - corner
-        if (ends >= 0).all() and (ends < size - 1).all():
-            doorways.append(Doorway(ends, grid.resolution, door.portal.has_lintel))
-    return doorways
+    ends = _ends_rc(kept.doors, grid) - corner
+    inside = ((ends >= 0) & (ends < size - 1)).all(axis=(1, 2))
+    return [
+        Doorway(line, grid.resolution, door.portal.has_lintel)
+        for door, line, is_inside in zip(kept.doors, ends, inside, strict=True)
+        if is_inside
+    ]
+
+
+def _ends_rc(doors: Sequence[_Door], grid: GridMap) -> NDArray[np.float64]:
+    """Return the ends (D, 2, 2) of the doors' lines in the cells of ``grid``."""
+    return grid.xy_to_rc(np.array([door.portal.ends for door in doors]).reshape(-1, 2, 2))
 
 
 def _cropped(grid: GridMap, window: Window) -> GridMap:
@@ -304,33 +310,47 @@ def _spliced(
     first = len(kept.rooms)
     labels[window] = np.where(part.labels > 0, part.labels + first, labels[window])
     rooms = [*kept.rooms, *part.rooms]
-    doors = [_relinked(door, labels, grid) if door.is_loose else door for door in kept.doors]
+    doors = _relinked(kept.doors, labels, grid)
     known = np.array([door.portal.ends.mean(axis=0) for door in doors]).reshape(-1, 2)
     for portal in part.portals:
         middle = portal.ends.mean(axis=0)
         if (np.hypot(*(known - middle).T) >= _SAME_DOOR_M).all():
             ends = tuple(None if room is None else room + first for room in portal.rooms)
             door = _Door(part.regions[portal.door], portal, (ends[0], ends[1]))
-            doors.append(_relinked(door, labels, grid) if door.is_loose else door)
+            doors += _relinked([door], labels, grid)
     order = sorted(range(len(rooms)), key=lambda k: (-rooms[k].area_m2, rooms[k].track))
     ids = {number: position for position, number in enumerate(order)}
     lookup = np.zeros(len(rooms) + 1, dtype=np.int32)
     lookup[np.array(order, dtype=np.int64) + 1] = np.arange(1, len(rooms) + 1)
-    regions = [replace(rooms[number], id=position) for number, position in ids.items()]
+    regions = [_numbered(rooms[number], position) for number, position in ids.items()]
     portals = []
     for door in doors:
         linked = [ids[room] for room in door.rooms if room is not None]
         portal_rooms = linked[0], (linked[1] if len(linked) == 2 else None)
         portals.append(replace(door.portal, door=len(regions), rooms=portal_rooms))
-        regions.append(replace(door.region, id=len(regions)))
+        regions.append(_numbered(door.region, len(regions)))
     reason = '' if rooms else part.reason
     return Segmentation(grid, lookup[labels], tuple(regions), tuple(portals), reason)
 
 
-def _relinked(door: _Door, labels: NDArray[np.int32], grid: GridMap) -> _Door:
-    """Return a door that leads out of a room with the room behind it, if there is one now."""
-    doorway = Doorway(grid.xy_to_rc(door.portal.ends), grid.resolution)
+def _numbered(region: Region, position: int) -> Region:
+    return region if region.id == position else replace(region, id=position)
+
+
+def _relinked(doors: Sequence[_Door], labels: NDArray[np.int32], grid: GridMap) -> list[_Door]:
+    """Return doors; those that lead out of a room with the room behind, if there is one now."""
+    lines = _ends_rc(doors, grid)
+    return [
+        _linked(door, Doorway(ends, grid.resolution).between(labels).rooms)
+        if door.is_loose
+        else door
+        for door, ends in zip(doors, lines, strict=True)
+    ]
+
+
+def _linked(door: _Door, labels: tuple[int, int]) -> _Door:
+    """Return a door that leads out of a room with the other one of ``labels``, if both are."""
     here = next(room for room in door.rooms if room is not None)
-    sides = [room - 1 for room in doorway.between(labels).rooms if room > 0]
+    sides = [label - 1 for label in labels if label > 0]
     others = [room for room in sides if room != here]
     return replace(door, rooms=(here, others[0])) if here in sides and others else door

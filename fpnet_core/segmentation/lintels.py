@@ -99,21 +99,18 @@ def find_lintels(
     doors = list(known)
     for door in known:
         _draw(closed, door.ends_rc)
-    lines = [door.ends_rc for door in doors]
+    lines = np.array([door.ends_rc for door in doors]).reshape(-1, 2, 2)
     for centre in _centres(lintel, cell_m):
-        if (
-            lines
-            and (_distances(np.array(lines), np.array(centre)) * cell_m <= _LINE_REACH_M).any()
-        ):
+        if (_distances(lines, np.array(centre)) * cell_m <= _LINE_REACH_M).any():
             continue
         ends = narrowest_line(
             free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
-        apart = np.array(lines).reshape(-1, 2, 2).mean(axis=1) - ends.mean(axis=0)
+        apart = lines.mean(axis=1) - ends.mean(axis=0)
         is_new = (np.hypot(*apart.T) * cell_m >= _MIN_WIDTH_M).all()
         if is_new and _is_doorway(ends, lintel, free, wall, cell_m):
             doors.append(Doorway(ends, cell_m))
-            lines.append(ends)
+            lines = np.concatenate([lines, ends[None]])
             _draw(closed, ends)
     return closed.astype(bool) & free, doors
 
@@ -161,15 +158,14 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     around = cv2.boxFilter(mask, cv2.CV_32S, (window, window), normalize=False)
     dense = mask * (around >= _MIN_COVERAGE * _MIN_WIDTH_M / cell_m).astype(np.uint8)
     _, components, stats, centroids = cv2.connectedComponentsWithStats(dense, connectivity=8)
-    order = np.argsort(-stats[1:, cv2.CC_STAT_AREA], kind='stable') + 1
     cells = np.argwhere(components > 0)
     owner = components[components > 0]
-    middle: list[tuple[float, float]] = []
-    for k in order.tolist():
-        own = cells[owner == k]
-        nearest = own[np.argmin(((own - centroids[k, ::-1]) ** 2).sum(axis=1))]
-        middle.append((float(nearest[0]), float(nearest[1])))
-    return middle
+    off_centre = np.hypot(*(cells - centroids[owner, ::-1]).T)
+    nearest_first = np.lexsort((off_centre, owner))
+    _, first = np.unique(owner[nearest_first], return_index=True)
+    largest_first = np.argsort(-stats[1:, cv2.CC_STAT_AREA], kind='stable')
+    middle = cells[nearest_first[first]][largest_first].astype(np.float64)
+    return [(row, col) for row, col in middle.tolist()]
 
 
 @njit(cache=True, nogil=True)

@@ -6,9 +6,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.ndimage import maximum
 
-from fpnet_core.segmentation.distance import cells_to_nearest
 from fpnet_core.segmentation.scene import Mask
 
 # A piece of wall is at least so long, and nowhere thicker [m].
@@ -19,15 +17,14 @@ def find_stubs(free: Mask, cell_m: float) -> Mask:
     """
     Return the cells (H, W) that are not ``free`` and belong to pieces as thin as a wall.
 
-    What a robot sees of furniture is filled by what it hides, and thicker. The outermost cells
-    of the raster belong to no piece.
+    What a robot sees of furniture is filled by what it hides, and thicker.
     """
-    blocked = ~free
-    count, pieces, stats, _ = cv2.connectedComponentsWithStats(
-        blocked.astype(np.uint8), connectivity=8
-    )
-    thickest = maximum(cells_to_nearest(free), pieces, np.arange(count))
+    blocked = (~free).astype(np.uint8)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(blocked, connectivity=8)
     length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * cell_m
-    is_stub = (length >= _MIN_LENGTH_M) & ((2.0 * thickest - 1.0) * cell_m <= _MAX_THICKNESS_M)
+    is_stub = length >= _MIN_LENGTH_M
+    side = round(_MAX_THICKNESS_M / cell_m) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    is_stub[pieces[cv2.erode(blocked, disc) > 0]] = False
     is_stub[0] = False
     return np.asarray(is_stub[pieces])

@@ -115,7 +115,8 @@ def segment_part(
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, config, cell_m)
-    openings = [door for door in openings if _leads_somewhere(door, full, cell_m)]
+    rooms = set(np.unique(full).tolist()) - {0}
+    openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
         full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
     scores = _scores(full, ~free & ~near_wall)
@@ -137,11 +138,11 @@ def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
     return Scene(free, lintel, cell_m, clearance, wall, unseen)
 
 
-def _leads_somewhere(opening: Opening, labels: NDArray[np.int32], cell_m: float) -> bool:
-    """Tell whether an opening joins two rooms of ``labels (H, W)`` or is surely a door."""
+def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
+    """Tell whether an opening joins two of ``rooms`` or is surely a door."""
     if opening.has_lintel or _width_m(opening, cell_m) >= _MIN_GLIMPSED_DOOR_M:
         return True
-    return bool(np.isin(opening.rooms, labels).all())
+    return rooms.issuperset(opening.rooms)
 
 
 def _width_m(opening: Opening, cell_m: float) -> float:
