@@ -12,12 +12,13 @@ the command line read the same file.
 from __future__ import annotations
 
 from pathlib import Path
+import reprlib
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-import yaml
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.plain_yaml import read_yaml
 
 ScalePolicy = Literal['unknown', 'approximate', 'trusted']
 """What is known of the size of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
@@ -290,7 +291,7 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
         first = error.errors()[0]
         key = '.'.join(str(part) for part in first['loc']) or '(top level)'
         raise ConfigError(
-            f'{source}: {key}: {first["msg"]} (got {first["input"]!r}); '
+            f'{source}: {key}: {first["msg"]} (got {reprlib.repr(first["input"])}); '
             'see config/fpnet.yaml for every key and its range'
         ) from None
 
@@ -323,11 +324,11 @@ def load_config(path: Path | None = None, overrides: dict[str, Any] | None = Non
 
 def _read_tree(path: Path) -> dict[str, Any]:
     try:
-        tree = yaml.safe_load(path.read_text(encoding='utf-8'))
+        tree = read_yaml(path)
     except OSError as error:
         raise ConfigError(f'cannot read configuration {path}: {error.strerror}') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ConfigError(f'{path} is not valid YAML: {str(error).splitlines()[0]}') from None
+    except ValueError as error:
+        raise ConfigError(f'{path} is not valid YAML: {error}') from None
     if tree is None:
         return {}
     if not isinstance(tree, dict):

@@ -61,7 +61,7 @@ def load(
 
 def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
     """Turn ``['submap.resolution_m=0.1']`` into ``{'submap.resolution_m': 0.1}``."""
-    import yaml
+    from fpnet_core.plain_yaml import parse_yaml
 
     overrides: dict[str, Any] = {}
     for setting in settings:
@@ -69,8 +69,8 @@ def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
         if not (equals and all(key.split('.'))):
             raise ConfigError(f'--set {setting}: expected KEY=VALUE, as submap.resolution_m=0.1')
         try:
-            overrides[key] = yaml.safe_load(text)
-        except yaml.YAMLError:
+            overrides[key] = parse_yaml(text)
+        except ValueError:
             raise ConfigError(f'--set {setting}: {text!r} is not a YAML value') from None
     return overrides
 

@@ -72,17 +72,15 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
     A_plan_building = _distortion(recording_dir / TRUTH_NAME)
     session = _read_json(session_dir / SESSION_NAME)
     published = _planar(session_dir / POSES_NAME)
-    summary = summarize_run(
-        published, truth, _tick_durations_ms(session['ticks']), truth, A_plan_building
-    )
-    return DemoRun(
-        summary,
-        published,
-        truth,
-        A_plan_building,
-        int(session['scans']),
-        int(session['registered_scans']),
-    )
+    try:
+        durations_ms = _tick_durations_ms(session['ticks'])
+        scans, registered = int(session['scans']), int(session['registered_scans'])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise FpnetError(
+            f'{session_dir / SESSION_NAME} lacks or garbles {error}; run the demo again'
+        ) from None
+    summary = summarize_run(published, truth, durations_ms, truth, A_plan_building)
+    return DemoRun(summary, published, truth, A_plan_building, scans, registered)
 
 
 def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
@@ -131,7 +129,7 @@ def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
 
 def _planar(path: Path) -> PlanarTrajectory:
     """Read a TUM file; one without poses is a trajectory without poses."""
-    if path.is_file() and not path.read_text(encoding='utf-8').strip():
+    if path.is_file() and not path.read_bytes().strip():
         return PlanarTrajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
     poses = read_tum(path)
     return PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)

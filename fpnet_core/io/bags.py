@@ -27,6 +27,7 @@ from rosbags.typesys import Stores, get_typestore
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid
 from fpnet_core.io.pointcloud2 import encode_points
+from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.types import GridMap
 
 POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
@@ -234,6 +235,7 @@ class BagReader:
     def __enter__(self) -> Self:
         """Open the bag."""
         try:
+            _check_metadata(self._path)
             self._reader = Reader(self._path)
             self._reader.open()
         except Exception as error:
@@ -308,6 +310,13 @@ class BagReader:
 def stamp_to_ns(stamp: Any) -> int:
     """Return the nanoseconds of a ``builtin_interfaces/Time``."""
     return int(stamp.sec) * _NS_PER_S + int(stamp.nanosec)
+
+
+def _check_metadata(path: Path) -> None:
+    """Refuse aliases before rosbags reads the metadata: it expands nested ones without limit."""
+    metadata = path / 'metadata.yaml'
+    if metadata.is_file() and '*' in (text := metadata.read_text(encoding='utf-8')):
+        parse_yaml(text)
 
 
 def _storage_path(path: Path) -> Path:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import CloudFormatError
+from fpnet_core.io.arrays import read_array
 
 _PLY_TYPES = {
     **dict.fromkeys(('char', 'int8'), 'i1'),
@@ -32,6 +33,7 @@ _PLY_TYPES = {
 _PLY_ORDERS = {'ascii': '', 'binary_little_endian': '<', 'binary_big_endian': '>'}
 _PCD_KINDS = {'I': 'i', 'U': 'u', 'F': 'f'}
 _MAX_HEADER_LINES = 200
+_MOST_PACKED = 100  # times; LZF makes up to 264 bytes out of 3
 
 
 def read_cloud(path: Path | str) -> NDArray[np.float64]:
@@ -65,9 +67,9 @@ def read_cloud(path: Path | str) -> NDArray[np.float64]:
 
 
 def _read_npy(path: Path) -> NDArray[np.float64]:
-    array = np.load(path, allow_pickle=False)
-    if not isinstance(array, np.ndarray) or array.ndim != 2 or array.shape[1] < 3:
-        raise ValueError(f'expected an array (P, 3), got {getattr(array, "shape", "an archive")}')
+    array = read_array(path)
+    if array.ndim != 2 or array.shape[1] < 3:
+        raise ValueError(f'expected an array (P, 3), got {array.shape}')
     return array[:, :3].astype(np.float64)
 
 
@@ -120,9 +122,22 @@ def _read_pcd(path: Path) -> NDArray[np.float64]:
             return _columns(_read_text(file, count, len(names)), names)
         if encoding == 'binary':
             return _stack(_read_records(file, dtype, count))
-    if encoding == 'binary_compressed':
-        return _read_with_open3d(path)
+        if encoding == 'binary_compressed':
+            _check_compressed(file, count * dtype.itemsize)
+            return _read_with_open3d(path)
     raise ValueError(f'unknown PCD encoding {encoding!r}')
+
+
+def _check_compressed(file: BinaryIO, needed: int) -> None:
+    """Compare what the header describes with the two sizes before the data, and these with it."""
+    sizes = file.read(8)
+    packed, unpacked = int.from_bytes(sizes[:4], 'little'), int.from_bytes(sizes[4:], 'little')
+    left = os.fstat(file.fileno()).st_size - file.tell()
+    if unpacked != needed or packed > left or unpacked > _MOST_PACKED * packed:
+        raise ValueError(
+            f'points of {needed} bytes cannot be unpacked from {left} bytes that promise '
+            f'{unpacked} from {packed}'
+        )
 
 
 def _pcd_dtype(header: dict[str, list[str]]) -> np.dtype[Any]:

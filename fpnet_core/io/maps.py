@@ -21,6 +21,7 @@ import yaml
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.images import grey_levels, interpret, load_pixels
+from fpnet_core.plain_yaml import read_yaml
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
@@ -137,12 +138,11 @@ def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
 
 def _read_fields(path: Path) -> dict[str, Any]:
     try:
-        fields = yaml.safe_load(path.read_text(encoding='utf-8'))
+        fields = read_yaml(path)
     except OSError as error:
         raise MapFormatError(f'cannot read map {path}: {error.strerror}') from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        detail = (str(error) or type(error).__name__).splitlines()[0]
-        raise MapFormatError(f'{path} is not valid YAML: {detail}') from None
+    except ValueError as error:
+        raise MapFormatError(f'{path} is not valid YAML: {error}') from None
     if not isinstance(fields, dict):
         raise MapFormatError(
             f'{path}: expected a map_server YAML with image, resolution and origin, '

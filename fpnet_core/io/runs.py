@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
@@ -77,9 +77,8 @@ def read_output(path: Path | str) -> LocalizerOutput:
         If the file is missing, damaged, or not one of :func:`write_output`.
     """
     try:
-        with np.load(Path(path), allow_pickle=False) as file:
-            return _output_from_arrays({name: file[name] for name in file.files})
-    except (OSError, EOFError, BadZipFile, KeyError, ValueError, TypeError, IndexError) as error:
+        return _output_from_arrays(read_arrays(Path(path)))
+    except (OSError, KeyError, ValueError, TypeError, IndexError) as error:
         raise FpnetError(
             f'{path} is not a written tick: {error}; run the localizer again'
         ) from None

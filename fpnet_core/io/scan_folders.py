@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 import re
 from typing import Literal
-import zipfile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import CloudFormatError, OdometryError
+from fpnet_core.io.arrays import ArrayArchive
 from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.trajectories import KITTI_PERIOD_NS, Trajectory, read_poses
@@ -40,7 +40,8 @@ class FolderScans:
         self._archive = _single_archive(path) if not self._files else None
         names = [f.name for f in self._files]
         if self._archive is not None:
-            names = sorted(_open_archive(self._archive).files, key=_natural_key)
+            with _open_archive(self._archive) as archive:
+                names = sorted(archive.names, key=_natural_key)
         self._names = names
         if not names:
             raise CloudFormatError(
@@ -70,14 +71,19 @@ class FolderScans:
             if self._poses is None
             else self._poses.stamps_ns
         )
-        archive = None if self._archive is None else _open_archive(self._archive)
-        for index in np.argsort(stamps, kind='stable').tolist():
-            if archive is None:
-                points = read_cloud(self._files[index]).astype(np.float32)
-            else:
-                points = _archived_points(archive, self._names[index])
+        order = np.argsort(stamps, kind='stable').tolist()
+        for index, points in zip(order, self._points(order), strict=True):
             pose = None if self._poses is None else self._poses.T_frame_body[index]
             yield Scan(int(stamps[index]), points, None, pose)
+
+    def _points(self, order: list[int]) -> Iterator[NDArray[np.float32]]:
+        if self._archive is None:
+            for index in order:
+                yield read_cloud(self._files[index]).astype(np.float32)
+            return
+        with _open_archive(self._archive) as archive:
+            for index in order:
+                yield _archived_points(archive, self._names[index])
 
 
 def _natural_key(name: Path | str) -> list[tuple[int, str]]:
@@ -95,25 +101,28 @@ def _single_archive(path: Path) -> Path | None:
     return archives[0] if archives else None
 
 
-def _open_archive(path: Path) -> np.lib.npyio.NpzFile:
+def _open_archive(path: Path) -> ArrayArchive:
     try:
-        archive = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise CloudFormatError(f'{path} is no readable .npz archive: {error}') from None
-    if not isinstance(archive, np.lib.npyio.NpzFile):
-        raise CloudFormatError(f'{path} is no .npz archive')
-    return archive
+        return ArrayArchive(path)
+    except OSError as error:
+        raise CloudFormatError(f'cannot read {path}: {error.strerror or error}') from None
+    except ValueError as error:
+        raise CloudFormatError(f'{path}: {error}') from None
 
 
-def _archived_points(archive: np.lib.npyio.NpzFile, name: str) -> NDArray[np.float32]:
+def _archived_points(archive: ArrayArchive, name: str) -> NDArray[np.float32]:
     try:
-        points = np.asarray(archive[name])
-        if points.ndim != 2 or points.shape[1] < 3:
-            raise ValueError(f'expected shape (P, 3), got {points.shape}')
+        points = archive.read(name)
+    except ValueError as error:
+        raise CloudFormatError(f'scan in the .npz archive is unusable: {error}') from None
+    if points.dtype.kind not in 'fiu' or points.ndim != 2 or points.shape[1] < 3:
+        raise CloudFormatError(
+            f'scan {name} in the .npz archive is unusable: expected numbers (P, 3), got '
+            f'{points.dtype} {points.shape}'
+        )
+    with np.errstate(over='ignore'):
+        # A float64 beyond float32 becomes infinite here and is dropped below.
         points = points[:, :3].astype(np.float32)
-    except Exception as error:
-        # zipfile and zlib raise a dozen kinds on damaged members.
-        raise CloudFormatError(f'scan {name} in the .npz archive is unusable: {error}') from None
     finite: NDArray[np.float32] = points[np.isfinite(points).all(axis=1)]
     return finite
 

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry.rigid3d import is_rigid
+from fpnet_core.io.arrays import read_array
 
 KITTI_PERIOD_NS = 100_000_000
 """KITTI pose files carry no time: poses are taken to be a tenth of a second apart."""
@@ -166,14 +167,14 @@ def _checked(trajectory: Trajectory, path: Path) -> Trajectory:
 
 def _read_npy(path: Path) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     try:
-        poses = np.load(path, allow_pickle=False)
+        poses = read_array(path)
     except OSError as error:
         raise OdometryError(f'cannot read poses {path}: {error.strerror or error}') from None
-    except (ValueError, EOFError) as error:
+    except ValueError as error:
         raise OdometryError(f'{path} is no array of poses: {error}') from None
-    if not isinstance(poses, np.ndarray) or poses.ndim != 3 or poses.shape[1:] != (4, 4):
+    if poses.dtype.kind not in 'fiu' or poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise OdometryError(
-            f'{path}: expected poses (S, 4, 4), got {getattr(poses, "shape", "an archive")}'
+            f'{path}: expected poses (S, 4, 4) as numbers, got {poses.dtype} {poses.shape}'
         )
     if not len(poses):
         raise OdometryError(f'{path} holds no pose')

@@ -9,21 +9,17 @@ import hashlib
 import os
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import StateError
 from fpnet_core.geometry import Affine2D
+from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import GridMap
 
 _VERSION = 1
 _SUBMAP = 'submap_'  # prefix of the submap builder's arrays
-_UNREADABLE = (
-    *(OSError, EOFError, BadZipFile),
-    *(KeyError, ValueError, TypeError, AttributeError),
-)
 _KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan'}
 
 
@@ -95,17 +91,8 @@ def read_state(path: Path | str) -> LocalizerState:
         If the file is missing, damaged, or of another version.
     """
     try:
-        with np.load(Path(path), allow_pickle=False) as file:
-            return _from_arrays({name: file[name] for name in file.files})
-    except (
-        OSError,
-        EOFError,
-        BadZipFile,
-        KeyError,
-        ValueError,
-        TypeError,
-        AttributeError,
-    ) as error:
+        return _from_arrays(read_arrays(Path(path)))
+    except (OSError, KeyError, ValueError, TypeError) as error:
         raise StateError(
             f'{path} is not a saved state: {error}; remove it, or save the state again'
         ) from None

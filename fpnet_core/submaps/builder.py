@@ -114,11 +114,13 @@ class SubmapBuilder:
         builder, path = cls(config), np.array(arrays['path'], dtype=np.float64)
         if path.ndim != 2 or path.shape[1] != 2 or not np.isfinite(path).all():
             raise ValueError(f'path: expected finite (S, 2), got {path.shape}')
+        if (scans := arrays['scans']).shape != (3,) or scans.dtype != np.int64:
+            raise ValueError(f'scans: expected (3,) int64, got {scans.shape} {scans.dtype}')
         builder._raster = CountRaster.restored(config, arrays['counts'], arrays['corner'])
         builder._heights = HeightTracker.restored(config, arrays['histogram'], arrays['heights_m'])
         builder._path = np.concatenate([path, np.zeros((_PATH_BLOCK, 2))])
         builder._path_length = len(path)
-        builder._scans, builder._id, builder._stamp_ns = map(int, arrays['scans'])
+        builder._scans, builder._id, builder._stamp_ns = map(int, scans)
         return builder
 
     def _carve(self, rays: NDArray[np.float64], pose: NDArray[np.float64]) -> None:

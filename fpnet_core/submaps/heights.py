@@ -109,6 +109,8 @@ class HeightTracker:
         tracker = cls(config)
         if histogram.shape != tracker._counts.shape or not np.isfinite(histogram).all():
             raise ValueError(f'height histogram: got {histogram.shape}')
+        if heights_m.shape != (2,):
+            raise ValueError(f'heights: expected (2,), got {heights_m.shape}')
         tracker._counts = histogram.astype(np.float64)
         base_m, tracker._sensor_height_m = map(float, heights_m)
         tracker._base_m = None if math.isnan(base_m) else base_m

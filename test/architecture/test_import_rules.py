@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 LAYERS = [
-    {'errors', 'geometry', 'types', 'config', 'config_docs', 'trajectory'},
+    {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'trajectory'},
     {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
     {'models', 'matching', 'pose', 'metrics'},
     {'localizer', 'baselines'},

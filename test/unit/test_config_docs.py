@@ -10,6 +10,7 @@ import yaml
 
 from fpnet_core.config import FpnetConfig, Section, load_config
 from fpnet_core.config_docs import ConfigField, config_fields, render_yaml
+from fpnet_core.errors import ConfigError
 
 SHIPPED = Path(__file__).parents[2] / 'config' / 'fpnet.yaml'
 
@@ -75,3 +76,19 @@ def test_a_type_that_no_parameter_can_hold_is_refused():
 
     with pytest.raises(TypeError, match='maybe'):
         list(config_fields(Bad))
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('submap: [' + '1, ' * 5000 + '1]', 'submap'),
+        ('seed: ' + '9' * 5000, 'digits'),
+        ('seed: &a [1]\nsubmap: *a', 'alias'),
+        ('seed: !!python/name:os.system', 'constructor'),
+    ],
+)
+def test_a_file_of_tricks_is_refused_in_a_short_line(tmp_path, text, message):
+    (tmp_path / 'a.yaml').write_text(text)
+    with pytest.raises(ConfigError, match=message) as refused:
+        load_config(tmp_path / 'a.yaml')
+    assert len(str(refused.value)) < 400

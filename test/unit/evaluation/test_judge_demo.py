@@ -99,3 +99,20 @@ def test_ticks_come_back_in_sensor_time(tmp_path):
         output = LocalizerOutput(clock_ns, Status.WAITING, submap=submap)
         write_output(tmp_path / 'ticks' / f'{clock_ns:020d}.npz', output)
     assert [tick.stamp_ns for tick in read_ticks(tmp_path)] == [4, 30, 200]
+
+
+@pytest.mark.parametrize(
+    ('name', 'content', 'message'),
+    [
+        ('poses.tum', b'\x80', 'not text'),
+        ('session.json', b'{}', 'ticks'),
+        ('session.json', b'{"ticks": 3}', 'session'),
+        ('session.json', b'{"ticks": [], "scans": null}', 'session'),
+        ('session.json', b'[]', 'session'),
+    ],
+)
+def test_damaged_files_are_named(tmp_path, name, content, message):
+    recording, session = _write(tmp_path, _published(0))
+    (session / name).write_bytes(content)
+    with pytest.raises(FpnetError, match=message):
+        judge_demo(recording, session)

@@ -246,3 +246,13 @@ def test_mutated_bags_never_escape_the_error_types(tmp_path, storage):
             except (BagFormatError, CloudFormatError):
                 continue
         file.write_bytes(good)
+
+
+def test_metadata_that_unfolds_to_gigabytes_is_refused(tmp_path):
+    path = record(tmp_path / 'bag')
+    bomb = ['a0: &a0 [x, x]'] + [
+        f'a{k}: &a{k} [{", ".join([f"*a{k - 1}"] * 9)}]' for k in range(1, 30)
+    ]
+    (path / 'metadata.yaml').write_text('\n'.join(bomb))
+    with pytest.raises(BagFormatError, match=r'alias \*a0'):
+        open_scans(path)

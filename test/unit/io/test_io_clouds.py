@@ -74,6 +74,20 @@ def test_compressed_pcd(tmp_path):
     np.testing.assert_allclose(read_cloud(tmp_path / 'a.pcd'), POINTS, atol=1e-6)
 
 
+def test_compressed_pcd_that_promises_too_much_is_refused(tmp_path):
+    o3d = pytest.importorskip('open3d')
+    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(POINTS))
+    o3d.io.write_point_cloud(str(tmp_path / 'a.pcd'), cloud, compressed=True)
+    good = (tmp_path / 'a.pcd').read_bytes()
+    huge = good.replace(b'WIDTH 3', b'WIDTH 4000000000').replace(b'POINTS 3', b'POINTS 4000000000')
+    body = good.index(b'binary_compressed') + len(b'binary_compressed\n')
+    bomb = good[:body] + b'\xff' * 8 + good[body + 8 :]
+    for content in (huge, bomb, good[: body + 4], good[:-3]):
+        (tmp_path / 'a.pcd').write_bytes(content)
+        with pytest.raises(CloudFormatError, match='cannot be unpacked'):
+            read_cloud(tmp_path / 'a.pcd')
+
+
 def test_points_that_are_not_finite_are_dropped(tmp_path):
     points = np.vstack([POINTS, [[np.nan, 0, 0], [0, np.inf, 0]]])
     np.save(tmp_path / 'a.npy', points)

@@ -236,3 +236,18 @@ def test_grid_becomes_a_submap():
     assert (submap.grid.cells == grid.cells).all()
     assert submap.path_xy.shape == (0, 2)
     assert not submap.lintel.any()
+
+
+@pytest.mark.parametrize(
+    ('name', 'bad'),
+    [
+        ('scans', np.zeros((3, 3), np.int64)),
+        ('scans', np.zeros(3)),
+        ('heights_m', np.zeros((2, 2))),
+    ],
+)
+def test_saved_arrays_of_another_shape_are_refused(name, bad):
+    arrays = SubmapBuilder(SubmapConfig()).arrays()
+    SubmapBuilder.restored(SubmapConfig(), arrays)
+    with pytest.raises(ValueError, match=name.removesuffix('_m')):
+        SubmapBuilder.restored(SubmapConfig(), {**arrays, name: bad})

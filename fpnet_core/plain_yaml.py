@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+YAML of plain values: the one way in which this package reads YAML that others wrote.
+
+Tags never construct objects, and aliases are refused: nested ones make gigabytes out of a few
+hundred bytes as soon as somebody prints them, and neither ROS parameter files nor map_server
+files have them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import yaml
+
+MAX_BYTES = 1_000_000
+"""Longer files are refused: a configuration or a map's description is a page."""
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """PyYAML's safe loader without aliases."""
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Refuse aliases, else compose as usual."""
+        if self.check_event(yaml.AliasEvent):
+            event = cast('Any', self).peek_event()
+            raise yaml.composer.ComposerError(
+                None, None, f'alias *{event.anchor} is not supported; write the value out'
+            )
+        return super().compose_node(parent, index)
+
+
+def parse_yaml(text: str) -> Any:
+    """
+    Return the value of a YAML document; None for an empty one.
+
+    Raises
+    ------
+    ValueError
+        If the text is no YAML of plain values; the message is one line.
+    """
+    try:
+        return yaml.load(text, _PlainLoader)  # noqa: S506, it is a safe loader
+    except (yaml.YAMLError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        # PyYAML's constructors raise the latter kinds on odd scalars and keys.
+        raise ValueError(_one_line(error)) from None
+
+
+def read_yaml(path: Path) -> Any:
+    """
+    Return the value of a YAML file in UTF-8; None for an empty one.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is too long or no YAML of plain values; the message is one line.
+    """
+    with path.open('rb') as file:
+        content = file.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise ValueError(f'expected at most {MAX_BYTES} bytes, got more')
+    try:
+        text = content.decode('utf-8')
+    except UnicodeDecodeError:
+        raise ValueError('it is not text in UTF-8') from None
+    return parse_yaml(text)
+
+
+def _one_line(error: Exception) -> str:
+    if isinstance(error, RecursionError):
+        return 'nested too deeply'
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem:
+        where = f', line {error.problem_mark.line + 1}' if error.problem_mark else ''
+        return f'{error.problem}{where}'
+    return (str(error) or type(error).__name__).splitlines()[0]
