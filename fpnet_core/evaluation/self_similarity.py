@@ -24,7 +24,7 @@ from fpnet_core.localizer import MapSide
 from fpnet_core.pose.estimate import distinct
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
 from fpnet_core.pose.hypotheses import Candidates
-from fpnet_core.pose.refine import FINE, ROUGH, refine
+from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import agreement, coarse_support
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
@@ -35,7 +35,7 @@ TELLING_WALL_M = 3.0
 
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
-_STRAIN_SIGMA = 0.005  # one drawing is drawn to one scale
+_FREEDOM = Freedom(strain_sigma=0.005)  # one drawing is drawn to one scale
 _MAX_REFINED = 64
 _MAX_TWINS = 12
 
@@ -117,7 +117,8 @@ class _Search:
         ranked, scores = found.take(order), scores[order]
         # The identity leads, so that what is near it falls away.
         identity = Candidates(np.eye(2)[None], np.zeros((1, 2)))
-        kept = distinct(identity.joined(ranked), part, pose.distinct_m, _MAX_TWINS + 1)[1:] - 1
+        both, points = identity.joined(ranked), part.corners
+        kept = distinct(both, points, pose.distinct_m, _MAX_TWINS + 1)[1:] - 1
         unlike_m = (1.0 - scores) * part.wall_length_m
         made = (
             self._twin(anchor, ranked, unlike_m, k) for k in kept if unlike_m[k] < TELLING_WALL_M
@@ -177,10 +178,10 @@ def _aligned(
     plan: MapEvidence, part: MapEvidence, candidates: Candidates, sigma_m: float
 ) -> Candidates:
     """Return the most promising candidates aligned to the walls where they lie."""
-    rough = refine(plan, part, candidates.linear, candidates.translation, _STRAIN_SIGMA, ROUGH)
+    rough = refine(plan, part, candidates.linear, candidates.translation, _FREEDOM, ROUGH)
     support = coarse_support(plan, part, rough.linear, rough.translation, sigma_m, 250)
     order = np.argsort(-support, kind='stable')[:_MAX_REFINED]
-    fine = refine(plan, part, rough.linear[order], rough.translation[order], _STRAIN_SIGMA, FINE)
+    fine = refine(plan, part, rough.linear[order], rough.translation[order], _FREEDOM, FINE)
     return Candidates(fine.linear, fine.translation)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D
-from fpnet_core.pose import MapEvidence
+from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.types import PoseEstimate, Status
 
 _SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
@@ -125,13 +125,15 @@ class HypothesisTracker:
         places: float,
         A_submap_odom: Affine2D,
         mirrored_score: float | None = None,
+        robot_xy: NDArray[np.float64] | None = None,
     ) -> Belief:
         """
         Take one tick's placements, best first, and say what may be claimed.
 
         ``places`` and ``mirrored_score`` are as in :func:`posterior`, the latter None where nobody
         looked; ``A_submap_odom`` anchors the submap, so that placements are compared in the
-        odometry frame although the submap may have been re-anchored.
+        odometry frame although the submap may have been re-anchored. ``robot_xy (2,)`` is where
+        the robot is in the submap.
         """
         scores = np.array([e.score for e in estimates])
         self._count_mirror(scores, sub, places, mirrored_score)
@@ -149,7 +151,8 @@ class HypothesisTracker:
         kept = posterior(scores, walls_m, places, self._config, slack)
         if kept[0] < 1.0 - kept.sum():
             return self._nothing_found(p)
-        self._count_win(estimates[0].A_plan_submap @ A_submap_odom, sub, A_submap_odom)
+        points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
+        self._count_win(estimates[0].A_plan_submap @ A_submap_odom, points_odom)
         confirmed = self._wins >= self._config.confirm_ticks
         if self._claimed:
             self._claimed = confirmed and kept[0] >= self._config.release_probability
@@ -182,15 +185,11 @@ class HypothesisTracker:
         self._leader, self._wins = None, 0
         return Belief(Status.LOST if self._was_localized else Status.SEARCHING, None, p)
 
-    def _count_win(self, A_plan_odom: Affine2D, sub: MapEvidence, A_submap_odom: Affine2D) -> None:
-        """Count how often in a row this placement has led."""
-        same = self._leader is not None and self._agrees(A_plan_odom, sub, A_submap_odom)
-        self._wins = self._wins + 1 if same else 1
+    def _count_win(self, A_plan_odom: Affine2D, points_odom: NDArray[np.float64]) -> None:
+        """Count how often in a row this placement has led, as far as ``points_odom`` tell."""
+        is_same = False
+        if self._leader is not None:
+            apart = A_plan_odom.apply(points_odom) - self._leader.apply(points_odom)
+            is_same = bool(np.linalg.norm(apart, axis=1).mean() <= self._distinct_m)
+        self._wins = self._wins + 1 if is_same else 1
         self._leader = A_plan_odom
-
-    def _agrees(self, A_plan_odom: Affine2D, sub: MapEvidence, A_submap_odom: Affine2D) -> bool:
-        assert self._leader is not None  # the caller has looked
-        points = sub.walls if len(sub.walls) else sub.free
-        corners = A_submap_odom.inv().apply([points.min(axis=0), points.max(axis=0)])
-        moved = np.linalg.norm(A_plan_odom.apply(corners) - self._leader.apply(corners), axis=1)
-        return bool(moved.mean() <= self._distinct_m)

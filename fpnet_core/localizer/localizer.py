@@ -141,12 +141,13 @@ class Localizer:
                 return self._output
             self._submap = taken or self._submap
             plan, submap, epoch = self._plan, self._submap, self._epoch
-            segmenter = self._segmenter
+            segmenter, last = self._segmenter, self._last
         if plan is None or submap is None or not self._has_seen_enough(submap):
             status = Status.NO_PLAN if plan is None else Status.WAITING
             return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
         with timer.stage('total'):
-            output = self._solve(plan, submap, segmenter, epoch, timer)
+            robot_xy = None if last is None else _planar(submap.T_odom_submap.inv(), last[1])
+            output = self._solve(plan, submap, robot_xy, segmenter, epoch, timer)
         return self._publish(output, epoch)
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
@@ -243,6 +244,7 @@ class Localizer:
         self,
         plan: Floorplan,
         submap: Submap,
+        robot_xy: NDArray[np.float64] | None,
         segmenter: SubmapSegmenter,
         epoch: int,
         timer: StageTimer,
@@ -257,6 +259,7 @@ class Localizer:
             timer,
             plan.scale.search,
             self._tracked_candidates(submap.T_odom_submap),
+            robot_xy,
         )
         mirrored = None
         if self._tracker.wants_mirror:
@@ -269,7 +272,7 @@ class Localizer:
                 narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
                 result = replace(result, estimates=narrowed)
             belief = self._tracker.update(
-                result.estimates, sub.evidence, plan.places, A_submap_odom, mirrored
+                result.estimates, sub.evidence, plan.places, A_submap_odom, mirrored, robot_xy
             )
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
             _follow_scale(plan, belief, sub)
@@ -337,6 +340,11 @@ class Localizer:
         self._tracked, self._hint = (), None
         status = Status.NO_PLAN if self._plan is None else Status.WAITING
         self._output = LocalizerOutput(self._output.stamp_ns, status)
+
+
+def _planar(T_submap_odom: SE2, T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where the sensor is in the submap, ``(2,)``."""
+    return T_submap_odom.apply(T_odom_sensor[:2, 3])
 
 
 def _checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ enough of the building, it need not be asked again of every tick.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from scipy.linalg import polar
 
 from fpnet_core.config import PoseConfig, ScalePolicy
 from fpnet_core.geometry import Affine2D
+from fpnet_core.pose import Freedom
 from fpnet_core.types import PlanScale
 
 Array = NDArray[np.float64]
@@ -36,15 +37,23 @@ class ScaleSearch:
     The stretches to try, and how far refinement may leave each.
 
     ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``strain_sigma`` is the
-    standard deviation of what refinement adds.
+    standard deviation of what refinement adds. ``bounds`` are the smallest and largest mean scale
+    that a placement may have.
     """
 
     stretches: Array
     strain_sigma: float
+    bounds: tuple[float, float] = (0.0, np.inf)
 
     def __len__(self) -> int:
         """Count the stretches."""
         return len(self.stretches)
+
+    @property
+    def freedom(self) -> Freedom:
+        """How far refinement may leave what is tried."""
+        known = self.stretches[0] if len(self) == 1 else None
+        return Freedom(self.strain_sigma, known, self.bounds)
 
     @property
     def factors(self) -> Array:
@@ -64,16 +73,21 @@ def allowed_scales(scale_tolerance: float) -> Array:
 
 
 def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
-    """Return the search of all scales within a tolerance around 1."""
-    return ScaleSearch.of_factors(allowed_scales(scale_tolerance), config.strain_sigma)
+    """Return the search of all scales within a tolerance around 1, and of none beyond."""
+    factors = allowed_scales(scale_tolerance)
+    search = ScaleSearch.of_factors(factors, config.strain_sigma)
+    return replace(search, bounds=(float(factors[0]), float(factors[-1])))
 
 
 def door_scale_search(confidence: float, config: PoseConfig) -> ScaleSearch:
-    """Return the search around a scale that door widths suggest: many doors narrow it."""
+    """
+    Return the search around a scale that door widths suggest: many doors narrow it.
+
+    Nobody has stated that scale, and placements that fit beyond what is tried are good ones.
+    """
     sure = confidence >= config.sure_scale_confidence
-    return tolerant_search(
-        config.sure_scale_tolerance if sure else config.unsure_scale_tolerance, config
-    )
+    tolerance = config.sure_scale_tolerance if sure else config.unsure_scale_tolerance
+    return ScaleSearch.of_factors(allowed_scales(tolerance), config.strain_sigma)
 
 
 class ScaleTracker:

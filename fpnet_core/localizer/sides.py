@@ -143,6 +143,7 @@ def compare(
     timer: StageTimer,
     search: ScaleSearch,
     tracked: Candidates | None = None,
+    robot_xy: NDArray[np.float64] | None = None,
 ) -> Comparison:
     """
     Match, propose, verify: all placements worth knowing, best first.
@@ -155,6 +156,7 @@ def compare(
     timer : receives stage durations
     search : scales of the plan to try
     tracked : placements from the previous tick, refined beside the new ones
+    robot_xy : (2,) where the robot is in the submap, None without one
     """
     with timer.stage('match'):
         match = matcher.match(plan.graph, sub.graph, explored_area_m2)
@@ -175,7 +177,7 @@ def compare(
         if tracked is not None:
             promising = tracked.joined(promising)
         estimates = verified_estimates(
-            plan.evidence, sub.evidence, promising, config, search.strain_sigma
+            plan.evidence, sub.evidence, promising, config, search.freedom, robot_xy
         )
     return Comparison(match, estimates)
 

@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """From region matches to verified transforms: propose, reject early, refine, verify."""
 
-from fpnet_core.pose.estimate import distinct, select_promising, verified_estimates
+from fpnet_core.pose.estimate import (
+    compared_at,
+    distinct,
+    select_promising,
+    verified_estimates,
+)
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
 from fpnet_core.pose.hypotheses import Candidates, propose
-from fpnet_core.pose.refine import FINE, ROUGH, Effort, refine
+from fpnet_core.pose.refine import FINE, ROUGH, Effort, Freedom, refine
 from fpnet_core.pose.verify import Agreement, agreement, coarse_support
 
 __all__ = [
@@ -14,9 +19,11 @@ __all__ = [
     'Agreement',
     'Candidates',
     'Effort',
+    'Freedom',
     'MapEvidence',
     'agreement',
     'coarse_support',
+    'compared_at',
     'distinct',
     'map_evidence',
     'propose',

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import Affine2D
-from fpnet_core.pose.evidence import MapEvidence
+from fpnet_core.pose.evidence import MapEvidence, box_corners
 from fpnet_core.pose.hypotheses import Candidates
-from fpnet_core.pose.refine import FINE, ROUGH, refine
+from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import agreement, coarse_support
 from fpnet_core.types import PoseEstimate
 
@@ -22,6 +22,9 @@ _LOOK_POINTS, _LOOK_KEEPS = 250, 20
 
 _SAME_BASIN_M = 0.3
 """Roughly refined candidates nearer than this end at the same place."""
+
+_SURROUNDINGS_M = 5.0
+"""Placements are told apart by where they put what is so far from the robot."""
 
 
 def select_promising(
@@ -39,7 +42,20 @@ def select_promising(
         )
         order = np.argsort(-support, kind='stable')
         ranked = ranked.take(order[: kept * config.max_refined])
-    return ranked.take(distinct(ranked, sub, config.distinct_m / 4, config.max_refined))
+    return ranked.take(distinct(ranked, sub.corners, config.distinct_m / 4, config.max_refined))
+
+
+def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """
+    Return the points (4, 2) of the submap by which placements are told apart.
+
+    They lie around the robot where it is known, ``(2,)``: two placements that agree on it and
+    differ in how far they stretch the other end of the building say the same of the robot.
+    Without a robot they are the corners of the map.
+    """
+    if robot_xy is None:
+        return sub.corners
+    return box_corners(robot_xy - _SURROUNDINGS_M, robot_xy + _SURROUNDINGS_M)
 
 
 def verified_estimates(
@@ -47,30 +63,35 @@ def verified_estimates(
     sub: MapEvidence,
     candidates: Candidates,
     config: PoseConfig,
-    strain_sigma: float,
+    freedom: Freedom,
+    robot_xy: NDArray[np.float64] | None = None,
 ) -> tuple[PoseEstimate, ...]:
     """
     Refine and score the candidates; the best distinct ones, best first.
 
     All are refined roughly; the ``max_estimates`` best places, and their rivals nearby, finely.
+    Placements are distinct where they disagree on :func:`compared_at`.
 
     Parameters
     ----------
     plan, sub : evidence of both sides
     candidates : few, promising
     config : kernel widths and limits
-    strain_sigma : standard deviation of the drawing's strain beyond the candidates' own
+    freedom : how far the drawing may be stretched
+    robot_xy : (2,) where the robot is in the submap, None without one
 
     Returns
     -------
     At most ``max_estimates`` estimates; empty for no candidates.
     """
-    near = _roughly_refined(plan, sub, candidates, config, strain_sigma)
-    fine = refine(plan, sub, near.linear, near.translation, strain_sigma, FINE)
+    rough = refine(plan, sub, candidates.linear, candidates.translation, freedom, ROUGH)
+    places = compared_at(sub, robot_xy)
+    near = _worth_more(plan, sub, Candidates(rough.linear, rough.translation), config, places)
+    fine = refine(plan, sub, near.linear, near.translation, freedom, FINE)
     scores = agreement(plan, sub, fine.linear, fine.translation, config.wall_sigma_m).score
     order = np.argsort(-scores, kind='stable')
     ranked = Candidates(fine.linear[order], fine.translation[order])
-    keep = distinct(ranked, sub, config.distinct_m, config.max_estimates)
+    keep = distinct(ranked, places, config.distinct_m, config.max_estimates)
     return tuple(
         PoseEstimate(
             Affine2D(ranked.linear[k], ranked.translation[k]),
@@ -81,39 +102,33 @@ def verified_estimates(
     )
 
 
-def _roughly_refined(
+def _worth_more(
     plan: MapEvidence,
     sub: MapEvidence,
-    candidates: Candidates,
+    rough: Candidates,
     config: PoseConfig,
-    strain_sigma: float,
+    places: NDArray[np.float64],
 ) -> Candidates:
-    """Return the candidates moved to where they fit best nearby; only those worth more work."""
-    rough = refine(plan, sub, candidates.linear, candidates.translation, strain_sigma, ROUGH)
+    """Return the roughly refined candidates that are worth more work, one of each place."""
     support = coarse_support(
         plan, sub, rough.linear, rough.translation, config.wall_sigma_m, _LOOK_POINTS
     )
-    order = np.argsort(-support, kind='stable')
-    ranked = Candidates(rough.linear[order], rough.translation[order])
-    return ranked.take(distinct(ranked, sub, _SAME_BASIN_M, 2 * config.max_estimates))
+    ranked = rough.take(np.argsort(-support, kind='stable'))
+    return ranked.take(distinct(ranked, places, _SAME_BASIN_M, 2 * config.max_estimates))
 
 
 def distinct(
-    ranked: Candidates, sub: MapEvidence, distance_m: float, limit: int
+    ranked: Candidates, points: NDArray[np.float64], distance_m: float, limit: int
 ) -> NDArray[np.int64]:
     """
     Indices of candidates that place the submap differently from every better one.
 
-    Two placements differ when the corners of the submap's bounding box land more than
-    ``distance_m`` apart on average. ``ranked`` is best first; at most ``limit`` indices are
-    returned.
+    Two placements differ when ``points (4, 2)`` of the submap land more than ``distance_m``
+    apart on average. ``ranked`` is best first; at most ``limit`` indices are returned.
     """
     if len(ranked) == 0:
         return np.zeros(0, dtype=np.int64)
-    points = sub.walls if len(sub.walls) else sub.free
-    low, high = points.min(axis=0), points.max(axis=0)
-    corners = np.array([low, high, [low[0], high[1]], [high[0], low[1]]])
-    placed = np.einsum('cij,kj->cki', ranked.linear, corners) + ranked.translation[:, None]
+    placed = np.einsum('cij,kj->cki', ranked.linear, points) + ranked.translation[:, None]
     return _first_of_each(np.ascontiguousarray(placed), distance_m, limit)
 
 

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,7 +60,27 @@ class MapEvidence:
     def outside_depth(self) -> NDArray[np.float32]:
         """Only plans are asked for it, and submaps change with every tick."""
         step = round(self.cell_m / self.resolution_m)
-        return _coarse(_distance_to(self.is_free, self.resolution_m), step)
+        return _distance_to(self.is_free, self.resolution_m, step)
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """Corners (4, 2) of the box around the walls [m], around free space without walls."""
+        points = self.walls if len(self.walls) else self.free
+        if len(points) == 0:
+            return np.zeros((4, 2))
+        return box_corners(points.min(axis=0), points.max(axis=0))
+
+    def wall_likelihood(self, sigma_m: float) -> NDArray[np.float32]:
+        """Return ``exp(-d^2 / (2 sigma_m^2))`` of the wall distance; computed once."""
+        field = self._likelihoods.get(sigma_m)
+        if field is None:
+            field = np.exp(-0.5 * np.square(self.wall_distance / np.float32(sigma_m)))
+            self._likelihoods[sigma_m] = field
+        return field
+
+    @cached_property
+    def _likelihoods(self) -> dict[float, NDArray[np.float32]]:
+        return {}
 
     @property
     def wall_length_m(self) -> float:
@@ -70,6 +91,11 @@ class MapEvidence:
     def free_area_m2(self) -> float:
         """Free area, as far as the thinned samples tell [m^2]."""
         return len(self.free) * _FREE_SPACING_M**2
+
+
+def box_corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners (4, 2) of an upright box, given by two opposite ones (2,)."""
+    return np.array([low, high, [low[0], high[1]], [high[0], low[1]]])
 
 
 def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> MapEvidence:
@@ -94,7 +120,7 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     return MapEvidence(
         walls=grid.rc_to_xy(_thin(walls, _WALL_SPACING_M / grid.resolution)),
         free=grid.rc_to_xy(_thin(free, _FREE_SPACING_M / grid.resolution)),
-        wall_distance=_coarse(_distance_to(walls, grid.resolution), step),
+        wall_distance=_distance_to(walls, grid.resolution, step),
         observed=_coarse(near_free > 0, step),
         A_rc_xy=_metric_to_raster(grid, step, first),
         cell_m=grid.resolution * step,
@@ -105,11 +131,11 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     )
 
 
-def _distance_to(mask: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
-    """Distance of each cell to the nearest True cell [m], capped."""
+def _distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArray[np.float32]:
+    """Distance of every ``step``-th cell to the nearest True cell [m], capped."""
     if not mask.any():
-        return np.full(mask.shape, _DISTANCE_CAP_M, dtype=np.float32)
-    metres = cells_to_nearest(mask) * np.float32(resolution)
+        return np.full(_coarse(mask, step).shape, _DISTANCE_CAP_M, dtype=np.float32)
+    metres = _coarse(cells_to_nearest(mask), step) * np.float32(resolution)
     return np.asarray(np.minimum(metres, np.float32(_DISTANCE_CAP_M)), dtype=np.float32)
 
 
@@ -131,15 +157,25 @@ def _metric_to_raster(grid: GridMap, step: int, first: float) -> NDArray[np.floa
 
 def _thin(mask: NDArray[np.bool_], spacing_cells: float) -> NDArray[np.float64]:
     """Mean (row, col) of the True cells in each block of ``spacing_cells``; (P, 2)."""
-    rc = np.argwhere(mask)
-    if len(rc) == 0:
-        return np.zeros((0, 2))
-    block = np.floor(rc / max(spacing_cells, 1.0)).astype(np.int64)
-    key = block[:, 0] * (block[:, 1].max() + 1) + block[:, 1]
-    count = np.bincount(key)
-    sums = np.stack([np.bincount(key, weights=rc[:, axis]) for axis in range(2)], axis=1)
-    taken = count > 0
-    return np.asarray(sums[taken] / count[taken, None], dtype=np.float64)
+    sums = _block_sums(mask, max(spacing_cells, 1.0)).reshape(-1, 3)
+    sums = sums[sums[:, 2] > 0]
+    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
+
+
+@numba.njit(cache=True, nogil=True)
+def _block_sums(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
+    """Sum of rows, of columns, and count of the True cells of each block ``(Hb, Wb, 3)``."""
+    rows, cols = mask.shape
+    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
+    for row in range(rows):
+        block_row = int(row / spacing)
+        for col in range(cols):
+            if mask[row, col]:
+                block = sums[block_row, int(col / spacing)]
+                block[0] += row
+                block[1] += col
+                block[2] += 1
+    return sums
 
 
 def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
@@ -155,9 +191,9 @@ def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
     image = cv2.GaussianBlur(walls.astype(np.float32), (0, 0), 1.5)
     gx = cv2.Sobel(image, cv2.CV_32F, 1, 0)
     gy = cv2.Sobel(image, cv2.CV_32F, 0, 1)
-    z = (gx + 1j * gy).astype(np.complex128)
-    magnitude = np.abs(z)
-    strong = magnitude > 0.2 * magnitude.max()
-    weight = magnitude[strong]
-    mean = np.sum(weight * np.exp(4j * np.angle(z[strong]))) / np.sum(weight)
+    magnitude = np.sqrt(gx * gx + gy * gy)  # OpenCV rounds by where arrays lie in memory
+    strong = np.flatnonzero(magnitude > 0.2 * magnitude.max())
+    weight = magnitude.ravel()[strong].astype(np.float64)
+    z = (gx.ravel()[strong] + 1j * gy.ravel()[strong]) / weight
+    mean = np.sum(weight * z**4) / np.sum(weight)
     return float(np.mod(np.angle(mean) / 4.0, np.pi / 2)), float(np.abs(mean))

@@ -3,10 +3,13 @@
 """
 Robust alignment of the submap's walls to the plan's, over pose and allowed strain.
 
-A candidate is ``A_plan_submap = (I + E) s R`` with rotation ``R``, the candidate's own scale
-``s`` and a small symmetric strain ``E`` of the drawing (exx, eyy, exy). Gauss-Newton with a
-Welsch weight on the plan's wall distance, whose width is annealed from coarse to fine; a
-Gaussian prior keeps the strain small where the walls do not tell.
+A candidate is ``A_plan_submap = (I + E) S R`` with rotation ``R``, the drawing's stretch ``S``
+and a small symmetric strain ``E`` of the drawing (exx, eyy, exy). ``S`` is what is known of the
+drawing, else the candidate's own mean scale: a strain that a candidate brings along is strain as
+much as one that the walls ask for, however often it is refined. Gauss-Newton with a Welsch weight
+on the plan's wall distance, whose width is annealed from coarse to fine; a Gaussian prior keeps
+the strain small where the walls do not tell, and :data:`STRAIN_LIMIT` bounds it: with enough
+strain one corridor fits another.
 """
 
 from __future__ import annotations
@@ -20,6 +23,9 @@ from numpy.typing import NDArray
 from fpnet_core.pose.evidence import MapEvidence
 
 Array = NDArray[np.float64]
+
+STRAIN_LIMIT = 3.0
+"""No component of the strain exceeds so many of its standard deviations."""
 
 _STEPS_PER_WIDTH = 3
 _DAMPING = 1e-6  # keeps the system solvable where no wall is near
@@ -46,6 +52,21 @@ FINE = Effort((0.3, 0.2, 0.15), 800)
 
 
 @dataclass(frozen=True, eq=False)
+class Freedom:
+    """
+    How much of the drawing's stretch refinement may choose.
+
+    ``strain_sigma`` is the standard deviation of the drawing's strain, 0.03 for "a few percent".
+    It is counted from ``stretch (2, 2)``, symmetric, plan metres per submap metre, where that is
+    known, else from each candidate's mean scale, which stays within ``scales``.
+    """
+
+    strain_sigma: float
+    stretch: Array | None = None
+    scales: tuple[float, float] = (0.0, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
 class Refined:
     """Refined transforms ``linear (C, 2, 2)``, ``translation (C, 2)``, ``cov (C, 3, 3)``.
 
@@ -62,7 +83,7 @@ def refine(
     sub: MapEvidence,
     linear: Array,
     translation: Array,
-    strain_sigma: float,
+    freedom: Freedom,
     effort: Effort,
 ) -> Refined:
     """
@@ -72,7 +93,7 @@ def refine(
     ----------
     plan, sub : evidence of both sides
     linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
-    strain_sigma : standard deviation of the drawing's strain, 0.03 for "a few percent"
+    freedom : how far the drawing may be stretched
     effort : ``ROUGH`` for many new candidates, ``FINE`` for few that are near
     """
     step = max(1, -(-len(sub.walls) // effort.max_points))
@@ -81,9 +102,11 @@ def refine(
     linear, translation = np.array(linear), np.array(translation)
     cov = np.zeros((len(linear), 3, 3))
     if len(points):
+        known = np.zeros((2, 2)) if freedom.stretch is None else np.array(freedom.stretch)
         _align(
-            linear, translation, cov, points, plan.wall_distance, plan.A_rc_xy, widths,
-            _STEPS_PER_WIDTH, strain_sigma, _POINT_SIGMA_M,
+            linear, translation, cov, known, np.array(freedom.scales), points,
+            plan.wall_distance, plan.A_rc_xy, widths, _STEPS_PER_WIDTH, freedom.strain_sigma,
+            _POINT_SIGMA_M,
         )  # fmt: skip
     return Refined(linear, translation, cov)
 
@@ -93,6 +116,8 @@ def _align(
     linear: Array,
     translation: Array,
     cov: Array,
+    stretch: Array,
+    scales: Array,
     points: Array,
     field: NDArray[np.float32],
     A_rc_xy: Array,
@@ -102,12 +127,16 @@ def _align(
     sigma: float,
 ) -> None:
     mid = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    limit = STRAIN_LIMIT * strain_sigma
     for c in range(len(linear)):
-        start = linear[c].copy()
+        start, strain = _split_strain(linear[c], stretch)
+        least, most = scales / np.sqrt(np.linalg.det(start))
         centre = np.empty(2)
         for i in range(2):
-            centre[i] = start[i, 0] * mid[0] + start[i, 1] * mid[1] + translation[c, i]
+            centre[i] = linear[c, i, 0] * mid[0] + linear[c, i, 1] * mid[1] + translation[c, i]
         params = np.zeros(6)  # dx, dy of the centre [m], rotation [rad], exx, eyy, exy
+        params[3:] = strain
+        _bound(params, limit, least, most)
         H = np.eye(6)
         for width in widths:
             for _ in range(steps):
@@ -119,6 +148,7 @@ def _align(
                 for a in range(6):
                     H[a, a] += _DAMPING
                 params -= np.linalg.solve(H, g)
+                _bound(params, limit, least, most)
         final = _strained(params, start)
         for i in range(2):
             lever = final[i, 0] * mid[0] + final[i, 1] * mid[1]
@@ -126,6 +156,41 @@ def _align(
         linear[c] = final
         full = np.linalg.inv(H) * (sigma * sigma)
         cov[c] = _origin_covariance(full, final, mid)  # type: ignore[arg-type]
+
+
+@numba.njit(cache=True, nogil=True)
+def _split_strain(linear: Array, stretch: Array) -> tuple[Array, Array]:
+    """Unstrained ``S R (2, 2)`` and the strain (exx, eyy, exy) that makes ``linear`` of it."""
+    yaw = np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1])
+    cs, sn = np.cos(yaw), np.sin(yaw)
+    R = np.array([[cs, -sn], [sn, cs]])
+    S = stretch
+    if S[0, 0] == 0.0:  # not known
+        S = np.eye(2) * np.sqrt(linear[0, 0] * linear[1, 1] - linear[0, 1] * linear[1, 0])
+    start = _product(S, R)
+    E = _product(linear, np.linalg.inv(start))
+    return start, np.array([E[0, 0] - 1.0, E[1, 1] - 1.0, 0.5 * (E[0, 1] + E[1, 0])])
+
+
+@numba.njit(cache=True, nogil=True)
+def _bound(params: Array, limit: float, least: float, most: float) -> None:
+    """Keep the strain small, and the mean of its two stretches between two factors."""
+    mean = 1.0 + 0.5 * (params[3] + params[4])
+    excess = mean - min(max(mean, least), most)
+    params[3] -= excess
+    params[4] -= excess
+    for a in range(3, 6):
+        params[a] = min(max(params[a], -limit), limit)
+
+
+@numba.njit(cache=True, nogil=True)
+def _product(a: Array, b: Array) -> Array:
+    """Two by two matrices; BLAS may round by where they lie in memory."""
+    out = np.empty((2, 2))
+    for i in range(2):
+        for j in range(2):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j]
+    return out
 
 
 @numba.njit(cache=True, nogil=True)
@@ -175,8 +240,11 @@ def _normal_equations(
         j[3], j[4], j[5] = gx * qx, gy * qy, gx * qy + gy * qx
         for a in range(6):
             g[a] += w * j[a] * d
-            for b in range(6):
+            for b in range(a + 1):
                 H[a, b] += w * j[a] * j[b]
+    for a in range(6):
+        for b in range(a):
+            H[b, a] = H[a, b]
     return H, g
 
 

@@ -64,8 +64,8 @@ def coarse_support(
     support = np.zeros(len(linear))
     violation = np.zeros(len(linear))
     _forward(
-        linear, translation, walls, free, plan.wall_distance, plan.outside_depth,
-        plan.A_rc_xy, sigma_m, support, violation,
+        linear, translation, walls, free, plan.wall_likelihood(sigma_m), plan.outside_depth,
+        plan.A_rc_xy, support, violation,
     )  # fmt: skip
     return support - violation
 
@@ -89,8 +89,8 @@ def agreement(
     count = len(linear)
     support, violation, seen = np.zeros(count), np.zeros(count), np.zeros(count)
     _forward(
-        linear, translation, sub.walls, sub.free, plan.wall_distance, plan.outside_depth,
-        plan.A_rc_xy, sigma_m, support, violation,
+        linear, translation, sub.walls, sub.free, plan.wall_likelihood(sigma_m),
+        plan.outside_depth, plan.A_rc_xy, support, violation,
     )  # fmt: skip
     if count:
         inverse = np.asarray(np.linalg.inv(linear), dtype=np.float64)
@@ -114,22 +114,19 @@ def _forward(
     translation: Array,
     walls: Array,
     free: Array,
-    wall_distance: NDArray[np.float32],
+    wall_likelihood: NDArray[np.float32],
     outside_depth: NDArray[np.float32],
     A_rc_xy: Array,
-    sigma: float,
     support: Array,
     violation: Array,
 ) -> None:
-    inv2 = -0.5 / (sigma * sigma)
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
         total = 0.0
         for k in range(len(walls)):
             row, col = _cell(A, walls[k, 0], walls[k, 1])
-            if _inside(wall_distance, row, col):
-                d = wall_distance[row, col]
-                total += np.exp(inv2 * d * d)
+            if _inside(wall_likelihood, row, col):
+                total += wall_likelihood[row, col]
         support[c] = total / max(len(walls), 1)
         outside = 0.0
         for k in range(len(free)):

@@ -98,6 +98,19 @@ def test_a_change_of_winner_starts_the_count_again():
     assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
 
 
+def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
+    stretched = np.diag([1.2, 1.0])
+    robot = np.array([30.0, 0.0])
+    there = placed(SE2.identity(), 0.85)
+    deformed = PoseEstimate(Affine2D(stretched, robot - stretched @ robot), 0.85, np.eye(3))
+    for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
+        tracker = HypothesisTracker(CONFIG, 2.0)
+        for best in (there, deformed, there, deformed):
+            tick = (best, placed(THERE, 0.4)), evidence(), PLACES, SE2.identity()
+            belief = tracker.update(*tick, mirrored_score=0.3, robot_xy=robot_xy)
+        assert belief.status is status
+
+
 def test_a_tie_is_never_claimed():
     tie = (placed(HERE, 0.9), placed(THERE, 0.9))
     assert set(feed(HypothesisTracker(CONFIG, 1.0), *[tie] * 10)) == {Status.AMBIGUOUS}

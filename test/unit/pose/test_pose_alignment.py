@@ -8,8 +8,22 @@ import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
-from fpnet_core.geometry import SE2, Similarity2D, angle_between
-from fpnet_core.pose import FINE, ROUGH, agreement, coarse_support, map_evidence, refine
+from fpnet_core.config import PoseConfig
+from fpnet_core.geometry import SE2, Affine2D, Similarity2D, angle_between
+from fpnet_core.pose import (
+    FINE,
+    ROUGH,
+    Candidates,
+    Freedom,
+    agreement,
+    coarse_support,
+    compared_at,
+    distinct,
+    map_evidence,
+    refine,
+    verified_estimates,
+)
+from fpnet_core.pose.refine import STRAIN_LIMIT
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 
 SIGMA_M = 0.2
@@ -65,13 +79,83 @@ def test_refinement_recovers_pose_and_anisotropy(seed):
     mid = sub.walls.mean(axis=0)
     off = Similarity2D.from_scale_yaw(1.0, np.deg2rad(67.0) + rng.uniform(-0.06, 0.06), [0.0, 0.0])
     start = A_PLAN_SUBMAP.apply(mid) - off.apply(mid) + rng.uniform(-0.4, 0.4, 2)
-    rough = refine(plan, sub, off.linear[None], start[None], 0.03, ROUGH)
-    got = refine(plan, sub, rough.linear, rough.translation, 0.03, FINE)
+    rough = refine(plan, sub, off.linear[None], start[None], Freedom(0.03), ROUGH)
+    got = refine(plan, sub, rough.linear, rough.translation, Freedom(0.03), FINE)
     placed = sub.walls @ got.linear[0].T + got.translation[0]
     error = np.linalg.norm(placed - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
     assert error.max() < 0.1, f'seed {seed}'
     assert np.abs(got.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01, f'seed {seed}'
     assert np.all(np.linalg.eigvalsh(got.cov[0]) > 0.0)
+
+
+def strain_of(linear, stretch):
+    u, s, _ = np.linalg.svd(linear)
+    return (u * s) @ u.T @ np.linalg.inv(stretch) - np.eye(2)
+
+
+@pytest.mark.parametrize('stretch', [None, np.diag([1.03, 0.98])])
+def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
+    plan, sub = sides()
+    linear = np.diag([1.4, 0.8]) @ A_PLAN_SUBMAP.linear
+    found = batch(Affine2D(linear, A_PLAN_SUBMAP.translation))
+    for _ in range(5):
+        done = refine(plan, sub, *found, Freedom(0.02, stretch), ROUGH)
+        found = done.linear, done.translation
+    reference = np.sqrt(np.linalg.det(done.linear[0])) * np.eye(2) if stretch is None else stretch
+    assert np.abs(strain_of(done.linear[0], reference)).max() <= 1.05 * STRAIN_LIMIT * 0.02
+
+
+def test_a_scale_that_nobody_allowed_is_not_taken():
+    plan, sub = sides()
+    larger = Affine2D(1.2 * A_PLAN_SUBMAP.linear, 1.2 * A_PLAN_SUBMAP.translation)
+    done = refine(plan, sub, *batch(larger), Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
+    assert 0.9 <= np.sqrt(np.linalg.det(done.linear[0])) <= 1.105
+
+
+def test_a_strain_within_its_bound_is_found_from_the_known_stretch():
+    plan, sub = sides()
+    again = refine(plan, sub, *batch(A_PLAN_SUBMAP), Freedom(0.03, np.eye(2)), FINE)
+    assert np.abs(again.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01
+
+
+def test_placements_that_differ_far_from_the_robot_only_are_one():
+    _, sub = sides()
+    robot = sub.corners[0]
+    stretched = np.diag([1.15, 1.0])
+    about_robot = Affine2D(stretched, robot - stretched @ robot)
+    both = Candidates(*batch(SE2.identity(), about_robot))
+    assert distinct(both, compared_at(sub, robot), 1.0, 8).tolist() == [0]
+    assert distinct(both, compared_at(sub, None), 1.0, 8).tolist() == [0, 1]
+
+
+def test_estimates_are_distinct_where_the_robot_is():
+    plan, sub = sides()
+    robot = sub.free.mean(axis=0)
+    rng = np.random.default_rng(1)
+    starts = [
+        SE2.from_xy_yaw(*rng.uniform(-4, 4, 2), turn) @ A_PLAN_SUBMAP
+        for turn in np.deg2rad([0, 5, 90, 180, 180, 270])
+    ]
+    config = PoseConfig()
+    found = verified_estimates(
+        plan, sub, Candidates(*batch(*starts)), config, Freedom(0.03), robot
+    )
+    placed = [e.A_plan_submap.apply(compared_at(sub, robot)) for e in found]
+    apart = [
+        np.linalg.norm(a - b, axis=1).mean() for k, a in enumerate(placed) for b in placed[:k]
+    ]
+    assert min(apart) > config.distinct_m
+    assert [e.score for e in found] == sorted((e.score for e in found), reverse=True)
+
+
+def test_samples_are_the_means_of_their_blocks():
+    cells = np.full((23, 31), UNKNOWN, dtype=np.int8)
+    cells[np.random.default_rng(3).random(cells.shape) < 0.3] = FREE
+    free = map_evidence(GridMap(cells, 0.1)).free
+    rc = np.argwhere(cells == FREE)
+    blocks = {tuple(block) for block in rc // 4}
+    means = [rc[(rc // 4 == block).all(axis=1)].mean(axis=0) for block in sorted(blocks)]
+    assert free == pytest.approx((np.array(means)[:, ::-1] + 0.5) * 0.1)
 
 
 def test_a_free_submap_beyond_the_plan_is_violation():
@@ -86,4 +170,5 @@ def test_a_free_submap_beyond_the_plan_is_violation():
 def test_a_map_without_walls_gives_no_wall_evidence(value):
     evidence = map_evidence(GridMap(np.full((40, 30), value, dtype=np.int8), 0.05))
     assert evidence.walls.shape == (0, 2)
+    assert evidence.corners.shape == (4, 2)
     assert evidence.orientation_strength == 0.0
