@@ -168,7 +168,7 @@ def _split_strain(linear: Array, stretch: Array) -> tuple[Array, Array]:
     if S[0, 0] == 0.0:  # not known
         S = np.eye(2) * np.sqrt(linear[0, 0] * linear[1, 1] - linear[0, 1] * linear[1, 0])
     start = _product(S, R)
-    E = _product(linear, np.linalg.inv(start))
+    E = _product(linear, np.linalg.inv(start))  # type: ignore[arg-type]
     return start, np.array([E[0, 0] - 1.0, E[1, 1] - 1.0, 0.5 * (E[0, 1] + E[1, 0])])
 
 
