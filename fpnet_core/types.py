@@ -94,6 +94,13 @@ class GridMap:
         """Return the map with its columns reversed, for a drawing that is a mirror image."""
         return replace(self, cells=self.cells[:, ::-1])
 
+    def cropped(self, rows: slice, cols: slice) -> GridMap:
+        """Return a window of the map; its cells stay where they are in the frame."""
+        first = np.array([rows.indices(self.shape[0])[0], cols.indices(self.shape[1])[0]])
+        x, y = self.rc_to_xy(first - 0.5).tolist()
+        pose = SE2.from_xy_yaw(x, y, self.T_frame_grid.yaw)
+        return replace(self, cells=self.cells[rows, cols], T_frame_grid=pose)
+
     def rc_to_xy(self, rc: ArrayLike) -> NDArray[np.float64]:
         """Map raster indices ``rc (..., 2)`` (cell centres; fractions allowed) to metres."""
         rc = np.asarray(rc, dtype=np.float64)

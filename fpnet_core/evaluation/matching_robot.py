@@ -54,18 +54,28 @@ class RobotCase:
 
 def robot_cases(data: Path, split: str, limit: int | None) -> list[RobotCase]:
     """Return every pair of a half as it is and varied in each band, or ``limit`` of them."""
-    cases = []
-    for number, pair in enumerate(read_robot_pairs(data, split)):
-        cases.append(RobotCase(pair, next(iter(BANDS))))
-        for band_number, (band, kept) in enumerate(BANDS.items()):
-            for variant in range(VARIANTS):
-                rng = np.random.default_rng([SEED, number, band_number, variant])
-                cases.append(RobotCase(varied(pair, rng, kept), band))
-    if limit is None or limit >= len(cases):
-        return cases
-    # A fixed shuffle spreads few cases over all buildings and bands.
-    order = np.random.default_rng(SEED).permutation(len(cases))[:limit]
-    return [cases[index] for index in np.sort(order)]
+    pairs = read_robot_pairs(data, split)
+    keys = [
+        (number, band_number, variant)
+        for number in range(len(pairs))
+        for band_number in range(len(BANDS))
+        # The pair as it is stands before the variants of the first band.
+        for variant in range(-1 if band_number == 0 else 0, VARIANTS)
+    ]
+    if limit is not None and limit < len(keys):
+        # A fixed shuffle spreads few cases over all buildings and bands.
+        order = np.random.default_rng(SEED).permutation(len(keys))[:limit]
+        keys = [keys[index] for index in np.sort(order)]
+    return [_case(pairs[key[0]], *key) for key in keys]
+
+
+def _case(pair: RobotPair, number: int, band_number: int, variant: int) -> RobotCase:
+    """Return one variant of the pair ``number``; -1 is the pair as it is."""
+    band, kept = list(BANDS.items())[band_number]
+    if variant < 0:
+        return RobotCase(pair, band)
+    rng = np.random.default_rng([SEED, number, band_number, variant])
+    return RobotCase(varied(pair, rng, kept), band)
 
 
 def bench_robot_maps(

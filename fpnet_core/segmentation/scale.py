@@ -23,9 +23,13 @@ _GRID_POINTS = 400
 _DOORS_FOR_HALF = 3.0
 # In every building about one free cell in five is further than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
-# The loop of scale and segmentation stops below this relative change, or after so many rounds.
-_CONVERGED = 0.02
-_MAX_ROUNDS = 5
+# By how much, in its logarithm, the scale is off that a segmentation was made with: openings of
+# twice a door's width are no doors, however many there are.
+_EXPECTED_SPREAD = 0.7
+# The loop of scale and segmentation stops below this relative change, which is far less than the
+# segmentation's thresholds notice, or after so many rounds.
+_CONVERGED = 0.06
+_MAX_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -37,28 +41,34 @@ class ScaleEstimate:
 
 
 def estimate_metres_per_unit(
-    segmentation: Segmentation, config: SegmentationConfig | None = None
+    segmentation: Segmentation,
+    config: SegmentationConfig | None = None,
+    expected: float | None = None,
 ) -> ScaleEstimate:
     """
     Return the factor that makes the most frequent door width a typical one.
 
     Multiply nominal metres by the factor to get true ones. No door gives factor 1 with
-    confidence 0.
+    confidence 0. ``expected`` is the factor that the segmentation was made with: widths that
+    would make it very wrong count less.
     """
     typical_m = (config or SegmentationConfig()).typical_door_width_m
     widths = np.array([portal.width_m for portal in segmentation.portals])
     if widths.size == 0:
         return ScaleEstimate(1.0, 0.0)
-    mode, share = _mode(widths)
+    mode, share = _mode(widths, None if expected is None else typical_m / expected)
     return ScaleEstimate(typical_m / mode, share * widths.size / (widths.size + _DOORS_FOR_HALF))
 
 
-def _mode(widths: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the densest width and the share of widths that support it."""
+def _mode(widths: NDArray[np.float64], expected: float | None) -> tuple[float, float]:
+    """Return the densest width, near the expected one, and the share of widths around it."""
     logs = np.log(widths)
     at = np.linspace(logs.min(), logs.max(), _GRID_POINTS)
     weight = np.exp(-0.5 * ((at[:, None] - logs) / _BANDWIDTH) ** 2)
-    best = float(at[int(np.argmax(weight.sum(axis=1)))])
+    density = weight.sum(axis=1)
+    if expected is not None:
+        density *= np.exp(-0.5 * ((at - np.log(expected)) / _EXPECTED_SPREAD) ** 2)
+    best = float(at[int(np.argmax(density))])
     return float(np.exp(best)), float(np.mean(np.abs(logs - best) < 2.0 * _BANDWIDTH))
 
 
@@ -74,13 +84,13 @@ def segment_unknown_scale(
     """
     factor = _first_guess(source)
     segmentation = _segment(source, config, factor)
-    estimate = ScaleEstimate(factor, 0.0)
-    for _ in range(_MAX_ROUNDS):
-        estimate = estimate_metres_per_unit(segmentation, config)
+    estimate = estimate_metres_per_unit(segmentation, config, factor)
+    for _ in range(_MAX_ROUNDS - 1):
         if estimate.confidence == 0.0 or abs(estimate.factor / factor - 1.0) < _CONVERGED:
             break
         factor = estimate.factor
         segmentation = _segment(source, config, factor)
+        estimate = estimate_metres_per_unit(segmentation, config, factor)
     return segmentation, estimate
 
 

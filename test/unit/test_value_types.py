@@ -115,3 +115,11 @@ def test_ros_parameter_files_and_plain_ones_read_alike(tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r'none\.yaml'):
         load_config(tmp_path / 'none.yaml')
+
+
+def test_a_cropped_map_leaves_its_cells_where_they_are():
+    cells = np.arange(24).reshape(4, 6) % 2 * 100
+    grid = GridMap(cells, 0.1, SE2.from_xy_yaw(3.0, -2.0, 0.7))
+    part = grid.cropped(slice(1, 3), slice(2, 6))
+    assert (part.cells == cells[1:3, 2:6]).all()
+    assert np.allclose(part.rc_to_xy([[1, 3]]), grid.rc_to_xy([[2, 5]]))

@@ -13,7 +13,16 @@ from fpnet_core.segmentation import (
     segment_floorplan,
     segment_unknown_scale,
 )
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
+from fpnet_core.types import (
+    FREE,
+    OCCUPIED,
+    UNKNOWN,
+    GridMap,
+    Portal,
+    Region,
+    RegionLabel,
+    Segmentation,
+)
 
 CONFIG = SegmentationConfig()
 RESOLUTION_M = 0.05
@@ -154,6 +163,26 @@ def test_scale_of_a_plan_without_doors_is_not_claimed():
     grid = GridMap(draw(SE2.from_xy_yaw(2.0, 2.0, 0.3), [rectangle(0, 0, 5, 4)]), RESOLUTION_M)
     estimate = estimate_metres_per_unit(segment_floorplan(grid, CONFIG))
     assert (estimate.factor, estimate.confidence) == (1.0, 0.0)
+
+
+def with_doors(widths):
+    """Two rooms and doors of the given widths between them, however many."""
+    grid = GridMap(np.full((10, 10), FREE), 1.0)
+    square = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+    labels = [RegionLabel.ROOM] * 2 + [RegionLabel.DOOR] * len(widths)
+    regions = [Region(k, label, square, square.mean(0), 16.0) for k, label in enumerate(labels)]
+    portals = [
+        Portal(2 + k, (0, 1), np.array([[0.0, k], [width, k]])) for k, width in enumerate(widths)
+    ]
+    return Segmentation(grid, np.zeros((10, 10), np.int32), tuple(regions), tuple(portals))
+
+
+def test_many_wide_openings_are_not_taken_for_doors_of_a_smaller_drawing():
+    segmentation = with_doors([0.9] * 6 + [2.0] * 9)
+    assert estimate_metres_per_unit(segmentation, CONFIG).factor == pytest.approx(0.465, rel=0.05)
+    near = estimate_metres_per_unit(segmentation, CONFIG, expected=1.1)
+    assert near.factor == pytest.approx(0.93 / 0.9, rel=0.05)
+    assert near.confidence < 0.4
 
 
 @pytest.mark.parametrize('value', [FREE, OCCUPIED, UNKNOWN])
