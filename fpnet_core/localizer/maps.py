@@ -9,22 +9,29 @@ from enum import StrEnum
 
 import numpy as np
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, PoseConfig
+from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
+from fpnet_core.graphs import build_region_graph
 from fpnet_core.localizer.belief import posterior
-from fpnet_core.localizer.scale import door_scale_search
+from fpnet_core.localizer.scale import ScaleSearch, door_scale_search
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
     StageTimer,
     compare,
-    prepare_plan,
-    prepare_submap,
+    plan_side,
     rescaled,
 )
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.segmentation import SubmapSegmenter, segment_unknown_scale
-from fpnet_core.types import GridMap, Submap
+from fpnet_core.pose import Candidates, map_evidence
+from fpnet_core.pose.raster_search import search_placements
+from fpnet_core.pose.scales import estimates_across_scales
+from fpnet_core.segmentation import ScaleEstimate, segment_unknown_scale
+from fpnet_core.types import UNKNOWN, GridMap, Segmentation, Submap
+
+_RASTER_CANDIDATES = 96
+"""Placements of the raster search that are refined; four to eight at each scale."""
 
 
 class MapMatchStatus(StrEnum):
@@ -67,7 +74,8 @@ def match_maps(
     Place ``submap`` on ``plan`` although neither scale is trusted.
 
     Door widths give each map a first metric scale; placements are then searched over
-    a range around it, which is wide where few doors agree.
+    a range around it, which is wide where few doors agree. The graph proposes; where it leads
+    to no claim, the rasters propose as well (:mod:`fpnet_core.pose.raster_search`).
 
     Raises
     ------
@@ -76,25 +84,29 @@ def match_maps(
     """
     timer = StageTimer()
     with timer.stage('total'):
-        with timer.stage('scale'):
-            plan_scale = segment_unknown_scale(plan, config.segmentation)[1]
-            sub_scale = segment_unknown_scale(submap, config.segmentation)[1]
-        with timer.stage('segment'):
-            plan_side = prepare_plan(rescaled(plan, plan_scale.factor), config)
-        metric = replace(submap, grid=rescaled(submap.grid, sub_scale.factor))
-        sub_side = prepare_submap(metric, SubmapSegmenter(config.segmentation), timer)
+        with timer.stage('segment_plan'):
+            plan_cut, plan_scale = _segmented_plan(plan, config)
+        with timer.stage('segment_submap'):
+            sub_cut, sub_scale = segment_unknown_scale(_trimmed(submap), config.segmentation)
+        plan_factor, sub_factor = _metres_per_unit(plan_scale, sub_scale)
+        with timer.stage('evidence'):
+            plan_map = plan_side(_rescaled(plan_cut, plan_factor))
+            sub_map = _submap_side(_rescaled(sub_cut, sub_factor))
         confidence = min(plan_scale.confidence, sub_scale.confidence)
         search = door_scale_search(confidence, config.pose)
-        comparison = compare(
-            plan_side, sub_side, matcher, metric.free_area_m2, config.pose, timer, search
-        )
-    places = plan_side.evidence.free_area_m2 * len(search)
-    status, score, probability = _judged(comparison, sub_side, places, config)
+        places = plan_map.evidence.free_area_m2 * len(search)
+        area_m2 = submap.free_area_m2 * sub_factor**2
+        comparison = compare(plan_map, sub_map, matcher, area_m2, config.pose, timer, search)
+        judged = _judged(comparison, sub_map, places, config)
+        if judged[0] is not MapMatchStatus.MATCHED:
+            with timer.stage('raster'):
+                comparison = _widened(comparison, plan_map, sub_map, search, config.pose)
+            judged = _judged(comparison, sub_map, places, config)
+    status, score, probability = judged
     best = None
     if comparison.estimates:
         A = comparison.estimates[0].A_plan_submap
-        linear = A.linear * (sub_scale.factor / plan_scale.factor)
-        best = Affine2D(linear, A.translation / plan_scale.factor)
+        best = Affine2D(A.linear * (sub_factor / plan_factor), A.translation / plan_factor)
     return MapMatch(
         status=status,
         A_plan_sub=None if status is MapMatchStatus.UNMATCHED else best,
@@ -102,11 +114,88 @@ def match_maps(
         score=score,
         probability=probability,
         places=places,
-        plan=plan_side,
-        sub=sub_side,
+        plan=plan_map,
+        sub=sub_map,
         comparison=comparison,
         timings_ms=timer.timings_ms,
     )
+
+
+def _segmented_plan(plan: GridMap, config: FpnetConfig) -> tuple[Segmentation, ScaleEstimate]:
+    """Return the rooms of a plan of unknown scale, in its nominal metres, and the scale."""
+    segmentation, scale = segment_unknown_scale(plan, config.segmentation)
+    if not segmentation.rooms:
+        raise MapFormatError(
+            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
+            'drawn light and walls dark'
+        )
+    return segmentation, scale
+
+
+def _metres_per_unit(plan: ScaleEstimate, sub: ScaleEstimate) -> tuple[float, float]:
+    """
+    Return both factors from nominal metres to those that the maps are compared in.
+
+    Where doors speak on one side only, the nominal scales are the best guess of the ratio.
+    """
+    if plan.confidence > 0.0 and sub.confidence > 0.0:
+        return plan.factor, sub.factor
+    known = plan if plan.confidence > 0.0 else sub
+    return known.factor, known.factor
+
+
+def _submap_side(segmentation: Segmentation) -> MapSide:
+    """Return graph and evidence of a segmented map, which may hold no region at all."""
+    graph = build_region_graph(segmentation, 'submap')
+    return MapSide(segmentation, graph, map_evidence(segmentation.grid))
+
+
+def _trimmed(submap: Submap) -> Submap:
+    """Return the map without the unknown cells around it, which take time and say nothing."""
+    known = submap.grid.cells != UNKNOWN
+    if not known.any():
+        return submap
+    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
+    return replace(submap, grid=submap.grid.cropped(*window), lintel=submap.lintel[window])
+
+
+def _rescaled(segmentation: Segmentation, factor: float) -> Segmentation:
+    """Return the same rooms and doors with every length multiplied by ``factor``."""
+    regions = (
+        replace(
+            region,
+            polygon=region.polygon * factor,
+            centroid=region.centroid * factor,
+            area_m2=region.area_m2 * factor**2,
+        )
+        for region in segmentation.regions
+    )
+    portals = (replace(portal, ends=portal.ends * factor) for portal in segmentation.portals)
+    grid = rescaled(segmentation.grid, factor)
+    return replace(segmentation, grid=grid, regions=tuple(regions), portals=tuple(portals))
+
+
+def _widened(
+    comparison: Comparison, plan: MapSide, sub: MapSide, search: ScaleSearch, config: PoseConfig
+) -> Comparison:
+    """
+    Return the comparison with what the rasters propose, all scales compared fairly.
+
+    Every other scale will do: refinement closes the gaps, and time goes with their number.
+    """
+    found = [estimate.A_plan_submap for estimate in comparison.estimates]
+    graph = Candidates(
+        np.array([A.linear for A in found]).reshape(-1, 2, 2),
+        np.array([A.translation for A in found]).reshape(-1, 2),
+    )
+    raster = search_placements(
+        plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
+    )
+    estimates = estimates_across_scales(
+        plan.evidence, sub.evidence, graph.joined(raster), config, search.freedom
+    )
+    return replace(comparison, estimates=estimates)
 
 
 def _judged(

@@ -1,0 +1,206 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Candidate transforms from the rasters alone, where the graph has too little to go by.
+
+The graph proposes, the raster verifies; but a map of one or two rooms, or one whose doors were
+not seen, has hardly a region to anchor a candidate on, and its scale is anybody's guess. Then
+the walls propose as well: few rotations, those that align the wall directions of both maps, the
+scales to try, and all translations of each at once by correlation on a coarse raster. A
+candidate is worth its walls on drawn walls less its free space outside or on walls; the best few
+of every rotation and scale go through the same verification as the graph's. It is a narrow
+correlative search: a few dozen rotations and scales instead of thousands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from fpnet_core.pose.evidence import MapEvidence
+from fpnet_core.pose.hypotheses import Candidates
+
+Array = NDArray[np.float64]
+Image = NDArray[np.float32]
+
+_LONGER_SIDE = 128  # coarse pixels along the plan's longer side
+_MARGIN = 0.12  # share of the plan's size that a map may stick out on each side
+_WALL_SIGMA_M = 0.4  # walls count as near within about this
+_ON_WALL_COST = 0.7  # of free space on a wall
+_OUTSIDE_FULL_M = 1.0  # free space so deep outside the plan costs 1
+_MAX_WALLS, _MAX_FREE = 1500, 1000  # samples that stand for the map
+_PEAKS = 4  # best translations of each rotation and scale
+_PEAK_PIXELS = 5  # a peak is the highest within this window
+_SHRINK_COST = 0.2  # worth of a scale larger by e: a tiny map fits everywhere
+
+_BINS = 90  # directions modulo a right angle, by degree
+_BIN_SIGMA = 3.0  # walls of one direction scatter by this [degrees]
+_FACE_M = 0.5  # cells this near to a wall tell its direction
+_FACE_SMOOTHING_CELLS = 1.5
+_FACE_KERNEL = 5  # edge of the derivative's kernel [cells]
+_TURN_SHARE = 0.3  # further rotations align walls at least this well, relative to the best
+_MAX_TURNS = 3  # rotations modulo a right angle
+
+
+@dataclass(frozen=True, eq=False)
+class _Field:
+    """The plan as spectra of wall values and of costs; ``A_px_xy (2, 3)`` is metres to pixels."""
+
+    walls: NDArray[np.complex64]
+    costs: NDArray[np.complex64]
+    shape: tuple[int, int]
+    A_px_xy: Array
+
+
+def search_placements(
+    plan: MapEvidence, sub: MapEvidence, factors: Array, max_candidates: int
+) -> Candidates:
+    """
+    Return the best placements by coarse correlation, best first.
+
+    Parameters
+    ----------
+    plan, sub : evidence of both sides; none without walls or free space
+    factors : (L,) plan metres per submap metre to try
+    max_candidates : limit of the result
+    """
+    if not (len(plan.walls) and len(sub.walls) and len(sub.free)):
+        return Candidates(np.zeros((0, 2, 2)), np.zeros((0, 2)))
+    field = _field(plan)
+    walls, free = _thinned(sub.walls, _MAX_WALLS), _thinned(sub.free, _MAX_FREE)
+    found = [_of_turn(field, walls, free, yaw, factors) for yaw in wall_turns(plan, sub)]
+    linear, translation, worth = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.argsort(-worth, kind='stable')[:max_candidates]
+    return Candidates(linear[order], translation[order])
+
+
+def _thinned(points: Array, limit: int) -> Array:
+    """Return at most ``limit`` of the points, every so many."""
+    return points[:: max(1, -(-len(points) // limit))]
+
+
+def wall_turns(plan: MapEvidence, sub: MapEvidence) -> Array:
+    """
+    Return the rotations (4 T,) [rad] that lay the submap's wall directions on the plan's.
+
+    Directions are compared modulo a right angle. A building of one direction gives four
+    rotations, one with oblique wings more.
+    """
+    plan_spectrum, sub_spectrum = (fft.rfft(_directions(side)) for side in (plan, sub))
+    match = fft.irfft(plan_spectrum * np.conj(sub_spectrum), n=_BINS)
+    match -= match.mean()
+    is_peak = (match >= np.roll(match, 1)) & (match > np.roll(match, -1))
+    is_peak[int(match.argmax())] = True
+    turns = np.flatnonzero(is_peak & (match >= _TURN_SHARE * match.max()))
+    turns = turns[np.argsort(-match[turns], kind='stable')][:_MAX_TURNS]
+    quarters = np.arange(4) * (np.pi / 2.0)
+    return np.asarray((turns * (np.pi / 2.0 / _BINS))[:, None] + quarters).ravel()
+
+
+def _directions(side: MapEvidence) -> Array:
+    """Return how much wall runs in each direction modulo a right angle, ``(90,)``, smoothed."""
+    smooth = cv2.GaussianBlur(side.wall_distance, (0, 0), _FACE_SMOOTHING_CELLS)
+    rows, cols = (
+        cv2.Sobel(smooth, cv2.CV_32F, *axes, ksize=_FACE_KERNEL) for axes in ((0, 1), (1, 0))
+    )
+    faces = side.observed & (side.wall_distance > 0.0) & (side.wall_distance < _FACE_M)
+    normals = np.stack([rows[faces], cols[faces]], axis=1) @ side.A_rc_xy[:, :2]
+    angle = np.mod(np.arctan2(normals[:, 1], normals[:, 0]), np.pi / 2.0)
+    bins = (angle * (_BINS / (np.pi / 2.0))).astype(np.int64) % _BINS
+    counts = np.bincount(bins, weights=np.square(normals).sum(axis=1), minlength=_BINS)
+    distance = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) / _BIN_SIGMA
+    kernel = np.exp(-0.5 * np.square(distance))
+    spread: Array = fft.irfft(fft.rfft(counts) * fft.rfft(kernel), n=_BINS)
+    return spread
+
+
+def _field(plan: MapEvidence) -> _Field:
+    """Return the plan's spectra with a margin around it, in which free space costs most."""
+    step = max(1, round(max(plan.wall_distance.shape) / _LONGER_SIDE))
+    sigma = max(_WALL_SIGMA_M, 0.5 * step * plan.cell_m)
+    near = np.exp(-0.5 * np.square(plan.wall_distance / np.float32(sigma)))
+    outside = np.minimum(plan.outside_depth / np.float32(_OUTSIDE_FULL_M), np.float32(1.0))
+    cost = np.maximum(outside, np.float32(_ON_WALL_COST) * near)
+    near, cost = _reduced(near, step, 0.0), _reduced(cost, step, 1.0)
+    margin = [int(np.ceil(_MARGIN * size)) for size in near.shape]
+    shape = tuple(
+        fft.next_fast_len(size + 2 * extra, real=True)
+        for size, extra in zip(near.shape, margin, strict=True)
+    )
+    pad = [
+        (extra, full - size - extra)
+        for size, extra, full in zip(near.shape, margin, shape, strict=True)
+    ]
+    A_px_xy = plan.A_rc_xy / step
+    A_px_xy[:, 2] += 0.5 / step - 0.5 + np.array(margin)
+    return _Field(
+        fft.rfft2(np.pad(near, pad)),
+        fft.rfft2(np.pad(cost, pad, constant_values=1.0)),
+        (shape[0], shape[1]),
+        A_px_xy,
+    )
+
+
+def _reduced(values: Image, step: int, beyond: float) -> Image:
+    """Return means of blocks of ``step`` by ``step`` cells; ``beyond`` fills the last ones."""
+    rows, cols = values.shape
+    padded = np.pad(values, ((0, -rows % step), (0, -cols % step)), constant_values=beyond)
+    size = (padded.shape[1] // step, padded.shape[0] // step)
+    return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+
+
+def _of_turn(
+    field: _Field, walls: Array, free: Array, yaw: float, factors: Array
+) -> tuple[Array, Array, Array]:
+    """Return linear parts (K, 2, 2), translations (K, 2) and worths (K,) of one rotation."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    rotation = np.array([[c, -s], [s, c]])
+    in_px = field.A_px_xy[:, :2]
+    placed = [points @ (in_px @ rotation).T for points in (walls, free)]
+    low = np.minimum(*(points.min(axis=0) for points in placed))
+    extent = np.maximum(*(points.max(axis=0) for points in placed)) - low
+    fitting = factors[(factors[:, None] * extent + 2.0 < field.shape).all(axis=1)]
+    maps = _correlation(field, placed[0] - low, placed[1] - low, fitting)
+    linear, shift, worth = [np.zeros((0, 2, 2))], [np.zeros((0, 2))], [np.zeros(0)]
+    for factor, values in zip(fitting, maps, strict=True):
+        inside = np.array(field.shape) - np.ceil(factor * extent).astype(np.int64)
+        peaks, heights = _peaks(values[: inside[0], : inside[1]])
+        linear.append(np.tile(factor * rotation, (len(peaks), 1, 1)))
+        shift.append(peaks - factor * low)
+        worth.append(heights + _SHRINK_COST * np.log(factor))
+    translation = (np.concatenate(shift) - field.A_px_xy[:, 2]) @ np.linalg.inv(in_px).T
+    return np.concatenate(linear), translation, np.concatenate(worth)
+
+
+def _correlation(field: _Field, walls: Array, free: Array, factors: Array) -> Image:
+    """Return the worth (L, H, W) of every shift of the points, which start at pixel 0."""
+    if len(factors) == 0:
+        return np.zeros((0, *field.shape), dtype=np.float32)
+    wall_spectra, free_spectra = (
+        np.conj(fft.rfft2(np.array([_raster(f * points, field.shape) for f in factors])))
+        for points in (walls, free)
+    )
+    total = wall_spectra * field.walls - free_spectra * field.costs
+    return np.asarray(fft.irfft2(total, s=field.shape), dtype=np.float32)
+
+
+def _raster(pixels: Array, shape: tuple[int, int]) -> Image:
+    """Return the share of the points in each pixel."""
+    index = np.rint(pixels).astype(np.int64)
+    flat = np.bincount(index[:, 0] * shape[1] + index[:, 1], minlength=shape[0] * shape[1])
+    return (flat / len(pixels)).astype(np.float32).reshape(shape)
+
+
+def _peaks(values: Image) -> tuple[Array, Array]:
+    """Return the highest peaks' (row, column) (K, 2) and heights (K,)."""
+    values = np.ascontiguousarray(values)
+    highest = cv2.dilate(values, np.ones((_PEAK_PIXELS, _PEAK_PIXELS), np.uint8))
+    index = np.flatnonzero(values >= highest)
+    heights = values.ravel()[index].astype(np.float64)
+    best = np.argsort(-heights, kind='stable')[:_PEAKS]
+    rows, cols = np.unravel_index(index[best], values.shape)
+    return np.stack([rows, cols], axis=1).astype(np.float64), heights[best]
