@@ -26,6 +26,10 @@ from fpnet_core.io.scans import Scan
 NOMINAL_PERIOD_NS = 1_000_000_000
 """Time between scans where the log's clock is useless: several logs print 10 digits too few."""
 
+MAX_LOG_BYTES = 10**9
+"""Of text, unpacked: two days of a planar scanner. More is refused."""
+
+_LONGEST_LINE = 10**6  # bytes
 _FIELD_OF_VIEW_RAD = np.pi  # of the SICK lasers behind FLASER
 _NO_RETURN_M = 30.0  # lasers report 32.8, 50, 51.1 or 81.9 m for no echo; no room is that long
 _MIN_RANGE_M = 0.05
@@ -69,14 +73,9 @@ class CarmenScans:
 
 
 def _read_log(path: Path) -> list[_Laser]:
-    try:
-        raw = path.read_bytes()
-        text = gzip.decompress(raw) if path.suffix == '.gz' else raw
-    except (OSError, EOFError, zlib.error) as error:
-        raise CloudFormatError(f'cannot read laser log {path}: {error}') from None
     parsers = {'FLASER': _parse_flaser, 'ROBOTLASER1': _parse_robotlaser}
     found: dict[str, list[_Laser]] = {name: [] for name in parsers}
-    for number, line in enumerate(text.decode('ascii', errors='replace').splitlines(), start=1):
+    for number, line in enumerate(_lines(path), start=1):
         words = line.split()
         if words and words[0] in parsers:
             try:
@@ -91,6 +90,22 @@ def _read_log(path: Path) -> list[_Laser]:
     if not lasers:
         raise CloudFormatError(f'{path} holds no FLASER or ROBOTLASER1 message: no laser scans')
     return lasers
+
+
+def _lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a log one by one: a few megabytes may unpack to gigabytes."""
+    left = MAX_LOG_BYTES
+    try:
+        with gzip.open(path) if path.suffix == '.gz' else path.open('rb') as file:
+            while line := file.readline(_LONGEST_LINE):
+                left -= len(line)
+                if left < 0:
+                    raise CloudFormatError(
+                        f'laser log {path} has more than {MAX_LOG_BYTES} bytes of text; split it'
+                    )
+                yield line.decode('ascii', errors='replace')
+    except (OSError, EOFError, zlib.error) as error:
+        raise CloudFormatError(f'cannot read laser log {path}: {error}') from None
 
 
 def _parse_flaser(words: list[str]) -> _Laser:

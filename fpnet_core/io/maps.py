@@ -130,7 +130,7 @@ def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
         )
     x, y, yaw = (_as_number(value, 'origin', path) for value in origin)
     image = fields.get('image')
-    if not isinstance(image, str) or not image:
+    if not isinstance(image, str) or not image or not image.isprintable():
         raise MapFormatError(f'{path}: image must name the map image, got {reprlib.repr(image)}')
     cells = _threshold(load_pixels(path.parent / image), fields, path)
     return GridMap(cells[::-1], resolution_m, SE2.from_xy_yaw(x, y, yaw))

@@ -107,10 +107,12 @@ class HeightTracker:
     ) -> Self:
         """Return a tracker that continues from :meth:`arrays`; ValueError for other shapes."""
         tracker = cls(config)
-        if histogram.shape != tracker._counts.shape or not np.isfinite(histogram).all():
-            raise ValueError(f'height histogram: got {histogram.shape}')
-        if heights_m.shape != (2,):
-            raise ValueError(f'heights: expected (2,), got {heights_m.shape}')
+        if histogram.shape != tracker._counts.shape or histogram.dtype != np.float64:
+            raise ValueError(f'height histogram: got {histogram.shape} {histogram.dtype}')
+        if heights_m.shape != (2,) or heights_m.dtype != np.float64:
+            raise ValueError(f'heights: expected (2,) float64, got {heights_m.shape}')
+        if not np.isfinite(histogram).all():
+            raise ValueError('height histogram: not finite')
         tracker._counts = histogram.astype(np.float64)
         base_m, tracker._sensor_height_m = map(float, heights_m)
         tracker._base_m = None if math.isnan(base_m) else base_m

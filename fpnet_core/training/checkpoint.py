@@ -53,7 +53,7 @@ def load_state(path: Path, network: nn.Module, optimizer: torch.optim.Optimizer)
             tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
             scalars: dict[str, Any] = json.loads(file.metadata()[_HEADER])
         network.load_state_dict(_below(tensors, _NETWORK))
-    except (SafetensorError, RuntimeError, KeyError, TypeError, ValueError) as error:
+    except (SafetensorError, OSError, RuntimeError, KeyError, TypeError, ValueError) as error:
         raise WeightsError(
             f'{path}: not a training state of this network '
             f'({str(error).splitlines()[0]}); remove it to start afresh'

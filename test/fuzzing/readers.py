@@ -3,6 +3,7 @@
 """Every reader of the product with a small valid input to start from."""
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 import gzip
 import hashlib
@@ -389,10 +390,11 @@ def _read_weights(path: Path) -> object:
 
 def _read_weights_rehashed(path: Path) -> object:
     """Read weights whose manifest has been given the hash of the damaged file."""
-    manifest_path = path.with_suffix('.json')
-    manifest = json.loads(manifest_path.read_text(encoding='utf-8'))
-    manifest['sha256'] = hashlib.sha256(path.read_bytes()).hexdigest()
-    manifest_path.write_text(json.dumps(manifest), encoding='utf-8')
+    with suppress(OSError, ValueError):
+        manifest_path = path.with_suffix('.json')
+        manifest = json.loads(manifest_path.read_text(encoding='utf-8'))
+        manifest['sha256'] = hashlib.sha256(path.read_bytes()).hexdigest()
+        manifest_path.write_text(json.dumps(manifest), encoding='utf-8')
     return _read_weights(path)
 
 

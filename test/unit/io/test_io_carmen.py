@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import CloudFormatError
-from fpnet_core.io import open_scans
+from fpnet_core.io import carmen, open_scans
 
 X, Y, YAW = 1.5, -2.25, 0.7
 
@@ -121,3 +121,11 @@ def test_mutated_logs_never_escape_the_error_type(tmp_path):
                 assert np.isfinite(scan.T_odom_sensor).all()
         except CloudFormatError:
             continue
+
+
+def test_logs_that_unpack_to_more_than_the_limit_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(carmen, 'MAX_LOG_BYTES', 10**5)
+    monkeypatch.setattr(carmen, '_LONGEST_LINE', 10**3)
+    (tmp_path / 'a.log.gz').write_bytes(gzip.compress(b'#' * 10**6))
+    with pytest.raises(CloudFormatError, match='more than 100000 bytes'):
+        open_scans(tmp_path / 'a.log.gz')

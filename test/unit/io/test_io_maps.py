@@ -132,6 +132,7 @@ def test_pixel_to_xy_agrees_with_the_raster_in_a_turned_frame():
         ({'origin': [0.0, 1.0]}, 'origin must be'),
         ({'origin': [0.0, 1.0, float('nan')]}, 'finite'),
         ({'image': None}, 'image must name'),
+        ({'image': 'a\0b'}, 'image must name'),
         ({'image': 'nowhere.png'}, 'nowhere.png does not exist'),
         ({'mode': 'fuzzy'}, 'mode must be one of'),
         ({'free_thresh': 0.7}, 'free_thresh <= occupied_thresh'),

@@ -244,6 +244,7 @@ def test_grid_becomes_a_submap():
         ('scans', np.zeros((3, 3), np.int64)),
         ('scans', np.zeros(3)),
         ('heights_m', np.zeros((2, 2))),
+        ('histogram', np.array('x')),
     ],
 )
 def test_saved_arrays_of_another_shape_are_refused(name, bad):
