@@ -4,7 +4,7 @@
 The configuration tree as a flat, documented list of keys.
 
 The documented ``config/fpnet.yaml`` and the nodes' parameter declarations both come from here.
-``python -m fpnet_core.config_docs`` prints the YAML file.
+``python -m fpnet_core.config_docs`` prints the YAML file, with ``markdown`` the reference page.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from fpnet_core.config import FpnetConfig, Section
 
 _COMMENT_WIDTH = 96
 _BOUNDS = ('ge', 'gt', 'le', 'lt')
+_UNITS = {'m': 'm', 'm2': 'm²', 's': 's', 'rad': 'rad', 'mps': 'm/s'}  # by the name's last word
 
 _HEADER = """\
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
@@ -33,6 +34,19 @@ _HEADER = """\
 # and the command line with fpnet localize --config fpnet.yaml; keys may be left out.
 # Generated from the configuration tree by python -m fpnet_core.config_docs.
 """
+
+
+_PAGE_HEADER = """\
+# Parameters
+
+Every key of the configuration, for the command line (`--config FILE`, `--set KEY=VALUE`) and, with
+the same names, for the [nodes](ros.md#parameters) that use it. Lengths are metres, angles radians.
+`config/fpnet.yaml` is this list with the defaults, as a
+file to change. Unknown keys and values out of range are errors.
+
+This page is generated: `python -m fpnet_core.config_docs markdown > docs/parameters.md`.
+"""
+_COLUMNS = ('key', 'type', 'unit', 'range', 'default', 'what it does')
 
 
 @dataclass(frozen=True)
@@ -60,6 +74,11 @@ class ConfigField:
         signs = {'ge': '>=', 'gt': '>', 'le': '<=', 'lt': '<'}
         return ', '.join(f'{signs[name]} {value:g}' for name, value in self.bounds.items())
 
+    @property
+    def unit(self) -> str:
+        """The unit that the key's name ends with, empty for a pure number or text."""
+        return _UNITS.get(self.key.rpartition('.')[2].rpartition('_')[2], '')
+
 
 def config_fields(section: type[Section] = FpnetConfig, prefix: str = '') -> Iterator[ConfigField]:
     """Yield every key below ``section`` in the order of declaration, dotted from ``prefix``."""
@@ -76,6 +95,41 @@ def render_yaml(config: FpnetConfig | None = None) -> str:
     lines = [_HEADER, '/**:', '  ros__parameters:']
     lines += _render_section(FpnetConfig, config or FpnetConfig(), '    ')
     return '\n'.join(lines) + '\n'
+
+
+def render_markdown() -> str:
+    """Return the reference page of the whole tree, one table for each section."""
+    sections: dict[str, list[ConfigField]] = {}
+    for field in config_fields():
+        sections.setdefault(field.key.rpartition('.')[0], []).append(field)
+    parts = [_PAGE_HEADER]
+    for name, fields in sections.items():
+        parts.append(f'## {name or "Top level"}\n\n{_section_summary(name)}\n')
+        rows = [_COLUMNS, ('---',) * len(_COLUMNS), *map(_table_row, fields)]
+        parts.append('\n'.join(f'| {" | ".join(row)} |' for row in rows) + '\n')
+    return '\n'.join(parts)
+
+
+def _section_summary(name: str) -> str:
+    section: Any = FpnetConfig()
+    for part in name.split('.') if name else ():
+        section = getattr(section, part)
+    if not name:
+        return 'What concerns all parts.'
+    summary = (type(section).__doc__ or '').strip().splitlines()[0]
+    return summary.replace(':mod:', '')
+
+
+def _table_row(field: ConfigField) -> tuple[str, ...]:
+    kind = f'list of {field.kind.__name__}' if field.is_list else field.kind.__name__
+    return (
+        f'`{field.key}`',
+        kind,
+        field.unit,
+        field.constraint,
+        f'`{_scalar(field.default)}`',
+        field.description.replace(':mod:', '').replace('|', '\\|'),
+    )
 
 
 def _leaf(key: str, info: FieldInfo) -> ConfigField:
@@ -137,4 +191,4 @@ def _scalar(value: Any) -> str:
 
 
 if __name__ == '__main__':
-    sys.stdout.write(render_yaml())
+    sys.stdout.write(render_markdown() if sys.argv[1:] == ['markdown'] else render_yaml())

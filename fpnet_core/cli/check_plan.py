@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from fpnet_core.evaluation.plan_check import PlanCheck
     from fpnet_core.types import GridMap
 
-_YAML_SUFFIXES = ('.yaml', '.yml')
-
 
 def command(
     plan: Annotated[
@@ -83,10 +81,11 @@ def command(
 def _read(path: Path, resolution_m: float | None, tree: FpnetConfig) -> tuple[GridMap, bool]:
     """Return the floorplan in metres, and whether its scale was given."""
     from fpnet_core.io import read_map
+    from fpnet_core.io.maps import YAML_SUFFIXES
     from fpnet_core.segmentation import segment_unknown_scale
 
     grid = read_map(path, resolution_m)
-    if resolution_m is not None or path.suffix.lower() in _YAML_SUFFIXES:
+    if resolution_m is not None or path.suffix.lower() in YAML_SUFFIXES:
         return grid, True
     _, scale = segment_unknown_scale(grid, tree.segmentation)
     return read_map(path, grid.resolution * scale.factor), False

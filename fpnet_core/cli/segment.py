@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from fpnet_core.segmentation import ScaleEstimate
     from fpnet_core.types import GridMap, Segmentation, Submap
 
-_MAP_SUFFIXES = ('.yaml', '.yml', '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
-_YAML_SUFFIXES = ('.yaml', '.yml')
-
 
 def command(
     source: Annotated[
@@ -57,11 +54,13 @@ def command(
     """
     tree = common.load(config, settings)
     common.check_input(source)
+    from fpnet_core.io.maps import MAP_SUFFIXES, YAML_SUFFIXES
+
     suffix = source.suffix.lower()
-    is_map = source.is_file() and suffix in _MAP_SUFFIXES
+    is_map = source.is_file() and suffix in MAP_SUFFIXES
     subject: GridMap | Submap
     subject = _read_map(source, resolution_m, as_submap) if is_map else _read_submap(source, tree)
-    scale_is_known = not is_map or suffix in _YAML_SUFFIXES or resolution_m is not None
+    scale_is_known = not is_map or suffix in YAML_SUFFIXES or resolution_m is not None
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)

@@ -27,7 +27,12 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 DEFAULT_RESOLUTION_M = 0.05
 """Nominal edge of a pixel of a bare image whose scale nobody gave."""
 
-_YAML_SUFFIXES = ('.yaml', '.yml')
+YAML_SUFFIXES = ('.yaml', '.yml')
+"""Of map_server files, which state their scale."""
+
+MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
+"""Of the floorplans and robot maps that :func:`read_map` reads."""
+
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196  # map_saver's; a pixel of 205 stays unknown
 _SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 _MODES = ('trinary', 'scale', 'raw')
@@ -60,7 +65,7 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:
     path = Path(path)
     if resolution_m is not None and not (np.isfinite(resolution_m) and resolution_m > 0.0):
         raise MapFormatError(f'resolution must be positive metres per pixel, got {resolution_m}')
-    if path.suffix.lower() in _YAML_SUFFIXES:
+    if path.suffix.lower() in YAML_SUFFIXES:
         grid = _read_yaml_map(path, resolution_m)
     else:
         resolution_m = resolution_m or DEFAULT_RESOLUTION_M

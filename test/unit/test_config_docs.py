@@ -9,10 +9,11 @@ import pytest
 import yaml
 
 from fpnet_core.config import FpnetConfig, Section, load_config
-from fpnet_core.config_docs import ConfigField, config_fields, render_yaml
+from fpnet_core.config_docs import ConfigField, config_fields, render_markdown, render_yaml
 from fpnet_core.errors import ConfigError
 
-SHIPPED = Path(__file__).parents[2] / 'config' / 'fpnet.yaml'
+ROOT = Path(__file__).parents[2]
+SHIPPED, PAGE = ROOT / 'config' / 'fpnet.yaml', ROOT / 'docs' / 'parameters.md'
 
 
 class _Inner(Section):
@@ -34,6 +35,18 @@ def test_the_shipped_file_is_the_rendered_one():
     assert SHIPPED.read_text(encoding='utf-8') == render_yaml(), (
         'run: python -m fpnet_core.config_docs > config/fpnet.yaml'
     )
+
+
+def test_the_reference_page_is_the_rendered_one():
+    assert PAGE.read_text(encoding='utf-8') == render_markdown(), (
+        'run: python -m fpnet_core.config_docs markdown > docs/parameters.md'
+    )
+
+
+def test_the_reference_has_unit_range_and_default():
+    page = render_markdown()
+    assert '| `submap.resolution_m` | float | m | >= 0.02, <= 0.2 | `0.05` | Cell edge' in page
+    assert page.count('\n| `') == len(list(config_fields()))
 
 
 def test_the_shipped_file_loads_as_the_defaults():

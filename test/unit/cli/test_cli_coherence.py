@@ -62,6 +62,16 @@ def test_shared_options_are_the_same_everywhere(name):
         assert (option.help, option.metavar) == (expected.help, expected.metavar), words
 
 
+def test_settings_are_keys_and_values_and_outputs_are_places():
+    """Some commands say what their folder holds, and pictures are files, not folders."""
+    for words, command in command_tree().items():
+        known = options(command)
+        if '--set' in known:
+            assert known['--set'].metavar == 'KEY=VALUE', words
+        if '--out' in known:
+            assert known['--out'].metavar in ('DIR', 'FILE'), words
+
+
 def test_every_command_shows_an_example():
     for words, command in command_tree().items():
         assert f'Example: fpnet {" ".join(words)}' in ' '.join(command.help.split()), words
