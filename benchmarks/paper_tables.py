@@ -134,7 +134,7 @@ def bench(runs: Path, pair_set: str, limit: int, *options: object) -> dict[str, 
     """Return what ``fpnet bench matching`` says of every method on one set."""
     path = runs / f'{pair_set}_{limit}.json'
     if not path.exists():
-        run('bench', 'matching', '--pairs', pair_set, '--limit', limit, '--json', path,
+        run('bench', 'matching', '--set', pair_set, '--limit', limit, '--json', path,
             '--out', runs / 'predictions', *options)  # fmt: skip
     report: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
     return report
@@ -147,7 +147,7 @@ def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
     if not path.exists():
         config = path.with_suffix('.yaml')
         config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
-        run('bench', 'matching', '--pairs', 'synthetic', '--limit', limit, '--json', path,
+        run('bench', 'matching', '--set', 'synthetic', '--limit', limit, '--json', path,
             '--methods', 'fpnet', '--weights', runs / 'ablations' / name / 'matcher.safetensors',
             '--config', config)  # fmt: skip
     figures: dict[str, float] = json.loads(path.read_text(encoding='utf-8'))['methods']['fpnet']

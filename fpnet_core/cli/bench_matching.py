@@ -54,9 +54,7 @@ CacheOption = Annotated[
 
 
 def command(
-    pair_set: Annotated[
-        PairSet, typer.Option('--pairs', help='Kind of pairs.')
-    ] = PairSet.SYNTHETIC,
+    pair_set: Annotated[PairSet, typer.Option('--set', help='Kind of pairs.')] = PairSet.SYNTHETIC,
     data: DataOption = None,
     plans: PlansOption = None,
     split: Annotated[
@@ -78,7 +76,7 @@ def command(
 
     Methods whose weights are not packaged are named and left out.
 
-    Example: fpnet bench matching --pairs synthetic --limit 100 --json out/bench.json
+    Example: fpnet bench matching --set synthetic --limit 100 --json out/bench.json
     """
     tree = common.load(config, [f'matcher.weights={weights}'] if weights else None)
     if pair_set is PairSet.ROBOT:

@@ -66,7 +66,7 @@ def test_settings_are_keys_and_values_and_outputs_are_places():
     """Some commands say what their folder holds, and pictures are files, not folders."""
     for words, command in command_tree().items():
         known = options(command)
-        if '--set' in known:
+        if '--set' in known and words != ('bench', 'matching'):  # there it names a set of pairs
             assert known['--set'].metavar == 'KEY=VALUE', words
         if '--out' in known:
             assert known['--out'].metavar in ('DIR', 'FILE'), words
