@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Every command of the README and the tutorial is executed: here, or by the test that is named here.
+
+A command that is neither run nor named fails, and so does an entry for one that is gone.
+"""
+
+from pathlib import Path
+import re
+import shlex
+import shutil
+
+from documents import ROOT, commands
+import numpy as np
+from PIL import Image
+import pytest
+
+from fpnet_core.cli import main
+
+DOCUMENTS = ('README.md', 'docs/tutorial.md')
+
+_SMALL_NETWORK = '--epochs 1 --set network.width=8 --set network.layers=1'
+
+RUN = {
+    'fpnet check-plan my_plan.png --out out/check': '--tours 0',
+    'fpnet check-plan drive/floorplan.yaml --tours 0 --out out/check': '',
+    'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',
+    'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
+    'fpnet segment plan.png --plot regions.png': '',
+    'fpnet segment drive/floorplan.yaml --plot rooms.png': '',
+    'fpnet simulate recording --out drive --seed 7 --sensor beams16': (
+        '--plan my_plan.png --sensor planar'
+    ),
+    'fpnet simulate recording --out drive --seed 7 --sensor planar --wheels': (
+        '--plan my_plan.png'
+    ),
+    'fpnet simulate recording --out mine --plan my_plan.png': '--sensor planar',
+    'fpnet simulate pairs --out pairs --count 2000 --seed 1': '--count 12',
+    'fpnet train --data pairs --out run': _SMALL_NETWORK,
+    'fpnet finetune --plan my_plan.png --out run': '--count 20 --epochs 1',
+    'fpnet localize drive/bag --floorplan drive/floorplan.yaml --truth drive/truth.tum '
+    '--out out/run': '',
+}
+"""Commands that run here, with what is added to make them cheap."""
+
+ELSEWHERE = {
+    'make demo': 'test/ros/test_ros_demo.py::test_a_session_leaves_its_files_and_no_process',
+    'make test': '.ci/run::make test',
+    'colcon build --packages-select fpnet_ros': 'test/ros/conftest.py::colcon',
+    'source install/setup.bash': 'test/ros/conftest.py::colcon',
+    'ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=/lidar/points': (
+        'test/ros/test_ros_launch.py::test_nodes_exist_and_declare_what_they_are_given'
+    ),
+    'ros2 run fpnet_ros localizer': 'test/ros/test_ros_chain.py::'
+    'every node from the colcon install space',
+    'fpnet simulate stats --plot stats.png': 'test/unit/cli/test_cli_simulate_plans.py::'
+    'test_stats_compare_with_labelled_drawings',
+    'fpnet bench segmentation': 'test/real/test_real_segmentation.py::'
+    'test_benchmark_reports_fractions_for_plans_and_robot_maps',
+    'fpnet bench matching': 'test/unit/evaluation/test_bench_matching.py::'
+    'test_methods_are_scored_on_the_same_pairs',
+    'fpnet bench localization': 'test/integration/test_bench_localization_case.py::'
+    'test_the_command_reports_and_names_what_it_skipped',
+    'fpnet bench calibration': 'test/unit/cli/test_bench_calibration_cli.py::'
+    'test_without_a_fit_the_constants_in_force_are_measured',
+    'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::test_every_rate_is_counted',
+    'evo_ape tum drive/truth.tum out/run/poses.tum --align --correct_scale': (
+        'test/unit/report/test_run_exports.py::test_evo_reads_the_trajectories'
+    ),
+}
+"""Commands that a test or CI executes elsewhere: file and what to find in it."""
+
+DOCUMENTED = {command: name for name in DOCUMENTS for command in commands(name)}
+
+
+def test_every_command_is_run_or_named():
+    missing = {c: name for c, name in DOCUMENTED.items() if c not in RUN and c not in ELSEWHERE}
+    assert missing == {}, 'run them here, or name the test that does'
+    assert sorted({*RUN, *ELSEWHERE} - set(DOCUMENTED)) == [], 'no longer in the documents'
+
+
+@pytest.mark.parametrize('place', sorted(set(ELSEWHERE.values())))
+def test_named_tests_exist(place):
+    path, _, what = place.partition('::')
+    text = (ROOT / path).read_text(encoding='utf-8')
+    assert re.search(rf'def {what}\b' if what.startswith('test_') else re.escape(what), text)
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    """Hold the files that the documents' commands name, of a building of two rooms."""
+    folder = tmp_path_factory.mktemp('documents')
+    picture = np.full((140, 240), 178, np.uint8)
+    picture[16:124, 16:224] = 0
+    picture[20:120, 20:140] = 255
+    picture[20:120, 144:220] = 255
+    picture[60:80, 140:144] = 255
+    for name in ('my_plan.png', 'plan.png'):
+        Image.fromarray(picture).save(folder / name)
+    robot_map = picture.copy()
+    robot_map[:, 190:] = 178  # not seen yet
+    Image.fromarray(robot_map).save(folder / 'robot_map.png')
+    made = folder / 'made'
+    words = ['simulate', 'recording', '--out', made, '--plan', folder / 'plan.png']
+    assert call([*words, '--sensor', 'planar', '--wheels']) == 0
+    shutil.copytree(made / 'bag', folder / 'drive.bag')
+    shutil.copy(made / 'floorplan.yaml', folder / 'plan.yaml')
+    shutil.copy(made / 'floorplan.png', folder)
+    return folder
+
+
+def call(words):
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    return ended.value.code or 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('document', DOCUMENTS)
+def test_commands_do_what_they_say(folder, monkeypatch, document):
+    """In the order of the document, whose later commands use what earlier ones wrote."""
+    monkeypatch.chdir(folder)
+    for name in ('drive', 'mine', 'pairs', 'run', 'out'):
+        shutil.rmtree(name, ignore_errors=True)
+    for command in commands(document):
+        if command in RUN:
+            words = shlex.split(f'{command} {RUN[command]}')
+            assert call(words[1:]) == 0, command
+            for option in ('--out', '--plot'):
+                if option in words:
+                    assert Path(words[words.index(option) + 1]).exists(), command
+            shutil.rmtree('run', ignore_errors=True)  # train and finetune have the same folder
