@@ -102,6 +102,7 @@ class HypothesisTracker:
         """Forget everything: new plan, new odometry frame."""
         self._leader: Affine2D | None = None
         self._wins = 0
+        self._sure_wins = 0
         self._probability = 0.0
         self._claimed = False
         self._was_localized = False
@@ -114,7 +115,7 @@ class HypothesisTracker:
         """Tell whether the next tick should look at the plan's mirror image, too."""
         if self._claimed:
             return False
-        soon = self._wins + 1 >= self._config.confirm_ticks
+        soon = self._sure_wins + 1 >= self._config.confirm_ticks
         near_claim = soon and self._probability >= self._config.release_probability
         return near_claim or self._ticks_since_mirror + 1 >= self._config.mirror_check_ticks
 
@@ -153,12 +154,14 @@ class HypothesisTracker:
             return self._nothing_found(p)
         points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
         self._count_win(estimates[0].A_plan_submap @ A_submap_odom, points_odom)
-        confirmed = self._wins >= self._config.confirm_ticks
+        is_sure = p >= self._config.claim_probability
+        # A new leader has won once, whatever the one before it did.
+        self._sure_wins = min(self._sure_wins + 1, self._wins) if is_sure else 0
+        needed = self._config.confirm_ticks
         if self._claimed:
-            self._claimed = confirmed and kept[0] >= self._config.release_probability
+            self._claimed = self._wins >= needed and kept[0] >= self._config.release_probability
         else:
-            is_sure = p >= self._config.claim_probability and mirrored_score is not None
-            self._claimed = confirmed and is_sure
+            self._claimed = self._sure_wins >= needed and mirrored_score is not None
         self._was_localized |= self._claimed
         status = Status.LOCALIZED if self._claimed else Status.AMBIGUOUS
         return Belief(status, estimates[0], p)
@@ -182,7 +185,7 @@ class HypothesisTracker:
 
     def _nothing_found(self, p: float) -> Belief:
         self._claimed = False
-        self._leader, self._wins = None, 0
+        self._leader, self._wins, self._sure_wins = None, 0, 0
         return Belief(Status.LOST if self._was_localized else Status.SEARCHING, None, p)
 
     def _count_win(self, A_plan_odom: Affine2D, points_odom: NDArray[np.float64]) -> None:

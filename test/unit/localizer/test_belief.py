@@ -73,6 +73,13 @@ def test_the_same_gap_says_more_between_good_scores():
     assert good > 0.99 > 0.95 > poor
 
 
+def test_a_claim_asks_for_its_probability_at_every_tick_that_confirms_it():
+    tracker = HypothesisTracker(CONFIG, 1.0)
+    sure, unsure = (placed(HERE, 0.9),), (placed(HERE, 0.9), placed(THERE, 0.88))
+    assert feed(tracker, unsure, unsure, sure, sure) == [Status.AMBIGUOUS] * 4
+    assert feed(tracker, unsure, sure, sure, sure)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
+
+
 def test_rivals_that_are_all_poor_are_none_of_these():
     poor = (placed(HERE, 0.4), placed(THERE, 0.35))
     assert feed(HypothesisTracker(CONFIG, 1.0), poor, poor) == [Status.SEARCHING] * 2
