@@ -19,6 +19,7 @@ from fpnet_core.report.pictures import Picture, segmentation_picture
 from fpnet_core.report.record import RunRecord, best_placement_errors, published_errors
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
+from fpnet_core.viz.segmentation import label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
@@ -104,9 +105,10 @@ def add_rooms(
 ) -> None:
     """Name the rooms where they are; what they measure, and a note, show below the pointer."""
     rooms, said = segmentation.rooms, notes or {}
+    places = [label_xy(room) for room in rooms]
     figure.add_scatter(
-        x=[float(room.centroid[0]) for room in rooms],
-        y=[float(room.centroid[1]) for room in rooms],
+        x=[x for x, _ in places],
+        y=[y for _, y in places],
         text=[str(room.id) for room in rooms],
         mode='text',
         textfont={'size': 11, 'color': '#444444'},

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fpnet_core.report.pictures import segmentation_picture
 from fpnet_core.report.record import RunRecord, best_placement_errors
 from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
-from fpnet_core.viz.segmentation import Colour, region_colour
+from fpnet_core.viz.segmentation import Colour, label_xy, region_colour
 
 MAX_MOMENTS = 90
 """More ticks than this are thinned out: the file must stay small enough to be mailed."""
@@ -99,7 +99,7 @@ def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> 
         'rooms': len(sub.rooms),
         'doors': len(sub.doors),
         'labels': [
-            [*np.round(room.centroid, 2).tolist(), str(partners[room.id][0])]
+            [*np.round(label_xy(room), 2).tolist(), str(partners[room.id][0])]
             for room in sub.rooms
             if room.id in partners
         ],

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+import shapely
+from shapely.geometry import Polygon
 
-from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
+from fpnet_core.types import FREE, OCCUPIED, GridMap, Region, Segmentation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,6 +32,17 @@ def region_colour(region_id: int) -> Colour:
     hue = (region_id * _GOLDEN) % 1.0
     value = (0.95, 0.75, 0.85)[region_id % 3]
     return colorsys.hsv_to_rgb(hue, 0.55, value)
+
+
+def label_xy(region: Region) -> tuple[float, float]:
+    """
+    Return where a region's name is written: the middle of the largest circle inside it.
+
+    The centroid of an L-shaped corridor lies in another room.
+    """
+    circle = shapely.maximum_inscribed_circle(shapely.make_valid(Polygon(region.polygon)), 0.1)
+    x, y = circle.coords[0]
+    return float(x), float(y)
 
 
 def draw_grid(ax: Axes, grid: GridMap) -> None:
@@ -56,7 +69,7 @@ def draw_segmentation(
     Draw rooms as tinted cells and doors as lines over whatever ``ax`` shows.
 
     ``colours`` overrides the colour of a region by id, so that matched regions of plan and
-    submap can share one; ``with_ids`` writes each room's id at its centroid.
+    submap can share one; ``with_ids`` writes each room's id into it.
     """
     chosen = colours or {}
     tint = np.zeros((*segmentation.labels.shape, 4))
@@ -66,7 +79,7 @@ def draw_segmentation(
             _TINT,
         )
         if with_ids:
-            ax.annotate(str(room.id), tuple(room.centroid), ha='center', va='center', fontsize=7)
+            ax.annotate(str(room.id), label_xy(room), ha='center', va='center', fontsize=7)
     _show_raster(ax, segmentation.grid, tint)
     for portal in segmentation.portals:
         style = '-' if portal.rooms[1] is not None else ':'
