@@ -36,6 +36,8 @@ _BEYOND_CELLS = 40
 _UNSEEN_CREDIT_M = 0.5
 # Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
 _RIM_M = 0.2
+# Of that rim, what lies so near to returns: farther from any it may be a wall that no ray met [m].
+_RIM_REACH_M = 0.1
 # A wall's face lies so far inside of the cells that hold its returns [m].
 _SCATTER_M = 0.05
 # A disc of this diameter must pass wherever a seen room counts as seen [m].
@@ -171,7 +173,7 @@ def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
     A gap between two free spaces without any return stays: a wall seen at grazing angles only.
     """
     known = closed(free | wall, max(1, round(_RIM_M / cell_m)))
-    return free | known & ~wall & _grown(wall, _SCATTER_M, cell_m)
+    return free | known & ~wall & _grown(wall, _RIM_REACH_M, cell_m)
 
 
 def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[np.int32]:
