@@ -146,6 +146,8 @@ def _pcd_dtype(header: dict[str, list[str]]) -> np.dtype[Any]:
     counts = header.get('COUNT', ['1'] * len(names))
     if not len(names) == len(sizes) == len(kinds) == len(counts):
         raise ValueError('FIELDS, SIZE, TYPE and COUNT have different lengths')
+    if min(map(int, counts)) < 1:
+        raise ValueError(f'COUNT holds {" ".join(counts)}; a field has at least one value')
     fields: list[Any] = []
     for index, name in enumerate(names):
         # Padding is written as fields called "_", several times over.

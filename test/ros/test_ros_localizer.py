@@ -194,7 +194,7 @@ def test_scans_without_odometry_are_dropped_and_named_and_late_odometry_is_welco
 def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(bench):
     diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
     statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
-    limit, sent = 1, 60
+    limit, burst = 1, 60
     node = bench.start('localizer', {'localizer.tick_period_s': 0.2, 'max_pending_scans': limit})
     floorplans = bench.node.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
     floorplans.publish(grid_to_msg(_two_rooms(), START_NS, 'drawing'))
@@ -205,13 +205,17 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     def reports():
         return [report_from_msg(status) for msg in diagnostics for status in msg.status]
 
-    for index in range(sent):  # as fast as they can be sent: no machine keeps up
+    for index in range(burst):  # as fast as they can be sent: no machine keeps up
         robot.send_large(index)
-    robot.send(sent)
-    newest_ns = START_NS + sent * PERIOD_NS
-    served = lambda: report_from_msg(statuses[-1]).stamp_ns == newest_ns  # noqa: E731
-    # What waits in the node and before it, and a tick: not everything that was sent.
-    assert bench.wait_for(served, 60.0), (report_from_msg(statuses[-1]), node.log_tail())
+    newest_ns = START_NS + burst * PERIOD_NS
+    served = lambda: report_from_msg(statuses[-1]).stamp_ns >= newest_ns  # noqa: E731
+    # What waits in the node and before it, and a tick: not everything that was sent. The robot
+    # goes on sending, since clouds come by best effort and any one may be lost on the way.
+    for sent in range(burst, burst + 30):
+        robot.send(sent)
+        if bench.wait_for(served, 2.0):
+            break
+    assert served(), (report_from_msg(statuses[-1]), node.log_tail())
     counted = lambda: reports() and reports()[-1].values['scans'] > 0  # noqa: E731
     assert bench.wait_for(counted)
     last = reports()[-1].values

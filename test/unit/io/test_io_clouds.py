@@ -106,6 +106,7 @@ def test_points_that_are_not_finite_are_dropped(tmp_path):
         ('a.ply', ply('binary_big_endian').replace(b'vertex 3', b'vertex 3000000'), 'truncated'),
         ('a.pcd', pcd('binary').replace(b'POINTS 3', b'POINTS 4'), 'truncated'),
         ('a.pcd', pcd('binary').replace(b'SIZE 4 ', b'SIZE '), 'different lengths'),
+        ('a.pcd', pcd('binary').replace(b'DATA binary', b'COUNT 0 1 1 4 1\nDATA binary'), 'least'),
         ('a.pcd', pcd('binary').replace(b'DATA binary', b'DATA zipped'), 'unknown PCD encoding'),
         ('a.pcd', b'FIELDS x y z\n', 'no DATA line'),
         ('a.npy', b'\x93NUMPY junk', 'damaged'),
