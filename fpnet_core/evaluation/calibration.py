@@ -27,6 +27,7 @@ from fpnet_core.localizer.maps import MapMatch, match_maps
 from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import MapSide, StageTimer, compare, plan_side
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.metrics import expected_calibration_error, reliability_bins
 from fpnet_core.pose import map_evidence
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.pairs import PairScene, generate_scene
@@ -42,7 +43,6 @@ REAL_RIGHT_M = 2.0
 FOREIGN_PLANS = 2
 """Each generated map is also compared with so many other buildings' plans."""
 
-BINS = 10
 _LEAST_PROBABILITY = 1e-6  # of the truth; one hopeless trial must not decide the fit
 _FITTED = (
     'evidence_per_m',
@@ -78,9 +78,9 @@ class Trial:
 @dataclass(frozen=True, eq=False)
 class Reliability:
     """
-    Claimed against true, in ``BINS`` bins of the best placement's probability.
+    Claimed against true, in bins of the best placement's probability.
 
-    ``claimed``, ``true`` and ``count`` are ``(BINS,)``, NaN where a bin is empty. ``ece`` is
+    ``claimed``, ``true`` and ``count`` are ``(10,)``, NaN where a bin is empty. ``ece`` is
     the expected calibration error. Claims are trials at or above the claim probability.
     """
 
@@ -236,21 +236,16 @@ def _truth_index(trial: Trial) -> int:
 def reliability(trials: Sequence[Trial], config: LocalizerConfig) -> Reliability:
     """Compare what the posterior claims of each trial's best placement with the truth."""
     tried = [trial for trial in trials if len(trial.scores)]
-    p = np.array([trial.probabilities(config)[0] for trial in tried])
-    right = np.array([trial.truth == 0 for trial in tried])
-    foreign = np.array([trial.is_foreign for trial in tried])
+    p = np.array([trial.probabilities(config)[0] for trial in tried], dtype=np.float64)
+    right = np.array([trial.truth == 0 for trial in tried], dtype=np.bool_)
+    foreign = np.array([trial.is_foreign for trial in tried], dtype=np.bool_)
     is_claim = p >= config.claim_probability
-    which = np.minimum((p * BINS).astype(int), BINS - 1)
-    count = np.bincount(which, minlength=BINS)
-    with np.errstate(invalid='ignore'):
-        claimed = np.bincount(which, weights=p, minlength=BINS) / count
-        true = np.bincount(which, weights=right, minlength=BINS) / count
-    gap = np.nan_to_num(np.abs(claimed - true))
+    claimed, true, count = reliability_bins(p, right)
     return Reliability(
         claimed=claimed,
         true=true,
         count=count,
-        ece=float((gap * count).sum() / max(len(tried), 1)),
+        ece=expected_calibration_error(p, right),
         claims=int(is_claim.sum()),
         wrong_claims=int((is_claim & ~right).sum()),
         foreign_trials=sum(trial.is_foreign for trial in trials),

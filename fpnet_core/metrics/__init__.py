@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pure functions that score results; shared by training, evaluation and tests."""
 
-from fpnet_core.metrics.calibration import expected_calibration_error
+from fpnet_core.metrics.calibration import expected_calibration_error, reliability_bins
 from fpnet_core.metrics.matching import MatchCounts, count_matches, matching_score
 from fpnet_core.metrics.placement import PlacementError, auc, placement_error
 
@@ -14,4 +14,5 @@ __all__ = [
     'expected_calibration_error',
     'matching_score',
     'placement_error',
+    'reliability_bins',
 ]

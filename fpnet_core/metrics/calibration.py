@@ -10,17 +10,31 @@ from numpy.typing import NDArray
 BINS = 10
 
 
+def reliability_bins(
+    probability: NDArray[np.float64], is_right: NDArray[np.bool_], bins: int = BINS
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """
+    Return mean probability, share of right ones and count in ``bins`` equal parts of [0, 1].
+
+    Each ``(bins,)``, the first two NaN where a bin is empty.
+    """
+    part = np.minimum((probability * bins).astype(np.int64), bins - 1)
+    count = np.bincount(part, minlength=bins)
+    filled = np.where(count > 0, count, np.nan)
+    stated = np.bincount(part, weights=probability, minlength=bins) / filled
+    right = np.bincount(part, weights=is_right, minlength=bins) / filled
+    return stated, right, count
+
+
 def expected_calibration_error(
     probability: NDArray[np.float64], is_right: NDArray[np.bool_], bins: int = BINS
 ) -> float:
     """
     Return the mean distance of stated probabilities ``(K,)`` from how often they were right.
 
-    Over ``bins`` equal parts of [0, 1], weighted by how many fall into each; 0 for none.
+    Over the :func:`reliability_bins`, weighted by how many fall into each; 0 for none.
     """
     if not len(probability):
         return 0.0
-    part = np.minimum((probability * bins).astype(int), bins - 1)
-    stated = np.bincount(part, weights=probability, minlength=bins)
-    right = np.bincount(part, weights=is_right, minlength=bins)
-    return float(np.abs(stated - right).sum() / len(probability))
+    stated, right, count = reliability_bins(probability, is_right, bins)
+    return float(np.nansum(np.abs(stated - right) * count) / len(probability))

@@ -20,7 +20,7 @@ _GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
 _LOOK_POINTS, _LOOK_KEEPS = 250, 20
 """Wall and free samples of a look at a candidate, and how many per refined one it keeps."""
 
-_SAME_BASIN_M = 0.3
+SAME_BASIN_M = 0.3
 """Roughly refined candidates nearer than this end at the same place."""
 
 _SURROUNDINGS_M = 5.0
@@ -114,7 +114,7 @@ def _worth_more(
         plan, sub, rough.linear, rough.translation, config.wall_sigma_m, _LOOK_POINTS
     )
     ranked = rough.take(np.argsort(-support, kind='stable'))
-    return ranked.take(distinct(ranked, places, _SAME_BASIN_M, 2 * config.max_estimates))
+    return ranked.take(distinct(ranked, places, SAME_BASIN_M, 2 * config.max_estimates))
 
 
 def distinct(

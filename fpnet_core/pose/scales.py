@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import Affine2D
-from fpnet_core.pose.estimate import distinct
+from fpnet_core.pose.estimate import SAME_BASIN_M, distinct
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.hypotheses import Candidates
 from fpnet_core.pose.refine import FINE, Effort, Freedom, Refined, refine
@@ -31,9 +31,6 @@ _CHANCE_SCORE = 0.4
 _NEAR = Effort((0.4, 0.3), 200)
 """Of candidates that are right within half a metre: the few walls of a small map give way to a
 wider kernel and end up anywhere."""
-
-_SAME_BASIN_M = 0.3
-"""Roughly refined candidates nearer than this end at the same place."""
 
 _LOOKED_AT = 3
 """So many times the reported placements are refined finely."""
@@ -61,7 +58,7 @@ def estimates_across_scales(
     At most ``max_estimates`` estimates, by worth and not by score; empty for no candidates.
     """
     near = refine(plan, sub, candidates.linear, candidates.translation, freedom, _NEAR)
-    best, _ = _ranked(plan, sub, near, config, _SAME_BASIN_M, _LOOKED_AT * config.max_estimates)
+    best, _ = _ranked(plan, sub, near, config, SAME_BASIN_M, _LOOKED_AT * config.max_estimates)
     near = Refined(near.linear[best], near.translation[best], near.cov[best])
     fine = refine(plan, sub, near.linear, near.translation, freedom, FINE)
     # Where the map has little to hold on to, the last step may lead away.

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.evaluation.localization.records import Record
+from fpnet_core.metrics import expected_calibration_error
 
 PRODUCT = 'fpnet'
 """The localizer's name among the methods."""
-
-ECE_BINS = 10
 
 Figures = dict[str, float | int | None]
 
@@ -64,28 +63,12 @@ def figures(records: Sequence[Record]) -> Figures:
     }
 
 
-def reliability(beliefs: Sequence[tuple[float, bool]]) -> tuple[NDArray[np.float64], ...]:
-    """
-    Return mean probability, share of right ones and number of beliefs in each of the bins.
-
-    Three arrays ``(ECE_BINS,)``; the first two are NaN where a bin is empty.
-    """
-    p = np.array([belief[0] for belief in beliefs], dtype=np.float64)
-    right = np.array([belief[1] for belief in beliefs], dtype=np.float64)
-    bins = np.minimum((p * ECE_BINS).astype(np.int64), ECE_BINS - 1)
-    count = np.bincount(bins, minlength=ECE_BINS).astype(np.float64)
-    share = np.where(count > 0, count, np.nan)
-    sums = (np.bincount(bins, weights=values, minlength=ECE_BINS) for values in (p, right))
-    mean, accuracy = (total / share for total in sums)
-    return mean, accuracy, count
-
-
 def calibration_error(beliefs: Sequence[tuple[float, bool]]) -> float | None:
     """Expected calibration error over ten bins of equal width; None for no beliefs."""
     if not beliefs:
         return None
-    mean, accuracy, count = reliability(beliefs)
-    return _rounded(np.nansum(np.abs(mean - accuracy) * count) / count.sum())
+    p, right = (np.array(column) for column in zip(*beliefs, strict=True))
+    return _rounded(expected_calibration_error(p, right))
 
 
 def _tables(records: Sequence[Record]) -> dict[str, Any]:
