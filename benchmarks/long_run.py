@@ -74,8 +74,9 @@ class LongRun:
         """Cast a sweep, undo its motion as an odometry would, and add it."""
         scan = self.recording.scan(index)
         start_s = index * self.recording.lidar.model.period_s
-        R, origin = self.recording.tour.sensor_poses(start_s + scan.time_s)
-        world = np.einsum('pij,pj->pi', R, scan.points) + origin
+        times, column = np.unique(scan.time_s, return_inverse=True)
+        R, origin = self.recording.tour.sensor_poses(start_s + times)
+        world = np.einsum('pij,pj->pi', R[column], scan.points) + origin[column]
         pose = scan.T_truth_sensor
         points = ((world - pose[:3, 3]) @ pose[:3, :3]).astype(np.float32)
         chosen = np.sort(self.rng.permutation(len(points))[:SCAN_POINTS])

@@ -215,6 +215,9 @@ class LocalizerConfig(Section):
         'approximate',
         description='Scale of the plan: trusted, within pose.scale_tolerance, or unknown.',
     )
+    search_every_ticks: int = Field(
+        30, ge=1, description='While surely localized, ticks between searches of the whole plan.'
+    )
     mirror_check_ticks: int = Field(
         5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
     )

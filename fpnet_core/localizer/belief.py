@@ -111,6 +111,11 @@ class HypothesisTracker:
         self._ticks_since_mirror = 0
 
     @property
+    def is_settled(self) -> bool:
+        """Tell whether a claim stands, and as firmly as it was made."""
+        return self._claimed and self._probability >= self._config.claim_probability
+
+    @property
     def wants_mirror(self) -> bool:
         """Tell whether the next tick should look at the plan's mirror image, too."""
         if self._claimed:

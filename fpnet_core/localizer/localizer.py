@@ -18,9 +18,11 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import (
     Comparison,
     MapSide,
+    RobotXY,
     StageTimer,
     compare,
     prepare_submap,
@@ -65,6 +67,7 @@ class Localizer:
         self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
         self._plan: Floorplan | None = None
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
+        self._searched: Searched | None = None  # None: the next tick searches
         self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
         self._stale_scans = 0
         self._is_odometry_replaced = False
@@ -244,23 +247,14 @@ class Localizer:
         self,
         plan: Floorplan,
         submap: Submap,
-        robot_xy: NDArray[np.float64] | None,
+        robot_xy: RobotXY,
         segmenter: SubmapSegmenter,
         epoch: int,
         timer: StageTimer,
     ) -> LocalizerOutput:
-        sub = prepare_submap(submap, segmenter, timer)
-        result = compare(
-            plan.working,
-            sub,
-            self._matcher,
-            submap.free_area_m2,
-            self._config.pose,
-            timer,
-            plan.scale.search,
-            self._tracked_candidates(submap.T_odom_submap),
-            robot_xy,
-        )
+        tracked = self._tracked_candidates(submap.T_odom_submap)
+        searched, result = self._placed(plan, submap, tracked, robot_xy, segmenter, timer)
+        sub = searched.sub
         mirrored = None
         if self._tracker.wants_mirror:
             mirrored = plan.mirrored_score(sub, submap.free_area_m2, self._matcher, timer)
@@ -275,8 +269,38 @@ class Localizer:
                 result.estimates, sub.evidence, plan.places, A_submap_odom, mirrored, robot_xy
             )
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
+            self._searched = searched if self._tracker.is_settled else None
             _follow_scale(plan, belief, sub)
         return _output(plan, submap, sub, result, belief, timer)
+
+    def _placed(
+        self,
+        plan: Floorplan,
+        submap: Submap,
+        tracked: Candidates,
+        robot_xy: RobotXY,
+        segmenter: SubmapSegmenter,
+        timer: StageTimer,
+    ) -> tuple[Searched, Comparison]:
+        """Search the whole plan, or follow what the last search found where that will do."""
+        config, last = self._config, self._searched
+        if last is not None and last.holds(submap, config.localizer.search_every_ticks):
+            return last.followed(
+                plan.working, submap, tracked, config.pose, timer, plan.scale.search, robot_xy
+            )
+        sub = prepare_submap(submap, segmenter, timer)
+        result = compare(
+            plan.working,
+            sub,
+            self._matcher,
+            submap.free_area_m2,
+            config.pose,
+            timer,
+            plan.scale.search,
+            tracked,
+            robot_xy,
+        )
+        return Searched(sub, result.match, submap.free_area_m2), result
 
     def _tracked_candidates(self, T_odom_submap: SE2) -> Candidates:
         placed = [A_plan_odom @ T_odom_submap for A_plan_odom in self._tracked]
@@ -337,7 +361,7 @@ class Localizer:
     def _forget_placements(self) -> None:
         self._epoch += 1
         self._tracker.reset()
-        self._tracked, self._hint = (), None
+        self._tracked, self._searched, self._hint = (), None, None
         status = Status.NO_PLAN if self._plan is None else Status.WAITING
         self._output = LocalizerOutput(self._output.stamp_ns, status)
 

@@ -38,6 +38,9 @@ from fpnet_core.types import (
     Submap,
 )
 
+RobotXY = NDArray[np.float64] | None
+"""Where the robot is in the submap, ``(2,)`` [m]; None without one."""
+
 _CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
 
 
@@ -143,7 +146,7 @@ def compare(
     timer: StageTimer,
     search: ScaleSearch,
     tracked: Candidates | None = None,
-    robot_xy: NDArray[np.float64] | None = None,
+    robot_xy: RobotXY = None,
 ) -> Comparison:
     """
     Match, propose, verify: all placements worth knowing, best first.

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+When the whole plan is searched, and what ticks in between go on from.
+
+A tick that searches cuts the submap into rooms, matches them and verifies what they propose. While
+a claim stands and hardly anything new is seen, that finds the same placements again: such ticks
+only follow the claim and its rivals, on walls that are as fresh as those of any other tick.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from fpnet_core.config import PoseConfig
+from fpnet_core.localizer.scale import ScaleSearch
+from fpnet_core.localizer.sides import Comparison, MapSide, RobotXY, StageTimer
+from fpnet_core.pose import Candidates, map_evidence, verified_estimates
+from fpnet_core.types import MatchResult, Submap
+
+_GROWTH = 1.05
+"""A submap larger by this factor may show what tells the claim from places not followed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """
+    The last search's regions and matches, and how long ago it was.
+
+    ``free_area_m2`` is the submap's at that time; ``ticks`` have passed since.
+    """
+
+    sub: MapSide
+    match: MatchResult
+    free_area_m2: float
+    ticks: int = 0
+
+    def holds(self, submap: Submap, every_ticks: int) -> bool:
+        """Tell whether the next tick may go on from this search."""
+        is_recent = self.ticks + 1 < every_ticks
+        return is_recent and submap.free_area_m2 < _GROWTH * self.free_area_m2
+
+    def followed(
+        self,
+        plan: MapSide,
+        submap: Submap,
+        tracked: Candidates,
+        config: PoseConfig,
+        timer: StageTimer,
+        search: ScaleSearch,
+        robot_xy: RobotXY,
+    ) -> tuple[Searched, Comparison]:
+        """Return this search one tick later, and the ``tracked`` placements on new evidence."""
+        with timer.stage('evidence'):
+            sub = replace(self.sub, evidence=map_evidence(submap.grid))
+        with timer.stage('verify'):
+            estimates = verified_estimates(
+                plan.evidence, sub.evidence, tracked, config, search.freedom, robot_xy
+            )
+        later = replace(self, sub=sub, ticks=self.ticks + 1)
+        return later, Comparison(self.match, estimates)
