@@ -14,17 +14,21 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.evaluation.calibration import Reliability
+    from fpnet_core.evaluation.calibration import Reliability, Trial
+    from fpnet_core.evaluation.robot_pairs import RobotPair
 
-_FIT_SEED = 7001  # of the generated pairs that constants are fitted to
+_FIT_SEED = 7001  # of the generated pairs and drives that constants are fitted to
 _CUTS = 3  # variations of each real pair in each band of kept free space
 
 
 def command(
     limit: Annotated[int, typer.Option('--limit', min=2, help='Generated pairs.')] = 200,
+    drives: Annotated[
+        int, typer.Option('--drives', min=0, max=35, help='Generated drives, half a minute each.')
+    ] = 14,
     seed: common.SeedOption = None,
     fit: Annotated[
-        bool, typer.Option('--fit', help='First fit the constants, to other pairs.')
+        bool, typer.Option('--fit', help='First fit the constants, to others.')
     ] = False,
     data: Annotated[
         Path | None,
@@ -41,15 +45,15 @@ def command(
     """
     Compare claimed probabilities with the truth, on the right and on wrong buildings' plans.
 
-    With --fit the constants are first fitted to generated pairs of another seed and to two thirds
-    of the real buildings; what is then measured is held back from the fit.
+    With --fit the constants are first fitted to generated pairs and drives of another seed and to
+    two thirds of the real buildings; what is then measured is held back from the fit.
 
     Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
 
     Example: fpnet bench calibration --limit 150 --data ../shared/data --fit
     """
     tree = common.load(config)
-    from fpnet_core.evaluation import calibration
+    from fpnet_core.evaluation import calibration, drive_trials
     from fpnet_core.evaluation.robot_pairs import BANDS, read_robot_pairs
     from fpnet_core.matching.learned import LearnedMatcher
 
@@ -57,23 +61,27 @@ def command(
     real = read_robot_pairs(data, 'tune') if data is not None else ()
     to_fit, held_back = calibration.split_buildings(real)
     report: dict[str, Any] = {'seed': seed or 0}
+
+    def gather(label: str, seed: int, pairs: tuple[RobotPair, ...]) -> list[Trial]:
+        total = limit + drives + len(pairs) * _CUTS * len(BANDS)
+        with common.progress(label, total) as advance:
+            return [
+                *calibration.generated_trials(seed, limit, tree, matcher, advance),
+                *drive_trials.drive_trials(seed, drives, tree, advance),
+                *calibration.robot_trials(pairs, _CUTS, tree, matcher, advance),
+            ]
+
     if fit:
-        total = limit + len(to_fit) * _CUTS * len(BANDS)
-        with common.progress('fitting', total) as advance:
-            trials = calibration.generated_trials(_FIT_SEED, limit, tree, matcher, advance)
-            trials += calibration.robot_trials(to_fit, _CUTS, tree, matcher, advance)
+        trials = gather('fitting', _FIT_SEED, to_fit)
         report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
         for name, value in report['fitted'].items():
             typer.echo(f'localizer.{name}: {value:.3g}')
         fitted = tree.localizer.model_copy(update=report['fitted'])
         tree = tree.model_copy(update={'localizer': fitted})
-    total = limit + len(held_back) * _CUTS * len(BANDS)
-    with common.progress('pairs', total) as advance:
-        trials = calibration.generated_trials(seed or 0, limit, tree, matcher, advance)
-        trials += calibration.robot_trials(held_back, _CUTS, tree, matcher, advance)
+    trials = gather('measuring', seed or 0, held_back)
     result = calibration.reliability(trials, tree.localizer)
     _print(result)
-    report |= {'pairs': total, **_plain(result)}
+    report |= {'trials': len(trials), **_plain(result)}
     if plot is not None:
         from fpnet_core.viz.calibration import plot_reliability
 

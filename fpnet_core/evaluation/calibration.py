@@ -3,15 +3,15 @@
 """
 How far the localizer's probabilities may be believed, and the constants that make them so.
 
-Each trial compares a robot map with a plan: a generated one with its own and with another
-building's, as a tick does, or a real one with its floorplan, as ``fpnet match`` does. What came
-out and where the truth lies in it is all that :func:`fpnet_core.localizer.belief.posterior` is
-fitted to, by maximum likelihood.
+Each trial compares a robot map with a plan: a generated one with its own and with other
+buildings', as a tick does, or a real one with its floorplan, as ``fpnet match`` does; ticks of
+whole drives are in :mod:`fpnet_core.evaluation.drive_trials`. What came out and where the truth
+lies in it is all that :func:`fpnet_core.localizer.belief.posterior` is fitted to, by maximum
+likelihood.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -39,9 +39,6 @@ RIGHT_M = 1.0
 
 REAL_RIGHT_M = 2.0
 """The same for real pairs, whose truth is a fit and whose drawings are distorted."""
-
-FOREIGN_PLANS = 2
-"""Each generated map is also compared with so many other buildings' plans."""
 
 _LEAST_PROBABILITY = 1e-6  # of the truth; one hopeless trial must not decide the fit
 _FITTED = (
@@ -102,17 +99,23 @@ def generated_trials(
     matcher: RegionMatcher,
     on_pair: Callable[[int], None] = lambda count: None,
 ) -> list[Trial]:
-    """Return the trials of generated pairs: with their own plans, and with those before them."""
+    """
+    Return the trials of generated pairs.
+
+    Each map meets its own plan, the last one before it, and the last one of its own family.
+    """
     sim = SimConfig()
     trials: list[Trial] = []
-    others: deque[MapSide] = deque(maxlen=FOREIGN_PLANS)
+    last: MapSide | None = None
+    last_of: dict[str, MapSide] = {}
     for index in range(count):
         scene = generate_scene(seed, index * sim.pairs_per_plan, sim)
         plan = plan_side(scene.plan_segmentation)
         truth = scene.pair.A_plan_submap
         trials.append(_trial(plan, scene, truth, config, matcher))
-        trials += [_trial(other, scene, None, config, matcher) for other in others]
-        others.append(plan)
+        others = dict.fromkeys((last, last_of.get(scene.pair.family)))
+        trials += [_trial(other, scene, None, config, matcher) for other in others if other]
+        last = last_of[scene.pair.family] = plan
         on_pair(1)
     return trials
 
@@ -174,24 +177,38 @@ def robot_trials(
     matcher: RegionMatcher,
     on_trial: Callable[[int], None] = lambda count: None,
 ) -> list[Trial]:
-    """Return ``cuts`` trials of each real pair in each band of kept free space."""
+    """
+    Return ``cuts`` trials of each real pair in each band of kept free space.
+
+    Each cut meets its own plan and the next other building's.
+    """
     trials: list[Trial] = []
     for index, pair in enumerate(pairs):
+        in_turn = (*pairs[index:], *pairs[:index])
+        foreign = next((other for other in in_turn if other.building != pair.building), None)
         for cut in range(cuts * len(BANDS)):
             rng = np.random.default_rng([index, cut])
             changed = varied(pair, rng, list(BANDS.values())[cut % len(BANDS)])
-            found = match_maps(changed.plan, submap_from_grid(changed.robot), matcher, config)
-            trials.append(
-                Trial(
-                    scores=np.array([e.score for e in found.comparison.estimates]),
-                    wall_length_m=found.sub.evidence.wall_length_m,
-                    places=found.places,
-                    truth=_right_match(found, changed),
-                    is_foreign=False,
-                )
-            )
+            trials.append(_robot_trial(changed, changed, config, matcher))
+            if foreign is not None:
+                trials.append(_robot_trial(changed, foreign, config, matcher))
             on_trial(1)
     return trials
+
+
+def _robot_trial(
+    robot: RobotPair, drawn: RobotPair, config: FpnetConfig, matcher: RegionMatcher
+) -> Trial:
+    """Compare one pair's robot map with a pair's plan, which may be another building's."""
+    found = match_maps(drawn.plan, submap_from_grid(robot.robot), matcher, config)
+    is_foreign = robot is not drawn
+    return Trial(
+        scores=np.array([e.score for e in found.comparison.estimates]),
+        wall_length_m=found.sub.evidence.wall_length_m,
+        places=found.places,
+        truth=None if is_foreign else _right_match(found, robot),
+        is_foreign=is_foreign,
+    )
 
 
 def _right_match(found: MapMatch, pair: RobotPair) -> int | None:

@@ -19,6 +19,8 @@ _SHORTEST_M = 5.0  # less wall than this is treated as this much
 _LEAST_SCORE = 0.02  # scores nearer to 0 or 1 than this differ by noise only
 _PLACES = 1000.0  # square metres times scales that ``null_score`` is stated for
 
+_NEWS = 1.05  # walls or free space grown by this factor are news
+
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
 _MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
 
@@ -90,7 +92,8 @@ class HypothesisTracker:
     A claim needs the same placement to win ``confirm_ticks`` times in a row with probability
     of at least ``claim_probability``, and a look at the plan's mirror image; it is kept until the
     probability falls below ``release_probability``, so that it neither flickers nor outlives its
-    evidence.
+    evidence. What a robot sees again from where it stands confirms nothing, however often it
+    looks: between two wins that count the submap must have grown, unless the caller knows better.
     """
 
     def __init__(self, config: LocalizerConfig, distinct_m: float) -> None:
@@ -103,6 +106,7 @@ class HypothesisTracker:
         self._leader: Affine2D | None = None
         self._wins = 0
         self._sure_wins = 0
+        self._sure_of = np.zeros(2)  # walls [m] and free space [m^2] of the last sure win
         self._probability = 0.0
         self._claimed = False
         self._was_localized = False
@@ -132,6 +136,7 @@ class HypothesisTracker:
         A_submap_odom: Affine2D,
         mirrored_score: float | None = None,
         robot_xy: NDArray[np.float64] | None = None,
+        needs_news: bool = False,
     ) -> Belief:
         """
         Take one tick's placements, best first, and say what may be claimed.
@@ -139,7 +144,8 @@ class HypothesisTracker:
         ``places`` and ``mirrored_score`` are as in :func:`posterior`, the latter None where nobody
         looked; ``A_submap_odom`` anchors the submap, so that placements are compared in the
         odometry frame although the submap may have been re-anchored. ``robot_xy (2,)`` is where
-        the robot is in the submap.
+        the robot is in the submap; ``needs_news`` asks for a grown submap between the ticks that
+        confirm a claim.
         """
         scores = np.array([e.score for e in estimates])
         self._count_mirror(scores, sub, places, mirrored_score)
@@ -159,9 +165,7 @@ class HypothesisTracker:
             return self._nothing_found(p)
         points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
         self._count_win(estimates[0].A_plan_submap @ A_submap_odom, points_odom)
-        is_sure = p >= self._config.claim_probability
-        # A new leader has won once, whatever the one before it did.
-        self._sure_wins = min(self._sure_wins + 1, self._wins) if is_sure else 0
+        self._count_sure_win(p >= self._config.claim_probability, sub, needs_news)
         needed = self._config.confirm_ticks
         if self._claimed:
             self._claimed = self._wins >= needed and kept[0] >= self._config.release_probability
@@ -201,3 +205,12 @@ class HypothesisTracker:
             is_same = bool(np.linalg.norm(apart, axis=1).mean() <= self._distinct_m)
         self._wins = self._wins + 1 if is_same else 1
         self._leader = A_plan_odom
+
+    def _count_sure_win(self, is_sure: bool, sub: MapEvidence, needs_news: bool) -> None:
+        """Count how often in a row the leader was sure, each time of more than the last."""
+        # A new leader has won once, whatever the one before it did.
+        before = self._sure_wins if is_sure and self._wins > 1 else 0
+        seen = np.array([sub.wall_length_m, sub.free_area_m2])
+        if before and needs_news and (seen < _NEWS * self._sure_of).all():
+            return
+        self._sure_wins, self._sure_of = before + int(is_sure), seen

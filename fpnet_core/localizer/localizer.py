@@ -266,7 +266,13 @@ class Localizer:
                 narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
                 result = replace(result, estimates=narrowed)
             belief = self._tracker.update(
-                result.estimates, sub.evidence, plan.places, A_submap_odom, mirrored, robot_xy
+                result.estimates,
+                sub.evidence,
+                plan.places,
+                A_submap_odom,
+                mirrored,
+                robot_xy,
+                needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
             )
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
             self._searched = searched if self._tracker.is_settled else None

@@ -166,9 +166,22 @@ def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
 def belief_errors(run: MethodRun, truth: Truth) -> list[tuple[float, float] | None]:
     """Errors [m], [rad] of the robot's place at each tick if the best placement holds."""
     return [
-        None if belief.A_plan_odom is None else _error(belief, belief.A_plan_odom, run, truth)
+        None
+        if belief.A_plan_odom is None
+        else robot_error(belief.stamp_ns, belief.A_plan_odom, run.odometry, truth)
         for belief in run.beliefs
     ]
+
+
+def robot_error(
+    stamp_ns: int, A_plan_odom: Affine2D, odometry: PlanarTrajectory, truth: Truth
+) -> tuple[float, float]:
+    """Return how far off [m], [rad] a placement of the odometry frame puts the robot."""
+    stamp = np.array([stamp_ns])
+    (odom, _), (true, _) = odometry.at(stamp), truth.poses.at(stamp)
+    placed = odom.mapped(truth.A_plan_truth.inv() @ A_plan_odom)
+    position = float(np.linalg.norm(placed.xy[0] - true.xy[0]))
+    return position, float(angle_between(placed.yaw, true.yaw)[0])
 
 
 def _judged_beliefs(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, bool], ...]:
@@ -181,13 +194,3 @@ def _judged_beliefs(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, b
         for belief, error in judged
         if error is not None
     )
-
-
-def _error(
-    belief: Belief, A_plan_odom: Affine2D, run: MethodRun, truth: Truth
-) -> tuple[float, float]:
-    stamp = np.array([belief.stamp_ns])
-    (odom, _), (true, _) = run.odometry.at(stamp), truth.poses.at(stamp)
-    placed = odom.mapped(truth.A_plan_truth.inv() @ A_plan_odom)
-    position = float(np.linalg.norm(placed.xy[0] - true.xy[0]))
-    return position, float(angle_between(placed.yaw, true.yaw)[0])

@@ -37,7 +37,7 @@ def run(*arguments):
 
 def test_without_a_fit_the_constants_in_force_are_measured(seeds, tmp_path):
     out = tmp_path / 'report.json'
-    run('--limit', 3, '--seed', 9, '--json', out)
+    run('--limit', 3, '--drives', 0, '--seed', 9, '--json', out)
     report = json.loads(out.read_text(encoding='utf-8'))
     assert seeds == [9]
     assert 'fitted' not in report
@@ -48,7 +48,7 @@ def test_a_fit_is_measured_on_another_seed_and_drawn(seeds, tmp_path, monkeypatc
     fitted = {'evidence_per_m': 0.001}  # nothing can be claimed with so little evidence
     monkeypatch.setattr(calibration, 'fit_posterior', lambda trials, start: fitted)
     out, plot = tmp_path / 'report.json', tmp_path / 'reliability.png'
-    run('--limit', 2, '--fit', '--json', out, '--plot', plot)
+    run('--limit', 2, '--drives', 0, '--fit', '--json', out, '--plot', plot)
     report = json.loads(out.read_text(encoding='utf-8'))
     assert len(set(seeds)) == 2
     assert report['fitted'] == fitted

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a placement may be claimed, and when a claim ends."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -96,6 +97,21 @@ def test_a_claim_needs_the_same_winner_three_times():
         Status.AMBIGUOUS,
         Status.LOCALIZED,
     ]
+
+
+def test_looking_again_at_the_same_walls_confirms_nothing():
+    tracker = HypothesisTracker(CONFIG, 1.0)
+    good = (placed(HERE, 0.85), placed(THERE, 0.5))
+    grown = [
+        replace(evidence(), walls=evidence().walls[: round(share * len(evidence().walls))])
+        for share in (0.6, 0.6, 0.61, 0.61, 0.7, 0.72, 0.72, 0.9)
+    ]
+    statuses = [
+        tracker.update(good, sub, PLACES, SE2.identity(), 0.3, needs_news=True).status
+        for sub in grown
+    ]
+    # Only 0.7 and 0.9 are news, of 0.6 and of 0.7.
+    assert statuses == [Status.AMBIGUOUS] * 7 + [Status.LOCALIZED]
 
 
 def test_a_change_of_winner_starts_the_count_again():

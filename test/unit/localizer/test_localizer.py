@@ -50,6 +50,31 @@ def test_it_waits_then_finds_the_robot(finished):
     assert statuses[-1] is Status.LOCALIZED
 
 
+def test_a_firm_claim_is_followed_without_a_search_until_one_is_due():
+    localizer = new_localizer(**{'localizer.search_every_ticks': 4})
+    run(localizer, recorded())
+    points, T_odom_sensor, stamp_ns = recorded()[-1]
+    searched = []
+    for number in range(1, 9):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns + number * SCAN_NS)
+        output = localizer.tick(stamp_ns + number * SCAN_NS)
+        assert output.status is Status.LOCALIZED
+        assert output.segmentation is not None
+        assert output.match is not None
+        searched.append('match' in output.timings_ms)
+    assert sum(searched) == 2
+    assert searched[:4] == searched[4:]
+
+
+def test_forgetting_a_claim_searches_again():
+    localizer = new_localizer()
+    run(localizer, recorded())
+    points, T_odom_sensor, stamp_ns = recorded()[-1]
+    localizer.relocalize()
+    localizer.add_scan(points, T_odom_sensor, stamp_ns + SCAN_NS)
+    assert 'match' in localizer.tick(stamp_ns + SCAN_NS).timings_ms
+
+
 def test_the_pose_is_right_on_the_drawing(finished):
     localizer, _ = finished
     x, y, yaw = drive()[-1]
