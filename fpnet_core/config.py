@@ -232,25 +232,22 @@ class LocalizerConfig(Section):
     )
     confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
     evidence_per_m: float = Field(
-        0.252, gt=0.0, description="Nats per metre of wall and unit of a score's log odds; fitted."
+        0.136, gt=0.0, description="Nats per metre of wall and unit of a score's log odds; fitted."
     )
     evidence_full_m: float = Field(
         80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
     )
     null_score: float = Field(
-        0.669, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
+        0.805, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
     )
     null_rise: float = Field(
-        0.909, ge=0.0, description='Log odds by which it is higher with 20 m of wall; fitted.'
+        1.83, ge=0.0, description='Log odds by which it is higher with 20 m of wall; fitted.'
     )
     rival_weight: float = Field(
-        0.762,
+        0.62,
         ge=0.0,
         le=1.0,
         description='How far the best rival tells what chance reaches; fitted.',
-    )
-    null_per_log_place: float = Field(
-        0.915, ge=0.0, description='Nats against any place per e-fold of places searched; fitted.'
     )
     null_slack: float = Field(
         0.5, ge=0.0, description='A claim survives scores lower by this much, in log odds.'

@@ -24,7 +24,7 @@ _CUTS = 3  # variations of each real pair in each band of kept free space
 def command(
     limit: Annotated[int, typer.Option('--limit', min=2, help='Generated pairs.')] = 200,
     drives: Annotated[
-        int, typer.Option('--drives', min=0, max=35, help='Generated drives, half a minute each.')
+        int, typer.Option('--drives', min=0, max=42, help='Generated drives, half a minute each.')
     ] = 14,
     seed: common.SeedOption = None,
     fit: Annotated[
@@ -33,7 +33,9 @@ def command(
     data: Annotated[
         Path | None,
         typer.Option(
-            '--data', metavar='DIR', help='Shared data: add real pairs of its tune half.'
+            '--data',
+            metavar='DIR',
+            help='Shared data: measure on the real pairs of its tune half, too.',
         ),
     ] = None,
     config: common.ConfigOption = None,
@@ -45,12 +47,12 @@ def command(
     """
     Compare claimed probabilities with the truth, on the right and on wrong buildings' plans.
 
-    With --fit the constants are first fitted to generated pairs and drives of another seed and to
-    two thirds of the real buildings; what is then measured is held back from the fit.
+    With --fit the constants are first fitted to generated pairs and drives of another seed. What
+    is then measured, real pairs included, is held back from the fit.
 
     Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
 
-    Example: fpnet bench calibration --limit 150 --data ../shared/data --fit
+    Example: fpnet bench calibration --limit 60 --data ../shared/data --fit
     """
     tree = common.load(config)
     from fpnet_core.evaluation import calibration, drive_trials
@@ -59,7 +61,6 @@ def command(
 
     matcher = LearnedMatcher(tree.matcher)
     real = read_robot_pairs(data, 'tune') if data is not None else ()
-    to_fit, held_back = calibration.split_buildings(real)
     report: dict[str, Any] = {'seed': seed or 0}
 
     def gather(label: str, seed: int, pairs: tuple[RobotPair, ...]) -> list[Trial]:
@@ -72,13 +73,13 @@ def command(
             ]
 
     if fit:
-        trials = gather('fitting', _FIT_SEED, to_fit)
+        trials = gather('fitting', _FIT_SEED, ())
         report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
         for name, value in report['fitted'].items():
             typer.echo(f'localizer.{name}: {value:.3g}')
         fitted = tree.localizer.model_copy(update=report['fitted'])
         tree = tree.model_copy(update={'localizer': fitted})
-    trials = gather('measuring', seed or 0, held_back)
+    trials = gather('measuring', seed or 0, real)
     result = calibration.reliability(trials, tree.localizer)
     _print(result)
     report |= {'trials': len(trials), **_plain(result)}

@@ -46,9 +46,8 @@ _FITTED = (
     'null_score',
     'null_rise',
     'rival_weight',
-    'null_per_log_place',
 )
-_BOUNDS = ((0.01, 10.0), (0.02, 0.98), (0.0, 20.0), (0.0, 1.0), (0.0, 20.0))
+_BOUNDS = ((0.01, 10.0), (0.02, 0.98), (0.0, 20.0), (0.0, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +61,12 @@ class Trial:
 
     scores: NDArray[np.float64]
     wall_length_m: float
-    places: float
     truth: int | None
     is_foreign: bool
 
     def probabilities(self, config: LocalizerConfig) -> NDArray[np.float64]:
         """Return the probability of each placement, and last that of none, ``(K + 1,)``."""
-        each = posterior(self.scores, self.wall_length_m, self.places, config)
+        each = posterior(self.scores, self.wall_length_m, config)
         return np.append(each, 1.0 - each.sum())
 
 
@@ -135,7 +133,6 @@ def _trial(
     return Trial(
         scores=np.array([estimate.score for estimate in found.estimates]),
         wall_length_m=sub.evidence.wall_length_m,
-        places=plan.evidence.free_area_m2 * len(search),
         truth=None
         if truth is None
         else right_placement(found.estimates, truth, sub.evidence.free, RIGHT_M),
@@ -156,18 +153,6 @@ def right_placement(
         if np.median(np.linalg.norm(moved, axis=1)) < tolerance_m:
             return index
     return None
-
-
-def split_buildings(
-    pairs: Sequence[RobotPair],
-) -> tuple[tuple[RobotPair, ...], tuple[RobotPair, ...]]:
-    """Return the pairs to fit to, and every third building's, held back to measure on."""
-    buildings = sorted({pair.building for pair in pairs})
-    held_back = set(buildings[2::3])
-    return (
-        tuple(pair for pair in pairs if pair.building not in held_back),
-        tuple(pair for pair in pairs if pair.building in held_back),
-    )
 
 
 def robot_trials(
@@ -205,7 +190,6 @@ def _robot_trial(
     return Trial(
         scores=np.array([e.score for e in found.comparison.estimates]),
         wall_length_m=found.sub.evidence.wall_length_m,
-        places=found.places,
         truth=None if is_foreign else _right_match(found, robot),
         is_foreign=is_foreign,
     )

@@ -17,7 +17,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.calibration import Trial
-from fpnet_core.evaluation.localization.cases import Case, Distortion, plain_cases
+from fpnet_core.evaluation.localization.cases import Case, plain_cases
 from fpnet_core.evaluation.localization.drives import Drive, ProductRun, run_product
 from fpnet_core.evaluation.localization.records import RIGHT, Truth, robot_error
 from fpnet_core.evaluation.localization.runs import (
@@ -27,7 +27,6 @@ from fpnet_core.evaluation.localization.runs import (
 )
 from fpnet_core.evaluation.localization.scenes import make_plan, make_scene
 from fpnet_core.io import Scan
-from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import LocalizerOutput
@@ -50,15 +49,10 @@ def drive_trials(
     config: FpnetConfig,
     on_drive: Callable[[int], None] = lambda count: None,
 ) -> list[Trial]:
-    """
-    Return the trials of ``count`` generated drives, at most those of all plain cases.
-
-    Plans of unknown scale are left out: how many scales their search tries is their own affair.
-    """
+    """Return the trials of ``count`` generated drives, at most those of all plain cases."""
     plain = plain_cases(seed)
-    usable = [case for case in plain if case.distortion is not Distortion.UNKNOWN_SCALE]
     trials: list[Trial] = []
-    for case in usable[:count]:
+    for case in plain[:count]:
         others = [plain[number] for number in case.wrong_cases[:WRONG_PLANS]]
         trials += _of_drive(case, others, settings_of(case, config))
         on_drive(1)
@@ -70,10 +64,10 @@ def _of_drive(case: Case, others: Iterable[Case], config: FpnetConfig) -> Iterat
     drive = Drive(KissOdometry(config.odometry))
     scans = drive.follow(_beginning(scene.scans))
     own = run_product(scans, scene.plan, config, TICK_PERIOD_S)
-    yield from _of_run(own, config, Truth(scene.truth, scene.A_plan_truth))
+    yield from _of_run(own, Truth(scene.truth, scene.A_plan_truth))
     for other in others:
         foreign = run_product(drive.kept, make_plan(other), config, OPEN_SET_TICK_PERIOD_S)
-        yield from _of_run(foreign, config, None)
+        yield from _of_run(foreign, None)
 
 
 def _beginning(scans: Iterable[Scan]) -> Iterator[Scan]:
@@ -86,10 +80,8 @@ def _beginning(scans: Iterable[Scan]) -> Iterator[Scan]:
         yield scan
 
 
-def _of_run(product: ProductRun, config: FpnetConfig, truth: Truth | None) -> Iterator[Trial]:
+def _of_run(product: ProductRun, truth: Truth | None) -> Iterator[Trial]:
     """Yield the ticks that saw more than the one before; no truth marks another's plan."""
-    scales = len(tolerant_search(config.pose.scale_tolerance, config.pose))
-    places = product.plan.evidence.free_area_m2 * scales
     seen_m = 0.0
     for output in product.ticks:
         assert output.submap is not None  # ticks have one
@@ -100,7 +92,6 @@ def _of_run(product: ProductRun, config: FpnetConfig, truth: Truth | None) -> It
         yield Trial(
             scores=np.array([estimate.score for estimate in output.estimates]),
             wall_length_m=walls_m,
-            places=places,
             truth=None if truth is None else _right_estimate(output, product, truth),
             is_foreign=truth is None,
         )

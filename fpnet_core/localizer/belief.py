@@ -17,7 +17,6 @@ from fpnet_core.types import PoseEstimate, Status
 _SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
 _SHORTEST_M = 5.0  # less wall than this is treated as this much
 _LEAST_SCORE = 0.02  # scores nearer to 0 or 1 than this differ by noise only
-_PLACES = 1000.0  # square metres times scales that ``null_score`` is stated for
 
 _NEWS = 1.05  # walls or free space grown by this factor are news
 
@@ -42,7 +41,6 @@ class Belief:
 def posterior(
     scores: NDArray[np.float64],
     wall_length_m: float,
-    places: float,
     config: LocalizerConfig,
     null_slack: float = 0.0,
     mirrored_score: float | None = None,
@@ -57,10 +55,9 @@ def posterior(
     ``null_slack``: ``null_score`` on a large submap and ``null_rise`` more on one of 20 m of wall,
     falling with the root of the length. What the best rival reaches on this very plan tells more
     about chance than any constant and weighs ``rival_weight``: a poor score that stands alone is
-    worth more than a good one among equals. "None" gains ``null_per_log_place`` nats with every
-    e-fold of ``places``, the plan's free area [m^2] times the scales tried: the more places, the
-    better the best wrong one. All but ``evidence_full_m`` are fitted by
-    :mod:`fpnet_core.evaluation.calibration`. ``mirrored_score``, what the plan's mirror image
+    worth more than a good one among equals, and a large plan, which offers more places, has better
+    rivals. All but ``evidence_full_m`` are fitted by :mod:`fpnet_core.evaluation.calibration`.
+    ``mirrored_score``, what the plan's mirror image
     reaches, competes at ``mirror_log_odds``.
     """
     gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
@@ -71,7 +68,6 @@ def posterior(
     if len(odds) > 1:
         chance += config.rival_weight * (np.sort(odds)[-2] - chance)
     null = gain * (chance - null_slack)
-    null += config.null_per_log_place * np.log(max(places, 1.0) / _PLACES)
     against = [null]
     if mirrored_score is not None:
         against.append(gain * float(_log_odds(mirrored_score)) - config.mirror_log_odds)
@@ -132,7 +128,6 @@ class HypothesisTracker:
         self,
         estimates: tuple[PoseEstimate, ...],
         sub: MapEvidence,
-        places: float,
         A_submap_odom: Affine2D,
         mirrored_score: float | None = None,
         robot_xy: NDArray[np.float64] | None = None,
@@ -141,26 +136,25 @@ class HypothesisTracker:
         """
         Take one tick's placements, best first, and say what may be claimed.
 
-        ``places`` and ``mirrored_score`` are as in :func:`posterior`, the latter None where nobody
-        looked; ``A_submap_odom`` anchors the submap, so that placements are compared in the
-        odometry frame although the submap may have been re-anchored. ``robot_xy (2,)`` is where
-        the robot is in the submap; ``needs_news`` asks for a grown submap between the ticks that
-        confirm a claim.
+        ``mirrored_score`` is as in :func:`posterior`, None where nobody looked; ``A_submap_odom``
+        anchors the submap, so that placements are compared in the odometry frame although the
+        submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in the submap;
+        ``needs_news`` asks for a grown submap between the ticks that confirm a claim.
         """
         scores = np.array([e.score for e in estimates])
-        self._count_mirror(scores, sub, places, mirrored_score)
+        self._count_mirror(scores, sub, mirrored_score)
         if not estimates:
             return self._nothing_found(0.0)
         walls_m = sub.wall_length_m
         # Between two looks the mirror image is as good as it was at the last one.
         mirrored = None if self._claimed else self._mirrored_score
-        each = posterior(scores, walls_m, places, self._config, mirrored_score=mirrored)
+        each = posterior(scores, walls_m, self._config, mirrored_score=mirrored)
         p = self._probability = float(each[0])
         if self._mirror_wins >= _MIRROR_WINS:
             return replace(self._nothing_found(p), reason=_MIRRORED)
         # A claim is kept on easier terms than it is made; what is reported knows no such terms.
         slack = self._config.null_slack if self._claimed else 0.0
-        kept = posterior(scores, walls_m, places, self._config, slack)
+        kept = posterior(scores, walls_m, self._config, slack)
         if kept[0] < 1.0 - kept.sum():
             return self._nothing_found(p)
         points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
@@ -179,7 +173,6 @@ class HypothesisTracker:
         self,
         scores: NDArray[np.float64],
         sub: MapEvidence,
-        places: float,
         mirrored_score: float | None,
     ) -> None:
         """Count how often in a row the mirror image would have been claimed."""
@@ -188,7 +181,7 @@ class HypothesisTracker:
             return
         self._ticks_since_mirror, self._mirrored_score = 0, mirrored_score
         contest = np.array([mirrored_score, *scores[:1]])
-        p = posterior(contest, sub.wall_length_m, places, self._config)[0]
+        p = posterior(contest, sub.wall_length_m, self._config)[0]
         is_better = p >= self._config.claim_probability
         self._mirror_wins = self._mirror_wins + 1 if is_better else 0
 

@@ -49,11 +49,6 @@ class Floorplan:
         self._mirrored: MapSide | None = None
 
     @property
-    def places(self) -> float:
-        """Free area [m^2] times the scales to try: how many placements there are."""
-        return self.working.evidence.free_area_m2 * len(self.scale.search)
-
-    @property
     def half_area_m2(self) -> float:
         """Half of the free area: who has seen so much need not see more to be sure."""
         return 0.5 * self.working.evidence.free_area_m2

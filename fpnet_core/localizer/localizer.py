@@ -268,7 +268,6 @@ class Localizer:
             belief = self._tracker.update(
                 result.estimates,
                 sub.evidence,
-                plan.places,
                 A_submap_odom,
                 mirrored,
                 robot_xy,

@@ -50,7 +50,7 @@ class MapMatch:
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
     ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others and against none of them, of ``places`` searched (see
+    against all others and against none of them (see
     :func:`fpnet_core.localizer.belief.posterior`). Both sides are in metres as estimated from
     door widths.
     """
@@ -60,7 +60,6 @@ class MapMatch:
     A_best: Affine2D | None
     score: float
     probability: float
-    places: float
     plan: MapSide
     sub: MapSide
     comparison: Comparison
@@ -94,14 +93,13 @@ def match_maps(
             sub_map = _submap_side(_rescaled(sub_cut, sub_factor))
         confidence = min(plan_scale.confidence, sub_scale.confidence)
         search = door_scale_search(confidence, config.pose)
-        places = plan_map.evidence.free_area_m2 * len(search)
         area_m2 = submap.free_area_m2 * sub_factor**2
         comparison = compare(plan_map, sub_map, matcher, area_m2, config.pose, timer, search)
-        judged = _judged(comparison, sub_map, places, config)
+        judged = _judged(comparison, sub_map, config)
         if judged[0] is not MapMatchStatus.MATCHED:
             with timer.stage('raster'):
                 comparison = _widened(comparison, plan_map, sub_map, search, config.pose)
-            judged = _judged(comparison, sub_map, places, config)
+            judged = _judged(comparison, sub_map, config)
     status, score, probability = judged
     best = None
     if comparison.estimates:
@@ -113,7 +111,6 @@ def match_maps(
         A_best=best,
         score=score,
         probability=probability,
-        places=places,
         plan=plan_map,
         sub=sub_map,
         comparison=comparison,
@@ -199,13 +196,13 @@ def _widened(
 
 
 def _judged(
-    comparison: Comparison, sub: MapSide, places: float, config: FpnetConfig
+    comparison: Comparison, sub: MapSide, config: FpnetConfig
 ) -> tuple[MapMatchStatus, float, float]:
     """Status, score and probability of the best placement."""
     if not comparison.estimates:
         return MapMatchStatus.UNMATCHED, 0.0, 0.0
     scores = np.array([e.score for e in comparison.estimates])
-    each = posterior(scores, sub.evidence.wall_length_m, places, config.localizer)
+    each = posterior(scores, sub.evidence.wall_length_m, config.localizer)
     best, p = float(scores[0]), float(each[0])
     if p < 1.0 - each.sum():
         return MapMatchStatus.UNMATCHED, best, p

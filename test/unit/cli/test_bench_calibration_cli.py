@@ -20,8 +20,8 @@ def seeds(monkeypatch):
 
     def trials(seed, count, config, matcher, on_pair):
         asked.append(seed)
-        right = Trial(np.array([0.9, 0.5]), 200.0, 2000.0, 0, False)
-        foreign = Trial(np.array([0.5, 0.49]), 200.0, 2000.0, None, True)
+        right = Trial(np.array([0.9, 0.5]), 200.0, 0, False)
+        foreign = Trial(np.array([0.5, 0.49]), 200.0, None, True)
         return [right, foreign] * count
 
     monkeypatch.setattr(calibration, 'generated_trials', trials)

@@ -11,13 +11,9 @@ from fpnet_core.evaluation.calibration import (
     fit_posterior,
     mean_surprise,
     reliability,
-    split_buildings,
 )
-from fpnet_core.evaluation.robot_pairs import RobotPair
-from fpnet_core.geometry import Affine2D
-from fpnet_core.types import GridMap
 
-TRUE = LocalizerConfig(evidence_per_m=0.1, null_score=0.6, null_rise=1.5, null_per_log_place=1.5)
+TRUE = LocalizerConfig(evidence_per_m=0.1, null_score=0.6, null_rise=1.5)
 
 
 def drawn_trials(count, seed):
@@ -26,10 +22,10 @@ def drawn_trials(count, seed):
     trials = []
     for _ in range(count):
         scores = np.sort(rng.uniform(0.4, 0.95, rng.integers(1, 6)))[::-1]
-        trial = Trial(scores, rng.uniform(5, 120), rng.uniform(500, 2e4), None, False)
+        trial = Trial(scores, rng.uniform(5, 120), None, False)
         pick = rng.choice(len(scores) + 1, p=trial.probabilities(TRUE))
         truth = None if pick == len(scores) else int(pick)
-        trials.append(Trial(scores, trial.wall_length_m, trial.places, truth, False))
+        trials.append(Trial(scores, trial.wall_length_m, truth, False))
     return trials
 
 
@@ -38,7 +34,6 @@ def test_fitting_recovers_the_constants_that_made_the_trials():
     fitted = fit_posterior(trials, LocalizerConfig())
     assert fitted['evidence_per_m'] == pytest.approx(0.1, rel=0.4)
     assert fitted['null_score'] == pytest.approx(0.6, abs=0.25)
-    assert fitted['null_per_log_place'] == pytest.approx(1.5, abs=0.7)
     best = LocalizerConfig().model_copy(update=fitted)
     assert mean_surprise(trials, best) <= mean_surprise(trials, TRUE) + 1e-6
 
@@ -53,26 +48,13 @@ def test_the_true_posterior_is_reliable_and_a_boastful_one_is_not():
 def test_claims_are_counted_where_they_are_wrong():
     sure = np.array([0.95, 0.4])
     trials = [
-        Trial(sure, 300.0, 1000.0, 0, False),
-        Trial(sure, 300.0, 1000.0, 1, False),
-        Trial(sure, 300.0, 1000.0, None, True),
-        Trial(np.zeros(0), 300.0, 1000.0, None, True),
+        Trial(sure, 300.0, 0, False),
+        Trial(sure, 300.0, 1, False),
+        Trial(sure, 300.0, None, True),
+        Trial(np.zeros(0), 300.0, None, True),
     ]
     result = reliability(trials, TRUE)
     assert (result.claims, result.wrong_claims) == (3, 2)
     assert (result.foreign_trials, result.foreign_claims) == (2, 1)
     assert result.right_best == 0.5
     assert result.count.sum() == 3
-
-
-def test_no_building_is_both_fitted_to_and_measured_on():
-    grid = GridMap(np.zeros((2, 2), dtype=np.int8), 0.05)
-    pairs = [
-        RobotPair(f'{name}-{k}', grid, grid, Affine2D.identity(), building=name)
-        for name in 'abcdef'
-        for k in range(2)
-    ]
-    to_fit, held_back = split_buildings(pairs)
-    assert {pair.building for pair in held_back} == {'c', 'f'}
-    assert {pair.name for pair in (*to_fit, *held_back)} == {pair.name for pair in pairs}
-    assert {pair.building for pair in to_fit}.isdisjoint(pair.building for pair in held_back)
