@@ -6,7 +6,8 @@ Localise the real Intel and Freiburg-079 laser logs on their drawn floorplans.
 Run: python benchmarks/real_logs.py ../shared/data/radish [--json OUT]
 
 Both buildings are in the report half. The drawings' scale is not trusted (it is off by up to
-20 percent, x against y by up to 11), so the search covers 25 percent; errors are in the log's
+20 percent, x against y by up to 11), so the search covers 25 percent; that each drawing shows the
+building is known (``localizer.plan_log_odds``: odds of 1000 to 1). Errors are in the log's
 own metres against a fitted, not surveyed, placement. ``best_over_time`` says of every tick what
 the best placement is worth, claimed or not: ``[error m, agreement, best rival's agreement]``.
 """
@@ -29,6 +30,7 @@ SETTINGS = {
     'pose.scale_tolerance': 0.25,
     'pose.strain_sigma': 0.05,
     'localizer.tick_period_s': 10.0,
+    'localizer.plan_log_odds': 6.9,
 }
 
 

@@ -224,6 +224,11 @@ class LocalizerConfig(Section):
     mirror_log_odds: float = Field(
         6.9, ge=0.0, description='Nats against a plan being a mirror image: 1 in 1000.'
     )
+    plan_log_odds: float = Field(
+        0.0,
+        ge=0.0,
+        description='Nats for the plan being of this building; 0: it has to show that.',
+    )
     claim_probability: float = Field(
         0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
     )

@@ -56,8 +56,9 @@ def posterior(
     falling with the root of the length. What the best rival reaches on this very plan tells more
     about chance than any constant and weighs ``rival_weight``: a poor score that stands alone is
     worth more than a good one among equals, and a large plan, which offers more places, has better
-    rivals. All but ``evidence_full_m`` are fitted by :mod:`fpnet_core.evaluation.calibration`.
-    ``mirrored_score``, what the plan's mirror image
+    rivals. Who knows the building says so by ``plan_log_odds``: that the plan is of another one is
+    most of what "none" stands for. All but these and ``evidence_full_m`` are fitted by
+    :mod:`fpnet_core.evaluation.calibration`. ``mirrored_score``, what the plan's mirror image
     reaches, competes at ``mirror_log_odds``.
     """
     gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
@@ -67,7 +68,7 @@ def posterior(
     )
     if len(odds) > 1:
         chance += config.rival_weight * (np.sort(odds)[-2] - chance)
-    null = gain * (chance - null_slack)
+    null = gain * (chance - null_slack) - config.plan_log_odds
     against = [null]
     if mirrored_score is not None:
         against.append(gain * float(_log_odds(mirrored_score)) - config.mirror_log_odds)

@@ -34,6 +34,7 @@ def localized(name, tmp_path):
         'pose.scale_tolerance=0.25',
         'pose.strain_sigma=0.05',
         'localizer.tick_period_s=30',
+        'localizer.plan_log_odds=6.9',
     ):
         arguments += ['--set', setting]
     arguments += ['--truth', str(tmp_path / 'truth.tum')]

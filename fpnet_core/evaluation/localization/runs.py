@@ -37,9 +37,12 @@ LOG_TICK_PERIOD_S = 10.0
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
     'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
-    'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
+    'logs': {
+        'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05},
+        'localizer': {'plan_log_odds': 6.9},
+    },
 }
-"""What a user would say about the plan's scale, where it is not trusted to a tenth."""
+"""What a user would say where the scale is not to be trusted, or a rough drawing is the right one."""
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,14 @@ def test_a_poor_score_that_stands_alone_beats_a_good_one_among_equals():
     assert alone > 0.9 > 0.7 > among
 
 
+def test_a_plan_known_to_be_of_the_building_needs_less_to_win_but_not_against_a_rival():
+    known = CONFIG.model_copy(update={'plan_log_odds': 6.9})
+    lone, tie = np.array([0.62, 0.3]), np.array([0.62, 0.61])
+    assert posterior(lone, 200.0, known)[0] > 0.99
+    assert posterior(lone, 200.0, known)[0] > posterior(lone, 200.0, CONFIG)[0]
+    assert posterior(tie, 200.0, known)[0] < 0.8
+
+
 def test_the_same_gap_says_more_between_good_scores():
     good, poor = (
         posterior(np.array([best, best - 0.04]), 200.0, CONFIG)[0] for best in (0.93, 0.72)
