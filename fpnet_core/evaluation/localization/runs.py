@@ -42,7 +42,7 @@ GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
         'localizer': {'plan_log_odds': 6.9},
     },
 }
-"""What a user would say where the scale is not to be trusted, or a rough drawing is the right one."""
+"""What a user would say of plans of uncertain scale, and of rough ones of the right building."""
 
 
 @dataclass(frozen=True)
