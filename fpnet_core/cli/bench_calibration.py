@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from itertools import chain
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -63,26 +64,35 @@ def command(
     real = read_robot_pairs(data, 'tune') if data is not None else ()
     report: dict[str, Any] = {'seed': seed or 0}
 
-    def gather(label: str, seed: int, pairs: tuple[RobotPair, ...]) -> list[Trial]:
+    def gather(label: str, seed: int, pairs: tuple[RobotPair, ...]) -> dict[str, list[Trial]]:
         total = limit + drives + len(pairs) * _CUTS * len(BANDS)
         with common.progress(label, total) as advance:
-            return [
-                *calibration.generated_trials(seed, limit, tree, matcher, advance),
-                *drive_trials.drive_trials(seed, drives, tree, advance),
-                *calibration.robot_trials(pairs, _CUTS, tree, matcher, advance),
-            ]
+            return {
+                'maps': calibration.generated_trials(seed, limit, tree, matcher, advance),
+                'drives': drive_trials.drive_trials(seed, drives, tree, advance),
+                'real': calibration.robot_trials(pairs, _CUTS, tree, matcher, advance),
+            }
 
     if fit:
-        trials = gather('fitting', _FIT_SEED, ())
+        trials = list(chain(*gather('fitting', _FIT_SEED, ()).values()))
         report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
         for name, value in report['fitted'].items():
             typer.echo(f'localizer.{name}: {value:.3g}')
         fitted = tree.localizer.model_copy(update=report['fitted'])
         tree = tree.model_copy(update={'localizer': fitted})
-    trials = gather('measuring', seed or 0, real)
-    result = calibration.reliability(trials, tree.localizer)
-    _print(result)
-    report |= {'trials': len(trials), **_plain(result)}
+    kinds = gather('measuring', seed or 0, real)
+    results = {
+        name: calibration.reliability(trials, tree.localizer)
+        for name, trials in kinds.items()
+        if trials
+    }
+    for name, result in results.items():
+        _print(name, result)
+    report['kinds'] = {name: _plain(result) for name, result in results.items()}
+    everything = list(chain(*kinds.values()))
+    result = calibration.reliability(everything, tree.localizer)
+    _print('all', result)
+    report |= {'trials': len(everything), **_plain(result)}
     if plot is not None:
         from fpnet_core.viz.calibration import plot_reliability
 
@@ -91,12 +101,12 @@ def command(
         common.write_json(json_path, report)
 
 
-def _print(result: Reliability) -> None:
-    typer.echo(f'expected calibration error: {result.ece:.3f}')
-    typer.echo(f'best placement is right: {result.right_best:.1%} of the right plans')
+def _print(name: str, result: Reliability) -> None:
     typer.echo(
-        f'claims: {result.claims}, {result.wrong_claims} wrong; on {result.foreign_trials} wrong '
-        f'plans: {result.foreign_claims}'
+        f'{name}: expected calibration error {result.ece:.3f}; best placement right on '
+        f'{result.right_best:.1%} of the right plans; {result.claims} claims, '
+        f'{result.wrong_claims} wrong; on {result.foreign_trials} wrong plans: '
+        f'{result.foreign_claims}'
     )
 
 
