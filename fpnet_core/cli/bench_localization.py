@@ -21,9 +21,12 @@ def command(
         typer.Option('--groups', metavar='NAME', help='Only this group; repeatable.'),
     ] = None,
     workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
-    with_baselines: Annotated[
-        bool, typer.Option('--baselines/--no-baselines', help='Run the baselines, too.')
-    ] = True,
+    baselines: Annotated[
+        int | None,
+        typer.Option(
+            '--baselines', metavar='N', min=0, help='Baselines on the first N cases only.'
+        ),
+    ] = None,
     data: Annotated[
         Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
     ] = Path('../shared/data'),
@@ -55,10 +58,11 @@ def command(
 
     drawn: set[str] = set()
     jobs = []
-    for case in select(make_suite(tree.seed), groups, limit):
+    for number, case in enumerate(select(make_suite(tree.seed), groups, limit)):
         is_drawn = strips is not None and case.building not in drawn
         drawn.add(case.building)
         strip = strips / f'{case.name}.png' if strips is not None and is_drawn else None
+        with_baselines = baselines is None or number < baselines
         jobs.append(Job(case, tree, tree.seed, data, with_baselines, strip))
     minutes = estimated_minutes(jobs, workers)
     typer.echo(f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped')
