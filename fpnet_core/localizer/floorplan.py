@@ -18,7 +18,15 @@ import numpy as np
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.scale import ScaleTracker
-from fpnet_core.localizer.sides import MapSide, StageTimer, compare, prepare_plan, rescaled
+from fpnet_core.localizer.sides import (
+    MapSide,
+    StageTimer,
+    compare,
+    plan_side,
+    prepare_plan,
+    rescaled,
+    rescaled_rooms,
+)
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap, PlanScale, PoseEstimate
@@ -28,7 +36,8 @@ class Floorplan:
     """
     One floorplan and what has been learned about it.
 
-    ``nominal`` is for drawing, ``working`` for comparing; without doors to ask they are the same.
+    ``nominal`` is for drawing, ``working`` for comparing; their rooms and doors are the same ones,
+    in the same order. Without doors to ask both are one.
 
     Raises
     ------
@@ -38,12 +47,15 @@ class Floorplan:
 
     def __init__(self, grid: GridMap, config: FpnetConfig) -> None:
         self._config = config
-        self.nominal = prepare_plan(grid, config)
-        self.working, self._factor, confidence = self.nominal, 1.0, 0.0
+        self._factor, confidence = 1.0, 0.0
         if config.localizer.scale_policy == 'unknown':
             doors = segment_unknown_scale(grid, config.segmentation)[1]
-            self.working = prepare_plan(rescaled(grid, doors.factor), config)
             self._factor, confidence = doors.factor, doors.confidence
+        self.working = prepare_plan(rescaled(grid, self._factor), config)
+        self.nominal = self.working
+        if self._factor != 1.0:
+            rooms = rescaled_rooms(self.working.segmentation, 1.0 / self._factor)
+            self.nominal = plan_side(replace(rooms, grid=grid))  # not off by a rounding
         policy = config.localizer.scale_policy
         self.scale = ScaleTracker(policy, config.pose, confidence)
         self._mirrored: MapSide | None = None

@@ -16,6 +16,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
+from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.search import Searched
@@ -40,8 +41,6 @@ from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
 _log = logging.getLogger(__name__)
-
-_RIGID_TOLERANCE = 1e-3
 
 
 class Localizer:
@@ -68,9 +67,7 @@ class Localizer:
         self._plan: Floorplan | None = None
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
         self._searched: Searched | None = None  # None: the next tick searches
-        self._last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
-        self._stale_scans = 0
-        self._is_odometry_replaced = False
+        self._continuity = Continuity(config.localizer)
         self._hint: PoseHint | None = None
         self._restored: LocalizerState | None = None  # until its floorplan has come
         self._submap: Submap | None = None
@@ -122,11 +119,13 @@ class Localizer:
         CloudFormatError, OdometryError
             If the scan cannot be used; it is dropped and the submap is kept.
         """
-        pose = _checked_rigid(T_odom_sensor)
+        pose = checked_rigid(T_odom_sensor)
         with self._lock:
-            self._follow_odometry(pose, stamp_ns)
+            broken = self._continuity.check(stamp_ns, pose)
+            if broken is not None:
+                self._bridge(broken)
             self._builder.add_scan(points, pose, stamp_ns)
-            self._last = (stamp_ns, pose)
+            self._continuity.go_on_from(stamp_ns, pose)
 
     def tick(self, now_ns: int) -> LocalizerOutput:
         """
@@ -144,7 +143,7 @@ class Localizer:
                 return self._output
             self._submap = taken or self._submap
             plan, submap, epoch = self._plan, self._submap, self._epoch
-            segmenter, last = self._segmenter, self._last
+            segmenter, last = self._segmenter, self._continuity.last
         if plan is None or submap is None or not self._has_seen_enough(submap):
             status = Status.NO_PLAN if plan is None else Status.WAITING
             return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
@@ -192,7 +191,7 @@ class Localizer:
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""
         with self._lock:
-            self._is_odometry_replaced = self._last is not None
+            self._continuity.expect_new_frame()
 
     def save_state(self, path: Path | str) -> None:
         """
@@ -204,12 +203,12 @@ class Localizer:
             If there was no scan yet, or the file cannot be written.
         """
         with self._lock:
-            if self._last is None:
+            if self._continuity.last is None:
                 raise StateError('nothing to save: no scan has come yet')
             plan = self._plan and plan_fingerprint(self._plan.nominal.segmentation.grid)
             state = LocalizerState(
                 self._config.submap.resolution_m,
-                *self._last,
+                *self._continuity.last,
                 self._tracked,
                 plan or '',
                 self._builder.arrays(),
@@ -241,7 +240,7 @@ class Localizer:
         with self._lock:
             self._start_anew()
             self._builder, self._restored = builder, state
-            self._last = state.stamp_ns, state.T_odom_sensor
+            self._continuity.go_on_from(state.stamp_ns, state.T_odom_sensor)
 
     def _solve(
         self,
@@ -324,43 +323,21 @@ class Localizer:
     def _has_seen_enough(self, submap: Submap) -> bool:
         return submap.free_area_m2 >= self._config.localizer.min_explored_m2
 
-    def _follow_odometry(self, pose: NDArray[np.float64], stamp_ns: int) -> None:
-        """Refuse stale scans; start anew where the odometry frame or the clock was replaced."""
-        if self._last is None:
-            return
-        last_ns, last_pose = self._last
-        if stamp_ns <= last_ns:
-            self._stale_scans += 1
-            if self._stale_scans < self._config.localizer.stale_scans_before_restart:
-                raise OdometryError(
-                    f'scan at {stamp_ns} ns is not newer than the last one at {last_ns} ns; it '
-                    'was dropped (is the recording looping, or are there two publishers?)'
-                )
-            _log.warning(
-                'the clock went back by %.3f s; starting anew', (last_ns - stamp_ns) / 1e9
-            )
-            self._start_anew()
-            return
-        self._stale_scans = 0
-        step_m = float(np.linalg.norm(pose[:3, 3] - last_pose[:3, 3]))
-        allowed_m = self._config.localizer.max_speed_mps * max((stamp_ns - last_ns) / 1e9, 0.1)
-        if step_m > allowed_m or self._is_odometry_replaced:
-            reason = 'was restarted' if self._is_odometry_replaced else f'jumped by {step_m:.2f} m'
-            _log.warning('odometry %s; starting anew', reason)
-            # The robot has hardly moved, only its coordinates have: worth a try.
-            T_old_new = SE2.from_matrix4(last_pose) @ SE2.from_matrix4(pose).inv()
-            tracked = tuple(A_plan_odom @ T_old_new for A_plan_odom in self._tracked)
-            self._start_anew()
-            self._tracked = tracked
+    def _bridge(self, broken: Break) -> None:
+        """Start anew, with the placements where they would be in the new frame."""
+        _log.warning('%s; starting anew', broken.reason)
+        tracked: tuple[Affine2D, ...] = ()
+        if broken.T_old_new is not None:
+            tracked = tuple(A_plan_odom @ broken.T_old_new for A_plan_odom in self._tracked)
+        self._start_anew()
+        self._tracked = tracked
 
     def _start_anew(self) -> None:
         self._builder.reset()
         # A new one: a tick may be using the old one in another thread.
         self._segmenter = SubmapSegmenter(self._config.segmentation)
         self._submap = None
-        self._last = None
-        self._stale_scans = 0
-        self._is_odometry_replaced = False
+        self._continuity.forget()
         self._forget_placements()
 
     def _forget_placements(self) -> None:
@@ -374,19 +351,6 @@ class Localizer:
 def _planar(T_submap_odom: SE2, T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where the sensor is in the submap, ``(2,)``."""
     return T_submap_odom.apply(T_odom_sensor[:2, 3])
-
-
-def _checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
-    pose = np.asarray(T_odom_sensor, dtype=np.float64)
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        raise OdometryError(
-            f'the sensor pose must be a finite (4, 4) matrix, got shape {pose.shape}; '
-            'the scan was dropped'
-        )
-    R = pose[:3, :3]
-    if np.abs(R @ R.T - np.eye(3)).max() > _RIGID_TOLERANCE or np.linalg.det(R) < 0:
-        raise OdometryError('the sensor pose holds no rotation matrix; the scan was dropped')
-    return pose
 
 
 def _follow_scale(plan: Floorplan, belief: Belief, sub: MapSide) -> None:

@@ -21,7 +21,7 @@ from fpnet_core.localizer.sides import (
     StageTimer,
     compare,
     plan_side,
-    rescaled,
+    rescaled_rooms,
 )
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import Candidates, map_evidence
@@ -89,8 +89,8 @@ def match_maps(
             sub_cut, sub_scale = segment_unknown_scale(_trimmed(submap), config.segmentation)
         plan_factor, sub_factor = _metres_per_unit(plan_scale, sub_scale)
         with timer.stage('evidence'):
-            plan_map = plan_side(_rescaled(plan_cut, plan_factor))
-            sub_map = _submap_side(_rescaled(sub_cut, sub_factor))
+            plan_map = plan_side(rescaled_rooms(plan_cut, plan_factor))
+            sub_map = _submap_side(rescaled_rooms(sub_cut, sub_factor))
         confidence = min(plan_scale.confidence, sub_scale.confidence)
         search = door_scale_search(confidence, config.pose)
         area_m2 = submap.free_area_m2 * sub_factor**2
@@ -155,22 +155,6 @@ def _trimmed(submap: Submap) -> Submap:
     rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
     window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
     return replace(submap, grid=submap.grid.cropped(*window), lintel=submap.lintel[window])
-
-
-def _rescaled(segmentation: Segmentation, factor: float) -> Segmentation:
-    """Return the same rooms and doors with every length multiplied by ``factor``."""
-    regions = (
-        replace(
-            region,
-            polygon=region.polygon * factor,
-            centroid=region.centroid * factor,
-            area_m2=region.area_m2 * factor**2,
-        )
-        for region in segmentation.regions
-    )
-    portals = (replace(portal, ends=portal.ends * factor) for portal in segmentation.portals)
-    grid = rescaled(segmentation.grid, factor)
-    return replace(segmentation, grid=grid, regions=tuple(regions), portals=tuple(portals))
 
 
 def _widened(

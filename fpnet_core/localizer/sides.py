@@ -101,6 +101,22 @@ def rescaled(grid: GridMap, factor: float) -> GridMap:
     return replace(grid, resolution=grid.resolution * factor, T_frame_grid=moved)
 
 
+def rescaled_rooms(segmentation: Segmentation, factor: float) -> Segmentation:
+    """Return the same rooms and doors with every length multiplied by ``factor``."""
+    regions = (
+        replace(
+            region,
+            polygon=region.polygon * factor,
+            centroid=region.centroid * factor,
+            area_m2=region.area_m2 * factor**2,
+        )
+        for region in segmentation.regions
+    )
+    portals = (replace(portal, ends=portal.ends * factor) for portal in segmentation.portals)
+    grid = rescaled(segmentation.grid, factor)
+    return replace(segmentation, grid=grid, regions=tuple(regions), portals=tuple(portals))
+
+
 def plan_side(segmentation: Segmentation) -> MapSide:
     """Return graph and evidence of a segmented plan; only its rooms count as free space."""
     grid = segmentation.grid

@@ -98,8 +98,11 @@ def _outcomes(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, Outcome]
     context = multiprocessing.get_context('spawn')  # threads of OpenMP do not survive a fork
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
         futures = {pool.submit(_attempt, job): job for job in jobs}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:  # what fails fails now, not after hours of cases whose records nobody takes
+            pool.shutdown(cancel_futures=True)
 
 
 def _attempt(job: Job) -> Outcome:

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a scan goes on in the odometry frame of the one before, or a new frame has begun."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.errors import OdometryError
+from fpnet_core.geometry import SE2
+
+_RIGID_TOLERANCE = 1e-3
+_NS_PER_S = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Break:
+    """
+    Why a scan does not go on from the last one.
+
+    ``T_old_new`` maps the new odometry frame to the old one if the robot has hardly moved, only
+    its coordinates have; None where nothing is known.
+    """
+
+    reason: str
+    T_old_new: SE2 | None = None
+
+
+class Continuity:
+    """Follows stamps and poses of the scans of one odometry frame."""
+
+    def __init__(self, config: LocalizerConfig) -> None:
+        self._config = config
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew: the next scan breaks nothing."""
+        self.last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
+        self._stale_scans = 0
+        self._is_replaced = False
+
+    def go_on_from(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> None:
+        """Take a scan that was used as the last one."""
+        self.last = stamp_ns, T_odom_sensor
+
+    def expect_new_frame(self) -> None:
+        """Say that the next scan comes with a new odometry frame, if one has come at all."""
+        self._is_replaced = self.last is not None
+
+    def check(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> Break | None:
+        """
+        Return what breaks between the last scan and this one, None where it goes on.
+
+        Raises
+        ------
+        OdometryError
+            If the scan is no newer than the last one; many in a row are a clock that was reset.
+        """
+        if self.last is None:
+            return None
+        last_ns, last_pose = self.last
+        if stamp_ns <= last_ns:
+            self._stale_scans += 1
+            if self._stale_scans < self._config.stale_scans_before_restart:
+                raise OdometryError(
+                    f'scan at {stamp_ns} ns is not newer than the last one at {last_ns} ns; it '
+                    'was dropped (is the recording looping, or are there two publishers?)'
+                )
+            return Break(f'the clock went back by {(last_ns - stamp_ns) / _NS_PER_S:.3f} s')
+        self._stale_scans = 0
+        step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
+        elapsed_s = max((stamp_ns - last_ns) / _NS_PER_S, 0.1)
+        if step_m <= self._config.max_speed_mps * elapsed_s and not self._is_replaced:
+            return None
+        reason = 'was restarted' if self._is_replaced else f'jumped by {step_m:.2f} m'
+        T_old_new = SE2.from_matrix4(last_pose) @ SE2.from_matrix4(T_odom_sensor).inv()
+        return Break(f'odometry {reason}', T_old_new)
+
+
+def checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return a sensor pose as ``(4, 4) float64``.
+
+    Raises
+    ------
+    OdometryError
+        If it is no rigid transform.
+    """
+    pose = np.asarray(T_odom_sensor, dtype=np.float64)
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise OdometryError(
+            f'the sensor pose must be a finite (4, 4) matrix, got shape {pose.shape}; '
+            'the scan was dropped'
+        )
+    R = pose[:3, :3]
+    if np.abs(R @ R.T - np.eye(3)).max() > _RIGID_TOLERANCE or np.linalg.det(R) < 0:
+        raise OdometryError('the sensor pose holds no rotation matrix; the scan was dropped')
+    return pose

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""When does an odometry frame end, and what is known across the break?"""
+
+import numpy as np
+import pytest
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.errors import OdometryError
+from fpnet_core.geometry import SE2
+from fpnet_core.localizer.continuity import Continuity, checked_rigid
+
+SECOND = 10**9
+CONFIG = LocalizerConfig(max_speed_mps=2.0, stale_scans_before_restart=3)
+
+
+def pose(x, y=0.0, yaw=0.0):
+    return SE2.from_xy_yaw(x, y, yaw).as_matrix4()
+
+
+def after(x=0.0):
+    continuity = Continuity(CONFIG)
+    assert continuity.check(SECOND, pose(x)) is None
+    continuity.go_on_from(SECOND, pose(x))
+    return continuity
+
+
+def test_a_drive_goes_on():
+    continuity = after()
+    for step in range(2, 6):
+        assert continuity.check(step * SECOND, pose(1.5 * (step - 1))) is None
+        continuity.go_on_from(step * SECOND, pose(1.5 * (step - 1)))
+
+
+def test_a_jump_breaks_and_says_where_the_new_frame_lies_in_the_old_one():
+    broken = after(x=5.0).check(2 * SECOND, pose(-20.0, 1.0, 0.5))
+    assert 'jumped by 25' in broken.reason
+    there = broken.T_old_new.apply(np.array([-20.0, 1.0]))
+    assert there == pytest.approx([5.0, 0.0])
+
+
+def test_an_announced_frame_breaks_once_however_near_it_is():
+    continuity = after()
+    continuity.expect_new_frame()
+    assert 'restarted' in continuity.check(2 * SECOND, pose(0.0)).reason
+    continuity.forget()
+    assert continuity.check(3 * SECOND, pose(0.0)) is None
+
+
+def test_before_the_first_scan_there_is_no_frame_to_replace():
+    continuity = Continuity(CONFIG)
+    continuity.expect_new_frame()
+    continuity.go_on_from(SECOND, pose(0.0))
+    assert continuity.check(2 * SECOND, pose(0.1)) is None
+
+
+def test_old_scans_are_dropped_until_they_are_a_clock_set_back():
+    continuity = after()
+    for _ in range(2):
+        with pytest.raises(OdometryError, match='not newer'):
+            continuity.check(SECOND, pose(0.0))
+    broken = continuity.check(SECOND // 2, pose(0.0))
+    assert 'clock went back by 0.500 s' in broken.reason
+    assert broken.T_old_new is None
+
+
+@pytest.mark.parametrize(
+    'bad', [np.eye(3), np.diag([2.0, 1.0, 1.0, 1.0]), np.full((4, 4), np.nan)]
+)
+def test_what_is_no_rigid_transform_is_refused(bad):
+    with pytest.raises(OdometryError, match='sensor pose'):
+        checked_rigid(bad)
