@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is searched for the scale of a drawing, and when it is settled."""
 
-from dataclasses import replace
-
 import numpy as np
 from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import drive, recorded
@@ -12,7 +10,9 @@ import pytest
 from fpnet_core.config import PoseConfig, load_config
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.scale import ScaleTracker
+from fpnet_core.localizer.sides import rescaled
 from fpnet_core.types import MatchResult, Status
 
 CONFIG = PoseConfig()
@@ -89,13 +89,7 @@ class IndifferentMatcher:
 
 def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
     factor = 2.5  # nominal metres per true metre
-    grid = plan_grid()
-    origin = grid.T_frame_grid
-    enlarged = replace(
-        grid,
-        resolution=grid.resolution * factor,
-        T_frame_grid=SE2(origin.linear, origin.translation * factor),
-    )
+    enlarged = rescaled(plan_grid(), factor)
     config = load_config(None, {'localizer.scale_policy': 'unknown'})
     localizer = Localizer(config, IndifferentMatcher())
     localizer.set_plan(enlarged)
@@ -109,3 +103,16 @@ def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
     pose = localizer.pose(recorded()[-1][1])
     in_building = A_BUILDING_PLAN.apply(pose.translation / factor)
     assert np.linalg.norm(in_building - (x, y)) < 0.3
+
+
+def test_drawn_and_working_plan_have_the_same_rooms_and_doors():
+    grid = rescaled(plan_grid(), 2.5)
+    plan = Floorplan(grid, load_config(None, {'localizer.scale_policy': 'unknown'}))
+    drawn, working = plan.nominal.segmentation, plan.working.segmentation
+    assert drawn.grid is grid
+    assert len(drawn.regions) == len(working.regions) > 3
+    factor = working.grid.resolution / grid.resolution
+    assert factor == pytest.approx(1 / 2.5, rel=0.1)
+    for region, same in zip(drawn.regions, working.regions, strict=True):
+        assert region.label is same.label
+        assert region.centroid * factor == pytest.approx(same.centroid)
