@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import chain
 import math
@@ -15,6 +16,7 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
+    from fpnet_core.config import LocalizerConfig
     from fpnet_core.evaluation.calibration import Reliability, Trial
     from fpnet_core.evaluation.robot_pairs import RobotPair
 
@@ -74,21 +76,16 @@ def command(
             }
 
     if fit:
-        trials = list(chain(*gather('fitting', _FIT_SEED, ()).values()))
+        fitted_to = gather('fitting', _FIT_SEED, ())
+        trials = list(chain(*fitted_to.values()))
         report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
         for name, value in report['fitted'].items():
             typer.echo(f'localizer.{name}: {value:.3g}')
         fitted = tree.localizer.model_copy(update=report['fitted'])
         tree = tree.model_copy(update={'localizer': fitted})
+        report['fitted_to'] = _reported('fitted to ', fitted_to, tree.localizer)
     kinds = gather('measuring', seed or 0, real)
-    results = {
-        name: calibration.reliability(trials, tree.localizer)
-        for name, trials in kinds.items()
-        if trials
-    }
-    for name, result in results.items():
-        _print(name, result)
-    report['kinds'] = {name: _plain(result) for name, result in results.items()}
+    report['kinds'] = _reported('', kinds, tree.localizer)
     everything = list(chain(*kinds.values()))
     result = calibration.reliability(everything, tree.localizer)
     _print('all', result)
@@ -99,6 +96,21 @@ def command(
         plot_reliability(plot, result.claimed, result.true, result.count, result.ece)
     if json_path is not None:
         common.write_json(json_path, report)
+
+
+def _reported(
+    prefix: str, kinds: Mapping[str, Sequence[Trial]], config: LocalizerConfig
+) -> dict[str, Any]:
+    """Print how reliable each kind of trial is, and return it as JSON takes it."""
+    from fpnet_core.evaluation.calibration import reliability
+
+    plain = {}
+    for name, trials in kinds.items():
+        if trials:
+            result = reliability(trials, config)
+            _print(prefix + name, result)
+            plain[name] = _plain(result)
+    return plain
 
 
 def _print(name: str, result: Reliability) -> None:
