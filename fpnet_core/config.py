@@ -218,6 +218,9 @@ class LocalizerConfig(Section):
     search_every_ticks: int = Field(
         30, ge=1, description='While surely localized, ticks between searches of the whole plan.'
     )
+    news_growth: float = Field(
+        1.05, gt=1.0, description='A submap larger by this factor shows something new.'
+    )
     mirror_check_ticks: int = Field(
         5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
     )

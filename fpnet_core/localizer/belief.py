@@ -18,8 +18,6 @@ _SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
 _SHORTEST_M = 5.0  # less wall than this is treated as this much
 _LEAST_SCORE = 0.02  # scores nearer to 0 or 1 than this differ by noise only
 
-_NEWS = 1.05  # walls or free space grown by this factor are news
-
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
 _MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
 
@@ -205,6 +203,6 @@ class HypothesisTracker:
         # A new leader has won once, whatever the one before it did.
         before = self._sure_wins if is_sure and self._wins > 1 else 0
         seen = np.array([sub.wall_length_m, sub.free_area_m2])
-        if before and needs_news and (seen < _NEWS * self._sure_of).all():
+        if before and needs_news and (seen < self._config.news_growth * self._sure_of).all():
             return
         self._sure_wins, self._sure_of = before + int(is_sure), seen

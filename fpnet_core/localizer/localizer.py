@@ -288,7 +288,7 @@ class Localizer:
     ) -> tuple[Searched, Comparison]:
         """Search the whole plan, or follow what the last search found where that will do."""
         config, last = self._config, self._searched
-        if last is not None and last.holds(submap, config.localizer.search_every_ticks):
+        if last is not None and last.holds(submap, config.localizer):
             return last.followed(
                 plan.working, submap, tracked, config.pose, timer, plan.scale.search, robot_xy
             )

@@ -12,14 +12,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fpnet_core.config import PoseConfig
+from fpnet_core.config import LocalizerConfig, PoseConfig
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import Comparison, MapSide, RobotXY, StageTimer
 from fpnet_core.pose import Candidates, map_evidence, verified_estimates
 from fpnet_core.types import MatchResult, Submap
-
-_GROWTH = 1.05
-"""A submap larger by this factor may show what tells the claim from places not followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +32,10 @@ class Searched:
     free_area_m2: float
     ticks: int = 0
 
-    def holds(self, submap: Submap, every_ticks: int) -> bool:
+    def holds(self, submap: Submap, config: LocalizerConfig) -> bool:
         """Tell whether the next tick may go on from this search."""
-        is_recent = self.ticks + 1 < every_ticks
-        return is_recent and submap.free_area_m2 < _GROWTH * self.free_area_m2
+        is_recent = self.ticks + 1 < config.search_every_ticks
+        return is_recent and submap.free_area_m2 < config.news_growth * self.free_area_m2
 
     def followed(
         self,
