@@ -6,11 +6,17 @@ Time one match of the packaged network, its throughput in batches, and that of t
 Usage: ``python benchmarks/matching_latency.py [--plan-nodes 100] [--sub-nodes 30] [--threads 2]``
 
 ``match_ms`` is the whole call, network and consensus, with a plan that was matched before, as in
-a localizer; ``cpu_ms`` is processor time, which other load on the machine changes less.
+a localizer; ``cpu_ms`` is processor time, which other load on the machine changes less;
+``busy_match_ms_p50`` is the same call while a process per core but one spins, as odometry does
+on a robot. A match runs on one thread; ``--threads`` are those of batches and training.
 """
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 import json
+import multiprocessing
+import os
 from statistics import median, quantiles
 import time
 
@@ -66,6 +72,28 @@ def milliseconds(call, repeats: int) -> tuple[list[float], float]:
     return times, (time.process_time() - cpu) / repeats * 1e3
 
 
+def spin() -> None:
+    """Keep a core busy until terminated."""
+    while True:
+        pass
+
+
+@contextmanager
+def busy_cores() -> Iterator[None]:
+    """Keep every core but one busy."""
+    context = multiprocessing.get_context('spawn')
+    count = max(1, len(os.sched_getaffinity(0)) - 1)
+    spinning = [context.Process(target=spin, daemon=True) for _ in range(count)]
+    for process in spinning:
+        process.start()
+    try:
+        yield
+    finally:
+        for process in spinning:
+            process.terminate()
+            process.join()
+
+
 def training_rate(network, plans, subs) -> float:
     """Return pairs per second of a forward and backward pass."""
     network.requires_grad_(True)
@@ -91,6 +119,8 @@ def main() -> None:
     sub = grid_graph(np.random.default_rng(0), arguments.sub_nodes, 'submap', 0.7)
     matcher = LearnedMatcher(MatcherConfig())
     wall, cpu = milliseconds(lambda: matcher.match(plan, sub, 300.0), REPEATS)
+    with busy_cores():
+        busy, _ = milliseconds(lambda: matcher.match(plan, sub, 300.0), REPEATS)
     _, network_cpu = milliseconds(lambda: matcher.likelihood(plan, sub), REPEATS)
     network = load_network(read_weights(None, FEATURE_SCHEMA))
     plans, subs = network.batch([plan] * BATCH), network.batch([sub] * BATCH)
@@ -101,6 +131,7 @@ def main() -> None:
         'threads': arguments.threads,
         'match_ms_p50': median(wall),
         'match_ms_p95': quantiles(wall, n=20)[-1],
+        'busy_match_ms_p50': median(busy),
         'cpu_ms': cpu,
         'network_cpu_ms': network_cpu,
         'batched_pairs_per_s': BATCH * 1e3 / median(batched),
