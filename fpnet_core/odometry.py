@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 MIN_POINTS = 100
 """A sweep with fewer returns within range moves the estimate at random; it is refused."""
 
+_FLAT_M = 0.01
+"""Sweeps that are lower than this [m] are those of a planar scanner."""
+
 
 class RegisteredSweep(NamedTuple):
     """
@@ -38,8 +41,10 @@ class KissOdometry:
     """
     Register sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
 
-    The odometry frame ``odom`` is the sensor's pose at the first sweep. A refused sweep leaves
-    the state as it was.
+    The odometry frame ``odom`` is the sensor's pose at the first sweep, which also tells a planar
+    scanner from others: its sweeps are flat, and its map gets voxels of its own. KISS-ICP keeps one
+    point in one and a half voxels; of a single beam that would leave a few dozen. A refused sweep
+    leaves the state as it was.
     """
 
     def __init__(self, config: OdometryConfig) -> None:
@@ -48,15 +53,21 @@ class KissOdometry:
 
     def reset(self) -> None:
         """Forget the map and start again at identity."""
+        self._kiss: KissICP | None = None
+
+    def _started(self, first: NDArray[np.float64]) -> KissICP:
+        """Return an empty odometry for the kind of scanner that saw ``first (P, 3)``."""
         config = self._config
-        self._kiss = KissICP(
+        is_planar = float(np.ptp(first[:, 2])) < _FLAT_M
+        voxel_size = config.planar_voxel_size if is_planar else config.voxel_size
+        return KissICP(
             KISSConfig(
                 data={
                     'max_range': config.max_range,
                     'min_range': config.min_range,
                     'deskew': config.deskew,
                 },
-                mapping={'voxel_size': config.voxel_size},
+                mapping={'voxel_size': voxel_size},
             )
         )
 
@@ -89,6 +100,8 @@ class KissOdometry:
                 f'{MIN_POINTS}: check the sensor and the odometry ranges'
             )
         times = self._usable_times(time_s, usable)
+        if self._kiss is None:
+            self._kiss = self._started(sweep[usable])
         deskewed, _ = self._kiss.register_frame(sweep[usable], times)
         return RegisteredSweep(self._kiss.last_pose.copy(), np.asarray(deskewed))
 

@@ -44,6 +44,31 @@ def test_planted_motion_is_recovered():
     np.testing.assert_allclose(sweep.T_odom_sensor, motion(11), atol=0.03)
 
 
+def turn_error_deg(config, turn_rad):
+    """Largest error of the heading while a planar scanner turns in place in a cluttered room."""
+    rng = np.random.default_rng(13)
+    boxes = rng.uniform([-3.0, -2.0], [6.0, 4.0], (12, 2))
+    sides = np.vstack([boxes + [0.0, s] for s in np.linspace(0.0, 0.4, 9)])
+    walls = room(rng, 1500)[:, :2]
+    world = np.pad(np.vstack([walls, sides, sides + [0.3, 0.0]]), ((0, 0), (0, 1)))
+    odometry, errors = KissOdometry(config), []
+    for k in range(40):
+        c, s = np.cos(turn_rad * k), np.sin(turn_rad * k)
+        T = np.eye(4)
+        T[:2, :2] = [[c, -s], [s, c]]
+        seen = seen_from(T, world[rng.random(len(world)) < 0.5])
+        found = odometry.register(seen + rng.normal(0.0, [0.01, 0.01, 0.0], seen.shape), None)
+        apart = T[:2, :2].T @ found.T_odom_sensor[:2, :2]
+        errors.append(abs(np.degrees(np.arctan2(apart[1, 0], apart[0, 0]))))
+    return max(errors)
+
+
+def test_flat_sweeps_get_the_voxels_of_planar_scanners():
+    coarse = OdometryConfig(voxel_size=0.4, planar_voxel_size=0.4)
+    fine = OdometryConfig(voxel_size=0.4, planar_voxel_size=0.1)
+    assert turn_error_deg(fine, 0.05) < 0.7 * turn_error_deg(coarse, 0.05)
+
+
 def distance_to_room(points):
     """Distance of each world point to the nearest wall, floor or ceiling."""
     low, high = np.array([-3.0, -2.0, -1.2]), np.array([6.0, 4.0, 1.8])
