@@ -42,9 +42,9 @@ class KissOdometry:
     Register sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
 
     The odometry frame ``odom`` is the sensor's pose at the first sweep, which also tells a planar
-    scanner from others: its sweeps are flat, and its map gets voxels of its own. KISS-ICP keeps one
-    point in one and a half voxels; of a single beam that would leave a few dozen. A refused sweep
-    leaves the state as it was.
+    scanner from others: its sweeps are flat, and its map gets voxels of its own. KISS-ICP keeps
+    one point in one and a half voxels; of a single beam that would leave a few dozen. A refused
+    sweep leaves the state as it was.
     """
 
     def __init__(self, config: OdometryConfig) -> None:

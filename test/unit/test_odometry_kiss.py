@@ -48,9 +48,9 @@ def turn_error_deg(config, turn_rad):
     """Largest error of the heading while a planar scanner turns in place in a cluttered room."""
     rng = np.random.default_rng(13)
     boxes = rng.uniform([-3.0, -2.0], [6.0, 4.0], (12, 2))
-    sides = np.vstack([boxes + [0.0, s] for s in np.linspace(0.0, 0.4, 9)])
-    walls = room(rng, 1500)[:, :2]
-    world = np.pad(np.vstack([walls, sides, sides + [0.3, 0.0]]), ((0, 0), (0, 1)))
+    outline = [np.array([x, y]) for x in (0.0, 0.3) for y in np.linspace(0.0, 0.4, 9)]
+    walls = np.vstack([room(rng, 1500)[:, :2], *(boxes + corner for corner in outline)])
+    world = np.pad(walls, ((0, 0), (0, 1)))
     odometry, errors = KissOdometry(config), []
     for k in range(40):
         c, s = np.cos(turn_rad * k), np.sin(turn_rad * k)
