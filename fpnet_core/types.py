@@ -131,6 +131,8 @@ class Submap:
         Sensor time of the newest scan inside.
     id : int
         Grows by one with every hand-out, 0 for a map read from an image.
+    recent_xy : (P, 2) float64
+        Returns at body height over the last metres of the path, frame ``submap`` [m].
     """
 
     grid: GridMap
@@ -139,11 +141,13 @@ class Submap:
     T_odom_submap: SE2 = field(default_factory=SE2.identity)
     stamp_ns: int = 0
     id: int = 0
+    recent_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         """Check that the rasters agree."""
         _freeze(self, 'lintel', np.bool_, self.grid.shape)
         _freeze(self, 'path_xy', np.float64, (None, 2))
+        _freeze(self, 'recent_xy', np.float64, (None, 2))
 
     @property
     def free_area_m2(self) -> float:
@@ -384,8 +388,9 @@ class LocalizerOutput:
     """
     The result of one tick.
 
-    ``A_plan_odom`` is None unless ``status`` is LOCALIZED: a caller that forgets to look must
-    not drive on an identity. ``probability`` is that of the best hypothesis against the rest.
+    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is
+    None unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an
+    identity. ``probability`` is that of the best hypothesis against the rest.
     ``scale`` is what claimed placements say of the plan's scale, None before the first;
     ``reason`` says what keeps the localizer from a claim where it knows more than the status.
     """

@@ -178,10 +178,10 @@ def _aligned(
     plan: MapEvidence, part: MapEvidence, candidates: Candidates, sigma_m: float
 ) -> Candidates:
     """Return the most promising candidates aligned to the walls where they lie."""
-    rough = refine(plan, part, candidates.linear, candidates.translation, _FREEDOM, ROUGH)
+    rough = refine(plan, part.walls, candidates.linear, candidates.translation, _FREEDOM, ROUGH)
     support = coarse_support(plan, part, rough.linear, rough.translation, sigma_m, 250)
     order = np.argsort(-support, kind='stable')[:_MAX_REFINED]
-    fine = refine(plan, part, rough.linear[order], rough.translation[order], _FREEDOM, FINE)
+    fine = refine(plan, part.walls, rough.linear[order], rough.translation[order], _FREEDOM, FINE)
     return Candidates(fine.linear, fine.translation)
 
 

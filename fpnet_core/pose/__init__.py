@@ -11,7 +11,7 @@ from fpnet_core.pose.estimate import (
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
 from fpnet_core.pose.hypotheses import Candidates, propose
 from fpnet_core.pose.refine import FINE, ROUGH, Effort, Freedom, refine
-from fpnet_core.pose.verify import Agreement, agreement, coarse_support
+from fpnet_core.pose.verify import Agreement, agreement, coarse_support, wall_support
 
 __all__ = [
     'FINE',
@@ -30,4 +30,5 @@ __all__ = [
     'refine',
     'select_promising',
     'verified_estimates',
+    'wall_support',
 ]

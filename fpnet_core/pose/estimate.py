@@ -84,10 +84,10 @@ def verified_estimates(
     -------
     At most ``max_estimates`` estimates; empty for no candidates.
     """
-    rough = refine(plan, sub, candidates.linear, candidates.translation, freedom, ROUGH)
+    rough = refine(plan, sub.walls, candidates.linear, candidates.translation, freedom, ROUGH)
     places = compared_at(sub, robot_xy)
     near = _worth_more(plan, sub, Candidates(rough.linear, rough.translation), config, places)
-    fine = refine(plan, sub, near.linear, near.translation, freedom, FINE)
+    fine = refine(plan, sub.walls, near.linear, near.translation, freedom, FINE)
     scores = agreement(plan, sub, fine.linear, fine.translation, config.wall_sigma_m).score
     order = np.argsort(-scores, kind='stable')
     ranked = Candidates(fine.linear[order], fine.translation[order])

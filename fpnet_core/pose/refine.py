@@ -80,7 +80,7 @@ class Refined:
 
 def refine(
     plan: MapEvidence,
-    sub: MapEvidence,
+    walls: Array,
     linear: Array,
     translation: Array,
     freedom: Freedom,
@@ -91,13 +91,14 @@ def refine(
 
     Parameters
     ----------
-    plan, sub : evidence of both sides
+    plan : evidence of the drawing
+    walls : (P, 2) samples of the submap's walls [m]
     linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
     freedom : how far the drawing may be stretched
     effort : ``ROUGH`` for many new candidates, ``FINE`` for few that are near
     """
-    step = max(1, -(-len(sub.walls) // effort.max_points))
-    points = np.ascontiguousarray(sub.walls[::step])
+    step = max(1, -(-len(walls) // effort.max_points))
+    points = np.ascontiguousarray(walls[::step])
     widths = np.array(effort.widths_m)
     linear, translation = np.array(linear), np.array(translation)
     cov = np.zeros((len(linear), 3, 3))

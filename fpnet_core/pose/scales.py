@@ -57,10 +57,10 @@ def estimates_across_scales(
     -------
     At most ``max_estimates`` estimates, by worth and not by score; empty for no candidates.
     """
-    near = refine(plan, sub, candidates.linear, candidates.translation, freedom, _NEAR)
+    near = refine(plan, sub.walls, candidates.linear, candidates.translation, freedom, _NEAR)
     best, _ = _ranked(plan, sub, near, config, SAME_BASIN_M, _LOOKED_AT * config.max_estimates)
     near = Refined(near.linear[best], near.translation[best], near.cov[best])
-    fine = refine(plan, sub, near.linear, near.translation, freedom, FINE)
+    fine = refine(plan, sub.walls, near.linear, near.translation, freedom, FINE)
     # Where the map has little to hold on to, the last step may lead away.
     either = Refined(
         np.concatenate([fine.linear, near.linear]),

@@ -70,6 +70,22 @@ def coarse_support(
     return support - violation
 
 
+def wall_support(
+    plan: MapEvidence,
+    walls: NDArray[np.float64],
+    linear: NDArray[np.float64],
+    translation: NDArray[np.float64],
+    sigma_m: float,
+) -> NDArray[np.float64]:
+    """Return the share of ``walls (P, 2)`` that ``C`` candidates put on drawn walls, ``(C,)``."""
+    support, violation = np.zeros(len(linear)), np.zeros(len(linear))
+    _forward(
+        linear, translation, walls, np.zeros((0, 2)), plan.wall_likelihood(sigma_m),
+        plan.outside_depth, plan.A_rc_xy, support, violation,
+    )  # fmt: skip
+    return support
+
+
 def agreement(
     plan: MapEvidence,
     sub: MapEvidence,

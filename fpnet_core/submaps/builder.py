@@ -15,6 +15,7 @@ from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.submaps.heights import HeightTracker
 from fpnet_core.submaps.raster import CountRaster
+from fpnet_core.submaps.recent import RecentReturns
 from fpnet_core.types import Submap
 
 # Robot positions that memory is reserved for at first; doubled when they are used up.
@@ -44,6 +45,7 @@ class SubmapBuilder:
         """Forget everything; the next submap has id 1 again."""
         self._raster = CountRaster(self._config)
         self._heights = HeightTracker(self._config)
+        self._recent = RecentReturns()
         self._path = np.zeros((_PATH_BLOCK, 2), dtype=np.float64)
         self._path_length = 0
         self._scans = 0
@@ -88,7 +90,15 @@ class SubmapBuilder:
         grid, lintel = seen
         self._id += 1
         path = self._path[: self._path_length]
-        return Submap(grid, lintel, path, SE2.identity(), self._stamp_ns, self._id)
+        return Submap(
+            grid,
+            lintel,
+            path,
+            SE2.identity(),
+            self._stamp_ns,
+            self._id,
+            self._recent.points(),
+        )
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return everything that :meth:`restored` needs to go on, copied."""
@@ -130,6 +140,9 @@ class SubmapBuilder:
         heights = rays @ pose[2, :3] + pose[2, 3]
         bands = self._heights.update(rays, heights, float(pose[2, 3]))
         self._raster.carve(pose[:3, 3], ends, is_return, bands)
+        is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
+        yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
+        self._recent.add(ends[is_body, :2], pose[:2, 3], yaw)
 
     def _subsample(self, cloud: NDArray[np.float64]) -> NDArray[np.float64]:
         """Drop near returns and keep an evenly spread, changing choice of ``max_rays``."""

@@ -79,8 +79,8 @@ def test_refinement_recovers_pose_and_anisotropy(seed):
     mid = sub.walls.mean(axis=0)
     off = Similarity2D.from_scale_yaw(1.0, np.deg2rad(67.0) + rng.uniform(-0.06, 0.06), [0.0, 0.0])
     start = A_PLAN_SUBMAP.apply(mid) - off.apply(mid) + rng.uniform(-0.4, 0.4, 2)
-    rough = refine(plan, sub, off.linear[None], start[None], Freedom(0.03), ROUGH)
-    got = refine(plan, sub, rough.linear, rough.translation, Freedom(0.03), FINE)
+    rough = refine(plan, sub.walls, off.linear[None], start[None], Freedom(0.03), ROUGH)
+    got = refine(plan, sub.walls, rough.linear, rough.translation, Freedom(0.03), FINE)
     placed = sub.walls @ got.linear[0].T + got.translation[0]
     error = np.linalg.norm(placed - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
     assert error.max() < 0.1, f'seed {seed}'
@@ -99,7 +99,7 @@ def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
     linear = np.diag([1.4, 0.8]) @ A_PLAN_SUBMAP.linear
     found = batch(Affine2D(linear, A_PLAN_SUBMAP.translation))
     for _ in range(5):
-        done = refine(plan, sub, *found, Freedom(0.02, stretch), ROUGH)
+        done = refine(plan, sub.walls, *found, Freedom(0.02, stretch), ROUGH)
         found = done.linear, done.translation
     reference = np.sqrt(np.linalg.det(done.linear[0])) * np.eye(2) if stretch is None else stretch
     assert np.abs(strain_of(done.linear[0], reference)).max() <= 1.05 * STRAIN_LIMIT * 0.02
@@ -108,13 +108,13 @@ def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
 def test_a_scale_that_nobody_allowed_is_not_taken():
     plan, sub = sides()
     larger = Affine2D(1.2 * A_PLAN_SUBMAP.linear, 1.2 * A_PLAN_SUBMAP.translation)
-    done = refine(plan, sub, *batch(larger), Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
+    done = refine(plan, sub.walls, *batch(larger), Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
     assert 0.9 <= np.sqrt(np.linalg.det(done.linear[0])) <= 1.105
 
 
 def test_a_strain_within_its_bound_is_found_from_the_known_stretch():
     plan, sub = sides()
-    again = refine(plan, sub, *batch(A_PLAN_SUBMAP), Freedom(0.03, np.eye(2)), FINE)
+    again = refine(plan, sub.walls, *batch(A_PLAN_SUBMAP), Freedom(0.03, np.eye(2)), FINE)
     assert np.abs(again.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01
 
 

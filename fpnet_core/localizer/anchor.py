@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where the robot is on the plan, whatever odometry has done to the far end of its submap.
+
+A placement lays a whole submap on the plan. Odometry without loop closure bends that submap, and
+after some hundred metres no placement fits both its ends. What counts for the pose is what is
+around the robot: the walls seen over the last metres are aligned with the drawing on their own,
+and a Kalman filter carries the result from tick to tick, so that a corridor, which says nothing
+of the position along it, leaves that to odometry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import PoseConfig
+from fpnet_core.geometry import Affine2D
+from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
+
+Array = NDArray[np.float64]
+
+_FEWEST_POINTS = 60
+_EFFORT = Effort((0.5, 0.3, 0.2), 600)
+_RIGID = 1e-4  # strain sigma: the surroundings say too little of the drawing's stretch
+# Standard deviations of x, y [m] and yaw [rad] when a claim begins.
+_START = np.array([0.2, 0.2, np.deg2rad(2.0)])
+# What odometry loses, per tick and per metre [m, m, rad].
+_LOSS_PER_TICK = np.array([0.02, 0.02, np.deg2rad(0.5)])
+_LOSS_PER_M = np.array([0.05, 0.05, np.deg2rad(1.0)])
+# Points of one wall share what its drawing is off by: so many count as one.
+_POINTS_PER_WITNESS = 25.0
+# One placement replaces another where it explains so much more of what is around the robot.
+_BETTER = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class _Fix:
+    """
+    A placement as it is around ``robot_odom (2,)``.
+
+    ``cov (3, 3)`` is of the robot's x, y [m] and yaw [rad] on the plan.
+    """
+
+    A_plan_odom: Affine2D
+    robot_odom: Array
+    cov: Array
+
+
+class Anchor:
+    """Follows one claim; all transforms are to the plan's working metres."""
+
+    def __init__(self, config: PoseConfig) -> None:
+        self._sigma_m = config.wall_sigma_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the claim."""
+        self._last: _Fix | None = None
+
+    def follow(
+        self, plan: MapEvidence, seen: Array, A_plan_odom: Affine2D, robot_odom: Array
+    ) -> Affine2D:
+        """
+        Return ``A_plan_odom`` as it is around the robot; unchanged where it fits there.
+
+        Parameters
+        ----------
+        plan : evidence of the drawing
+        seen : (P, 2) returns around the robot, odom [m]
+        A_plan_odom : the claim, of the whole submap
+        robot_odom : (2,) the robot [m]
+        """
+        tracked = self._predicted(A_plan_odom, robot_odom)
+        if len(seen) >= _FEWEST_POINTS:
+            tracked = self._measured(plan, seen, A_plan_odom, tracked)
+            support = self._support(plan, seen, [A_plan_odom, tracked.A_plan_odom])
+            if support[1] < support[0] + _BETTER:
+                self.reset()
+                return A_plan_odom
+        self._last = tracked
+        return tracked.A_plan_odom
+
+    def _predicted(self, claim: Affine2D, robot_odom: Array) -> _Fix:
+        """Return the last fix after what odometry lost since then; the claim where none is."""
+        if self._last is None:
+            return _Fix(claim, robot_odom, np.diag(_START**2))
+        moved_m = float(np.hypot(*(robot_odom - self._last.robot_odom)))
+        lost = np.diag((_LOSS_PER_TICK + moved_m * _LOSS_PER_M) ** 2)
+        A = _stretched_like(claim, self._last.A_plan_odom, robot_odom)
+        return _Fix(A, robot_odom, self._last.cov + lost)
+
+    def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: _Fix) -> _Fix:
+        """Return the fix corrected by the walls around the robot."""
+        starts = [claim, last.A_plan_odom]
+        linear, translation = _stacked(starts)
+        freedom = Freedom(_RIGID, _stretch_of(claim))
+        fit = refine(plan, seen, linear, translation, freedom, _EFFORT)
+        found = [Affine2D(*A) for A in zip(fit.linear, fit.translation, strict=True)]
+        before, after = (self._support(plan, seen, each) for each in (starts, found))
+        robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
+        if after[0] > after[1] + _BETTER:
+            start, cov, pick = claim, np.diag(_START**2), 0
+        if after[pick] <= before[pick]:
+            return _Fix(start, robot, cov)
+        measured = _POINTS_PER_WITNESS * _cov_at(fit.cov[pick], found[pick], robot)
+        gain = cov @ np.linalg.inv(cov + measured)
+        moved = _moved(start, gain @ _difference(found[pick], start, robot), robot)
+        return _Fix(moved, robot, (np.eye(3) - gain) @ cov)
+
+    def _support(
+        self, plan: MapEvidence, seen: Array, placements: Sequence[Affine2D]
+    ) -> NDArray[np.float64]:
+        return wall_support(plan, seen, *_stacked(placements), self._sigma_m)
+
+
+def _stacked(placements: Sequence[Affine2D]) -> tuple[Array, Array]:
+    """Return linear parts (C, 2, 2) and translations (C, 2)."""
+    return (
+        np.array([A.linear for A in placements]),
+        np.array([A.translation for A in placements]),
+    )
+
+
+def _stretch_of(A: Affine2D) -> Array:
+    """Return the symmetric ``S (2, 2)`` of ``linear = S R``."""
+    yaw = _yaw(A)
+    c, s = np.cos(yaw), np.sin(yaw)
+    S = A.linear @ np.array([[c, s], [-s, c]])
+    return np.asarray(0.5 * (S + S.T))
+
+
+def _yaw(A: Affine2D) -> float:
+    return float(np.arctan2(A.linear[1, 0] - A.linear[0, 1], A.linear[0, 0] + A.linear[1, 1]))
+
+
+def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:
+    """Return ``A`` with the claim's stretch; the robot and its heading stay where it puts them."""
+    yaw = _yaw(A)
+    c, s = np.cos(yaw), np.sin(yaw)
+    linear = _stretch_of(claim) @ np.array([[c, -s], [s, c]])
+    return Affine2D(linear, A.apply(robot_odom) - linear @ robot_odom)
+
+
+def _difference(A: Affine2D, other: Affine2D, robot_odom: Array) -> Array:
+    """Return how far ``A`` puts the robot from where ``other`` does: x, y [m], yaw [rad]."""
+    turned = np.angle(np.exp(1j * (_yaw(A) - _yaw(other))))
+    return np.append(A.apply(robot_odom) - other.apply(robot_odom), turned)
+
+
+def _moved(A: Affine2D, by: Array, robot_odom: Array) -> Affine2D:
+    """Return ``A`` with the robot moved and turned on the plan."""
+    c, s = np.cos(by[2]), np.sin(by[2])
+    S = _stretch_of(A)
+    R = np.linalg.inv(S) @ A.linear
+    linear = S @ np.array([[c, -s], [s, c]]) @ R
+    return Affine2D(linear, A.apply(robot_odom) + by[:2] - linear @ robot_odom)
+
+
+def _cov_at(cov: Array, A: Affine2D, robot_odom: Array) -> Array:
+    """Return the covariance (3, 3) of the frame's origin as that of the robot."""
+    x, y = A.linear @ robot_odom
+    J = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+    return np.asarray(J @ cov @ J.T)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The pose follows the walls around the robot, not a placement that odometry has bent."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fpnet_core.config import PoseConfig
+from fpnet_core.geometry import SE2, Affine2D, angle_between
+from fpnet_core.localizer.anchor import Anchor
+from fpnet_core.pose import map_evidence
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+
+CELL_M = 0.05
+ROBOT = np.array([5.0, 4.0])
+TRUTH = Affine2D(np.eye(2), np.zeros(2))
+
+
+def outline(low, high):
+    """Points on the sides of an upright rectangle, every 5 cm."""
+    (x0, y0), (x1, y1) = low, high
+    xs, ys = np.arange(x0, x1, CELL_M), np.arange(y0, y1, CELL_M)
+    sides = [np.stack(np.broadcast_arrays(xs, y), -1) for y in (y0, y1)]
+    return np.vstack([*sides, *(np.stack(np.broadcast_arrays(x, ys), -1) for x in (x0, x1))])
+
+
+ROOM = outline((2.0, 2.0), (9.0, 7.0))
+CORRIDOR = outline((-20.0, 2.0), (40.0, 4.0))
+
+
+@cache
+def plan(name):
+    walls = {'room': ROOM, 'corridor': CORRIDOR}[name]
+    corner = np.array([-25.0, -5.0])
+    cells = np.full((400, 1400), FREE, dtype=np.int8)
+    col, row = np.floor((walls - corner) / CELL_M).astype(int).T
+    cells[row, col] = OCCUPIED
+    return map_evidence(GridMap(cells, CELL_M, SE2.from_xy_yaw(*corner, 0.0), 'plan'))
+
+
+def off_by(x, y, yaw_deg):
+    """Return a claim that puts the robot so far from where it is, and turned."""
+    turn = SE2.from_xy_yaw(0.0, 0.0, np.deg2rad(yaw_deg))
+    return Affine2D(turn.linear, ROBOT - turn.apply(ROBOT) + np.array([x, y]))
+
+
+def error(A):
+    return float(np.hypot(*(A.apply(ROBOT) - ROBOT))), angle_between(A.apply_yaw(0.0), 0.0)
+
+
+def test_a_claim_that_fits_around_the_robot_stays_as_it_is():
+    claim = off_by(0.03, -0.02, 0.2)
+    assert Anchor(PoseConfig()).follow(plan('room'), ROOM, claim, ROBOT) is claim
+
+
+@pytest.mark.parametrize('drift', [(0.4, 0.0, 0.0), (-0.3, 0.3, 4.0), (0.0, 0.0, 8.0)])
+def test_walls_around_the_robot_undo_drift(drift):
+    anchor, claim = Anchor(PoseConfig()), off_by(*drift)
+    for _ in range(4):
+        anchored = anchor.follow(plan('room'), ROOM, claim, ROBOT)
+    metres, radians = error(anchored)
+    assert metres < 0.06
+    assert np.rad2deg(radians) < 0.6
+
+
+def test_drift_is_followed_beyond_the_reach_of_a_single_look():
+    """The claim stays behind by two metres in the end; each step alone is small."""
+    anchor = Anchor(PoseConfig())
+    for metres in np.linspace(0.0, 2.0, 20):
+        anchored = anchor.follow(plan('room'), ROOM, off_by(metres, 0.0, 0.0), ROBOT)
+    assert error(anchored)[0] < 0.1
+
+
+def test_along_a_corridor_odometry_decides():
+    seen = CORRIDOR[np.abs(CORRIDOR[:, 0] - ROBOT[0]) < 8.0]
+    robot, claim = np.array([5.0, 3.0]), Affine2D(np.eye(2), np.array([0.0, 0.35]))
+    anchored = Anchor(PoseConfig()).follow(plan('corridor'), seen, claim, robot)
+    x, y = anchored.apply(robot)
+    assert abs(x - 5.0) < 0.02
+    assert abs(y - 3.0) < 0.1
+
+
+def test_few_returns_say_nothing():
+    claim = off_by(0.4, 0.0, 0.0)
+    assert Anchor(PoseConfig()).follow(plan('room'), ROOM[:20], claim, ROBOT) is claim
+
+
+def test_what_a_drawing_is_stretched_by_stays_the_claims():
+    stretch = np.array([[1.05, 0.0], [0.0, 0.97]])
+    seen = (ROOM - ROBOT) @ np.linalg.inv(stretch).T + ROBOT
+    claim = Affine2D(stretch, ROBOT - stretch @ ROBOT + [0.4, -0.2])
+    anchored = Anchor(PoseConfig()).follow(plan('room'), seen, claim, ROBOT)
+    np.testing.assert_allclose(anchored.linear, stretch, atol=0.02)
+    assert error(anchored)[0] < 0.15
+
+
+def test_after_a_reset_the_claim_counts():
+    anchor, lost = Anchor(PoseConfig()), off_by(6.0, 0.0, 0.0)
+    anchor.follow(plan('room'), ROOM, off_by(0.4, 0.0, 0.0), ROBOT)
+    assert error(anchor.follow(plan('room'), ROOM, lost, ROBOT))[0] < 0.2
+    anchor.reset()
+    assert error(anchor.follow(plan('room'), ROOM, lost, ROBOT))[0] > 2.0
