@@ -246,13 +246,13 @@ class LocalizerConfig(Section):
         80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
     )
     null_score: float = Field(
-        0.805, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
+        0.811, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
     )
     null_rise: float = Field(
         1.83, ge=0.0, description='Log odds by which it is higher with 20 m of wall; fitted.'
     )
     rival_weight: float = Field(
-        0.62,
+        0.629,
         ge=0.0,
         le=1.0,
         description='How far the best rival tells what chance reaches; fitted.',

@@ -1,0 +1,101 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Does the pose stay right where odometry without loop closure has bent the submap?
+
+Run: python benchmarks/drift.py [--drives 6] [--sensor planar] [--seed 8101]
+     [--set odometry.planar_voxel_size=0.4] [--json OUT]
+
+Drives of three to seven minutes in larger generated buildings, exact plans, KISS-ICP odometry.
+At every tick under a claim, the robot is put on the plan twice: by the placement of the whole
+submap, and by the pose that is published, which follows the walls around the robot. ``odometry``
+is what its first pose alone would give.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.cli.common import load
+from fpnet_core.evaluation.localization.drives import Drive, run_product
+from fpnet_core.evaluation.localization.records import Truth, robot_error
+from fpnet_core.geometry import SE2
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.sim.recording import RecordingOptions, make_recording
+from fpnet_core.sim.sensors import sensor_named
+from fpnet_core.sim.tours import TourLimits
+from fpnet_core.trajectory import PlanarTrajectory
+
+FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')
+ROOMS = (25, 60)
+TOUR = TourLimits(rooms=20, shortest_s=200.0, longest_s=400.0)
+TICK_PERIOD_S = 2.0
+
+
+def drive(seed, family, sensor, config):
+    """Return the figures of one drive."""
+    options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
+    recording = make_recording(seed, options, threads=1)
+    scans = Drive(KissOdometry(config.odometry)).follow(recording)
+    product = run_product(scans, recording.floorplan, config, TICK_PERIOD_S)
+    poses = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
+    truth, odometry = Truth(poses, recording.A_plan_building), product.replay.odometry
+    errors = []
+    for output in product.ticks:
+        if output.A_plan_odom is not None:
+            whole = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
+            errors.append(
+                [
+                    robot_error(output.stamp_ns, A, odometry, truth)
+                    for A in (first_pose(odometry, truth), whole, output.A_plan_odom)
+                ]
+            )
+    figures = {'family': family, 'seed': seed, 'path_m': poses.path_length_m()}
+    figures['claimed_ticks'] = len(errors)
+    if errors:
+        table = np.array(errors) * [1.0, np.rad2deg(1.0)]  # (ticks, 3, 2)
+        for number, name in enumerate(('odometry', 'whole_submap', 'published')):
+            p95, most = np.quantile(table[:, number], 0.95, axis=0), table[:, number].max(axis=0)
+            figures[name] = {
+                'p95_m': p95[0], 'max_m': most[0], 'p95_deg': p95[1], 'max_deg': most[1]
+            }  # fmt: skip
+    return figures
+
+
+def first_pose(odometry, truth):
+    """Return the placement that is right at the first scan."""
+    (true, _), start = truth.poses.at(odometry.stamps_ns[:1]), odometry
+    T_truth_robot = SE2.from_xy_yaw(*true.xy[0], float(true.yaw[0]))
+    T_odom_robot = SE2.from_xy_yaw(*start.xy[0], float(start.yaw[0]))
+    return truth.A_plan_truth @ T_truth_robot @ T_odom_robot.inv()
+
+
+def main() -> None:
+    """Drive and print one line per drive, then everything as JSON if asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--drives', type=int, default=6)
+    parser.add_argument('--sensor', default='planar')
+    parser.add_argument('--seed', type=int, default=8101)
+    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    config, results = load(None, arguments.set), []
+    for number in range(arguments.drives):
+        family = FAMILIES[number % len(FAMILIES)]
+        figures = drive(arguments.seed + number, family, arguments.sensor, config)
+        results.append(figures)
+        said = [
+            f'{name} {figures[name]["p95_m"]:.2f} {figures[name]["max_m"]:.2f} m '
+            f'{figures[name]["max_deg"]:.1f} deg'
+            for name in ('odometry', 'whole_submap', 'published')
+            if name in figures
+        ]
+        print(f'{family} {figures["path_m"]:.0f} m:', '; '.join(said), flush=True)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(results, indent=2) + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()
