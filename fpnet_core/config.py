@@ -260,6 +260,16 @@ class LocalizerConfig(Section):
     null_slack: float = Field(
         0.5, ge=0.0, description='A claim survives scores lower by this much, in log odds.'
     )
+    doubt_share: float = Field(
+        0.5,
+        ge=0.0,
+        le=1.0,
+        description='A pose is withheld where the newest scans fit by less than this share of '
+        "the claim's score.",
+    )
+    doubt_ticks: int = Field(
+        3, ge=1, description='So many such ticks in a row begin a new submap.'
+    )
     max_speed_mps: float = Field(
         10.0, gt=0.0, description='A faster odometry step is a new odometry frame.'
     )

@@ -133,6 +133,8 @@ class Submap:
         Grows by one with every hand-out, 0 for a map read from an image.
     recent_xy : (P, 2) float64
         Returns at body height over the last metres of the path, frame ``submap`` [m].
+    newest_xy : (P, 2) float64
+        The same of the last few scans.
     """
 
     grid: GridMap
@@ -142,12 +144,14 @@ class Submap:
     stamp_ns: int = 0
     id: int = 0
     recent_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    newest_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         """Check that the rasters agree."""
         _freeze(self, 'lintel', np.bool_, self.grid.shape)
         _freeze(self, 'path_xy', np.float64, (None, 2))
         _freeze(self, 'recent_xy', np.float64, (None, 2))
+        _freeze(self, 'newest_xy', np.float64, (None, 2))
 
     @property
     def free_area_m2(self) -> float:

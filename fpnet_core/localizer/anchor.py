@@ -24,7 +24,9 @@ from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 
 Array = NDArray[np.float64]
 
-_FEWEST_POINTS = 60
+FEWEST_POINTS = 60
+"""Fewer returns say nothing of where the robot is."""
+
 _EFFORT = Effort((0.5, 0.3, 0.2), 600)
 _RIGID = 1e-4  # strain sigma: the surroundings say too little of the drawing's stretch
 # Standard deviations of x, y [m] and yaw [rad] when a claim begins.
@@ -76,7 +78,7 @@ class Anchor:
         robot_odom : (2,) the robot [m]
         """
         tracked = self._predicted(A_plan_odom, robot_odom)
-        if len(seen) >= _FEWEST_POINTS:
+        if len(seen) >= FEWEST_POINTS:
             tracked = self._measured(plan, seen, A_plan_odom, tracked)
             support = self._support(plan, seen, [A_plan_odom, tracked.A_plan_odom])
             if support[1] < support[0] + _BETTER:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.localizer.anchor import Anchor
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
 from fpnet_core.localizer.floorplan import Floorplan
@@ -35,6 +34,7 @@ from fpnet_core.localizer.state import (
     read_state,
     write_state,
 )
+from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import Candidates
 from fpnet_core.segmentation import SubmapSegmenter
@@ -65,7 +65,7 @@ class Localizer:
         self._builder = SubmapBuilder(config.submap)
         self._segmenter = SubmapSegmenter(config.segmentation)
         self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
-        self._anchor = Anchor(config.pose)
+        self._surroundings = Surroundings(config)
         self._plan: Floorplan | None = None
         self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
         self._searched: Searched | None = None  # None: the next tick searches
@@ -277,25 +277,12 @@ class Localizer:
             self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
             self._searched = searched if self._tracker.is_settled else None
             _follow_scale(plan, belief, sub)
-            A_plan_odom = self._anchored(plan, submap, belief, robot_xy)
+            belief, A = self._surroundings.judge(plan.working.evidence, submap, belief, robot_xy)
+            if self._surroundings.is_elsewhere:
+                _log.warning('the robot is not where it was taken to be; starting anew')
+                self._start_anew()
+        A_plan_odom = None if A is None else plan.to_nominal(A)
         return _output(plan, submap, sub, result, belief, A_plan_odom, timer)
-
-    def _anchored(
-        self, plan: Floorplan, submap: Submap, belief: Belief, robot_xy: RobotXY
-    ) -> Affine2D | None:
-        """Return the claim as it is around the robot, in nominal metres; None without one."""
-        if belief.status is not Status.LOCALIZED or belief.best is None:
-            self._anchor.reset()
-            return None
-        assert robot_xy is not None  # a submap comes from scans, and they have poses
-        A_submap_odom = submap.T_odom_submap.inv()
-        anchored = self._anchor.follow(
-            plan.working.evidence,
-            submap.T_odom_submap.apply(submap.recent_xy),
-            belief.best.A_plan_submap @ A_submap_odom,
-            submap.T_odom_submap.apply(robot_xy),
-        )
-        return plan.to_nominal(anchored)
 
     def _placed(
         self,
@@ -363,7 +350,7 @@ class Localizer:
     def _forget_placements(self) -> None:
         self._epoch += 1
         self._tracker.reset()
-        self._anchor.reset()
+        self._surroundings.reset()
         self._tracked, self._searched, self._hint = (), None, None
         status = Status.NO_PLAN if self._plan is None else Status.WAITING
         self._output = LocalizerOutput(self._output.stamp_ns, status)

@@ -98,6 +98,7 @@ class SubmapBuilder:
             self._stamp_ns,
             self._id,
             self._recent.points(),
+            self._recent.newest(),
         )
 
     def arrays(self) -> dict[str, NDArray[Any]]:

@@ -12,33 +12,39 @@ from numpy.typing import NDArray
 # A scan is kept when the robot has moved or turned so far since the last kept one.
 _STEP_M, _STEP_RAD = 0.25, 0.25
 _SCANS = 24
+# The newest scans, of which a scanner that does not repeat itself needs more than one.
+_NEWEST = 3
 # So many returns of a scan are kept, and one in each square of this edge is handed out.
 _RETURNS = 400
 _SPACING_M = 0.1
 
 
 class RecentReturns:
-    """Returns at body height of the last scans; one in some decimetres of path is kept."""
+    """Returns at body height of the last scans, one in some decimetres of path."""
 
     def __init__(self) -> None:
         self._scans: deque[NDArray[np.float64]] = deque(maxlen=_SCANS)
+        self._newest: deque[NDArray[np.float64]] = deque(maxlen=_NEWEST)
         self._place = np.full(2, np.inf)
         self._yaw = 0.0
 
     def add(self, returns: NDArray[np.float64], xy: NDArray[np.float64], yaw: float) -> None:
         """Take in the returns ``(P, 2)`` of a scan from ``xy (2,)``, all in one frame [m]."""
+        chosen = np.linspace(0, len(returns) - 1, min(_RETURNS, len(returns))).astype(np.int64)
+        self._newest.append(returns[chosen])
         turned = abs(np.angle(np.exp(1j * (yaw - self._yaw))))
         if np.hypot(*(xy - self._place)) < _STEP_M and turned < _STEP_RAD:
             return
         self._place, self._yaw = xy.copy(), yaw
-        chosen = np.linspace(0, len(returns) - 1, min(_RETURNS, len(returns))).astype(np.int64)
-        self._scans.append(returns[chosen])
+        self._scans.append(self._newest[-1])
 
     def points(self) -> NDArray[np.float64]:
         """Return the kept returns ``(P, 2)``, thinned evenly [m]."""
-        if not self._scans:
-            return np.zeros((0, 2))
-        everything = np.concatenate(self._scans)
+        everything = np.concatenate([np.zeros((0, 2)), *self._scans])
         squares = np.floor(everything / _SPACING_M).astype(np.int64)
         _, first = np.unique(squares, axis=0, return_index=True)
         return np.asarray(everything[first])
+
+    def newest(self) -> NDArray[np.float64]:
+        """Return the returns ``(P, 2)`` of the last few scans [m]."""
+        return np.concatenate([np.zeros((0, 2)), *self._newest])
