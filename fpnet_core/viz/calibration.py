@@ -38,7 +38,7 @@ def plot_reliability(
         xlim=(0, 1),
         ylim=(0, 1.02),
     )
-    upper.legend(loc='upper left')
+    upper.legend(loc='lower right')
     middles = [(k + 0.5) / len(count) for k in range(len(count))]
     lower.bar(middles, count, width=0.9 / len(count), color='0.6')
     lower.set(xlabel='claimed probability of the best placement', ylabel='trials', yscale='log')

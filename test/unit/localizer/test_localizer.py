@@ -161,6 +161,25 @@ def test_an_odometry_jump_starts_a_new_submap():
     assert len(after.path_xy) == 1 < len(before.path_xy)
 
 
+def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
+    """Its odometry goes on as if nothing had happened; the robot is back at the start."""
+    localizer = new_localizer()
+    scans = recorded()
+    assert run(localizer, scans)[-1] is Status.LOCALIZED
+    (_, T_odom_first, _), (_, T_odom_last, last_ns) = scans[0], scans[-1]
+    T_new_old = T_odom_last @ np.linalg.inv(T_odom_first)
+    again = [(points, T_new_old @ T, last_ns + SCAN_NS + stamp) for points, T, stamp in scans]
+    doubt_ticks = FpnetConfig().localizer.doubt_ticks
+    doubtful, rest = again[: 5 * doubt_ticks], again[5 * doubt_ticks :]
+    statuses = run(localizer, doubtful)
+    assert statuses[: doubt_ticks - 1] == [Status.LOST] * (doubt_ticks - 1)
+    assert 'carried off' in localizer.output.reason or statuses[-1] is Status.WAITING
+    assert run(localizer, rest)[-1] is Status.LOCALIZED
+    x, y, _ = drive()[-1]
+    in_building = A_BUILDING_PLAN.apply(localizer.pose(again[-1][1]).translation)
+    assert np.linalg.norm(in_building - (x, y)) < 0.2
+
+
 def test_a_claim_never_outlives_its_plan(finished):
     localizer, _ = finished
     assert localizer.output.status is Status.LOCALIZED

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A robot is lifted, carried off and set down elsewhere: how long is its pose wrong?
+
+Run: python benchmarks/carried_off.py [--drives 12] [--sensor planar] [--seed 8201]
+     [--set localizer.doubt_share=0] [--json OUT]
+
+Generated buildings, exact plans, KISS-ICP odometry. Where 45 % of the path is driven, the drive
+goes on from a place at least 8 m away (seven tenths of the farthest, where that is less), and
+odometry goes on as if nothing had happened: no jump tells the localizer. With
+``--set localizer.doubt_share=0`` nobody asks the walls around the robot.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.cli.common import load
+from fpnet_core.evaluation.localization.drives import Drive, run_product
+from fpnet_core.evaluation.runs import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
+from fpnet_core.io import Scan
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.sim.recording import RecordingOptions, make_recording
+from fpnet_core.sim.sensors import sensor_named
+from fpnet_core.sim.tours import TourLimits
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Status
+
+FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')
+ROOMS = (8, 60)
+TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
+CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
+TICK_PERIOD_S = 2.0
+NS_PER_S = 1e9
+
+
+def carried(scans):
+    """Return the scans with a piece of the drive left out, and the stamps that they had."""
+    poses = np.array([scan.T_odom_sensor for scan in scans])
+    xy = poses[:, :2, 3]
+    path = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1)))
+    lifted = int(np.searchsorted(path, CARRIED_AT * path[-1]))
+    away = np.linalg.norm(xy[lifted:] - xy[lifted], axis=1)
+    down = lifted + int(np.argmax(away > min(CARRIED_M, FARTHEST * away.max())))
+    shift = poses[lifted] @ np.linalg.inv(poses[down])
+    gap_ns = scans[down].stamp_ns - scans[lifted + 1].stamp_ns
+    moved = [
+        Scan(scan.stamp_ns - gap_ns, scan.points, T_odom_sensor=shift @ scan.T_odom_sensor)
+        for scan in scans[down:]
+    ]
+    stamps_ns = [scan.stamp_ns for scan in (*scans[: lifted + 1], *scans[down:])]
+    return [*scans[: lifted + 1], *moved], np.array(stamps_ns), scans[lifted].stamp_ns
+
+
+def drive(seed, family, sensor, config):
+    """Return the figures of one drive; None where nothing is claimed before."""
+    options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
+    recording = make_recording(seed, options, threads=1)
+    driven = list(Drive(KissOdometry(config.odometry)).follow(recording))
+    scans, true_ns, lifted_ns = carried(driven)
+    product = run_product(scans, recording.floorplan, config, TICK_PERIOD_S)
+    states = [(o.stamp_ns, o.status is Status.LOCALIZED) for o in product.replay.outputs]
+    before = [is_claimed for stamp, is_claimed in states if stamp <= lifted_ns]
+    if not before or not before[-1]:
+        return None
+    after = [((stamp - lifted_ns) / NS_PER_S, claimed) for stamp, claimed in states]
+    after = [(seconds, claimed) for seconds, claimed in after if seconds > 0.0]
+    withheld_s = next((seconds for seconds, claimed in after if not claimed), None)
+    wrong, right = judged(product.run.published, scans, true_ns, recording, lifted_ns)
+    return {
+        'family': family,
+        'seed': seed,
+        'seconds': after[-1][0],
+        'withheld_s': withheld_s,
+        'wrong_poses': wrong,
+        'right_poses': right,
+        'is_found': after[-1][1],
+    }
+
+
+def judged(published, scans, true_ns, recording, lifted_ns):
+    """Return how many poses are wrong, and how many are not, once the robot was lifted."""
+    when = np.searchsorted([scan.stamp_ns for scan in scans], published.stamps_ns)
+    is_after = published.stamps_ns > lifted_ns
+    poses = PlanarTrajectory(true_ns[when], published.xy, published.yaw)
+    poses = PlanarTrajectory(*(part[is_after] for part in (poses.stamps_ns, poses.xy, poses.yaw)))
+    truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
+    metres, radians = pose_errors(poses.mapped(recording.A_plan_building.inv()), truth)
+    wrong = (metres > WRONG_POSITION_M) | (radians > WRONG_YAW_RAD)
+    return int(wrong.sum()), int((~wrong).sum())
+
+
+def main() -> None:
+    """Print one line per drive and the sums."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--drives', type=int, default=12)
+    parser.add_argument('--sensor', default='planar')
+    parser.add_argument('--seed', type=int, default=8201)
+    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    config, results = load(None, arguments.set), []
+    for number in range(arguments.drives):
+        family = FAMILIES[number % len(FAMILIES)]
+        figures = drive(arguments.seed + number, family, arguments.sensor, config)
+        print(figures or f'{family}: not localized when it was lifted', flush=True)
+        results += [figures] if figures else []
+    sums = {
+        'drives': len(results),
+        'withheld': sum(r['withheld_s'] is not None for r in results),
+        'withheld_s_median': float(np.median([r['withheld_s'] or np.inf for r in results])),
+        'found_again': sum(r['is_found'] and r['withheld_s'] is not None for r in results),
+        'wrong_poses': sum(r['wrong_poses'] for r in results),
+        'right_poses': sum(r['right_poses'] for r in results),
+    }
+    print(json.dumps(sums, indent=2))
+    if arguments.json:
+        text = json.dumps({'drives': results, **sums}, indent=2)
+        arguments.json.write_text(text + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()

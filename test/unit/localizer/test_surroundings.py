@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What was seen last contradicts a claim, or lets it stand."""
+
+from functools import cache
+
+import numpy as np
+from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
+import pytest
+
+from fpnet_core.config import FpnetConfig, load_config
+from fpnet_core.geometry import SE2
+from fpnet_core.localizer.belief import Belief
+from fpnet_core.localizer.surroundings import Surroundings
+from fpnet_core.pose import map_evidence
+from fpnet_core.types import PoseEstimate, Status, Submap
+
+ROBOT = np.zeros(2)
+
+
+@cache
+def plan():
+    return map_evidence(plan_grid())
+
+
+@cache
+def walls():
+    return map_evidence(submap_grid()).walls
+
+
+def claim(score=0.9):
+    return Belief(Status.LOCALIZED, PoseEstimate(A_PLAN_SUBMAP, score, np.eye(3)), 1.0)
+
+
+def submap(newest):
+    grid = submap_grid()
+    nothing = np.zeros(grid.shape, dtype=bool)
+    return Submap(grid, nothing, np.zeros((1, 2)), newest_xy=newest, recent_xy=walls())
+
+
+def elsewhere():
+    """Return the walls as a robot would report them that was turned without knowing it."""
+    middle = walls().mean(axis=0)
+    return SE2.from_xy_yaw(1.0, 0.7, 0.6).apply(walls() - middle) + middle
+
+
+def test_walls_where_they_should_be_let_a_claim_stand():
+    belief, A = Surroundings(FpnetConfig()).judge(plan(), submap(walls()), claim(), ROBOT)
+    assert belief.status is Status.LOCALIZED
+    assert np.linalg.norm(A.apply(ROBOT) - A_PLAN_SUBMAP.apply(ROBOT)) < 0.2
+
+
+def test_a_contradicted_claim_is_withheld_with_its_reason():
+    judge = Surroundings(FpnetConfig())
+    belief, A = judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
+    assert (belief.status, belief.probability, A) == (Status.LOST, 0.0, None)
+    assert 'carried off' in belief.reason
+    assert not judge.is_elsewhere
+
+
+def test_a_contradiction_that_lasts_means_elsewhere():
+    judge = Surroundings(load_config(None, {'localizer.doubt_ticks': 2}))
+    for _ in range(2):
+        assert not judge.is_elsewhere
+        judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
+    assert judge.is_elsewhere
+    judge.reset()
+    assert not judge.is_elsewhere
+
+
+def test_a_moment_of_doubt_passes():
+    judge = Surroundings(FpnetConfig())
+    for newest in (elsewhere(), walls()) * 4:
+        belief, _ = judge.judge(plan(), submap(newest), claim(), ROBOT)
+    assert belief.status is Status.LOCALIZED
+    assert not judge.is_elsewhere
+
+
+def test_a_claim_that_falls_in_doubt_was_wrong():
+    judge = Surroundings(FpnetConfig())
+    judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
+    judge.judge(plan(), submap(elsewhere()), Belief(Status.SEARCHING, None, 0.1), ROBOT)
+    assert judge.is_elsewhere
+
+
+def test_a_claim_that_falls_undoubted_says_nothing_of_the_submap():
+    judge = Surroundings(FpnetConfig())
+    judge.judge(plan(), submap(walls()), claim(), ROBOT)
+    belief, A = judge.judge(plan(), submap(walls()), Belief(Status.LOST, None, 0.1), ROBOT)
+    assert (belief.status, A) == (Status.LOST, None)
+    assert not judge.is_elsewhere
+
+
+@pytest.mark.parametrize('score', [0.9, 0.3])
+def test_what_a_rough_drawing_explains_is_the_measure(score):
+    """A third of the walls on drawn ones is little for a good drawing, enough for a poor one."""
+    rng = np.random.default_rng(0)
+    fits = rng.random(len(walls())) < 0.33
+    newest = np.where(fits[:, None], walls(), elsewhere() + 60.0)
+    belief, _ = Surroundings(FpnetConfig()).judge(plan(), submap(newest), claim(score), ROBOT)
+    assert (belief.status is Status.LOCALIZED) == (score < 0.5)
+
+
+def test_a_covered_lidar_contradicts_nothing():
+    belief, _ = Surroundings(FpnetConfig()).judge(plan(), submap(walls()[:10]), claim(), ROBOT)
+    assert belief.status is Status.LOCALIZED
