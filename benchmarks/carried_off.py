@@ -108,10 +108,11 @@ def main() -> None:
         figures = drive(arguments.seed + number, family, arguments.sensor, config)
         print(figures or f'{family}: not localized when it was lifted', flush=True)
         results += [figures] if figures else []
+    seconds = [r['withheld_s'] for r in results if r['withheld_s'] is not None]
     sums = {
         'drives': len(results),
-        'withheld': sum(r['withheld_s'] is not None for r in results),
-        'withheld_s_median': float(np.median([r['withheld_s'] or np.inf for r in results])),
+        'withheld': len(seconds),
+        'withheld_s_median': float(np.median(seconds)) if seconds else None,
         'found_again': sum(r['is_found'] and r['withheld_s'] is not None for r in results),
         'wrong_poses': sum(r['wrong_poses'] for r in results),
         'right_poses': sum(r['right_poses'] for r in results),
