@@ -98,7 +98,7 @@ def _one_thread() -> Iterator[None]:
     Let tensor operations run on the calling thread.
 
     The graphs are too small to gain from more, and a team of threads waits at every operation for
-    its last one: beside another such program on two cores a match took 414 ms instead of 13.
+    its last one: beside other busy programs a match took many times as long.
     """
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

@@ -45,13 +45,21 @@ def localized(name, tmp_path):
     return json.loads((tmp_path / 'out.json').read_text()), tmp_path / 'out.tum'
 
 
-def test_intel_is_found_and_never_misplaced(tmp_path):
-    summary, tum = localized('intel', tmp_path)
+@pytest.fixture(scope='module')
+def intel(tmp_path_factory):
+    return localized('intel', tmp_path_factory.mktemp('intel'))
+
+
+@pytest.mark.xfail(strict=True, reason='the pose follows walls drawn wrongly: 0.57 m since then')
+def test_intel_is_exact_to_half_a_metre(intel):
+    assert intel[0]['median_position_error_m'] < 0.5
+
+
+def test_intel_is_found_and_never_misplaced(intel):
+    summary, tum = intel
     print(summary)
     assert summary['localized']
     assert summary['wrong_poses'] == 0
-    # The truth is one affine placement of a drawing that is off here and there by more than that
-    # can say; the pose follows the walls as they are drawn.
     assert summary['median_position_error_m'] < 1.0
     assert len(read_tum(tum)) == summary['poses']
 
