@@ -12,13 +12,11 @@ odometry goes on as if nothing had happened: no jump tells the localizer. With
 ``--set localizer.doubt_share=0`` nobody asks the walls around the robot.
 """
 
-import argparse
 import json
-from pathlib import Path
 
+from generated_drives import TICK_PERIOD_S, drives_parser, each
 import numpy as np
 
-from fpnet_core.cli.common import load
 from fpnet_core.evaluation.localization.drives import Drive, run_product
 from fpnet_core.evaluation.runs import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
 from fpnet_core.io import Scan
@@ -29,11 +27,9 @@ from fpnet_core.sim.tours import TourLimits
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
 
-FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')
 ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
-TICK_PERIOD_S = 2.0
 NS_PER_S = 1e9
 
 
@@ -95,17 +91,8 @@ def judged(published, scans, true_ns, recording, lifted_ns):
 
 def main() -> None:
     """Print one line per drive and the sums."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--drives', type=int, default=12)
-    parser.add_argument('--sensor', default='planar')
-    parser.add_argument('--seed', type=int, default=8201)
-    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--json', type=Path)
-    arguments = parser.parse_args()
-    config, results = load(None, arguments.set), []
-    for number in range(arguments.drives):
-        family = FAMILIES[number % len(FAMILIES)]
-        figures = drive(arguments.seed + number, family, arguments.sensor, config)
+    arguments, results = drives_parser(__doc__, drives=12, seed=8201).parse_args(), []
+    for family, figures in each(arguments, drive):
         print(figures or f'{family}: not localized when it was lifted', flush=True)
         results += [figures] if figures else []
     seconds = [r['withheld_s'] for r in results if r['withheld_s'] is not None]

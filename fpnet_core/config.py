@@ -260,6 +260,15 @@ class LocalizerConfig(Section):
     null_slack: float = Field(
         0.5, ge=0.0, description='A claim survives scores lower by this much, in log odds.'
     )
+    drift_support: float = Field(
+        0.1,
+        ge=0.0,
+        le=1.0,
+        description='The pose follows the walls around the robot where a share larger by this '
+        'fits than where the whole submap puts them.',
+    )
+    drift_m_per_m: float = Field(0.05, ge=0.0, description='Position odometry loses [m/m].')
+    drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading odometry loses [deg/m].')
     doubt_share: float = Field(
         0.5,
         ge=0.0,

@@ -8,6 +8,10 @@ after some hundred metres no placement fits both its ends. What counts for the p
 around the robot: the walls seen over the last metres are aligned with the drawing on their own,
 and a Kalman filter carries the result from tick to tick, so that a corridor, which says nothing
 of the position along it, leaves that to odometry.
+
+A rough drawing looks like drift, and is followed like it: the pose is among the walls as they are
+drawn. To tell the two by how well the surroundings fit costs more than it gains (``--rough-m`` of
+benchmarks/drift.py).
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import PoseConfig
+from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 
@@ -31,13 +35,9 @@ _EFFORT = Effort((0.5, 0.3, 0.2), 600)
 _RIGID = 1e-4  # strain sigma: the surroundings say too little of the drawing's stretch
 # Standard deviations of x, y [m] and yaw [rad] when a claim begins.
 _START = np.array([0.2, 0.2, np.deg2rad(2.0)])
-# What odometry loses, per tick and per metre [m, m, rad].
-_LOSS_PER_TICK = np.array([0.02, 0.02, np.deg2rad(0.5)])
-_LOSS_PER_M = np.array([0.05, 0.05, np.deg2rad(1.0)])
+_LOSS_PER_TICK = np.array([0.02, 0.02, np.deg2rad(0.5)])  # standing still [m, m, rad]
 # Points of one wall share what its drawing is off by: so many count as one.
 _POINTS_PER_WITNESS = 25.0
-# One placement replaces another where it explains so much more of what is around the robot.
-_BETTER = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +56,11 @@ class _Fix:
 class Anchor:
     """Follows one claim; all transforms are to the plan's working metres."""
 
-    def __init__(self, config: PoseConfig) -> None:
-        self._sigma_m = config.wall_sigma_m
+    def __init__(self, config: FpnetConfig) -> None:
+        self._sigma_m = config.pose.wall_sigma_m
+        self._better = config.localizer.drift_support
+        m, deg = config.localizer.drift_m_per_m, config.localizer.drift_deg_per_m
+        self._loss_per_m = np.array([m, m, np.deg2rad(deg)])
         self.reset()
 
     def reset(self) -> None:
@@ -81,7 +84,7 @@ class Anchor:
         if len(seen) >= FEWEST_POINTS:
             tracked = self._measured(plan, seen, A_plan_odom, tracked)
             support = self._support(plan, seen, [A_plan_odom, tracked.A_plan_odom])
-            if support[1] < support[0] + _BETTER:
+            if support[1] < support[0] + self._better:
                 self.reset()
                 return A_plan_odom
         self._last = tracked
@@ -92,7 +95,7 @@ class Anchor:
         if self._last is None:
             return _Fix(claim, robot_odom, np.diag(_START**2))
         moved_m = float(np.hypot(*(robot_odom - self._last.robot_odom)))
-        lost = np.diag((_LOSS_PER_TICK + moved_m * _LOSS_PER_M) ** 2)
+        lost = np.diag((_LOSS_PER_TICK + moved_m * self._loss_per_m) ** 2)
         A = _stretched_like(claim, self._last.A_plan_odom, robot_odom)
         return _Fix(A, robot_odom, self._last.cov + lost)
 
@@ -105,7 +108,7 @@ class Anchor:
         found = [Affine2D(*A) for A in zip(fit.linear, fit.translation, strict=True)]
         before, after = (self._support(plan, seen, each) for each in (starts, found))
         robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
-        if after[0] > after[1] + _BETTER:
+        if after[0] > after[1] + self._better:
             start, cov, pick = claim, np.diag(_START**2), 0
         if after[pick] <= before[pick]:
             return _Fix(start, robot, cov)

@@ -29,7 +29,7 @@ class Surroundings:
     def __init__(self, config: FpnetConfig) -> None:
         self._config = config.localizer
         self._sigma_m = config.pose.wall_sigma_m
-        self._anchor = Anchor(config.pose)
+        self._anchor = Anchor(config)
         self.reset()
 
     def reset(self) -> None:

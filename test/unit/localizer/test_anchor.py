@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fpnet_core.config import PoseConfig
+from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D, angle_between
 from fpnet_core.localizer.anchor import Anchor
 from fpnet_core.pose import map_evidence
@@ -52,12 +52,12 @@ def error(A):
 
 def test_a_claim_that_fits_around_the_robot_stays_as_it_is():
     claim = off_by(0.03, -0.02, 0.2)
-    assert Anchor(PoseConfig()).follow(plan('room'), ROOM, claim, ROBOT) is claim
+    assert Anchor(FpnetConfig()).follow(plan('room'), ROOM, claim, ROBOT) is claim
 
 
 @pytest.mark.parametrize('drift', [(0.4, 0.0, 0.0), (-0.3, 0.3, 4.0), (0.0, 0.0, 8.0)])
 def test_walls_around_the_robot_undo_drift(drift):
-    anchor, claim = Anchor(PoseConfig()), off_by(*drift)
+    anchor, claim = Anchor(FpnetConfig()), off_by(*drift)
     for _ in range(4):
         anchored = anchor.follow(plan('room'), ROOM, claim, ROBOT)
     metres, radians = error(anchored)
@@ -67,7 +67,7 @@ def test_walls_around_the_robot_undo_drift(drift):
 
 def test_drift_is_followed_beyond_the_reach_of_a_single_look():
     """The claim stays behind by two metres in the end; each step alone is small."""
-    anchor = Anchor(PoseConfig())
+    anchor = Anchor(FpnetConfig())
     for metres in np.linspace(0.0, 2.0, 20):
         anchored = anchor.follow(plan('room'), ROOM, off_by(metres, 0.0, 0.0), ROBOT)
     assert error(anchored)[0] < 0.1
@@ -76,7 +76,7 @@ def test_drift_is_followed_beyond_the_reach_of_a_single_look():
 def test_along_a_corridor_odometry_decides():
     seen = CORRIDOR[np.abs(CORRIDOR[:, 0] - ROBOT[0]) < 8.0]
     robot, claim = np.array([5.0, 3.0]), Affine2D(np.eye(2), np.array([0.0, 0.35]))
-    anchored = Anchor(PoseConfig()).follow(plan('corridor'), seen, claim, robot)
+    anchored = Anchor(FpnetConfig()).follow(plan('corridor'), seen, claim, robot)
     x, y = anchored.apply(robot)
     assert abs(x - 5.0) < 0.02
     assert abs(y - 3.0) < 0.1
@@ -84,20 +84,20 @@ def test_along_a_corridor_odometry_decides():
 
 def test_few_returns_say_nothing():
     claim = off_by(0.4, 0.0, 0.0)
-    assert Anchor(PoseConfig()).follow(plan('room'), ROOM[:20], claim, ROBOT) is claim
+    assert Anchor(FpnetConfig()).follow(plan('room'), ROOM[:20], claim, ROBOT) is claim
 
 
 def test_what_a_drawing_is_stretched_by_stays_the_claims():
     stretch = np.array([[1.05, 0.0], [0.0, 0.97]])
     seen = (ROOM - ROBOT) @ np.linalg.inv(stretch).T + ROBOT
     claim = Affine2D(stretch, ROBOT - stretch @ ROBOT + [0.4, -0.2])
-    anchored = Anchor(PoseConfig()).follow(plan('room'), seen, claim, ROBOT)
+    anchored = Anchor(FpnetConfig()).follow(plan('room'), seen, claim, ROBOT)
     np.testing.assert_allclose(anchored.linear, stretch, atol=0.02)
     assert error(anchored)[0] < 0.15
 
 
 def test_after_a_reset_the_claim_counts():
-    anchor, lost = Anchor(PoseConfig()), off_by(6.0, 0.0, 0.0)
+    anchor, lost = Anchor(FpnetConfig()), off_by(6.0, 0.0, 0.0)
     anchor.follow(plan('room'), ROOM, off_by(0.4, 0.0, 0.0), ROBOT)
     assert error(anchor.follow(plan('room'), ROOM, lost, ROBOT))[0] < 0.2
     anchor.reset()
