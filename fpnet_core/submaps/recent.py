@@ -41,8 +41,11 @@ class RecentReturns:
     def points(self) -> NDArray[np.float64]:
         """Return the kept returns ``(P, 2)``, thinned evenly [m]."""
         everything = np.concatenate([np.zeros((0, 2)), *self._scans])
+        if not len(everything):
+            return everything
         squares = np.floor(everything / _SPACING_M).astype(np.int64)
-        _, first = np.unique(squares, axis=0, return_index=True)
+        rows, cols = (squares - squares.min(axis=0)).T
+        _, first = np.unique(rows * (cols.max() + 1) + cols, return_index=True)
         return np.asarray(everything[first])
 
     def newest(self) -> NDArray[np.float64]:
