@@ -5,7 +5,7 @@ Reading a drawing, scan or robot map that comes as a bare image, without thresho
 
 What the picture means is taken from its histogram and its border: white is free, one grey that
 surrounds the building (178 to 205 in drawings, 127, 153, 205 or 230 in robot maps) is unknown,
-darker is occupied. Images and rasters here are as stored, row 0 at the top.
+darker is occupied. Where nothing is darker, walls are where the free space ends. Images and rasters here are as stored, row 0 at the top.
 """
 
 from __future__ import annotations
@@ -138,6 +138,8 @@ def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
         threshold = max(threshold, 0.5 * (white + unknown_level))
     free = grey >= threshold
     occupied = ~free if unknown_level is None else _ink(grey, histogram, unknown_level, threshold)
+    if not occupied.any():  # two tones and no walls: those are where free space ends
+        occupied = ~free
     depth_m = resolution_m * ndimage.distance_transform_edt(~free)
     occupied &= depth_m <= _WALL_DEPTH_M
     cells = np.select([free, occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)

@@ -60,6 +60,15 @@ def test_robot_map_with_grey_unknown():
     assert cells[60, 149] == OCCUPIED
 
 
+def test_a_robot_map_of_two_tones_has_walls_where_its_free_space_ends():
+    """Free 255 on 153 and nothing else, as some robot maps are published."""
+    picture = building(outside=153, line=153)
+    cells = interpret(picture, RESOLUTION_M)
+    assert (cells[picture == 255] == FREE).all()
+    assert (cells[60, 148:151] == OCCUPIED).all()
+    assert cells[5, 5] == UNKNOWN
+
+
 def test_black_surroundings_are_walls_at_the_surface_only():
     picture = building(outside=0)
     cells = interpret(picture, RESOLUTION_M)
