@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.floorplan import interior, segment_floorplan
-from fpnet_core.segmentation.scene import clearance_m
+from fpnet_core.segmentation.scene import Mask, clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 
@@ -23,6 +24,8 @@ _GRID_POINTS = 400
 _DOORS_FOR_HALF = 3.0
 # In every building about one free cell in five is further than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
+# Clutter: pieces that extend over less than this share of the map's diagonal.
+_SPECK_SHARE = 0.02
 # By how much, in its logarithm, the scale is off that a segmentation was made with: openings of
 # twice a door's width are no doors, however many there are.
 _EXPECTED_SPREAD = 0.7
@@ -96,11 +99,21 @@ def segment_unknown_scale(
 
 def _first_guess(source: GridMap | Submap) -> float:
     grid = source.grid if isinstance(source, Submap) else source
-    free = interior(grid.cells == FREE)
+    free = _without_specks(interior(grid.cells == FREE))
     if not free.any() or free.all():
         return 1.0
     spacious = np.quantile(clearance_m(~free, grid.resolution)[free], 1.0 - _SPACIOUS_SHARE)
     return _SPACIOUS_M / max(float(spacious), grid.resolution)
+
+
+def _without_specks(free: Mask) -> Mask:
+    """Return ``free (H, W)`` with what stands in it filled, if that is small beside the map."""
+    solid = (~free).astype(np.uint8)
+    _, components, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
+    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    specks = extent < _SPECK_SHARE * np.hypot(*free.shape)
+    specks[0] = False
+    return np.asarray(free | specks[components])
 
 
 def _segment(source: GridMap | Submap, config: SegmentationConfig, factor: float) -> Segmentation:

@@ -159,6 +159,20 @@ def test_unknown_scale_is_recovered_from_the_doors(scale):
     assert segmentation.rooms[0].area_m2 == pytest.approx(largest * scale**2, rel=0.06)
 
 
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_clutter_changes_no_scale(seed):
+    """Three specks of 5 to 40 cm per square metre: gaps between them would pass for doors."""
+    grid, _ = office(20.0)
+    cells, rng = grid.cells.copy(), np.random.default_rng(seed)
+    free = np.argwhere(cells == FREE)
+    for row, col in free[rng.integers(len(free), size=int(3 * len(free) * RESOLUTION_M**2))]:
+        size = rng.integers(1, 9)
+        speck = cells[row : row + size, col : col + size]
+        speck[speck == FREE] = OCCUPIED
+    _, estimate = segment_unknown_scale(GridMap(cells, RESOLUTION_M, grid.T_frame_grid), CONFIG)
+    assert estimate.factor == pytest.approx(1.0, rel=0.12)
+
+
 def test_scale_of_a_plan_without_doors_is_not_claimed():
     grid = GridMap(draw(SE2.from_xy_yaw(2.0, 2.0, 0.3), [rectangle(0, 0, 5, 4)]), RESOLUTION_M)
     estimate = estimate_metres_per_unit(segment_floorplan(grid, CONFIG))
