@@ -52,6 +52,16 @@ class RobotCase:
     band: str
 
 
+@dataclass(frozen=True)
+class _Outcome:
+    """What one method said of one case."""
+
+    band: str
+    building: str
+    is_right: bool
+    is_wrong_claim: bool
+
+
 def robot_cases(data: Path, split: str, limit: int | None) -> list[RobotCase]:
     """Return every pair of a half as it is and varied in each band, or ``limit`` of them."""
     pairs = read_robot_pairs(data, split)
@@ -90,9 +100,9 @@ def bench_robot_maps(
 
     Returns
     -------
-    ``methods`` with the figures of :func:`fpnet_core.evaluation.matching.score` and, per band,
-    ``right``, ``wrong_and_claimed`` (shares) and ``pairs``. A map without rooms is a miss of
-    every method.
+    ``methods`` with the figures of :func:`fpnet_core.evaluation.matching.score` and, per band and
+    per building and band, ``right``, ``wrong_and_claimed`` (shares) and ``pairs``. A map without
+    rooms is a miss of every method.
     """
     if 'fpnet' not in matchers:
         raise FpnetError('the set robot needs the method fpnet, which cuts the maps into regions')
@@ -100,7 +110,7 @@ def bench_robot_maps(
     said: dict[str, list[Prediction]] = {name: [] for name in matchers}
     if with_correlative:
         said['correlative'] = []
-    outcomes: dict[str, list[tuple[str, bool, bool]]] = {name: [] for name in said}
+    outcomes: dict[str, list[_Outcome]] = {name: [] for name in said}
     for case in cases:
         match = match_maps(
             case.pair.plan, submap_from_grid(case.pair.robot), matchers['fpnet'], config
@@ -112,10 +122,17 @@ def bench_robot_maps(
             prediction = _predict(name, case.pair, match, pair, matchers)
             if pair is not None:
                 items.append(prediction)
-            outcomes[name].append((case.band, *_outcome(case.pair, match, prediction)))
+            outcomes[name].append(_outcome(case, match, prediction))
         on_cases(1.0)
     figures = score(pairs, said)
-    methods = {name: {**figures[name], 'bands': _bands(outcomes[name])} for name in said}
+    methods = {
+        name: {
+            **figures[name],
+            'bands': _bands(outcomes[name]),
+            'buildings': _buildings(outcomes[name]),
+        }
+        for name in said
+    }
     return {'methods': methods, 'pairs': len(cases)}
 
 
@@ -183,22 +200,27 @@ def _free_area_m2(grid: GridMap) -> float:
     return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
 
 
-def _outcome(pair: RobotPair, match: MapMatch, said: Prediction) -> tuple[bool, bool]:
+def _outcome(case: RobotCase, match: MapMatch, said: Prediction) -> _Outcome:
     """Tell whether the transform is right, and whether it is wrong but claimed."""
-    grid = match.sub.segmentation.grid
+    pair, grid = case.pair, match.sub.segmentation.grid
     rc = np.argwhere(grid.cells == FREE).mean(axis=0)
     x, y = grid.rc_to_xy(rc).tolist()
     error = placement_error(said.placement, _truth(pair, match), (x, y))
     plan = match.plan.segmentation.grid
     limit_m = RIGHT_DIAGONALS * float(np.hypot(*plan.shape)) * plan.resolution
     right = error.is_within(limit_m, RIGHT_DEG) and error.scale <= RIGHT_SCALE
-    return right, said.is_claimed and not right
+    return _Outcome(case.band, pair.building, right, said.is_claimed and not right)
 
 
-def _bands(outcomes: Sequence[tuple[str, bool, bool]]) -> dict[str, dict[str, float]]:
+def _bands(outcomes: Sequence[_Outcome]) -> dict[str, dict[str, float]]:
     bands = {}
     for band in BANDS:
-        chosen = [(right, wrong) for name, right, wrong in outcomes if name == band]
+        chosen = [(o.is_right, o.is_wrong_claim) for o in outcomes if o.band == band]
         right, wrong = np.mean(chosen, axis=0).tolist() if chosen else (0.0, 0.0)
         bands[band] = {'right': right, 'wrong_and_claimed': wrong, 'pairs': len(chosen)}
     return bands
+
+
+def _buildings(outcomes: Sequence[_Outcome]) -> dict[str, dict[str, dict[str, float]]]:
+    names = sorted({o.building for o in outcomes})
+    return {name: _bands([o for o in outcomes if o.building == name]) for name in names}

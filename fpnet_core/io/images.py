@@ -5,7 +5,8 @@ Reading a drawing, scan or robot map that comes as a bare image, without thresho
 
 What the picture means is taken from its histogram and its border: white is free, one grey that
 surrounds the building (178 to 205 in drawings, 127, 153, 205 or 230 in robot maps) is unknown,
-darker is occupied. Where nothing is darker, walls are where the free space ends. Images and rasters here are as stored, row 0 at the top.
+darker is occupied. Where nothing is darker, walls are where the free space ends. Images and
+rasters here are as stored, row 0 at the top.
 """
 
 from __future__ import annotations

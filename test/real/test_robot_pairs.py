@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fpnet_core.cli.bench_matching import matchers
+from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
+from fpnet_core.evaluation.matching_robot import bench_robot_maps, robot_cases
 from fpnet_core.evaluation.robot_pairs import BANDS, TUNE_PLANS, read_robot_pairs, varied
 from fpnet_core.geometry import SE2
-from fpnet_core.types import FREE
+from fpnet_core.types import FREE, OCCUPIED
 
 pytestmark = pytest.mark.real
 DATA = Path(__file__).parents[3] / 'shared' / 'data'
@@ -51,6 +54,29 @@ def test_the_truth_follows_the_variation(pairs, band):
         assert changed.A_plan_robot.is_mirrored == pair.A_plan_robot.is_mirrored
         shifted = replace(changed, A_plan_robot=changed.A_plan_robot @ shift(3.0))
         assert free_on_free(shifted) < free_on_free(changed)
+
+
+@pytest.mark.parametrize('split', ['tune', 'report'])
+def test_every_robot_map_has_walls(pairs, split):
+    """One of the published maps has two tones only, free space and the rest."""
+    assert pairs
+    for pair in read_robot_pairs(DATA, split):
+        assert (pair.robot.cells == OCCUPIED).mean() > 0.005, pair.name
+
+
+def test_figures_are_kept_by_band_and_by_building(pairs):
+    assert pairs
+    cases, config = robot_cases(DATA, 'tune', 3), FpnetConfig()
+    matcher = matchers(config.matcher, ['fpnet'])
+    said = bench_robot_maps(cases, matcher, config, False, lambda count: None)['methods']['fpnet']
+    buildings = said['buildings']
+    assert set(buildings) == {case.pair.building for case in cases}
+    for band, figures in said['bands'].items():
+        of_band = [case for case in cases if case.band == band]
+        assert figures['pairs'] == len(of_band)
+        assert sum(each[band]['pairs'] for each in buildings.values()) == len(of_band)
+        right = sum(each[band]['right'] * each[band]['pairs'] for each in buildings.values())
+        assert right == pytest.approx(figures['right'] * len(of_band))
 
 
 def shift(metres):
