@@ -10,8 +10,7 @@ and a Kalman filter carries the result from tick to tick, so that a corridor, wh
 of the position along it, leaves that to odometry.
 
 A rough drawing looks like drift, and is followed like it: the pose is among the walls as they are
-drawn. To tell the two by how well the surroundings fit costs more than it gains (``--rough-m`` of
-benchmarks/drift.py).
+drawn.
 """
 
 from __future__ import annotations
