@@ -265,7 +265,7 @@ class LocalizerConfig(Section):
         ge=0.0,
         le=1.0,
         description='The pose follows the walls around the robot where a share larger by this '
-        'fits than where the whole submap puts them.',
+        'fits than where the whole submap puts them; 1: never, for odometry without drift.',
     )
     drift_m_per_m: float = Field(0.05, ge=0.0, description='Position odometry loses [m/m].')
     drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading odometry loses [deg/m].')

@@ -20,7 +20,7 @@ pytestmark = [
 ]
 
 
-def localized(name, tmp_path):
+def localized(name, tmp_path, settings=()):
     """Summary of ``fpnet localize`` over a log; poses are compared on the drawing."""
     truth = read_fitted_truth(RADISH, name)
     scans = list(open_scans(truth.log))
@@ -35,6 +35,7 @@ def localized(name, tmp_path):
         'pose.strain_sigma=0.05',
         'localizer.tick_period_s=30',
         'localizer.plan_log_odds=6.9',
+        *settings,
     ):
         arguments += ['--set', setting]
     arguments += ['--truth', str(tmp_path / 'truth.tum')]
@@ -45,22 +46,18 @@ def localized(name, tmp_path):
     return json.loads((tmp_path / 'out.json').read_text()), tmp_path / 'out.tum'
 
 
-@pytest.fixture(scope='module')
-def intel(tmp_path_factory):
-    return localized('intel', tmp_path_factory.mktemp('intel'))
-
-
-@pytest.mark.xfail(strict=True, reason='the pose follows walls drawn wrongly: 0.57 m since then')
-def test_intel_is_exact_to_half_a_metre(intel):
-    assert intel[0]['median_position_error_m'] < 0.5
-
-
-def test_intel_is_found_and_never_misplaced(intel):
-    summary, tum = intel
+# The drawing is off by more than half a metre here and there. The log is corrected: who says that
+# its odometry has no drift gets the pose of the whole submap, others the pose among the walls as
+# they are drawn.
+@pytest.mark.parametrize(
+    ('settings', 'limit_m'), [(('localizer.drift_support=1',), 0.5), ((), 1.0)]
+)
+def test_intel_is_found_and_never_misplaced(tmp_path, settings, limit_m):
+    summary, tum = localized('intel', tmp_path, settings)
     print(summary)
     assert summary['localized']
     assert summary['wrong_poses'] == 0
-    assert summary['median_position_error_m'] < 1.0
+    assert summary['median_position_error_m'] < limit_m
     assert len(read_tum(tum)) == summary['poses']
 
 
