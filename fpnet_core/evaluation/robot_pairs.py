@@ -4,7 +4,7 @@
 Real floorplans with real robot maps of the same buildings, whole and cut to what a robot saw.
 
 The pairs and their fitted transforms are those of the shared data (``bormann``, ``carpin``,
-``priormaps``, ``radish``). Every pair belongs to one half of the split by buildings.
+``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair belongs to one half of the split by buildings.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from fpnet_core.io import pixel_to_xy, read_map
 from fpnet_core.sim.floors import TUNE_FLOORS
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
-SOURCES = ('bormann', 'carpin', 'priormaps', 'radish')
+SOURCES = ('bormann', 'carpin', 'priormaps', 'radish', 'gdc', 'g4s')
 
-TUNE_PLANS = (*TUNE_FLOORS, 'basic_filled', 'office_filled')
+TUNE_PLANS = (*TUNE_FLOORS, 'basic_filled', 'office_filled', 'gdc1', 'gdc2', 'g4s')
 """Floorplans whose buildings may choose parameters; all others only report."""
 
 BANDS: dict[str, tuple[float, float]] = {
@@ -86,11 +86,18 @@ def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
 
 
 def _read_pair(folder: Path, entry: dict[str, str]) -> RobotPair:
-    plan, robot = (read_map(folder / entry[key]) for key in ('floorplan', 'robot_map'))
+    paths = (folder / entry[key] for key in ('floorplan', 'robot_map'))
+    plan, robot = (read_map(_stated(path)) for path in paths)
     between = Affine2D.from_matrix(np.array(entry['affine_2x3'], dtype=np.float64))
     A_plan_robot = pixel_to_xy(plan) @ between @ pixel_to_xy(robot).inv()
     building = Path(entry['floorplan']).stem
     return RobotPair(entry['id'], plan, robot, A_plan_robot, building=building)
+
+
+def _stated(image: Path) -> Path:
+    """Return the map_server YAML beside an image where there is one: it knows better."""
+    beside = image.with_suffix('.yaml')
+    return beside if beside.exists() else image
 
 
 def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float]) -> RobotPair:

@@ -38,7 +38,7 @@ _FILL_SHARE = 0.02  # of the image has a shade that fills walls or furniture
 _FILL_TOLERANCE = 4  # grey levels around such a shade, for blurred edges
 _BLOB_SHARE = 0.5  # of a level's pixels survive an opening if they form areas, not lines
 _WALL_DEPTH_M = 0.4  # occupied deeper than this behind a surface says nothing: unknown
-_EXIT_WIDTH_M = 1.6  # openings in the outer wall up to this do not let the outside in
+_EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _OUTSIDE_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
 

@@ -55,7 +55,8 @@ class Floorplan:
         self.nominal = self.working
         if self._factor != 1.0:
             rooms = rescaled_rooms(self.working.segmentation, 1.0 / self._factor)
-            self.nominal = plan_side(replace(rooms, grid=grid))  # not off by a rounding
+            nominal = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
+            self.nominal = plan_side(replace(rooms, grid=nominal))
         policy = config.localizer.scale_policy
         self.scale = ScaleTracker(policy, config.pose, confidence)
         self._mirrored: MapSide | None = None

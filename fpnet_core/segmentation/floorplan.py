@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io.images import outside_as_unknown
 from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
@@ -45,7 +48,8 @@ def segment_floorplan(
 
     Returns
     -------
-    Segmentation; an empty one with a reason where there is nothing to segment
+    Segmentation; an empty one with a reason where there is nothing to segment. Its grid is the
+    drawing with the paper around the building turned unknown.
 
     Raises
     ------
@@ -58,13 +62,14 @@ def segment_floorplan(
             f'the grid has {cols} x {rows} cells; expected at most '
             f'{_MAX_CELLS // 1_000_000} million: crop it to the building or give it coarser cells'
         )
+    cell_m = grid.resolution * metres_per_unit
+    grid = replace(grid, cells=outside_as_unknown(grid.cells, cell_m))
     free = grid.cells == FREE
     if not free.any():
         return _empty(grid, 'the grid has no free cells')
     on_paper = is_on_paper(free)
     if free.all():
         return _empty(grid, 'the grid has no walls')
-    cell_m = grid.resolution * metres_per_unit
     if config.method == 'default':
         free = fill_furniture(erase_door_symbols(free, cell_m), cell_m, config)
     blocked = ~free if on_paper else _framed(~free)
