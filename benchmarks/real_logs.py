@@ -43,7 +43,7 @@ def best_over_time(run, truth):
         placed = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
         xy = run.odometry.at(np.array([output.stamp_ns]))[0].xy[0]
         error_m = np.linalg.norm(truth.A_plan_log.inv().apply(placed.apply(xy)) - xy)
-        scores = [estimate.score for estimate in output.estimates[:2]]
+        scores = output.estimates.score[:2]
         rows.append(np.round([error_m, *scores], 3).tolist())
     return rows
 

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fpnet_core.geometry import SE2, Affine2D, Similarity2D
+from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
@@ -334,26 +334,6 @@ class MatchResult:
 
 
 @dataclass(frozen=True, eq=False)
-class PoseEstimate:
-    """
-    A verified placement of the submap on the plan.
-
-    ``A_plan_submap`` maps submap metres to nominal plan metres; ``cov (3, 3)`` is over x, y [m]
-    and yaw [rad] in ``plan``; ``score`` in [0, 1] is the raster agreement; ``inliers`` counts
-    region pairs that the transform explains.
-    """
-
-    A_plan_submap: Affine2D
-    score: float
-    cov: NDArray[np.float64]
-    inliers: int = 0
-
-    def __post_init__(self) -> None:
-        """Check the covariance's shape."""
-        _freeze(self, 'cov', np.float64, (3, 3))
-
-
-@dataclass(frozen=True, eq=False)
 class PlanScale:
     """
     How large a floorplan is drawn.
@@ -394,7 +374,8 @@ class LocalizerOutput:
 
     ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is
     None unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an
-    identity. ``probability`` is that of the best hypothesis against the rest.
+    identity. ``probability`` is that of the best hypothesis against the rest; ``estimates`` are
+    all of them, best first, on nominal plan metres.
     ``scale`` is what claimed placements say of the plan's scale, None before the first;
     ``reason`` says what keeps the localizer from a claim where it knows more than the status.
     """
@@ -404,7 +385,7 @@ class LocalizerOutput:
     A_plan_odom: Affine2D | None = None
     cov: NDArray[np.float64] | None = None
     probability: float = 0.0
-    estimates: tuple[PoseEstimate, ...] = ()
+    estimates: Placements = field(default_factory=Placements.empty)
     match: MatchResult | None = None
     segmentation: Segmentation | None = None
     graph: RegionGraph | None = None

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.types import LocalizerOutput, PoseEstimate, RegionGraph, Segmentation
+from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.types import LocalizerOutput, RegionGraph, Segmentation
 from msg_adapters.stamps import header_to_msg
 from msg_adapters.transforms import matrix_to_pose_msg
 
@@ -86,7 +86,7 @@ def match_markers(
 
 
 def hypothesis_markers(
-    estimates: Iterable[PoseEstimate],
+    estimates: Placements,
     A_map_plan: Affine2D,
     T_submap_base: SE2,
     stamp_ns: int,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from fpnet_core.baselines.placement import Placement
+from fpnet_core.baselines.answer import Answer
 from fpnet_core.geometry import Affine2D, Similarity2D
 from fpnet_core.pose import MapEvidence
 
@@ -50,7 +50,7 @@ class BranchAndBound:
         self._cell_m = plan.cell_m * _STRIDE
         self._scales = scales
 
-    def place(self, sub: MapEvidence) -> Placement | None:
+    def place(self, sub: MapEvidence) -> Answer | None:
         """Return the placement of most wall on wall; None where every one is poor."""
         if len(sub.walls) == 0:
             return None
@@ -66,7 +66,7 @@ class BranchAndBound:
         linear = turned[1][variant]
         placed = np.linalg.solve(self._A_rc_xy[:, :2], np.array([row, col]) - self._A_rc_xy[:, 2])
         S = Affine2D(linear, placed - linear @ centre)
-        return Placement(S, float(score), bool(score >= CLAIM_SCORE))
+        return Answer(S, float(score), is_claimed=bool(score >= CLAIM_SCORE))
 
     def _turned(self, points: Array) -> tuple[NDArray[np.int32], Array]:
         """Cells (V, P, 2) of the points in every rotation and scale, and these (V, 2, 2)."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import distance_transform_edt
 
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placement
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 Array = NDArray[np.float64]
@@ -42,14 +42,6 @@ _MAX_POINTS = 4000  # cells of each kind that represent the submap
 
 
 @dataclass(frozen=True, eq=False)
-class CorrelativeResult:
-    """``A_plan_submap`` in both maps' metres, and its score; perfect agreement is about 1."""
-
-    A_plan_submap: Affine2D
-    score: float
-
-
-@dataclass(frozen=True, eq=False)
 class _Field:
     """The plan as spectra of wall values and of costs, and how pixels become metres."""
 
@@ -61,13 +53,12 @@ class _Field:
     origin: Array
 
 
-def search_placement(
-    plan: GridMap, sub: GridMap, scales: Array | None = None
-) -> CorrelativeResult | None:
+def search_placement(plan: GridMap, sub: GridMap, scales: Array | None = None) -> Placement | None:
     """
     Return the best of all placements; None where the submap has no walls or no free space.
 
-    ``scales (L,)`` are plan metres per submap metre; None tries all of ``SCALE_RANGE``.
+    It is in both maps' metres; a score of about 1 is perfect agreement. ``scales (L,)`` are plan
+    metres per submap metre; None tries all of ``SCALE_RANGE``.
     """
     walls, free = _points(sub, OCCUPIED), _points(sub, FREE)
     if not (len(walls) and len(free) and (plan.cells == OCCUPIED).any()):
@@ -82,7 +73,7 @@ def search_placement(
             score += SHRINK_COST * float(np.log(scale))
             if score > best:
                 best, placed = score, Affine2D(linear, translation)
-    return None if placed is None else CorrelativeResult(placed, float(best))
+    return None if placed is None else Placement(placed, float(best))
 
 
 def _points(grid: GridMap, value: int) -> Array:

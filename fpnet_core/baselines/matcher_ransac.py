@@ -7,7 +7,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fpnet_core.baselines.placement import Placement
+from fpnet_core.baselines.answer import Answer
 from fpnet_core.geometry import Affine2D
 from fpnet_core.types import MatchResult, RegionGraph
 
@@ -18,7 +18,7 @@ MIN_INLIERS = 3
 _CONFIDENCE = 0.99
 
 
-def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> Placement | None:
+def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> Answer | None:
     """
     Return the similarity that most matched centroids agree on; None for fewer than two matches.
 
@@ -39,4 +39,4 @@ def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> 
         return None
     count = int(np.count_nonzero(inliers))
     score = count / len(match.pairs)
-    return Placement(Affine2D.from_matrix(matrix), score, count >= MIN_INLIERS)
+    return Answer(Affine2D.from_matrix(matrix), score, is_claimed=count >= MIN_INLIERS)

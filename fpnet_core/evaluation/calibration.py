@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 
 from fpnet_core.config import FpnetConfig, LocalizerConfig
 from fpnet_core.evaluation.robot_pairs import BANDS, RobotPair, varied
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.localizer.belief import posterior
 from fpnet_core.localizer.maps import MapMatch, match_maps
 from fpnet_core.localizer.scale import tolerant_search
@@ -32,7 +32,6 @@ from fpnet_core.pose import map_evidence
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.pairs import PairScene, generate_scene
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.types import PoseEstimate
 
 RIGHT_M = 1.0
 """A placement is right when it moves the median free point by less than this from the truth."""
@@ -131,7 +130,7 @@ def _trial(
         plan, sub, matcher, scene.submap.free_area_m2, config.pose, StageTimer(), search
     )
     return Trial(
-        scores=np.array([estimate.score for estimate in found.estimates]),
+        scores=found.estimates.score,
         wall_length_m=sub.evidence.wall_length_m,
         truth=None
         if truth is None
@@ -141,18 +140,15 @@ def _trial(
 
 
 def right_placement(
-    estimates: Sequence[PoseEstimate],
+    estimates: Placements,
     A_plan_submap: Affine2D,
     free: NDArray[np.float64],
     tolerance_m: float,
 ) -> int | None:
     """Return the index of the first estimate that moves ``free (F, 2)`` as the truth does."""
-    placed = A_plan_submap.apply(free)
-    for index, estimate in enumerate(estimates):
-        moved = estimate.A_plan_submap.apply(free) - placed
-        if np.median(np.linalg.norm(moved, axis=1)) < tolerance_m:
-            return index
-    return None
+    moved = np.linalg.norm(estimates.apply(free) - A_plan_submap.apply(free), axis=2)
+    is_right = np.median(moved, axis=1) < tolerance_m
+    return int(is_right.argmax()) if is_right.any() else None
 
 
 def robot_trials(
@@ -188,7 +184,7 @@ def _robot_trial(
     found = match_maps(drawn.plan, submap_from_grid(robot.robot), matcher, config)
     is_foreign = robot is not drawn
     return Trial(
-        scores=np.array([e.score for e in found.comparison.estimates]),
+        scores=found.comparison.estimates.score,
         wall_length_m=found.sub.evidence.wall_length_m,
         truth=None if is_foreign else _right_match(found, robot),
         is_foreign=is_foreign,

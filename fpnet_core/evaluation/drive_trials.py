@@ -13,8 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.calibration import Trial
 from fpnet_core.evaluation.localization.cases import Case, plain_cases
@@ -90,7 +88,7 @@ def _of_run(product: ProductRun, truth: Truth | None) -> Iterator[Trial]:
             continue
         seen_m = walls_m
         yield Trial(
-            scores=np.array([estimate.score for estimate in output.estimates]),
+            scores=output.estimates.score,
             wall_length_m=walls_m,
             truth=None if truth is None else _right_estimate(output, product, truth),
             is_foreign=truth is None,

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_core.baselines.answer import Answer
 from fpnet_core.baselines.matcher_ransac import place_by_ransac
-from fpnet_core.baselines.placement import Placement
 from fpnet_core.geometry import Affine2D
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.metrics import (
@@ -94,11 +94,11 @@ def predict_one(
     )
 
 
-def _placement(plan: RegionGraph, sub: RegionGraph, result: MatchResult) -> Placement | None:
+def _placement(plan: RegionGraph, sub: RegionGraph, result: MatchResult) -> Answer | None:
     if not result.hypotheses:
         return place_by_ransac(plan, sub, result)
     best = result.hypotheses[0]
-    return Placement(best.S_plan_sub, best.probability, best.probability >= _CLAIMED)
+    return Answer(best.S_plan_sub, best.probability, is_claimed=best.probability >= _CLAIMED)
 
 
 def write_predictions(path: Path, said: Mapping[str, Sequence[Prediction]], facts: Any) -> None:

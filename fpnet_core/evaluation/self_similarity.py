@@ -19,11 +19,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from fpnet_core.config import PoseConfig
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.localizer import MapSide
-from fpnet_core.pose.estimate import distinct
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
-from fpnet_core.pose.hypotheses import Candidates
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import agreement, coarse_support
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
@@ -110,22 +108,19 @@ class _Search:
             return ()
         pose = self._pose
         found = _aligned(self._plan.evidence, part, candidates, pose.coarse_sigma_m)
-        scores = agreement(
-            self._plan.evidence, part, found.linear, found.translation, pose.wall_sigma_m
-        ).score
-        order = np.argsort(-scores, kind='stable')
-        ranked, scores = found.take(order), scores[order]
+        scores = agreement(self._plan.evidence, part, found, pose.wall_sigma_m).score
+        ranked = replace(found, score=scores).take(np.argsort(-scores, kind='stable'))
         # The identity leads, so that what is near it falls away.
-        identity = Candidates(np.eye(2)[None], np.zeros((1, 2)))
-        both, points = identity.joined(ranked), part.corners
-        kept = distinct(both, points, pose.distinct_m, _MAX_TWINS + 1)[1:] - 1
-        unlike_m = (1.0 - scores) * part.wall_length_m
+        both = Placements.of([Affine2D.identity()]).joined(ranked)
+        kept = both.take(both.distinct(part.corners, pose.distinct_m, _MAX_TWINS + 1)[1:])
         made = (
-            self._twin(anchor, ranked, unlike_m, k) for k in kept if unlike_m[k] < TELLING_WALL_M
+            self._twin(anchor, placed, unlike_m)
+            for placed, unlike_m in zip(kept, (1.0 - kept.score) * part.wall_length_m, strict=True)
+            if unlike_m < TELLING_WALL_M
         )
         return tuple(twin for twin in made if twin is not None)
 
-    def _candidates(self, anchor: int) -> Candidates:
+    def _candidates(self, anchor: int) -> Placements:
         """Lay the anchor's rectangle on that of every room of like size, four ways each."""
         areas = np.array([room.area_m2 for room in self._plan.segmentation.rooms])
         centres, yaws = self._frames
@@ -136,17 +131,16 @@ class _Search:
         c, s = np.cos(yaw), np.sin(yaw)
         linear = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
         target = np.repeat(centres[like], len(turns), axis=0)
-        return Candidates(linear, target - linear @ centres[anchor])
+        return Placements(linear, target - linear @ centres[anchor])
 
-    def _twin(self, anchor: int, ranked: Candidates, unlike_m: Array, index: int) -> Twin | None:
+    def _twin(self, anchor: int, placed: Placement, unlike_m: float) -> Twin | None:
         """Name the room below; None where the anchor comes to lie outside all rooms."""
-        linear, translation = ranked.linear[index], ranked.translation[index]
-        placed = linear @ self._frames[0][anchor] + translation
-        below = _room_at(self._plan.segmentation, placed)
+        A = placed.A_plan_submap
+        below = _room_at(self._plan.segmentation, A.apply(self._frames[0][anchor]))
         if below is None:
             return None
-        turn = float(np.rad2deg(np.arctan2(linear[1, 0], linear[0, 0])))
-        return Twin(anchor, below, round(turn, 1), round(float(unlike_m[index]), 2))
+        turn = float(np.rad2deg(A.apply_yaw(0.0)))
+        return Twin(anchor, below, round(turn, 1), round(float(unlike_m), 2))
 
 
 def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
@@ -175,14 +169,13 @@ def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> MapEvidence:
 
 
 def _aligned(
-    plan: MapEvidence, part: MapEvidence, candidates: Candidates, sigma_m: float
-) -> Candidates:
+    plan: MapEvidence, part: MapEvidence, candidates: Placements, sigma_m: float
+) -> Placements:
     """Return the most promising candidates aligned to the walls where they lie."""
-    rough = refine(plan, part.walls, candidates.linear, candidates.translation, _FREEDOM, ROUGH)
-    support = coarse_support(plan, part, rough.linear, rough.translation, sigma_m, 250)
+    rough = refine(plan, part.walls, candidates, _FREEDOM, ROUGH)
+    support = coarse_support(plan, part, rough, sigma_m, 250)
     order = np.argsort(-support, kind='stable')[:_MAX_REFINED]
-    fine = refine(plan, part.walls, rough.linear[order], rough.translation[order], _FREEDOM, FINE)
-    return Candidates(fine.linear, fine.translation)
+    return refine(plan, part.walls, rough.take(order), _FREEDOM, FINE)
 
 
 def _room_at(segmentation: Segmentation, xy: Array) -> int | None:

@@ -1,8 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Planar transforms and angles; ``T_a_b`` maps coordinates in ``b`` to ``a``."""
+"""Planar transforms, placements and angles; ``T_a_b`` maps coordinates in ``b`` to ``a``."""
 
 from fpnet_core.geometry.angles import angle_between, wrap_to_pi
+from fpnet_core.geometry.placements import Placement, Placements
 from fpnet_core.geometry.transforms import SE2, Affine2D, Similarity2D
 
-__all__ = ['SE2', 'Affine2D', 'Similarity2D', 'angle_between', 'wrap_to_pi']
+__all__ = [
+    'SE2',
+    'Affine2D',
+    'Placement',
+    'Placements',
+    'Similarity2D',
+    'angle_between',
+    'wrap_to_pi',
+]

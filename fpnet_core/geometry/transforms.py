@@ -15,6 +15,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fpnet_core.geometry.polar import heading_of, stretch_of
+
 Array = NDArray[np.float64]
 
 # Relative deviation from the group that construction still accepts (rounding of long chains).
@@ -87,6 +89,16 @@ class Affine2D:
     def is_mirrored(self) -> bool:
         """True where the map turns left into right (negative determinant)."""
         return bool(np.linalg.det(self.linear) < 0.0)
+
+    @property
+    def heading(self) -> float:
+        """Rotation [rad] of the polar form ``linear = stretch @ R(heading)``."""
+        return float(heading_of(self.linear))
+
+    @property
+    def stretch(self) -> Array:
+        """Symmetric part (2, 2) of the polar form, in the axes of frame ``a``."""
+        return stretch_of(self.linear)
 
     def apply(self, xy: ArrayLike) -> Array:
         """Map points ``xy (..., 2)`` from frame ``b`` to frame ``a``; zero points stay zero."""

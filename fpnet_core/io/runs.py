@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
     MatchResult,
     Portal,
-    PoseEstimate,
     Region,
     RegionLabel,
     Segmentation,
@@ -105,23 +103,25 @@ def _output_from_arrays(arrays: Arrays) -> LocalizerOutput:
     )
 
 
-def _estimates_to_arrays(estimates: Sequence[PoseEstimate]) -> Arrays:
+def _estimates_to_arrays(estimates: Placements) -> Arrays:
     return {
-        'estimate_A_plan_submap': np.array(
-            [e.A_plan_submap.matrix for e in estimates], dtype=np.float64
-        ).reshape(-1, 3, 3),
-        'estimate_cov': np.array([e.cov for e in estimates], dtype=np.float64).reshape(-1, 3, 3),
-        'estimate_score': np.array([e.score for e in estimates], dtype=np.float64),
-        'estimate_inliers': np.array([e.inliers for e in estimates], dtype=np.int64),
+        'estimate_A_plan_submap': estimates.matrix,
+        'estimate_score': estimates.score,
+        'estimate_cov': estimates.cov,
+        'estimate_probability': estimates.probability,
     }
 
 
-def _estimates_from_arrays(arrays: Arrays) -> tuple[PoseEstimate, ...]:
-    columns = (arrays[f'estimate_{name}'] for name in ('A_plan_submap', 'score', 'cov', 'inliers'))
-    return tuple(
-        PoseEstimate(Affine2D.from_matrix(A_plan_submap), float(score), cov, int(inliers))
-        for A_plan_submap, score, cov, inliers in zip(*columns, strict=True)
+def _estimates_from_arrays(arrays: Arrays) -> Placements:
+    scores = arrays['estimate_score']
+    columns = (
+        map(Affine2D.from_matrix, arrays['estimate_A_plan_submap']),
+        map(float, scores),
+        arrays['estimate_cov'],
+        # Files of older versions have none.
+        map(float, arrays.get('estimate_probability', np.full(len(scores), np.nan))),
     )
+    return Placements.of(Placement(*column) for column in zip(*columns, strict=True))
 
 
 def _submap_to_arrays(submap: Submap) -> Arrays:

@@ -15,14 +15,13 @@ drawn.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 
 Array = NDArray[np.float64]
@@ -82,7 +81,8 @@ class Anchor:
         tracked = self._predicted(A_plan_odom, robot_odom)
         if len(seen) >= FEWEST_POINTS:
             tracked = self._measured(plan, seen, A_plan_odom, tracked)
-            support = self._support(plan, seen, [A_plan_odom, tracked.A_plan_odom])
+            both = Placements.of([A_plan_odom, tracked.A_plan_odom])
+            support = wall_support(plan, seen, both, self._sigma_m)
             if support[1] < support[0] + self._better:
                 self.reset()
                 return A_plan_odom
@@ -100,66 +100,38 @@ class Anchor:
 
     def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: _Fix) -> _Fix:
         """Return the fix corrected by the walls around the robot."""
-        starts = [claim, last.A_plan_odom]
-        linear, translation = _stacked(starts)
-        freedom = Freedom(_RIGID, _stretch_of(claim))
-        fit = refine(plan, seen, linear, translation, freedom, _EFFORT)
-        found = [Affine2D(*A) for A in zip(fit.linear, fit.translation, strict=True)]
-        before, after = (self._support(plan, seen, each) for each in (starts, found))
+        starts = Placements.of([claim, last.A_plan_odom])
+        fits = refine(plan, seen, starts, Freedom(_RIGID, claim.stretch), _EFFORT)
+        before, after = (wall_support(plan, seen, each, self._sigma_m) for each in (starts, fits))
         robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
         if after[0] > after[1] + self._better:
             start, cov, pick = claim, np.diag(_START**2), 0
         if after[pick] <= before[pick]:
             return _Fix(start, robot, cov)
-        measured = _POINTS_PER_WITNESS * _cov_at(fit.cov[pick], found[pick], robot)
+        fit = fits[pick]
+        measured = _POINTS_PER_WITNESS * _cov_at(fit.cov, fit.A_plan_submap, robot)
         gain = cov @ np.linalg.inv(cov + measured)
-        moved = _moved(start, gain @ _difference(found[pick], start, robot), robot)
+        moved = _moved(start, gain @ _difference(fit.A_plan_submap, start, robot), robot)
         return _Fix(moved, robot, (np.eye(3) - gain) @ cov)
-
-    def _support(
-        self, plan: MapEvidence, seen: Array, placements: Sequence[Affine2D]
-    ) -> NDArray[np.float64]:
-        return wall_support(plan, seen, *_stacked(placements), self._sigma_m)
-
-
-def _stacked(placements: Sequence[Affine2D]) -> tuple[Array, Array]:
-    """Return linear parts (C, 2, 2) and translations (C, 2)."""
-    return (
-        np.array([A.linear for A in placements]),
-        np.array([A.translation for A in placements]),
-    )
-
-
-def _stretch_of(A: Affine2D) -> Array:
-    """Return the symmetric ``S (2, 2)`` of ``linear = S R``."""
-    yaw = _yaw(A)
-    c, s = np.cos(yaw), np.sin(yaw)
-    S = A.linear @ np.array([[c, s], [-s, c]])
-    return np.asarray(0.5 * (S + S.T))
-
-
-def _yaw(A: Affine2D) -> float:
-    return float(np.arctan2(A.linear[1, 0] - A.linear[0, 1], A.linear[0, 0] + A.linear[1, 1]))
 
 
 def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:
     """Return ``A`` with the claim's stretch; the robot and its heading stay where it puts them."""
-    yaw = _yaw(A)
-    c, s = np.cos(yaw), np.sin(yaw)
-    linear = _stretch_of(claim) @ np.array([[c, -s], [s, c]])
+    c, s = np.cos(A.heading), np.sin(A.heading)
+    linear = claim.stretch @ np.array([[c, -s], [s, c]])
     return Affine2D(linear, A.apply(robot_odom) - linear @ robot_odom)
 
 
 def _difference(A: Affine2D, other: Affine2D, robot_odom: Array) -> Array:
     """Return how far ``A`` puts the robot from where ``other`` does: x, y [m], yaw [rad]."""
-    turned = np.angle(np.exp(1j * (_yaw(A) - _yaw(other))))
+    turned = np.angle(np.exp(1j * (A.heading - other.heading)))
     return np.append(A.apply(robot_odom) - other.apply(robot_odom), turned)
 
 
 def _moved(A: Affine2D, by: Array, robot_odom: Array) -> Affine2D:
     """Return ``A`` with the robot moved and turned on the plan."""
     c, s = np.cos(by[2]), np.sin(by[2])
-    S = _stretch_of(A)
+    S = A.stretch
     R = np.linalg.inv(S) @ A.linear
     linear = S @ np.array([[c, -s], [s, c]]) @ R
     return Affine2D(linear, A.apply(robot_odom) + by[:2] - linear @ robot_odom)

@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.pose import MapEvidence, compared_at
-from fpnet_core.types import PoseEstimate, Status
+from fpnet_core.types import Status
 
 _SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
 _SHORTEST_M = 5.0  # less wall than this is treated as this much
@@ -27,13 +27,15 @@ class Belief:
     """
     Status, the placement it rests on (None while searching) and its probability.
 
-    ``reason`` says more than the status where there is more to say.
+    ``reason`` says more than the status where there is more to say. ``judged`` are all placements
+    that the status was decided on, with their probabilities.
     """
 
     status: Status
-    best: PoseEstimate | None
+    best: Placement | None
     probability: float
     reason: str = ''
+    judged: Placements = field(default_factory=Placements.empty)
 
 
 def posterior(
@@ -125,7 +127,7 @@ class HypothesisTracker:
 
     def update(
         self,
-        estimates: tuple[PoseEstimate, ...],
+        estimates: Placements,
         sub: MapEvidence,
         A_submap_odom: Affine2D,
         mirrored_score: float | None = None,
@@ -140,24 +142,26 @@ class HypothesisTracker:
         submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in the submap;
         ``needs_news`` asks for a grown submap between the ticks that confirm a claim.
         """
-        scores = np.array([e.score for e in estimates])
+        scores = estimates.score
         self._count_mirror(scores, sub, mirrored_score)
         if not estimates:
-            return self._nothing_found(0.0)
+            return self._nothing_found(estimates)
         walls_m = sub.wall_length_m
         # Between two looks the mirror image is as good as it was at the last one.
         mirrored = None if self._claimed else self._mirrored_score
         each = posterior(scores, walls_m, self._config, mirrored_score=mirrored)
         p = self._probability = float(each[0])
+        judged = replace(estimates, probability=each)
         if self._mirror_wins >= _MIRROR_WINS:
-            return replace(self._nothing_found(p), reason=_MIRRORED)
+            return replace(self._nothing_found(judged), reason=_MIRRORED)
         # A claim is kept on easier terms than it is made; what is reported knows no such terms.
         slack = self._config.null_slack if self._claimed else 0.0
         kept = posterior(scores, walls_m, self._config, slack)
         if kept[0] < 1.0 - kept.sum():
-            return self._nothing_found(p)
+            return self._nothing_found(judged)
+        best = judged[0]
         points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
-        self._count_win(estimates[0].A_plan_submap @ A_submap_odom, points_odom)
+        self._count_win(best.A_plan_submap @ A_submap_odom, points_odom)
         self._count_sure_win(p >= self._config.claim_probability, sub, needs_news)
         needed = self._config.confirm_ticks
         if self._claimed:
@@ -166,7 +170,7 @@ class HypothesisTracker:
             self._claimed = self._sure_wins >= needed and mirrored_score is not None
         self._was_localized |= self._claimed
         status = Status.LOCALIZED if self._claimed else Status.AMBIGUOUS
-        return Belief(status, estimates[0], p)
+        return Belief(status, best, p, judged=judged)
 
     def _count_mirror(
         self,
@@ -184,10 +188,12 @@ class HypothesisTracker:
         is_better = p >= self._config.claim_probability
         self._mirror_wins = self._mirror_wins + 1 if is_better else 0
 
-    def _nothing_found(self, p: float) -> Belief:
+    def _nothing_found(self, judged: Placements) -> Belief:
         self._claimed = False
         self._leader, self._wins, self._sure_wins = None, 0, 0
-        return Belief(Status.LOST if self._was_localized else Status.SEARCHING, None, p)
+        status = Status.LOST if self._was_localized else Status.SEARCHING
+        p = float(judged.probability[0]) if judged else 0.0
+        return Belief(status, None, p, judged=judged)
 
     def _count_win(self, A_plan_odom: Affine2D, points_odom: NDArray[np.float64]) -> None:
         """Count how often in a row this placement has led, as far as ``points_odom`` tell."""

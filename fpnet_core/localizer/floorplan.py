@@ -10,13 +10,12 @@ out is in nominal metres again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.scale import ScaleTracker
 from fpnet_core.localizer.sides import (
     MapSide,
@@ -29,7 +28,7 @@ from fpnet_core.localizer.sides import (
 )
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.segmentation import segment_unknown_scale
-from fpnet_core.types import GridMap, PlanScale, PoseEstimate
+from fpnet_core.types import GridMap, PlanScale
 
 
 class Floorplan:
@@ -83,7 +82,7 @@ class Floorplan:
                 StageTimer(),  # its stages are not the drawing's
                 self.scale.search,
             )
-        return max((estimate.score for estimate in found.estimates), default=0.0)
+        return float(found.estimates.score.max(initial=0.0))
 
     def to_working(self, T_plan_base: SE2) -> SE2:
         """Return a pose in nominal metres as one in working metres."""
@@ -93,15 +92,11 @@ class Floorplan:
         """Return a placement in working metres as one in nominal metres."""
         return Affine2D(A_plan_body.linear / self._factor, A_plan_body.translation / self._factor)
 
-    def nominal_estimates(self, estimates: Sequence[PoseEstimate]) -> tuple[PoseEstimate, ...]:
-        """Return estimates in working metres as such in nominal metres."""
-        if self._factor == 1.0:
-            return tuple(estimates)
-        unit = np.diag([1.0 / self._factor, 1.0 / self._factor, 1.0])
-        return tuple(
-            replace(e, A_plan_submap=self.to_nominal(e.A_plan_submap), cov=unit @ e.cov @ unit)
-            for e in estimates
-        )
+    def nominal_estimates(self, estimates: Placements) -> Placements:
+        """Return placements in working metres as such in nominal metres."""
+        A_nominal_working = Affine2D(np.eye(2) / self._factor, np.zeros(2))
+        nominal: Placements = A_nominal_working @ estimates
+        return nominal
 
     def nominal_scale(self) -> PlanScale | None:
         """Return what is known of the scale, nominal metres per true metre."""

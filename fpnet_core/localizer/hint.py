@@ -9,8 +9,7 @@ import logging
 
 import numpy as np
 
-from fpnet_core.geometry import SE2, Affine2D, angle_between
-from fpnet_core.types import PoseEstimate
+from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
 
 _log = logging.getLogger(__name__)
 
@@ -46,11 +45,11 @@ class PoseHint:
             turn_rad <= max(_SIGMAS * self.yaw_sigma_rad, _LEAST_YAW_RAD)
         )
 
-    def narrowed(
-        self, estimates: tuple[PoseEstimate, ...], A_submap_odom: SE2
-    ) -> tuple[PoseEstimate, ...]:
+    def narrowed(self, estimates: Placements, A_submap_odom: SE2) -> Placements:
         """Return the estimates that agree; all of them where none does."""
-        agreeing = tuple(e for e in estimates if self.agrees(e.A_plan_submap @ A_submap_odom))
-        if estimates and not agreeing:
+        agreeing = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
+        if any(agreeing):
+            return estimates.take(np.flatnonzero(agreeing))
+        if estimates:
             _log.warning('no placement fits near the given pose; looking everywhere')
-        return agreeing or estimates
+        return estimates

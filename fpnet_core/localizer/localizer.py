@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
 from fpnet_core.localizer.floorplan import Floorplan
@@ -36,7 +36,6 @@ from fpnet_core.localizer.state import (
 )
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import Candidates
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
@@ -67,7 +66,7 @@ class Localizer:
         self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
         self._surroundings = Surroundings(config)
         self._plan: Floorplan | None = None
-        self._tracked: tuple[Affine2D, ...] = ()  # A_plan_odom of the last tick's placements
+        self._tracked = Placements.empty()  # A_plan_odom of the last tick's placements
         self._searched: Searched | None = None  # None: the next tick searches
         self._continuity = Continuity(config.localizer)
         self._hint: PoseHint | None = None
@@ -188,7 +187,7 @@ class Localizer:
             self._forget_placements()
             if self._plan is not None:
                 hint = replace(hint, T_plan_base=self._plan.to_working(hint.T_plan_base))
-            self._hint, self._tracked = hint, (hint.A_plan_odom,)
+            self._hint, self._tracked = hint, Placements.of([hint.A_plan_odom])
 
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""
@@ -253,7 +252,7 @@ class Localizer:
         epoch: int,
         timer: StageTimer,
     ) -> LocalizerOutput:
-        tracked = self._tracked_candidates(submap.T_odom_submap)
+        tracked = self._tracked @ submap.T_odom_submap
         searched, result = self._placed(plan, submap, tracked, robot_xy, segmenter, timer)
         sub = searched.sub
         mirrored = None
@@ -274,7 +273,8 @@ class Localizer:
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
             )
-            self._tracked = tuple(e.A_plan_submap @ A_submap_odom for e in result.estimates)
+            result = replace(result, estimates=belief.judged)
+            self._tracked = belief.judged @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
             _follow_scale(plan, belief, sub)
             belief, A = self._surroundings.judge(plan.working.evidence, submap, belief, robot_xy)
@@ -288,7 +288,7 @@ class Localizer:
         self,
         plan: Floorplan,
         submap: Submap,
-        tracked: Candidates,
+        tracked: Placements,
         robot_xy: RobotXY,
         segmenter: SubmapSegmenter,
         timer: StageTimer,
@@ -313,13 +313,6 @@ class Localizer:
         )
         return Searched(sub, result.match, submap.free_area_m2), result
 
-    def _tracked_candidates(self, T_odom_submap: SE2) -> Candidates:
-        placed = [A_plan_odom @ T_odom_submap for A_plan_odom in self._tracked]
-        return Candidates(
-            np.array([A.linear for A in placed]).reshape(-1, 2, 2),
-            np.array([A.translation for A in placed]).reshape(-1, 2),
-        )
-
     def _publish(self, output: LocalizerOutput, epoch: int) -> LocalizerOutput:
         """Keep the output unless the submap or plan was replaced while it was computed."""
         with self._lock:
@@ -333,9 +326,9 @@ class Localizer:
     def _bridge(self, broken: Break) -> None:
         """Start anew, with the placements where they would be in the new frame."""
         _log.warning('%s; starting anew', broken.reason)
-        tracked: tuple[Affine2D, ...] = ()
+        tracked = Placements.empty()
         if broken.T_old_new is not None:
-            tracked = tuple(A_plan_odom @ broken.T_old_new for A_plan_odom in self._tracked)
+            tracked = self._tracked @ broken.T_old_new
         self._start_anew()
         self._tracked = tracked
 
@@ -351,7 +344,7 @@ class Localizer:
         self._epoch += 1
         self._tracker.reset()
         self._surroundings.reset()
-        self._tracked, self._searched, self._hint = (), None, None
+        self._tracked, self._searched, self._hint = Placements.empty(), None, None
         status = Status.NO_PLAN if self._plan is None else Status.WAITING
         self._output = LocalizerOutput(self._output.stamp_ns, status)
 

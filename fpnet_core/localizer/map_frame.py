@@ -13,7 +13,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import polar
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput
@@ -45,8 +44,7 @@ class MapFrame:
         """Take the drawing's scale from a placement; True where ``A_map_plan`` has changed."""
         if self._is_trusted:
             return False
-        _, P = polar(A_plan_odom.linear, side='left')
-        A_map_plan = Affine2D(np.linalg.inv(P), np.zeros(2))
+        A_map_plan = Affine2D(A_plan_odom.stretch, np.zeros(2)).inv()
         moved = A_map_plan.apply(self._corners) - self.A_map_plan.apply(self._corners)
         if np.linalg.norm(moved, axis=1).max() <= _HOLD_M:
             return False
@@ -60,8 +58,7 @@ class MapFrame:
         ``A_map_plan @ A_plan_odom`` is rigid but for what is held back of the newest scale.
         """
         A_map_odom = self.A_map_plan @ A_plan_odom
-        R, _ = polar(A_map_odom.linear, side='left')
-        yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+        yaw = A_map_odom.heading
         turned = SE2.from_xy_yaw(0.0, 0.0, yaw)
         x, y = A_map_odom.apply(xy_odom) - turned.apply(xy_odom)
         return SE2.from_xy_yaw(float(x), float(y), yaw)

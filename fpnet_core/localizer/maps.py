@@ -24,7 +24,7 @@ from fpnet_core.localizer.sides import (
     rescaled_rooms,
 )
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import Candidates, map_evidence
+from fpnet_core.pose import map_evidence
 from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
 from fpnet_core.segmentation import ScaleEstimate, segment_unknown_scale
@@ -95,15 +95,15 @@ def match_maps(
         search = door_scale_search(confidence, config.pose)
         area_m2 = submap.free_area_m2 * sub_factor**2
         comparison = compare(plan_map, sub_map, matcher, area_m2, config.pose, timer, search)
-        judged = _judged(comparison, sub_map, config)
-        if judged[0] is not MapMatchStatus.MATCHED:
+        status, comparison = _judged(comparison, sub_map, config)
+        if status is not MapMatchStatus.MATCHED:
             with timer.stage('raster'):
                 comparison = _widened(comparison, plan_map, sub_map, search, config.pose)
-            judged = _judged(comparison, sub_map, config)
-    status, score, probability = judged
-    best = None
+            status, comparison = _judged(comparison, sub_map, config)
+    best, score, probability = None, 0.0, 0.0
     if comparison.estimates:
-        A = comparison.estimates[0].A_plan_submap
+        first = comparison.estimates[0]
+        A, score, probability = first.A_plan_submap, first.score, first.probability
         best = Affine2D(A.linear * (sub_factor / plan_factor), A.translation / plan_factor)
     return MapMatch(
         status=status,
@@ -165,31 +165,27 @@ def _widened(
 
     Every other scale will do: refinement closes the gaps, and time goes with their number.
     """
-    found = [estimate.A_plan_submap for estimate in comparison.estimates]
-    graph = Candidates(
-        np.array([A.linear for A in found]).reshape(-1, 2, 2),
-        np.array([A.translation for A in found]).reshape(-1, 2),
-    )
     raster = search_placements(
         plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
     )
+    candidates = comparison.estimates.joined(raster)
     estimates = estimates_across_scales(
-        plan.evidence, sub.evidence, graph.joined(raster), config, search.freedom
+        plan.evidence, sub.evidence, candidates, config, search.freedom
     )
     return replace(comparison, estimates=estimates)
 
 
 def _judged(
     comparison: Comparison, sub: MapSide, config: FpnetConfig
-) -> tuple[MapMatchStatus, float, float]:
-    """Status, score and probability of the best placement."""
-    if not comparison.estimates:
-        return MapMatchStatus.UNMATCHED, 0.0, 0.0
-    scores = np.array([e.score for e in comparison.estimates])
-    each = posterior(scores, sub.evidence.wall_length_m, config.localizer)
-    best, p = float(scores[0]), float(each[0])
-    if p < 1.0 - each.sum():
-        return MapMatchStatus.UNMATCHED, best, p
-    if p < config.localizer.claim_probability:
-        return MapMatchStatus.AMBIGUOUS, best, p
-    return MapMatchStatus.MATCHED, best, p
+) -> tuple[MapMatchStatus, Comparison]:
+    """Return what may be said, and the comparison with its placements' probabilities."""
+    found = comparison.estimates
+    if not found:
+        return MapMatchStatus.UNMATCHED, comparison
+    each = posterior(found.score, sub.evidence.wall_length_m, config.localizer)
+    judged = replace(comparison, estimates=replace(found, probability=each))
+    if each[0] < 1.0 - each.sum():
+        return MapMatchStatus.UNMATCHED, judged
+    if each[0] < config.localizer.claim_probability:
+        return MapMatchStatus.AMBIGUOUS, judged
+    return MapMatchStatus.MATCHED, judged

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import polar
 
 from fpnet_core.config import PoseConfig, ScalePolicy
 from fpnet_core.geometry import Affine2D
@@ -133,8 +132,7 @@ class ScaleTracker:
         """
         if self._is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return
-        _, stretch = polar(A_plan_submap.linear, side='left')
-        self._seen.append(np.asarray(stretch))
+        self._seen.append(A_plan_submap.stretch)
         mean = np.mean(self._seen, axis=0)
         sigma = max(self._scatter(mean), _DRAWING_SIGMA_M / _extent_m(A_plan_submap, walls))
         enough = len(self._seen) == _LOCK_TICKS

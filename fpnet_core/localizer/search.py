@@ -13,9 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from fpnet_core.config import LocalizerConfig, PoseConfig
+from fpnet_core.geometry import Placements
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import Comparison, MapSide, RobotXY, StageTimer
-from fpnet_core.pose import Candidates, map_evidence, verified_estimates
+from fpnet_core.pose import map_evidence, verified_estimates
 from fpnet_core.types import MatchResult, Submap
 
 
@@ -41,7 +42,7 @@ class Searched:
         self,
         plan: MapSide,
         submap: Submap,
-        tracked: Candidates,
+        tracked: Placements,
         config: PoseConfig,
         timer: StageTimer,
         search: ScaleSearch,

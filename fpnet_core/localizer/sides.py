@@ -15,12 +15,11 @@ from scipy.ndimage import label
 
 from fpnet_core.config import FpnetConfig, PoseConfig
 from fpnet_core.errors import MapFormatError
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import SE2, Placements
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
-    Candidates,
     MapEvidence,
     map_evidence,
     propose,
@@ -32,7 +31,6 @@ from fpnet_core.types import (
     FREE,
     GridMap,
     MatchResult,
-    PoseEstimate,
     RegionGraph,
     Segmentation,
     Submap,
@@ -58,7 +56,7 @@ class Comparison:
     """What one comparison of a submap with the plan found, best placement first."""
 
     match: MatchResult
-    estimates: tuple[PoseEstimate, ...]
+    estimates: Placements
 
 
 class StageTimer:
@@ -161,7 +159,7 @@ def compare(
     config: PoseConfig,
     timer: StageTimer,
     search: ScaleSearch,
-    tracked: Candidates | None = None,
+    tracked: Placements | None = None,
     robot_xy: RobotXY = None,
 ) -> Comparison:
     """
@@ -201,7 +199,7 @@ def compare(
     return Comparison(match, estimates)
 
 
-def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Candidates:
+def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:
     """
     Return the placements of the matcher's complete assignments.
 
@@ -211,8 +209,5 @@ def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Candidates:
     margin = factors.max() / factors.min() * (1.0 + _CENTROID_SHARE)
     middle = np.sqrt(factors.min() * factors.max())
     low, high = middle / margin, middle * margin
-    placed = [h.S_plan_sub for h in match.hypotheses if low <= h.S_plan_sub.scale <= high]
-    return Candidates(
-        np.array([S.linear for S in placed]).reshape(-1, 2, 2),
-        np.array([S.translation for S in placed]).reshape(-1, 2),
-    )
+    placed = (h.S_plan_sub for h in match.hypotheses)
+    return Placements.of(S for S in placed if low <= S.scale <= high)

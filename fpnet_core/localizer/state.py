@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import StateError
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import GridMap
 
@@ -36,7 +36,7 @@ class LocalizerState:
     resolution_m: float
     stamp_ns: int
     T_odom_sensor: NDArray[np.float64]
-    placements: tuple[Affine2D, ...]
+    placements: Placements
     plan: str
     submap: dict[str, NDArray[Any]]
 
@@ -64,7 +64,7 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         'resolution_m': np.array(state.resolution_m),
         'stamp_ns': np.array(state.stamp_ns, dtype=np.int64),
         'T_odom_sensor': state.T_odom_sensor,
-        'placements': np.array([A.matrix for A in state.placements]).reshape(-1, 3, 3),
+        'placements': state.placements.matrix,
         'plan': np.array(state.plan),
         **{_SUBMAP + name: array for name, array in state.submap.items()},
     }
@@ -113,7 +113,7 @@ def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
         float(arrays['resolution_m']),
         int(arrays['stamp_ns']),
         pose,
-        tuple(Affine2D.from_matrix(matrix) for matrix in arrays['placements']),
+        Placements.of(map(Affine2D.from_matrix, arrays['placements'])),
         str(arrays['plan']),
         submap,
     )

@@ -10,7 +10,7 @@ and carried off, or lost by its odometry. The submap goes on agreeing with the p
 from __future__ import annotations
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.sides import RobotXY
@@ -73,6 +73,5 @@ class Surroundings:
         seen = submap.newest_xy
         if len(seen) < FEWEST_POINTS:
             return True
-        A = A_plan_submap
-        support = wall_support(plan, seen, A.linear[None], A.translation[None], self._sigma_m)
+        support = wall_support(plan, seen, Placements.of([A_plan_submap]), self._sigma_m)
         return float(support[0]) >= self._config.doubt_share * score

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.matching.consensus import Placements
+from fpnet_core.matching.consensus import Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
 Array = NDArray[np.float64]
@@ -25,19 +25,19 @@ _GLIMPSED_WEIGHT = 0.05  # of the corners of other rooms, which may be where sig
 _SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 
 
-def aligned(placements: Placements, plan: GraphGeometry, sub: GraphGeometry) -> Array:
+def aligned(assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry) -> Array:
     """
     Return ``(C, 4)`` similarities of the placements, refitted to corners of their pairs.
 
     Iteratively reweighted least squares with Cauchy weights; rows without a match stay.
     """
     seen = np.where(sub.is_door | (sub.observed >= _WELL_SEEN), 1.0, _GLIMPSED_WEIGHT)
-    matched = (placements.partner >= 0) & (placements.fit > 0.0)
+    matched = (assignments.partner >= 0) & (assignments.fit > 0.0)
     weight = np.where(matched, seen, 0.0)
-    similarity = np.ascontiguousarray(placements.similarity)
+    similarity = np.ascontiguousarray(assignments.similarity)
     plan_corners, sub_corners = corners(plan), corners(sub)
     for _ in range(_ITERATIONS):
-        similarity = _refitted(similarity, placements.partner, weight, plan_corners, sub_corners)
+        similarity = _refitted(similarity, assignments.partner, weight, plan_corners, sub_corners)
     return similarity
 
 

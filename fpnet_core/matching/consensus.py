@@ -83,9 +83,9 @@ class EvidenceModel:
 
 
 @dataclass(frozen=True, eq=False)
-class Placements:
+class Assignments:
     """
-    Distinct placements of a submap.
+    Distinct placements of a submap, and which plan region each gives every submap region.
 
     ``similarity (C, 4)`` as in :mod:`fpnet_core.matching.kernels`; ``partner (C, N)`` plan
     indices or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, 11)``.
@@ -96,22 +96,22 @@ class Placements:
     fit: Array
     evidence: Array
 
-    def take(self, index: NDArray[np.int64]) -> Placements:
-        """Return the placements at ``index`` in that order."""
-        return Placements(
+    def take(self, index: NDArray[np.int64]) -> Assignments:
+        """Return the assignments at ``index`` in that order."""
+        return Assignments(
             self.similarity[index], self.partner[index], self.fit[index], self.evidence[index]
         )
 
     def __len__(self) -> int:
-        """Count the placements."""
+        """Count the assignments."""
         return len(self.similarity)
 
 
-def find_placements(
+def find_assignments(
     plan: GraphGeometry, sub: GraphGeometry, log_p: Array, prior: ScalePrior
-) -> Placements:
+) -> Assignments:
     """
-    Return the placements that several likely pairs agree on; none for a single region.
+    Return the assignments that several likely pairs agree on; none for a single region.
 
     Parameters
     ----------
@@ -150,14 +150,14 @@ def find_placements(
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
     similarity, partner, fit = similarity[order], partner[order], fit[order]
     evidence = gather_evidence(plan, sub, similarity, partner, fit, relative, prior)
-    return Placements(similarity, partner, fit, evidence)
+    return Assignments(similarity, partner, fit, evidence)
 
 
-def rank(placements: Placements, model: EvidenceModel) -> tuple[Placements, Array]:
-    """Return the placements, most probable first, and their probabilities ``(C,)``."""
-    probability = model.posterior(placements.evidence)
+def rank(assignments: Assignments, model: EvidenceModel) -> tuple[Assignments, Array]:
+    """Return the assignments, most probable first, and their probabilities ``(C,)``."""
+    probability = model.posterior(assignments.evidence)
     order = np.argsort(-probability, kind='stable')
-    return placements.take(order), probability[order]
+    return assignments.take(order), probability[order]
 
 
 def gather_evidence(

@@ -14,7 +14,7 @@ import torch
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.io.weights import read_weights
-from fpnet_core.matching.consensus import EvidenceModel, ScalePrior, find_placements, rank
+from fpnet_core.matching.consensus import EvidenceModel, ScalePrior, find_assignments, rank
 from fpnet_core.matching.evidence_model import evidence_model
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
@@ -86,10 +86,10 @@ class LearnedMatcher:
         assert self._plan_geometry is not None
         plan_side, sub_side = self._plan_geometry, graph_geometry(sub)
         log_p = np.log(base + FLOOR)
-        placements = find_placements(plan_side, sub_side, log_p, ScalePrior())
-        placements, posterior = rank(placements, model)
-        probability = pair_probability(base, placements, posterior, sub_side)
-        return probability, hypotheses_of(placements, posterior, plan_side, sub_side)
+        assignments = find_assignments(plan_side, sub_side, log_p, ScalePrior())
+        assignments, posterior = rank(assignments, model)
+        probability = pair_probability(base, assignments, posterior, sub_side)
+        return probability, hypotheses_of(assignments, posterior, plan_side, sub_side)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.matching.alignment import aligned
-from fpnet_core.matching.consensus import Placements
+from fpnet_core.matching.consensus import Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.types import MatchHypothesis
 
@@ -24,7 +24,7 @@ _ROOM_CONFIDENCE = (0.87, 0.11)
 
 
 def pair_probability(
-    base: Array, placements: Placements, posterior: Array, sub: GraphGeometry
+    base: Array, assignments: Assignments, posterior: Array, sub: GraphGeometry
 ) -> Array:
     """
     Return ``(M, N)``: the chance of each pair, over all placements and the case of none.
@@ -32,23 +32,23 @@ def pair_probability(
     Parameters
     ----------
     base : (M, N) chance of each pair where no placement is right; row and column sums up to 1
-    placements, posterior : ``C`` placements and their probabilities
+    assignments, posterior : ``C`` placements and their probabilities
     sub : tells doors from rooms, which are right at different rates
     """
     constant, slope = np.where(sub.is_door[:, None], _DOOR_CONFIDENCE, _ROOM_CONFIDENCE).T
-    confidence = np.clip(constant + slope * placements.fit, 0.0, 1.0)
+    confidence = np.clip(constant + slope * assignments.fit, 0.0, 1.0)
     probability = base * max(0.0, 1.0 - float(posterior.sum()))
-    for partner, sure, share in zip(placements.partner, confidence, posterior, strict=True):
+    for partner, sure, share in zip(assignments.partner, confidence, posterior, strict=True):
         matched = np.flatnonzero(partner >= 0)
         probability[partner[matched], matched] += share * sure[matched]
     return probability
 
 
 def hypotheses_of(
-    placements: Placements, posterior: Array, plan: GraphGeometry, sub: GraphGeometry
+    assignments: Assignments, posterior: Array, plan: GraphGeometry, sub: GraphGeometry
 ) -> tuple[MatchHypothesis, ...]:
-    """Return the most probable placements as assignments, in the graphs' own coordinates."""
-    best = placements.take(np.arange(min(MAX_HYPOTHESES, len(placements))))
+    """Return the most probable assignments, in the graphs' own coordinates."""
+    best = assignments.take(np.arange(min(MAX_HYPOTHESES, len(assignments))))
     return tuple(
         _hypothesis(similarity, best.partner[k], posterior[k], plan, sub)
         for k, similarity in enumerate(aligned(best, plan, sub))

@@ -4,12 +4,11 @@
 
 from fpnet_core.pose.estimate import (
     compared_at,
-    distinct,
     select_promising,
     verified_estimates,
 )
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
-from fpnet_core.pose.hypotheses import Candidates, propose
+from fpnet_core.pose.hypotheses import propose
 from fpnet_core.pose.refine import FINE, ROUGH, Effort, Freedom, refine
 from fpnet_core.pose.verify import Agreement, agreement, coarse_support, wall_support
 
@@ -17,14 +16,12 @@ __all__ = [
     'FINE',
     'ROUGH',
     'Agreement',
-    'Candidates',
     'Effort',
     'Freedom',
     'MapEvidence',
     'agreement',
     'coarse_support',
     'compared_at',
-    'distinct',
     'map_evidence',
     'propose',
     'refine',

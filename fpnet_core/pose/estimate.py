@@ -4,17 +4,16 @@
 
 from __future__ import annotations
 
-import numba
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence, box_corners
-from fpnet_core.pose.hypotheses import Candidates
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import agreement, coarse_support
-from fpnet_core.types import PoseEstimate
 
 _GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
 _LOOK_POINTS, _LOOK_KEEPS = 250, 20
@@ -28,8 +27,8 @@ _SURROUNDINGS_M = 5.0
 
 
 def select_promising(
-    plan: MapEvidence, sub: MapEvidence, candidates: Candidates, config: PoseConfig
-) -> Candidates:
+    plan: MapEvidence, sub: MapEvidence, candidates: Placements, config: PoseConfig
+) -> Placements:
     """
     Return the best distinct candidates by the cheap score, at most ``max_refined``.
 
@@ -37,12 +36,10 @@ def select_promising(
     """
     ranked = candidates
     for points, kept in ((_GLANCE_POINTS, _GLANCE_KEEPS), (_LOOK_POINTS, _LOOK_KEEPS)):
-        support = coarse_support(
-            plan, sub, ranked.linear, ranked.translation, config.coarse_sigma_m, points
-        )
+        support = coarse_support(plan, sub, ranked, config.coarse_sigma_m, points)
         order = np.argsort(-support, kind='stable')
         ranked = ranked.take(order[: kept * config.max_refined])
-    return ranked.take(distinct(ranked, sub.corners, config.distinct_m / 4, config.max_refined))
+    return ranked.take(ranked.distinct(sub.corners, config.distinct_m / 4, config.max_refined))
 
 
 def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArray[np.float64]:
@@ -61,11 +58,11 @@ def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArr
 def verified_estimates(
     plan: MapEvidence,
     sub: MapEvidence,
-    candidates: Candidates,
+    candidates: Placements,
     config: PoseConfig,
     freedom: Freedom,
     robot_xy: NDArray[np.float64] | None = None,
-) -> tuple[PoseEstimate, ...]:
+) -> Placements:
     """
     Refine and score the candidates; the best distinct ones, best first.
 
@@ -82,77 +79,25 @@ def verified_estimates(
 
     Returns
     -------
-    At most ``max_estimates`` estimates; empty for no candidates.
+    At most ``max_estimates`` placements with scores and covariances; none for no candidates.
     """
-    rough = refine(plan, sub.walls, candidates.linear, candidates.translation, freedom, ROUGH)
+    rough = refine(plan, sub.walls, candidates, freedom, ROUGH)
     places = compared_at(sub, robot_xy)
-    near = _worth_more(plan, sub, Candidates(rough.linear, rough.translation), config, places)
-    fine = refine(plan, sub.walls, near.linear, near.translation, freedom, FINE)
-    scores = agreement(plan, sub, fine.linear, fine.translation, config.wall_sigma_m).score
-    order = np.argsort(-scores, kind='stable')
-    ranked = Candidates(fine.linear[order], fine.translation[order])
-    keep = distinct(ranked, places, config.distinct_m, config.max_estimates)
-    return tuple(
-        PoseEstimate(
-            Affine2D(ranked.linear[k], ranked.translation[k]),
-            float(scores[order[k]]),
-            fine.cov[order[k]],
-        )
-        for k in keep
-    )
+    near = _worth_more(plan, sub, rough, config, places)
+    fine = refine(plan, sub.walls, near, freedom, FINE)
+    scores = agreement(plan, sub, fine, config.wall_sigma_m).score
+    ranked = replace(fine, score=scores).take(np.argsort(-scores, kind='stable'))
+    return ranked.take(ranked.distinct(places, config.distinct_m, config.max_estimates))
 
 
 def _worth_more(
     plan: MapEvidence,
     sub: MapEvidence,
-    rough: Candidates,
+    rough: Placements,
     config: PoseConfig,
     places: NDArray[np.float64],
-) -> Candidates:
+) -> Placements:
     """Return the roughly refined candidates that are worth more work, one of each place."""
-    support = coarse_support(
-        plan, sub, rough.linear, rough.translation, config.wall_sigma_m, _LOOK_POINTS
-    )
+    support = coarse_support(plan, sub, rough, config.wall_sigma_m, _LOOK_POINTS)
     ranked = rough.take(np.argsort(-support, kind='stable'))
-    return ranked.take(distinct(ranked, places, SAME_BASIN_M, 2 * config.max_estimates))
-
-
-def distinct(
-    ranked: Candidates, points: NDArray[np.float64], distance_m: float, limit: int
-) -> NDArray[np.int64]:
-    """
-    Indices of candidates that place the submap differently from every better one.
-
-    Two placements differ when ``points (4, 2)`` of the submap land more than ``distance_m``
-    apart on average. ``ranked`` is best first; at most ``limit`` indices are returned.
-    """
-    if len(ranked) == 0:
-        return np.zeros(0, dtype=np.int64)
-    placed = np.einsum('cij,kj->cki', ranked.linear, points) + ranked.translation[:, None]
-    return _first_of_each(np.ascontiguousarray(placed), distance_m, limit)
-
-
-@numba.njit(cache=True, nogil=True)
-def _first_of_each(
-    placed: NDArray[np.float64], distance_m: float, limit: int
-) -> NDArray[np.int64]:
-    """Greedy choice among corner sets (C, 4, 2): each farther than the distance from all kept."""
-    kept = np.empty(min(limit, len(placed)), dtype=np.int64)
-    count = 0
-    for index in range(len(placed)):
-        is_new = True
-        for k in kept[:count]:
-            moved = 0.0
-            for corner in range(placed.shape[1]):
-                dx = placed[k, corner, 0] - placed[index, corner, 0]
-                dy = placed[k, corner, 1] - placed[index, corner, 1]
-                moved += np.hypot(dx, dy)
-            if moved <= distance_m * placed.shape[1]:
-                is_new = False
-                break
-        if is_new:
-            kept[count] = index
-            count += 1
-            if count == limit:
-                break
-    return kept[:count]
+    return ranked.take(ranked.distinct(places, SAME_BASIN_M, 2 * config.max_estimates))

@@ -17,34 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.types import RegionLabel, Segmentation
 
 _SNAP_RAD = np.deg2rad(15.0)  # a door's direction may be off by this and still be snapped
 _SNAP_STRENGTH = 0.35  # both maps must be this rectangular before yaw is snapped
-
-
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """``linear (C, 2, 2)`` and ``translation (C, 2)``, submap metres to plan metres."""
-
-    linear: NDArray[np.float64]
-    translation: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        """Count the candidates."""
-        return len(self.linear)
-
-    def take(self, index: NDArray[np.int64]) -> Candidates:
-        """Return the candidates at ``index`` in that order."""
-        return Candidates(self.linear[index], self.translation[index])
-
-    def joined(self, other: Candidates) -> Candidates:
-        """Return these candidates followed by the other ones."""
-        return Candidates(
-            np.concatenate([self.linear, other.linear]),
-            np.concatenate([self.translation, other.translation]),
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +42,7 @@ def propose(
     sub_evidence: MapEvidence,
     stretches: NDArray[np.float64],
     max_pairs: int,
-) -> Candidates:
+) -> Placements:
     """
     Return door- and room-anchored candidates, at most ``6 * max_pairs * len(stretches)``.
 
@@ -177,7 +155,7 @@ def _principal_yaw(segmentation: Segmentation) -> NDArray[np.float64]:
     return yaw
 
 
-def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Candidates:
+def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Placements:
     """All stretches of all anchors; order: stretch outermost."""
     c, s = np.cos(anchors.yaw), np.sin(anchors.yaw)
     rotation = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
@@ -186,4 +164,4 @@ def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Candidates
         np.tile(anchors.plan_xy, (len(stretches), 1)),
         np.tile(anchors.sub_xy, (len(stretches), 1)),
     )
-    return Candidates(linear, plan_xy - np.einsum('cij,cj->ci', linear, sub_xy))
+    return Placements(linear, plan_xy - np.einsum('cij,cj->ci', linear, sub_xy))

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.pose.hypotheses import Candidates
 
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
@@ -58,7 +58,7 @@ class _Field:
 
 def search_placements(
     plan: MapEvidence, sub: MapEvidence, factors: Array, max_candidates: int
-) -> Candidates:
+) -> Placements:
     """
     Return the best placements by coarse correlation, best first.
 
@@ -69,13 +69,13 @@ def search_placements(
     max_candidates : limit of the result
     """
     if not (len(plan.walls) and len(sub.walls) and len(sub.free)):
-        return Candidates(np.zeros((0, 2, 2)), np.zeros((0, 2)))
+        return Placements.empty()
     field = _field(plan)
     walls, free = _thinned(sub.walls, _MAX_WALLS), _thinned(sub.free, _MAX_FREE)
     found = [_of_turn(field, walls, free, yaw, factors) for yaw in wall_turns(plan, sub)]
     linear, translation, worth = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.argsort(-worth, kind='stable')[:max_candidates]
-    return Candidates(linear[order], translation[order])
+    return Placements(linear[order], translation[order])
 
 
 def _thinned(points: Array, limit: int) -> Array:

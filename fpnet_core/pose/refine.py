@@ -20,6 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 
 Array = NDArray[np.float64]
@@ -66,41 +67,32 @@ class Freedom:
     scales: tuple[float, float] = (0.0, np.inf)
 
 
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """Refined transforms ``linear (C, 2, 2)``, ``translation (C, 2)``, ``cov (C, 3, 3)``.
-
-    ``cov`` is over x, y [m] and yaw [rad] of the submap origin in ``plan``.
-    """
-
-    linear: Array
-    translation: Array
-    cov: Array
-
-
 def refine(
     plan: MapEvidence,
     walls: Array,
-    linear: Array,
-    translation: Array,
+    candidates: Placements,
     freedom: Freedom,
     effort: Effort,
-) -> Refined:
+) -> Placements:
     """
-    Align ``C`` candidates; each keeps its group: similarity times a small strain.
+    Align candidates; each keeps its group: similarity times a small strain.
 
     Parameters
     ----------
     plan : evidence of the drawing
     walls : (P, 2) samples of the submap's walls [m]
-    linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
+    candidates : where to start
     freedom : how far the drawing may be stretched
     effort : ``ROUGH`` for many new candidates, ``FINE`` for few that are near
+
+    Returns
+    -------
+    As many placements in the same order, with covariances and not yet scored.
     """
     step = max(1, -(-len(walls) // effort.max_points))
     points = np.ascontiguousarray(walls[::step])
     widths = np.array(effort.widths_m)
-    linear, translation = np.array(linear), np.array(translation)
+    linear, translation = candidates.linear.copy(), candidates.translation.copy()
     cov = np.zeros((len(linear), 3, 3))
     if len(points):
         known = np.zeros((2, 2)) if freedom.stretch is None else np.array(freedom.stretch)
@@ -109,7 +101,7 @@ def refine(
             plan.wall_distance, plan.A_rc_xy, widths, _STEPS_PER_WIDTH, freedom.strain_sigma,
             _POINT_SIGMA_M,
         )  # fmt: skip
-    return Refined(linear, translation, cov)
+    return Placements(linear, translation, cov=cov)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -11,19 +11,16 @@ root of the scale, since walls of one building are not independent.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig
-from fpnet_core.geometry import Affine2D
-from fpnet_core.pose.estimate import SAME_BASIN_M, distinct
+from fpnet_core.geometry import Placements
+from fpnet_core.pose.estimate import SAME_BASIN_M
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.pose.hypotheses import Candidates
-from fpnet_core.pose.refine import FINE, Effort, Freedom, Refined, refine
+from fpnet_core.pose.refine import FINE, Effort, Freedom, refine
 from fpnet_core.pose.verify import agreement
-from fpnet_core.types import PoseEstimate
-
-Array = NDArray[np.float64]
 
 _CHANCE_SCORE = 0.4
 """Agreement that any place of roughly the right size reaches."""
@@ -39,10 +36,10 @@ _LOOKED_AT = 3
 def estimates_across_scales(
     plan: MapEvidence,
     sub: MapEvidence,
-    candidates: Candidates,
+    candidates: Placements,
     config: PoseConfig,
     freedom: Freedom,
-) -> tuple[PoseEstimate, ...]:
+) -> Placements:
     """
     Refine and score candidates of any scales; the best distinct ones, best first.
 
@@ -55,44 +52,27 @@ def estimates_across_scales(
 
     Returns
     -------
-    At most ``max_estimates`` estimates, by worth and not by score; empty for no candidates.
+    At most ``max_estimates`` placements with scores and covariances, by worth and not by score;
+    none for no candidates.
     """
-    near = refine(plan, sub.walls, candidates.linear, candidates.translation, freedom, _NEAR)
-    best, _ = _ranked(plan, sub, near, config, SAME_BASIN_M, _LOOKED_AT * config.max_estimates)
-    near = Refined(near.linear[best], near.translation[best], near.cov[best])
-    fine = refine(plan, sub.walls, near.linear, near.translation, freedom, FINE)
+    near = refine(plan, sub.walls, candidates, freedom, _NEAR)
+    near = _best(plan, sub, near, config, SAME_BASIN_M, _LOOKED_AT * config.max_estimates)
+    fine = refine(plan, sub.walls, near, freedom, FINE)
     # Where the map has little to hold on to, the last step may lead away.
-    either = Refined(
-        np.concatenate([fine.linear, near.linear]),
-        np.concatenate([fine.translation, near.translation]),
-        np.concatenate([fine.cov, near.cov]),
-    )
-    best, scores = _ranked(plan, sub, either, config, config.distinct_m, config.max_estimates)
-    return tuple(
-        PoseEstimate(
-            Affine2D(either.linear[k], either.translation[k]), float(scores[k]), either.cov[k]
-        )
-        for k in best
-    )
+    either = fine.joined(near)
+    return _best(plan, sub, either, config, config.distinct_m, config.max_estimates)
 
 
-def scale_of(linear: Array) -> Array:
-    """Return the mean scale (...) of linear parts (..., 2, 2)."""
-    return np.asarray(np.sqrt(np.abs(np.linalg.det(linear))), dtype=np.float64)
-
-
-def _ranked(
+def _best(
     plan: MapEvidence,
     sub: MapEvidence,
-    placed: Refined,
+    placed: Placements,
     config: PoseConfig,
     distance_m: float,
     limit: int,
-) -> tuple[NDArray[np.int64], Array]:
-    """Return indices of the best distinct placements, best first, and the scores of all (C,)."""
-    linear, translation = placed.linear, placed.translation
-    scores = agreement(plan, sub, linear, translation, config.wall_sigma_m).score
-    worth = np.sqrt(scale_of(linear)) * (scores - _CHANCE_SCORE)
-    order = np.argsort(-worth, kind='stable')
-    ranked = Candidates(linear[order], translation[order])
-    return order[distinct(ranked, sub.corners, distance_m, limit)], scores
+) -> Placements:
+    """Return the best distinct placements with their scores, best first."""
+    scores = agreement(plan, sub, placed, config.wall_sigma_m).score
+    worth = np.sqrt(placed.scale) * (scores - _CHANCE_SCORE)
+    ranked = replace(placed, score=scores).take(np.argsort(-worth, kind='stable'))
+    return ranked.take(ranked.distinct(sub.corners, distance_m, limit))

@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 
 Array = NDArray[np.float64]
@@ -49,8 +50,7 @@ class Agreement:
 def coarse_support(
     plan: MapEvidence,
     sub: MapEvidence,
-    linear: NDArray[np.float64],
-    translation: NDArray[np.float64],
+    candidates: Placements,
     sigma_m: float,
     max_points: int,
 ) -> NDArray[np.float64]:
@@ -58,40 +58,23 @@ def coarse_support(
     Cheap forward score of ``C`` candidates for early rejection, ``(C,)`` in [-1, 1].
 
     Wall support minus free violation on at most ``max_points`` evenly drawn samples of each
-    kind. ``linear (C, 2, 2)`` and ``translation (C, 2)`` map submap metres to plan metres.
+    kind.
     """
     walls, free = _every(sub.walls, max_points), _every(sub.free, max_points)
-    support = np.zeros(len(linear))
-    violation = np.zeros(len(linear))
-    _forward(
-        linear, translation, walls, free, plan.wall_likelihood(sigma_m), plan.outside_depth,
-        plan.A_rc_xy, support, violation,
-    )  # fmt: skip
+    support, violation = _forward_scores(plan, walls, free, candidates, sigma_m)
     return support - violation
 
 
 def wall_support(
-    plan: MapEvidence,
-    walls: NDArray[np.float64],
-    linear: NDArray[np.float64],
-    translation: NDArray[np.float64],
-    sigma_m: float,
+    plan: MapEvidence, walls: NDArray[np.float64], candidates: Placements, sigma_m: float
 ) -> NDArray[np.float64]:
     """Return the share of ``walls (P, 2)`` that ``C`` candidates put on drawn walls, ``(C,)``."""
-    support, violation = np.zeros(len(linear)), np.zeros(len(linear))
-    _forward(
-        linear, translation, walls, np.zeros((0, 2)), plan.wall_likelihood(sigma_m),
-        plan.outside_depth, plan.A_rc_xy, support, violation,
-    )  # fmt: skip
+    support, _ = _forward_scores(plan, walls, np.zeros((0, 2)), candidates, sigma_m)
     return support
 
 
 def agreement(
-    plan: MapEvidence,
-    sub: MapEvidence,
-    linear: NDArray[np.float64],
-    translation: NDArray[np.float64],
-    sigma_m: float,
+    plan: MapEvidence, sub: MapEvidence, candidates: Placements, sigma_m: float
 ) -> Agreement:
     """
     Return the full two-way scores of ``C`` candidates; zero candidates give empty arrays.
@@ -99,22 +82,30 @@ def agreement(
     Parameters
     ----------
     plan, sub : evidence of both sides
-    linear, translation : (C, 2, 2) and (C, 2), submap metres to plan metres
+    candidates : ``C`` placements of the submap
     sigma_m : width of the wall kernel ``exp(-d^2 / (2 sigma^2))``
     """
-    count = len(linear)
-    support, violation, seen = np.zeros(count), np.zeros(count), np.zeros(count)
-    _forward(
-        linear, translation, sub.walls, sub.free, plan.wall_likelihood(sigma_m),
-        plan.outside_depth, plan.A_rc_xy, support, violation,
-    )  # fmt: skip
-    if count:
-        inverse = np.asarray(np.linalg.inv(linear), dtype=np.float64)
-        back = -np.einsum('cij,cj->ci', inverse, translation)
+    support, violation = _forward_scores(plan, sub.walls, sub.free, candidates, sigma_m)
+    seen = np.zeros(len(candidates))
+    if len(candidates):
+        inverse = np.asarray(np.linalg.inv(candidates.linear), dtype=np.float64)
+        back = -np.einsum('cij,cj->ci', inverse, candidates.translation)
         _backward(
             inverse, back, plan.walls, sub.wall_distance, sub.observed, sub.A_rc_xy, sigma_m, seen
         )
     return Agreement(support, seen, violation)
+
+
+def _forward_scores(
+    plan: MapEvidence, walls: Array, free: Array, candidates: Placements, sigma_m: float
+) -> tuple[Array, Array]:
+    """Return wall support and free violation (C,) of samples (Pw, 2), (Pf, 2) of the submap."""
+    support, violation = np.zeros(len(candidates)), np.zeros(len(candidates))
+    _forward(
+        candidates.linear, candidates.translation, walls, free, plan.wall_likelihood(sigma_m),
+        plan.outside_depth, plan.A_rc_xy, support, violation,
+    )  # fmt: skip
+    return support, violation
 
 
 def _every(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:

@@ -83,7 +83,7 @@ def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
             'sigma_m': round(float(np.sqrt(max(e.cov[0, 0] + e.cov[1, 1], 0.0))), 3),
             'is_claimed': is_claimed and rank == 0,
         }
-        for rank, e in enumerate(output.estimates[:SHOWN_PLACEMENTS])
+        for rank, e in enumerate(output.estimates.take(np.s_[:SHOWN_PLACEMENTS]))
     ]
 
 

@@ -18,10 +18,10 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.consensus import (
     EVIDENCE,
+    Assignments,
     EvidenceModel,
-    Placements,
     ScalePrior,
-    find_placements,
+    find_assignments,
 )
 from fpnet_core.matching.evidence_model import evidence_entry
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
@@ -69,23 +69,23 @@ def calibrate(path: Path, pairs: Iterable[MatchingPair]) -> EvidenceModel:
 def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
     likelihood = matcher.likelihood(pair.plan_graph, pair.sub_graph)
     plan, sub = graph_geometry(pair.plan_graph), graph_geometry(pair.sub_graph)
-    placements = find_placements(plan, sub, np.log(likelihood + FLOOR), ScalePrior())
+    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR), ScalePrior())
     return PlacementExample(
-        placements.evidence, judge_placements(placements, plan, sub, pair.A_plan_submap)
+        assignments.evidence, judge_assignments(assignments, plan, sub, pair.A_plan_submap)
     )
 
 
-def judge_placements(
-    placements: Placements, plan: GraphGeometry, sub: GraphGeometry, A_plan_submap: Affine2D
+def judge_assignments(
+    assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry, A_plan_submap: Affine2D
 ) -> NDArray[np.bool_]:
     """Return ``(C,)``: which placements agree with the true transform at the submap's middle."""
-    a, b = placements.similarity[:, 0], placements.similarity[:, 1]
+    a, b = assignments.similarity[:, 0], assignments.similarity[:, 1]
     linear = A_plan_submap.linear * (sub.unit / plan.unit)
     middle = (A_plan_submap.apply(sub.origin) - plan.origin) / plan.unit
     yaw = np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1])
     turn = np.angle(np.exp(1j * (np.arctan2(b, a) - yaw)))
     log_scale = 0.5 * np.log((a**2 + b**2) / abs(np.linalg.det(linear)))
-    moved = np.linalg.norm(placements.similarity[:, 2:] - middle, axis=1)
+    moved = np.linalg.norm(assignments.similarity[:, 2:] - middle, axis=1)
     near = (np.abs(turn) < RIGHT_RAD) & (np.abs(log_scale) < RIGHT_LOG_SCALE)
     return np.asarray(near & (moved < RIGHT_UNITS))
 

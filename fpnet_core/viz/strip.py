@@ -106,9 +106,8 @@ def _draw_plan(
     draw_segmentation(ax, plan)
     so_far = truth.xy[truth.stamps_ns <= output.stamp_ns]
     walls = _walls(output.submap)
-    best = output.estimates[: len(_PLACEMENT_COLOURS)]
-    for estimate, colour in reversed(list(zip(best, _PLACEMENT_COLOURS, strict=False))):
-        placed = estimate.A_plan_submap.apply(walls)
+    best = output.estimates.take(np.s_[: len(_PLACEMENT_COLOURS)]).apply(walls)
+    for placed, colour in reversed(list(zip(best, _PLACEMENT_COLOURS, strict=False))):
         ax.plot(*placed.T, '.', color=colour, markersize=2.0)
     ax.plot(*so_far.T, color=_TRUTH, linewidth=2.5)
     if len(so_far):
@@ -136,7 +135,7 @@ def _draw_submap(plan_axes: Axes, ax: Axes, plan: Segmentation, output: Localize
         ax.plot(*output.submap.path_xy.T, color='black', linewidth=1.0)
     if output.match is not None:
         draw_matches(plan_axes, ax, plan, sub, output.match)
-    scores = ', '.join(f'{e.score:.2f}' for e in output.estimates[: len(_PLACEMENT_COLOURS)])
+    scores = ', '.join(f'{s:.2f}' for s in output.estimates.score[: len(_PLACEMENT_COLOURS)])
     ax.set_title(
         f'{output.status.value}, p {output.probability:.2f}; scores {scores or "none"}',
         color=STATUS_COLOURS[output.status],

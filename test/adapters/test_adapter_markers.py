@@ -7,10 +7,10 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.types import LocalizerOutput, MatchResult, PoseEstimate, Status
+from fpnet_core.types import LocalizerOutput, MatchResult, Status
 from msg_adapters.markers import (
     hypothesis_markers,
     markers_to_msg,
@@ -53,9 +53,9 @@ def test_the_array_replaces_what_was_shown_before():
 
 
 def test_matches_are_coloured_by_score_and_need_a_placement(graph):
-    estimate = PoseEstimate(Affine2D.identity(), 0.8, np.eye(3))
+    estimates = Placements.of([Placement(Affine2D.identity(), 0.8, np.eye(3))])
     match = MatchResult([[0, 1], [2, 0]], [0.1, 0.9], np.zeros((len(graph), len(graph))))
-    output = LocalizerOutput(0, Status.AMBIGUOUS, estimates=(estimate,), match=match, graph=graph)
+    output = LocalizerOutput(0, Status.AMBIGUOUS, estimates=estimates, match=match, graph=graph)
     (marker,) = match_markers(graph, output, A_MAP_PLAN, 0, 'map')
     np.testing.assert_allclose(_xy(marker)[1], A_MAP_PLAN.apply(graph.regions[1].centroid))
     assert marker.colors[0].r > marker.colors[0].g
@@ -66,7 +66,7 @@ def test_matches_are_coloured_by_score_and_need_a_placement(graph):
 
 def test_hypotheses_show_where_the_robot_would_be():
     A_plan_submap = SE2.from_xy_yaw(2.0, 0.0, np.pi / 2)
-    estimates = [PoseEstimate(A_plan_submap, score, np.eye(3)) for score in (0.9, 0.5)]
+    estimates = Placements.of(Placement(A_plan_submap, score) for score in (0.9, 0.5))
     base = SE2.from_xy_yaw(1.0, 0.0, 0.0)
     best, rival = hypothesis_markers(estimates, A_MAP_PLAN, base, 0, 'map')
     np.testing.assert_allclose((best.pose.position.x, best.pose.position.y), (1.8, 1.1))

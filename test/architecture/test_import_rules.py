@@ -28,7 +28,7 @@ ROS_PACKAGES = (
 TORCH = ('torch', 'lightning_fabric')
 TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_core.training')
 SIM_USERS = ('fpnet_core.sim', 'fpnet_core.training', 'fpnet_core.evaluation', 'fpnet_core.cli')
-HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2')
+HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba')
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
 )  # fmt: skip

@@ -12,11 +12,11 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.baselines.answer import Answer
 from fpnet_core.baselines.branch_and_bound import BranchAndBound
 from fpnet_core.baselines.correlative import search_placement
 from fpnet_core.baselines.matcher_ransac import place_by_ransac
 from fpnet_core.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
-from fpnet_core.baselines.placement import Placement
 from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.localization.drives import Drive, ProductRun, resident_mb
 from fpnet_core.evaluation.localization.records import Belief, MethodRun, stamp_at_path
@@ -34,7 +34,7 @@ CORRELATIVE_CHECKPOINTS_M = (40.0,)
 
 _SHARED_STAGES = ('segment', 'graph', 'match')
 
-Look = Callable[[LocalizerOutput], tuple[Placement | None, float]]
+Look = Callable[[LocalizerOutput], tuple[Answer | None, float]]
 """Places a tick's submap; also returns the milliseconds that it took."""
 
 
@@ -57,7 +57,7 @@ def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[s
 
 
 def _ransac(product: ProductRun) -> Look:
-    def look(tick: LocalizerOutput) -> tuple[Placement | None, float]:
+    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
         assert tick.graph is not None and tick.match is not None  # noqa: PT018
         start = time.perf_counter()
         placement = place_by_ransac(product.plan.graph, tick.graph, tick.match)
@@ -67,8 +67,8 @@ def _ransac(product: ProductRun) -> Look:
     return look
 
 
-def _timed(place: Callable[[GridMap], Placement | None]) -> Look:
-    def look(tick: LocalizerOutput) -> tuple[Placement | None, float]:
+def _timed(place: Callable[[GridMap], Answer | None]) -> Look:
+    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
         assert tick.submap is not None
         start = time.perf_counter()
         placement = place(tick.submap.grid)
@@ -77,16 +77,16 @@ def _timed(place: Callable[[GridMap], Placement | None]) -> Look:
     return look
 
 
-def _bounded(search: BranchAndBound, sub: GridMap) -> Placement | None:
+def _bounded(search: BranchAndBound, sub: GridMap) -> Answer | None:
     return search.place(map_evidence(sub))
 
 
-def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Placement | None:
+def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Answer | None:
     """Return what the exhaustive search answers; it knows no "not here" and always claims."""
     found = search_placement(plan, sub, scales)
     if found is None:
         return None
-    return Placement(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), True)
+    return Answer(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), is_claimed=True)
 
 
 def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[LocalizerOutput, ...]:

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.io.runs import read_output, write_output
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
     MatchResult,
     Portal,
-    PoseEstimate,
     Region,
     RegionLabel,
     Segmentation,
@@ -36,13 +35,17 @@ def _output() -> LocalizerOutput:
     )
     portals = (Portal(1, (0, None), np.array([[4.0, 0.2], [4.0, 1.1]]), True),)
     linear = np.array([[0.9, -0.35], [0.4, 1.1]])
+    estimates = (
+        Placement(Affine2D(linear, np.ones(2)), 0.8, np.eye(3), 0.97),
+        Placement(SE2.from_xy_yaw(4.0, -2.0, 1.0), 0.5, np.diag([0.1, 0.2, 0.3]), 0.02),
+    )
     return LocalizerOutput(
         stamp_ns=1_700_000_000_123_456_789,
         status=Status.LOCALIZED,
         A_plan_odom=Affine2D(linear, np.array([3.0, -7.0])),
         cov=np.diag([0.1, 0.2, 0.01]),
         probability=0.97,
-        estimates=(PoseEstimate(Affine2D(linear, np.ones(2)), 0.8, np.eye(3), 4),),
+        estimates=Placements.of(estimates),
         match=MatchResult(np.array([[5, 0]]), np.array([0.75]), np.full((7, 2), 0.1)),
         segmentation=Segmentation(grid, np.ones((6, 9)), regions, portals, 'why not'),
         submap=Submap(
@@ -78,6 +81,18 @@ def test_a_tick_survives_the_round_trip(tmp_path):
     path = tmp_path / 'run' / 'last_tick.npz'
     write_output(path, _output())
     _assert_equal(read_output(path), _output())
+
+
+def test_a_tick_without_probabilities_of_its_placements_can_be_read(tmp_path):
+    path = tmp_path / 'tick.npz'
+    write_output(path, _output())
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file if name != 'estimate_probability'}
+    np.savez(path, **arrays)
+    read, written = read_output(path).estimates, _output().estimates
+    assert np.isnan(read.probability).all()
+    np.testing.assert_array_equal(read.score, written.score)
+    np.testing.assert_array_equal(read.matrix, written.matrix)
 
 
 def test_an_empty_tick_survives_the_round_trip(tmp_path):

@@ -9,10 +9,10 @@ import numpy as np
 from planted import submap_grid
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.localizer.belief import HypothesisTracker, posterior
 from fpnet_core.pose import map_evidence
-from fpnet_core.types import PoseEstimate, Status
+from fpnet_core.types import Status
 
 # Not the constants in force, which every fit moves: what is tested is how they act.
 CONFIG = LocalizerConfig(
@@ -27,14 +27,14 @@ def evidence():
 
 
 def placed(T, score):
-    return PoseEstimate(Affine2D(T.linear, T.translation), score, np.eye(3))
+    return Placement(Affine2D(T.linear, T.translation), score, np.eye(3))
 
 
 def feed(tracker, *ticks, mirrored=0.3):
     """Update with each tick; the mirror image is looked at whenever it is asked for."""
     return [
         tracker.update(
-            estimates,
+            Placements.of(estimates),
             evidence(),
             SE2.identity(),
             mirrored if tracker.wants_mirror else None,
@@ -104,7 +104,7 @@ def test_a_claim_needs_the_same_winner_three_times():
 
 def test_looking_again_at_the_same_walls_confirms_nothing():
     tracker = HypothesisTracker(CONFIG, 1.0)
-    good = (placed(HERE, 0.85), placed(THERE, 0.5))
+    good = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
     grown = [
         replace(evidence(), walls=evidence().walls[: round(share * len(evidence().walls))])
         for share in (0.6, 0.6, 0.61, 0.61, 0.7, 0.72, 0.72, 0.9)
@@ -127,11 +127,11 @@ def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
     stretched = np.diag([1.2, 1.0])
     robot = np.array([30.0, 0.0])
     there = placed(SE2.identity(), 0.85)
-    deformed = PoseEstimate(Affine2D(stretched, robot - stretched @ robot), 0.85, np.eye(3))
+    deformed = Placement(Affine2D(stretched, robot - stretched @ robot), 0.85, np.eye(3))
     for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
         tracker = HypothesisTracker(CONFIG, 2.0)
         for best in (there, deformed, there, deformed):
-            tick = (best, placed(THERE, 0.4)), evidence(), SE2.identity()
+            tick = Placements.of([best, placed(THERE, 0.4)]), evidence(), SE2.identity()
             belief = tracker.update(*tick, mirrored_score=0.3, robot_xy=robot_xy)
         assert belief.status is status
 
@@ -154,20 +154,33 @@ def test_a_claim_ends_when_its_evidence_does():
     ]
 
 
+def test_a_belief_tells_how_probable_each_placement_is():
+    tracker = HypothesisTracker(CONFIG, 1.0)
+    found = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
+    belief = tracker.update(found, evidence(), SE2.identity())
+    expected = posterior(found.score, evidence().wall_length_m, CONFIG)
+    np.testing.assert_array_equal(belief.judged.probability, expected)
+    np.testing.assert_array_equal(belief.judged.matrix, found.matrix)
+    assert belief.best.probability == belief.probability == expected[0]
+    poor = tracker.update(Placements.of([placed(HERE, 0.2)]), evidence(), SE2.identity())
+    assert poor.best is None
+    assert poor.judged.probability.tolist() == [poor.probability]
+
+
 def test_nothing_found_is_searching():
     assert feed(HypothesisTracker(CONFIG, 1.0), (), ()) == [Status.SEARCHING] * 2
 
 
 def test_no_claim_without_a_look_at_the_mirror_image():
     tracker = HypothesisTracker(CONFIG, 1.0)
-    good = (placed(HERE, 0.85), placed(THERE, 0.5))
+    good = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
     for _ in range(10):
         assert tracker.update(good, evidence(), SE2.identity()).status is Status.AMBIGUOUS
 
 
 def test_a_mirror_image_that_fits_much_better_is_the_reason():
     tracker = HypothesisTracker(CONFIG, 1.0)
-    poor = (placed(HERE, 0.7), placed(THERE, 0.65))
+    poor = Placements.of([placed(HERE, 0.7), placed(THERE, 0.65)])
     beliefs = [tracker.update(poor, evidence(), SE2.identity(), 0.95) for _ in range(3)]
     assert beliefs[0].reason == ''
     assert beliefs[-1].status is Status.SEARCHING

@@ -9,11 +9,11 @@ from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.config import FpnetConfig, load_config
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import SE2, Placement
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.pose import map_evidence
-from fpnet_core.types import PoseEstimate, Status, Submap
+from fpnet_core.types import Status, Submap
 
 ROBOT = np.zeros(2)
 
@@ -29,7 +29,7 @@ def walls():
 
 
 def claim(score=0.9):
-    return Belief(Status.LOCALIZED, PoseEstimate(A_PLAN_SUBMAP, score, np.eye(3)), 1.0)
+    return Belief(Status.LOCALIZED, Placement(A_PLAN_SUBMAP, score, np.eye(3)), 1.0)
 
 
 def submap(newest):

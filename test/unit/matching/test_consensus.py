@@ -10,7 +10,7 @@ from fpnet_core.matching.consensus import (
     EVIDENCE,
     EvidenceModel,
     ScalePrior,
-    find_placements,
+    find_assignments,
     rank,
 )
 from fpnet_core.matching.evidence_model import evidence_entry, evidence_model
@@ -24,8 +24,8 @@ MODEL = EvidenceModel(
 
 def settled(plan, sub, log_p):
     plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
-    placements = find_placements(plan_side, sub_side, log_p, ScalePrior())
-    return plan_side, sub_side, *rank(placements, MODEL)
+    assignments = find_assignments(plan_side, sub_side, log_p, ScalePrior())
+    return plan_side, sub_side, *rank(assignments, MODEL)
 
 
 def test_consensus_finds_the_rooms_that_no_likelihood_tells_apart():
@@ -33,8 +33,8 @@ def test_consensus_finds_the_rooms_that_no_likelihood_tells_apart():
     right = total = 0
     for _ in range(6):
         plan, sub, labels = toy_pair(rng, rooms=7, seen=5)
-        _, _, placements, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
-        right += int(np.count_nonzero(placements.partner[0] == labels))
+        _, _, assignments, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+        right += int(np.count_nonzero(assignments.partner[0] == labels))
         total += len(labels)
     assert right > 0.8 * total
 
@@ -43,8 +43,8 @@ def test_hypotheses_lead_from_the_submap_to_the_plan():
     plan, sub, labels = toy_pair(np.random.default_rng(6), rooms=7, seen=5)
     likely = np.full((len(plan), len(sub)), -6.0)
     likely[labels, np.arange(len(sub))] = 0.0
-    plan_side, sub_side, placements, posterior = settled(plan, sub, likely)
-    best = hypotheses_of(placements, posterior, plan_side, sub_side)[0]
+    plan_side, sub_side, assignments, posterior = settled(plan, sub, likely)
+    best = hypotheses_of(assignments, posterior, plan_side, sub_side)[0]
     assert best.probability > 0.9
     assert best.pairs.tolist() == [[label, j] for j, label in enumerate(labels)]
     source = np.array([region.centroid for region in sub.regions])
@@ -58,8 +58,8 @@ def test_probabilities_are_those_of_an_assignment():
     rng = np.random.default_rng(8)
     base = rng.random((len(plan), len(sub)))
     base /= 2.0 * max(base.sum(axis=0).max(), base.sum(axis=1).max())
-    _, sub_side, placements, posterior = settled(plan, sub, np.log(base))
-    probability = pair_probability(base, placements, posterior, sub_side)
+    _, sub_side, assignments, posterior = settled(plan, sub, np.log(base))
+    probability = pair_probability(base, assignments, posterior, sub_side)
     assert probability.min() >= 0.0
     assert probability.sum(axis=0).max() <= 1.0 + 1e-9
     assert probability.sum(axis=1).max() <= 1.0 + 1e-9
@@ -67,8 +67,8 @@ def test_probabilities_are_those_of_an_assignment():
 
 def test_partners_are_one_to_one_and_of_the_same_kind():
     plan, sub, _ = toy_pair(np.random.default_rng(9), rooms=8, seen=5)
-    plan_side, sub_side, placements, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
-    for partner in placements.partner:
+    plan_side, sub_side, assignments, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+    for partner in assignments.partner:
         taken = partner[partner >= 0]
         assert len(set(taken.tolist())) == len(taken)
         assert (plan_side.is_door[taken] == sub_side.is_door[partner >= 0]).all()
@@ -79,8 +79,8 @@ def test_a_single_region_has_no_consensus():
     one = type(sub)(
         sub.regions[:1], np.zeros((0, 2)), sub.node_feat[:1], np.zeros((0, 3)), 'submap'
     )
-    _, _, placements, posterior = settled(plan, one, np.zeros((len(plan), 1)))
-    assert len(placements) == len(posterior) == 0
+    _, _, assignments, posterior = settled(plan, one, np.zeros((len(plan), 1)))
+    assert len(assignments) == len(posterior) == 0
 
 
 def test_posterior_counts_none_among_the_alternatives():

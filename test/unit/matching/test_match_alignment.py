@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.matching.alignment import aligned, corners
-from fpnet_core.matching.consensus import EVIDENCE, Placements
+from fpnet_core.matching.consensus import EVIDENCE, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
 
@@ -33,11 +33,11 @@ def moved(boxes, similarity):
     return np.column_stack([centre, boxes[:, 2:4] * scale, boxes[:, 4] + yaw])
 
 
-def placements(similarity, partner, fit=None):
+def assignments(similarity, partner, fit=None):
     partner = np.asarray(partner)[None]
     fit = np.ones(partner.shape) if fit is None else np.asarray(fit, dtype=float)[None]
     evidence = np.zeros((1, len(EVIDENCE)))
-    return Placements(np.asarray(similarity, dtype=float)[None], partner, fit, evidence)
+    return Assignments(np.asarray(similarity, dtype=float)[None], partner, fit, evidence)
 
 
 TRUE = (0.9, 0.5, 4.0, -2.0)
@@ -53,7 +53,7 @@ def test_a_rough_placement_is_settled(boxes, is_door):
     plan, sub = geometry(moved(boxes, TRUE), is_door), geometry(boxes, is_door)
     rough = np.add(TRUE, [0.03, -0.06, 0.3, -0.2])
 
-    settled = aligned(placements(rough, np.arange(len(boxes))), plan, sub)
+    settled = aligned(assignments(rough, np.arange(len(boxes))), plan, sub)
 
     assert settled[0] == pytest.approx(TRUE, abs=0.02)
 
@@ -64,7 +64,7 @@ def test_one_wrong_partner_does_not_pull():
     target[2, :2] += [1.5, -1.0]
 
     settled = aligned(
-        placements(TRUE, [0, 1, 2]), geometry(target, is_door), geometry(boxes, is_door)
+        assignments(TRUE, [0, 1, 2]), geometry(target, is_door), geometry(boxes, is_door)
     )
 
     assert settled[0] == pytest.approx(TRUE, abs=0.05)
@@ -76,7 +76,7 @@ def test_a_room_that_was_glimpsed_counts_little():
     target[1, 2:4] *= 1.3
 
     settled = aligned(
-        placements(TRUE, [0, 1]),
+        assignments(TRUE, [0, 1]),
         geometry(target, is_door),
         geometry(boxes, is_door, observed=[1.0, 0.3]),
     )
@@ -87,7 +87,7 @@ def test_a_room_that_was_glimpsed_counts_little():
 def test_a_placement_without_partners_stays():
     side = geometry([ROOM], [False])
 
-    settled = aligned(placements(TRUE, [-1], [0.0]), side, side)
+    settled = aligned(assignments(TRUE, [-1], [0.0]), side, side)
 
     assert settled[0] == pytest.approx(TRUE)
 

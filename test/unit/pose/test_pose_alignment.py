@@ -9,16 +9,14 @@ from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.config import PoseConfig
-from fpnet_core.geometry import SE2, Affine2D, Similarity2D, angle_between
+from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D, angle_between
 from fpnet_core.pose import (
     FINE,
     ROUGH,
-    Candidates,
     Freedom,
     agreement,
     coarse_support,
     compared_at,
-    distinct,
     map_evidence,
     refine,
     verified_estimates,
@@ -32,10 +30,6 @@ SIGMA_M = 0.2
 @cache
 def sides():
     return map_evidence(plan_grid()), map_evidence(submap_grid())
-
-
-def batch(*transforms):
-    return np.array([T.linear for T in transforms]), np.array([T.translation for T in transforms])
 
 
 def test_fields_are_read_where_the_walls_are():
@@ -60,16 +54,16 @@ def test_truth_scores_high_and_every_wrong_placement_low():
     plan, sub = sides()
     turns = [A_PLAN_SUBMAP @ SE2.from_xy_yaw(0, 0, a) for a in np.deg2rad([0, 90, 180, 270])]
     shifts = [SE2.from_xy_yaw(dx, dy, 0) @ A_PLAN_SUBMAP for dx, dy in ((2, 0), (0, 3), (-4, 1))]
-    scores = agreement(plan, sub, *batch(*turns, *shifts), SIGMA_M).score
+    scores = agreement(plan, sub, Placements.of([*turns, *shifts]), SIGMA_M).score
     assert scores[0] > 0.85
     assert scores[1:].max() < 0.5
 
 
 def test_coarse_and_full_scores_of_no_candidate_are_empty():
     plan, sub = sides()
-    empty = np.zeros((0, 2, 2)), np.zeros((0, 2))
-    assert coarse_support(plan, sub, *empty, SIGMA_M, 100).shape == (0,)
-    assert agreement(plan, sub, *empty, SIGMA_M).score.shape == (0,)
+    empty = Placements.empty()
+    assert coarse_support(plan, sub, empty, SIGMA_M, 100).shape == (0,)
+    assert agreement(plan, sub, empty, SIGMA_M).score.shape == (0,)
 
 
 @pytest.mark.parametrize('seed', range(6))
@@ -79,10 +73,10 @@ def test_refinement_recovers_pose_and_anisotropy(seed):
     mid = sub.walls.mean(axis=0)
     off = Similarity2D.from_scale_yaw(1.0, np.deg2rad(67.0) + rng.uniform(-0.06, 0.06), [0.0, 0.0])
     start = A_PLAN_SUBMAP.apply(mid) - off.apply(mid) + rng.uniform(-0.4, 0.4, 2)
-    rough = refine(plan, sub.walls, off.linear[None], start[None], Freedom(0.03), ROUGH)
-    got = refine(plan, sub.walls, rough.linear, rough.translation, Freedom(0.03), FINE)
-    placed = sub.walls @ got.linear[0].T + got.translation[0]
-    error = np.linalg.norm(placed - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
+    starts = Placements(off.linear[None], start[None])
+    rough = refine(plan, sub.walls, starts, Freedom(0.03), ROUGH)
+    got = refine(plan, sub.walls, rough, Freedom(0.03), FINE)
+    error = np.linalg.norm(got.apply(sub.walls)[0] - A_PLAN_SUBMAP.apply(sub.walls), axis=1)
     assert error.max() < 0.1, f'seed {seed}'
     assert np.abs(got.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01, f'seed {seed}'
     assert np.all(np.linalg.eigvalsh(got.cov[0]) > 0.0)
@@ -97,10 +91,9 @@ def strain_of(linear, stretch):
 def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
     plan, sub = sides()
     linear = np.diag([1.4, 0.8]) @ A_PLAN_SUBMAP.linear
-    found = batch(Affine2D(linear, A_PLAN_SUBMAP.translation))
+    done = Placements.of([Affine2D(linear, A_PLAN_SUBMAP.translation)])
     for _ in range(5):
-        done = refine(plan, sub.walls, *found, Freedom(0.02, stretch), ROUGH)
-        found = done.linear, done.translation
+        done = refine(plan, sub.walls, done, Freedom(0.02, stretch), ROUGH)
     reference = np.sqrt(np.linalg.det(done.linear[0])) * np.eye(2) if stretch is None else stretch
     assert np.abs(strain_of(done.linear[0], reference)).max() <= 1.05 * STRAIN_LIMIT * 0.02
 
@@ -108,13 +101,15 @@ def test_strain_stays_bounded_however_often_a_candidate_is_refined(stretch):
 def test_a_scale_that_nobody_allowed_is_not_taken():
     plan, sub = sides()
     larger = Affine2D(1.2 * A_PLAN_SUBMAP.linear, 1.2 * A_PLAN_SUBMAP.translation)
-    done = refine(plan, sub.walls, *batch(larger), Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
+    start = Placements.of([larger])
+    done = refine(plan, sub.walls, start, Freedom(0.03, scales=(0.9, 1.1)), ROUGH)
     assert 0.9 <= np.sqrt(np.linalg.det(done.linear[0])) <= 1.105
 
 
 def test_a_strain_within_its_bound_is_found_from_the_known_stretch():
     plan, sub = sides()
-    again = refine(plan, sub.walls, *batch(A_PLAN_SUBMAP), Freedom(0.03, np.eye(2)), FINE)
+    start = Placements.of([A_PLAN_SUBMAP])
+    again = refine(plan, sub.walls, start, Freedom(0.03, np.eye(2)), FINE)
     assert np.abs(again.linear[0] - A_PLAN_SUBMAP.linear).max() < 0.01
 
 
@@ -123,9 +118,9 @@ def test_placements_that_differ_far_from_the_robot_only_are_one():
     robot = sub.corners[0]
     stretched = np.diag([1.15, 1.0])
     about_robot = Affine2D(stretched, robot - stretched @ robot)
-    both = Candidates(*batch(SE2.identity(), about_robot))
-    assert distinct(both, compared_at(sub, robot), 1.0, 8).tolist() == [0]
-    assert distinct(both, compared_at(sub, None), 1.0, 8).tolist() == [0, 1]
+    both = Placements.of([SE2.identity(), about_robot])
+    assert both.distinct(compared_at(sub, robot), 1.0, 8).tolist() == [0]
+    assert both.distinct(compared_at(sub, None), 1.0, 8).tolist() == [0, 1]
 
 
 def test_estimates_are_distinct_where_the_robot_is():
@@ -137,9 +132,7 @@ def test_estimates_are_distinct_where_the_robot_is():
         for turn in np.deg2rad([0, 5, 90, 180, 180, 270])
     ]
     config = PoseConfig()
-    found = verified_estimates(
-        plan, sub, Candidates(*batch(*starts)), config, Freedom(0.03), robot
-    )
+    found = verified_estimates(plan, sub, Placements.of(starts), config, Freedom(0.03), robot)
     placed = [e.A_plan_submap.apply(compared_at(sub, robot)) for e in found]
     apart = [
         np.linalg.norm(a - b, axis=1).mean() for k, a in enumerate(placed) for b in placed[:k]
@@ -161,7 +154,7 @@ def test_samples_are_the_means_of_their_blocks():
 def test_a_free_submap_beyond_the_plan_is_violation():
     plan, sub = sides()
     away = SE2.from_xy_yaw(500.0, 0.0, 0.0) @ A_PLAN_SUBMAP
-    result = agreement(plan, sub, *batch(away), SIGMA_M)
+    result = agreement(plan, sub, Placements.of([away]), SIGMA_M)
     assert result.free_violation[0] == 1.0
     assert result.score[0] == 0.0
 

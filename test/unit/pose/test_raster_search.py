@@ -10,10 +10,10 @@ from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.config import PoseConfig
-from fpnet_core.geometry import SE2, Affine2D, angle_between
-from fpnet_core.pose import Candidates, Freedom, map_evidence
+from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
+from fpnet_core.pose import Freedom, map_evidence
 from fpnet_core.pose.raster_search import search_placements, wall_turns
-from fpnet_core.pose.scales import estimates_across_scales, scale_of
+from fpnet_core.pose.scales import estimates_across_scales
 from fpnet_core.types import UNKNOWN
 
 FACTORS = np.exp(0.12 * np.arange(-6, 7))
@@ -52,11 +52,7 @@ def test_the_true_place_is_among_the_best_of_the_search(sub):
     sub = sub()
     found = search_placements(plan_evidence(), sub, FACTORS, 30)
     assert 0 < len(found) <= 30
-    errors = [
-        corner_error(Affine2D(linear, translation), sub)
-        for linear, translation in zip(found.linear, found.translation, strict=True)
-    ]
-    assert min(errors) < 1.0
+    assert min(corner_error(placed.A_plan_submap, sub) for placed in found) < 1.0
 
 
 def test_scales_at_which_the_map_is_larger_than_the_plan_are_left_out():
@@ -76,19 +72,14 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
     placed = A_PLAN_SUBMAP.apply(centre)
     linear = SHRUNK * A_PLAN_SUBMAP.linear
     tiny = Affine2D(linear, placed - linear @ centre)
-    both = (tiny, A_PLAN_SUBMAP @ SE2.from_xy_yaw(0.1, -0.1, 0.01))
-    candidates = Candidates(
-        np.array([A.linear for A in both]), np.array([A.translation for A in both])
-    )
+    candidates = Placements.of([tiny, A_PLAN_SUBMAP @ SE2.from_xy_yaw(0.1, -0.1, 0.01)])
     found = estimates_across_scales(plan_evidence(), sub, candidates, CONFIG, Freedom(0.03))
     assert corner_error(found[0].A_plan_submap, sub) < 0.3
-    assert scale_of(found[0].A_plan_submap.linear) == pytest.approx(1.0, abs=0.05)
+    assert found.scale[0] == pytest.approx(1.0, abs=0.05)
     assert found[0].score > 0.8
 
 
 def test_no_candidates_give_no_estimates():
-    nothing = Candidates(np.zeros((0, 2, 2)), np.zeros((0, 2)))
-    assert (
-        estimates_across_scales(plan_evidence(), room_evidence(), nothing, CONFIG, Freedom(0.03))
-        == ()
-    )
+    sides = plan_evidence(), room_evidence()
+    found = estimates_across_scales(*sides, Placements.empty(), CONFIG, Freedom(0.03))
+    assert len(found) == 0

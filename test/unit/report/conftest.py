@@ -7,12 +7,12 @@ from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.config import load_config
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import SE2, Placement, Placements
 from fpnet_core.report import RunRecord
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput, MatchResult, PoseEstimate, Status, Submap
+from fpnet_core.types import LocalizerOutput, MatchResult, Status, Submap
 
 SECOND = 1_000_000_000
 T_ODOM_SUBMAP = SE2.from_xy_yaw(1.0, -2.0, 0.4)
@@ -27,7 +27,7 @@ def _trajectory(xy, stamps_ns, yaw=0.0):
 
 
 def _output(second, status, submap=None, segmentation=None, match=None, scores=()):
-    estimates = tuple(PoseEstimate(A_PLAN_SUBMAP, s, 0.01 * np.eye(3)) for s in scores)
+    estimates = Placements.of(Placement(A_PLAN_SUBMAP, s, 0.01 * np.eye(3)) for s in scores)
     return LocalizerOutput(
         second * SECOND,
         status,

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Similarity2D
-from fpnet_core.matching.consensus import EVIDENCE, Placements
+from fpnet_core.matching.consensus import EVIDENCE, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.training.evidence import (
     PlacementExample,
     fit_evidence_model,
-    judge_placements,
+    judge_assignments,
     negative_log_likelihood,
 )
 
@@ -66,5 +66,7 @@ def test_placements_are_judged_in_the_graphs_own_units():
     a, b = truth.linear[:, 0] * sub.unit / plan.unit
     x, y = (truth.apply(sub.origin) - plan.origin) / plan.unit
     rows = np.array([[a, b, x, y], [a, b, x + 3.0, y], [-a, -b, x, y], [1.3 * a, 1.3 * b, x, y]])
-    placements = Placements(rows, np.zeros((4, 1), np.int64), np.zeros((4, 1)), np.zeros((4, 11)))
-    assert judge_placements(placements, plan, sub, truth).tolist() == [True, False, False, False]
+    assignments = Assignments(
+        rows, np.zeros((4, 1), np.int64), np.zeros((4, 1)), np.zeros((4, 11))
+    )
+    assert judge_assignments(assignments, plan, sub, truth).tolist() == [True, False, False, False]

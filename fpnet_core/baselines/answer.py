@@ -4,20 +4,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Placement
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class Answer(Placement):
     """
     Where a baseline puts the submap, and whether it stands for that.
 
-    ``A_plan_submap`` maps submap metres to the plan's nominal ones; ``score`` in [0, 1] is the
-    method's own confidence.
+    Plan metres are the nominal ones; ``score`` in [0, 1] is the method's own confidence.
     """
 
-    A_plan_submap: Affine2D
-    score: float
-    is_claimed: bool
+    is_claimed: bool = field(kw_only=True)

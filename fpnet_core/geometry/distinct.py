@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which of many point sets, best first, are not nearly the same as a better one."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+
+@numba.njit(cache=True, nogil=True)
+def first_of_each(placed: NDArray[np.float64], distance_m: float, limit: int) -> NDArray[np.int64]:
+    """
+    Greedy choice among point sets ``(C, P, 2)`` [m], at most ``limit`` of them.
+
+    Each is farther than ``distance_m`` from all kept before it, on the mean of its points.
+    """
+    kept = np.empty(min(limit, len(placed)), dtype=np.int64)
+    count = 0
+    for index in range(len(placed)):
+        is_new = True
+        for k in kept[:count]:
+            moved = 0.0
+            for corner in range(placed.shape[1]):
+                dx = placed[k, corner, 0] - placed[index, corner, 0]
+                dy = placed[k, corner, 1] - placed[index, corner, 1]
+                moved += np.hypot(dx, dy)
+            if moved <= distance_m * placed.shape[1]:
+                is_new = False
+                break
+        if is_new:
+            kept[count] = index
+            count += 1
+            if count == limit:
+                break
+    return kept[:count]
