@@ -196,7 +196,9 @@ class PoseConfig(Section):
         4, ge=1, description='Pairs above the graded threshold that are enough.'
     )
     max_refined: int = Field(48, ge=1, description='Candidates that are refined and verified.')
-    max_estimates: int = Field(8, ge=2, description='Distinct placements that are reported.')
+    max_estimates: int = Field(
+        16, ge=2, description='Distinct placements that are judged and reported.'
+    )
     coarse_sigma_m: float = Field(0.5, gt=0.0, description='Wall kernel of the early rejection.')
     wall_sigma_m: float = Field(0.2, gt=0.0, description='Wall kernel of the verification.')
     distinct_m: float = Field(
@@ -227,10 +229,14 @@ class LocalizerConfig(Section):
     mirror_log_odds: float = Field(
         6.9, ge=0.0, description='Nats against a plan being a mirror image: 1 in 1000.'
     )
-    plan_log_odds: float = Field(
-        0.0,
-        ge=0.0,
-        description='Nats for the plan being of this building; 0: it has to show that.',
+    plan_prior: float = Field(
+        0.99,
+        gt=0.0,
+        lt=1.0,
+        description='Probability that a plan given to a robot is of its building, before looking.',
+    )
+    judge_weights: str = Field(
+        '', description='Trained judge of placements (.safetensors); empty: the packaged one.'
     )
     claim_probability: float = Field(
         0.99, gt=0.5, lt=1.0, description='Probability of the best placement to claim it.'
@@ -239,27 +245,6 @@ class LocalizerConfig(Section):
         0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
     )
     confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
-    evidence_per_m: float = Field(
-        0.136, gt=0.0, description="Nats per metre of wall and unit of a score's log odds; fitted."
-    )
-    evidence_full_m: float = Field(
-        80.0, gt=0.0, description='Wall length beyond which evidence no longer grows.'
-    )
-    null_score: float = Field(
-        0.811, ge=0.0, le=1.0, description='Agreement of wrong places on large submaps; fitted.'
-    )
-    null_rise: float = Field(
-        1.83, ge=0.0, description='Log odds by which it is higher with 20 m of wall; fitted.'
-    )
-    rival_weight: float = Field(
-        0.629,
-        ge=0.0,
-        le=1.0,
-        description='How far the best rival tells what chance reaches; fitted.',
-    )
-    null_slack: float = Field(
-        0.5, ge=0.0, description='A claim survives scores lower by this much, in log odds.'
-    )
     drift_support: float = Field(
         0.1,
         ge=0.0,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.localizer import MapSide
+from fpnet_core.pose import MapSide
 from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.inputs import TFMessage
 from fpnet_ros.lifecycle import ManagedNode

@@ -25,10 +25,10 @@ from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.localizer.belief import posterior
 from fpnet_core.localizer.maps import MapMatch, match_maps
 from fpnet_core.localizer.scale import tolerant_search
-from fpnet_core.localizer.sides import MapSide, StageTimer, compare, plan_side
+from fpnet_core.localizer.sides import StageTimer, compare, plan_side
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.metrics import expected_calibration_error, reliability_bins
-from fpnet_core.pose import map_evidence
+from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.pairs import PairScene, generate_scene
 from fpnet_core.submaps import submap_from_grid

@@ -4,7 +4,8 @@
 Real floorplans with real robot maps of the same buildings, whole and cut to what a robot saw.
 
 The pairs and their fitted transforms are those of the shared data (``bormann``, ``carpin``,
-``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair belongs to one half of the split by buildings.
+``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair belongs to one half of the split by
+buildings.
 """
 
 from __future__ import annotations

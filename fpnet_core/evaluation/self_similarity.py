@@ -20,7 +20,7 @@ from scipy.ndimage import binary_dilation
 
 from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
-from fpnet_core.localizer import MapSide
+from fpnet_core.pose import MapSide
 from fpnet_core.pose.evidence import MapEvidence, map_evidence
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import agreement, coarse_support

@@ -40,14 +40,15 @@ class Weights:
     manifest: dict[str, Any]
 
 
-def read_weights(path: Path | None, schema: int) -> Weights:
+def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) -> Weights:
     """
     Read and check a checkpoint.
 
     Parameters
     ----------
-    path : a ``.safetensors`` file with its manifest beside it; None reads the packaged one
-    schema : feature schema that the caller's graphs have
+    path : a ``.safetensors`` file with its manifest beside it; None reads the one packaged as
+        ``packaged``
+    schema : of the features that the caller computes
 
     Raises
     ------
@@ -56,7 +57,7 @@ def read_weights(path: Path | None, schema: int) -> Weights:
         missing, unexpected or of another shape.
     """
     folder: Traversable = resources.files('fpnet_core.weights') if path is None else path.parent
-    name = PACKAGED_NAME if path is None else path.name
+    name = packaged if path is None else path.name
     manifest = _read_manifest(folder, name)
     if manifest['schema'] != schema:
         raise WeightsError(

@@ -1,3 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From placements and evidence to probabilities and reasons."""
+"""From placements and evidence to probabilities and reasons: one learned judge."""
+
+from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
+from fpnet_core.judging.judge import Judge, Verdict
+from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
+
+__all__ = [
+    'CONTEXT',
+    'FIGURES',
+    'JUDGE_NAME',
+    'JUDGE_SCHEMA',
+    'Evidence',
+    'Judge',
+    'JudgeModel',
+    'Verdict',
+    'gather_evidence',
+    'read_judge',
+]

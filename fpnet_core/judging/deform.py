@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging import kernels
+from fpnet_core.pose import MapEvidence
 
 Array = NDArray[np.float64]
 
@@ -61,8 +62,8 @@ class Deformation:
     contrast_least: Array
 
 
-def patches_of(walls: Array, sub) -> Patches:
-    """Cut a submap into square patches."""
+def patches_of(walls: Array, sub: MapEvidence) -> Patches:
+    """Cut a submap and its ``walls (P, 2)`` into square patches."""
     size = max(1, round(PATCH_M / sub.cell_m))
     rows, cols = sub.wall_distance.shape
     down, across = -(-rows // size), -(-cols // size)
@@ -81,12 +82,12 @@ def patches_of(walls: Array, sub) -> Patches:
     return Patches(used, of_cell.astype(np.int64), np.stack(around, axis=1))
 
 
-def deform(plan, to_plan: Array, walls: Array, patches: Patches) -> Deformation:
+def deform(plan: MapEvidence, to_plan: Array, walls: Array, patches: Patches) -> Deformation:
     """Bend the drawing under each placement ``to_plan (C, 2, 3)``, metres to the plan's cells."""
     step = max(1, round(_STEP_M / plan.cell_m))
     steps = np.arange(-_REACH, _REACH + 1) * step
     offsets = np.stack(np.meshgrid(steps, steps, indexing='ij'), axis=-1).reshape(-1, 2)
-    offsets_m = offsets * plan.cell_m
+    offsets_m = np.asarray(offsets * plan.cell_m, dtype=np.float64)
     table = kernels.shift_table(
         to_plan, walls, patches.of_wall, offsets, plan.wall_likelihood(_WIDTH_M), patches.count
     )

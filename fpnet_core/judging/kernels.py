@@ -4,8 +4,8 @@
 Compiled look-ups behind the judge's evidence.
 
 Letters: ``C`` placements, ``P`` wall samples of the submap, ``F`` its free samples, ``Q`` wall
-samples of the plan, ``B`` patches of the submap, ``S`` local shifts that are tried. ``A (C, 2, 3)``
-always maps a side's metres to fractional (row, col) of the other side's raster.
+samples of the plan, ``B`` patches of the submap, ``S`` local shifts that are tried.
+``A (C, 2, 3)`` always maps a side's metres to fractional (row, col) of the other side's raster.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import ReplayResult, replay
-from fpnet_core.localizer.sides import MapSide, prepare_plan
+from fpnet_core.localizer.sides import prepare_plan
 
 __all__ = [
     'Localizer',

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How sure may one be: from raster agreement to probabilities, over hypotheses and over time."""
+"""What may be claimed: from each look's probabilities to a status; time decides."""
 
 from __future__ import annotations
 
@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
+from fpnet_core.judging import Judge, Verdict
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.types import Status
-
-_SHORT_M = 20.0  # wall length that ``null_rise`` is stated for
-_SHORTEST_M = 5.0  # less wall than this is treated as this much
-_LEAST_SCORE = 0.02  # scores nearer to 0 or 1 than this differ by noise only
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
 _MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
@@ -38,53 +35,9 @@ class Belief:
     judged: Placements = field(default_factory=Placements.empty)
 
 
-def posterior(
-    scores: NDArray[np.float64],
-    wall_length_m: float,
-    config: LocalizerConfig,
-    null_slack: float = 0.0,
-    mirrored_score: float | None = None,
-) -> NDArray[np.float64]:
-    """
-    Probability of each of ``K`` distinct placements, ``(K,)``; the rest is "none of these".
-
-    Scores are compared by their log odds: between 0.93 and 0.89 half as much again is left
-    unexplained, between 0.72 and 0.68 next to nothing. Every metre of observed wall is worth
-    ``evidence_per_m`` nats per unit of log odds, up to ``evidence_full_m``: walls of one building
-    are not independent. "None of these" competes with what a wrong place reaches by chance, less
-    ``null_slack``: ``null_score`` on a large submap and ``null_rise`` more on one of 20 m of wall,
-    falling with the root of the length. What the best rival reaches on this very plan tells more
-    about chance than any constant and weighs ``rival_weight``: a poor score that stands alone is
-    worth more than a good one among equals, and a large plan, which offers more places, has better
-    rivals. Who knows the building says so by ``plan_log_odds``: that the plan is of another one is
-    most of what "none" stands for. All but these and ``evidence_full_m`` are fitted by
-    :mod:`fpnet_core.evaluation.calibration`. ``mirrored_score``, what the plan's mirror image
-    reaches, competes at ``mirror_log_odds``.
-    """
-    gain = config.evidence_per_m * min(wall_length_m, config.evidence_full_m)
-    odds = _log_odds(scores)
-    chance = float(_log_odds(config.null_score)) + config.null_rise * np.sqrt(
-        _SHORT_M / max(wall_length_m, _SHORTEST_M)
-    )
-    if len(odds) > 1:
-        chance += config.rival_weight * (np.sort(odds)[-2] - chance)
-    null = gain * (chance - null_slack) - config.plan_log_odds
-    against = [null]
-    if mirrored_score is not None:
-        against.append(gain * float(_log_odds(mirrored_score)) - config.mirror_log_odds)
-    logits = np.append(gain * odds, against)
-    weights = np.exp(logits - logits.max())
-    return np.asarray(weights[: len(scores)] / weights.sum())
-
-
-def _log_odds(score: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    inner = np.clip(score, _LEAST_SCORE, 1.0 - _LEAST_SCORE)
-    return np.asarray(np.log(inner / (1.0 - inner)), dtype=np.float64)
-
-
 class HypothesisTracker:
     """
-    Turns each tick's verified placements into a status; time decides.
+    Turns each tick's verdict into a status; time decides.
 
     A claim needs the same placement to win ``confirm_ticks`` times in a row with probability
     of at least ``claim_probability``, and a look at the plan's mirror image; it is kept until the
@@ -93,8 +46,9 @@ class HypothesisTracker:
     looks: between two wins that count the submap must have grown, unless the caller knows better.
     """
 
-    def __init__(self, config: LocalizerConfig, distinct_m: float) -> None:
+    def __init__(self, config: LocalizerConfig, judge: Judge, distinct_m: float) -> None:
         self._config = config
+        self._judge = judge
         self._distinct_m = distinct_m
         self.reset()
 
@@ -107,7 +61,7 @@ class HypothesisTracker:
         self._probability = 0.0
         self._claimed = False
         self._was_localized = False
-        self._mirrored_score: float | None = None
+        self._mirrored: Verdict | None = None
         self._mirror_wins = 0
         self._ticks_since_mirror = 0
 
@@ -127,37 +81,34 @@ class HypothesisTracker:
 
     def update(
         self,
-        estimates: Placements,
+        verdict: Verdict,
         sub: MapEvidence,
         A_submap_odom: Affine2D,
-        mirrored_score: float | None = None,
+        mirrored: Verdict | None = None,
         robot_xy: NDArray[np.float64] | None = None,
         needs_news: bool = False,
     ) -> Belief:
         """
-        Take one tick's placements, best first, and say what may be claimed.
+        Take one tick's verdict and say what may be claimed.
 
-        ``mirrored_score`` is as in :func:`posterior`, None where nobody looked; ``A_submap_odom``
-        anchors the submap, so that placements are compared in the odometry frame although the
-        submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in the submap;
-        ``needs_news`` asks for a grown submap between the ticks that confirm a claim.
+        ``mirrored`` is that on the plan's mirror image, None where nobody looked;
+        ``A_submap_odom`` anchors the submap, so that placements are compared in the odometry frame
+        although the submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in
+        the submap; ``needs_news`` asks for a grown submap between the ticks that confirm a claim.
         """
-        scores = estimates.score
-        self._count_mirror(scores, sub, mirrored_score)
-        if not estimates:
-            return self._nothing_found(estimates)
-        walls_m = sub.wall_length_m
+        self._count_mirror(verdict, mirrored)
         # Between two looks the mirror image is as good as it was at the last one.
-        mirrored = None if self._claimed else self._mirrored_score
-        each = posterior(scores, walls_m, self._config, mirrored_score=mirrored)
-        p = self._probability = float(each[0])
-        judged = replace(estimates, probability=each)
+        if self._mirrored is not None and not self._claimed:
+            verdict = self._judge.against_mirror(
+                verdict, self._mirrored, self._config.mirror_log_odds
+            )
+        judged, p = verdict.placements, verdict.best
+        self._probability = p
+        if not judged:
+            return self._nothing_found(judged)
         if self._mirror_wins >= _MIRROR_WINS:
             return replace(self._nothing_found(judged), reason=_MIRRORED)
-        # A claim is kept on easier terms than it is made; what is reported knows no such terms.
-        slack = self._config.null_slack if self._claimed else 0.0
-        kept = posterior(scores, walls_m, self._config, slack)
-        if kept[0] < 1.0 - kept.sum():
+        if p < verdict.none + verdict.foreign:
             return self._nothing_found(judged)
         best = judged[0]
         points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
@@ -165,27 +116,21 @@ class HypothesisTracker:
         self._count_sure_win(p >= self._config.claim_probability, sub, needs_news)
         needed = self._config.confirm_ticks
         if self._claimed:
-            self._claimed = self._wins >= needed and kept[0] >= self._config.release_probability
+            self._claimed = self._wins >= needed and p >= self._config.release_probability
         else:
-            self._claimed = self._sure_wins >= needed and mirrored_score is not None
+            self._claimed = self._sure_wins >= needed and mirrored is not None
         self._was_localized |= self._claimed
         status = Status.LOCALIZED if self._claimed else Status.AMBIGUOUS
         return Belief(status, best, p, judged=judged)
 
-    def _count_mirror(
-        self,
-        scores: NDArray[np.float64],
-        sub: MapEvidence,
-        mirrored_score: float | None,
-    ) -> None:
+    def _count_mirror(self, verdict: Verdict, mirrored: Verdict | None) -> None:
         """Count how often in a row the mirror image would have been claimed."""
         self._ticks_since_mirror += 1
-        if mirrored_score is None:
+        if mirrored is None:
             return
-        self._ticks_since_mirror, self._mirrored_score = 0, mirrored_score
-        contest = np.array([mirrored_score, *scores[:1]])
-        p = posterior(contest, sub.wall_length_m, self._config)[0]
-        is_better = p >= self._config.claim_probability
+        self._ticks_since_mirror, self._mirrored = 0, mirrored
+        contest = self._judge.against_mirror(mirrored, verdict, 0.0)
+        is_better = contest.best >= self._config.claim_probability
         self._mirror_wins = self._mirror_wins + 1 if is_better else 0
 
     def _nothing_found(self, judged: Placements) -> Belief:

@@ -16,17 +16,17 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.judging import Verdict
+from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.scale import ScaleTracker
 from fpnet_core.localizer.sides import (
-    MapSide,
     StageTimer,
-    compare,
     plan_side,
     prepare_plan,
     rescaled,
     rescaled_rooms,
 )
-from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap, PlanScale
 
@@ -35,8 +35,9 @@ class Floorplan:
     """
     One floorplan and what has been learned about it.
 
-    ``nominal`` is for drawing, ``working`` for comparing; their rooms and doors are the same ones,
-    in the same order. Without doors to ask both are one.
+    ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
+    rooms and doors of the last two are the same ones, in the same order. Without doors to ask both
+    are one.
 
     Raises
     ------
@@ -45,6 +46,7 @@ class Floorplan:
     """
 
     def __init__(self, grid: GridMap, config: FpnetConfig) -> None:
+        self.given = grid
         self._config = config
         self._factor, confidence = 1.0, 0.0
         if config.localizer.scale_policy == 'unknown':
@@ -65,24 +67,19 @@ class Floorplan:
         """Half of the free area: who has seen so much need not see more to be sure."""
         return 0.5 * self.working.evidence.free_area_m2
 
-    def mirrored_score(
-        self, sub: MapSide, explored_area_m2: float, matcher: RegionMatcher, timer: StageTimer
-    ) -> float:
-        """Return the best agreement of a submap with the drawing's mirror image, 0 for none."""
+    def mirrored(
+        self, sub: MapSide, explored_area_m2: float, finder: Finder, timer: StageTimer
+    ) -> Verdict:
+        """Return the verdict on a submap's placements on the drawing's mirror image."""
         with timer.stage('mirror'):
             if self._mirrored is None:
                 grid = self.working.segmentation.grid
                 self._mirrored = prepare_plan(grid.mirrored(), self._config)
-            found = compare(
-                self._mirrored,
-                sub,
-                matcher,
-                explored_area_m2,
-                self._config.pose,
-                StageTimer(),  # its stages are not the drawing's
-                self.scale.search,
+            # Its stages are not the drawing's.
+            found = finder.find(
+                self._mirrored, sub, explored_area_m2, self.scale.search, StageTimer()
             )
-        return float(found.estimates.score.max(initial=0.0))
+        return found.verdict
 
     def to_working(self, T_plan_base: SE2) -> SE2:
         """Return a pose in nominal metres as one in working metres."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import logging
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
 
@@ -45,11 +46,11 @@ class PoseHint:
             turn_rad <= max(_SIGMAS * self.yaw_sigma_rad, _LEAST_YAW_RAD)
         )
 
-    def narrowed(self, estimates: Placements, A_submap_odom: SE2) -> Placements:
-        """Return the estimates that agree; all of them where none does."""
-        agreeing = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
-        if any(agreeing):
-            return estimates.take(np.flatnonzero(agreeing))
+    def agreeing(self, estimates: Placements, A_submap_odom: SE2) -> NDArray[np.int64]:
+        """Return the indices of the estimates that agree; of all where none does."""
+        agrees = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
+        if any(agrees):
+            return np.flatnonzero(agrees)
         if estimates:
             _log.warning('no placement fits near the given pose; looking everywhere')
-        return estimates
+        return np.arange(len(estimates))

@@ -15,17 +15,16 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.judging import Judge
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
+from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import (
-    Comparison,
-    MapSide,
     RobotXY,
     StageTimer,
-    compare,
     prepare_submap,
 )
 from fpnet_core.localizer.state import (
@@ -36,9 +35,10 @@ from fpnet_core.localizer.state import (
 )
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
-from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
+from fpnet_core.types import GridMap, LocalizerOutput, MatchResult, Status, Submap
 
 _log = logging.getLogger(__name__)
 
@@ -55,15 +55,19 @@ class Localizer:
     ----------
     config : the configuration tree
     matcher : the graph matcher to use
+    judge : weighs placements; None takes the configured one
     """
 
-    def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
+    def __init__(
+        self, config: FpnetConfig, matcher: RegionMatcher, judge: Judge | None = None
+    ) -> None:
         self._config = config
-        self._matcher = matcher
+        judge = judge or Judge.configured(config.localizer)
+        self._finder = Finder(matcher, judge, config)
         self._lock = threading.Lock()
         self._builder = SubmapBuilder(config.submap)
         self._segmenter = SubmapSegmenter(config.segmentation)
-        self._tracker = HypothesisTracker(config.localizer, config.pose.distinct_m)
+        self._tracker = HypothesisTracker(config.localizer, judge, config.pose.distinct_m)
         self._surroundings = Surroundings(config)
         self._plan: Floorplan | None = None
         self._tracked = Placements.empty()  # A_plan_odom of the last tick's placements
@@ -206,7 +210,7 @@ class Localizer:
         with self._lock:
             if self._continuity.last is None:
                 raise StateError('nothing to save: no scan has come yet')
-            plan = self._plan and plan_fingerprint(self._plan.nominal.segmentation.grid)
+            plan = self._plan and plan_fingerprint(self._plan.given)
             state = LocalizerState(
                 self._config.submap.resolution_m,
                 *self._continuity.last,
@@ -257,32 +261,33 @@ class Localizer:
         sub = searched.sub
         mirrored = None
         if self._tracker.wants_mirror:
-            mirrored = plan.mirrored_score(sub, submap.free_area_m2, self._matcher, timer)
+            mirrored = plan.mirrored(sub, submap.free_area_m2, self._finder, timer)
         A_submap_odom = submap.T_odom_submap.inv()
         with self._lock:
             if epoch != self._epoch:  # overtaken: the tracker is that of a later plan or frame
                 return self._output
+            verdict = result.verdict
             if self._hint is not None:
-                narrowed = self._hint.narrowed(result.estimates, A_submap_odom)
-                result = replace(result, estimates=narrowed)
+                agreeing = self._hint.agreeing(verdict.placements, A_submap_odom)
+                verdict = self._finder.judge.narrowed(verdict, agreeing)
             belief = self._tracker.update(
-                result.estimates,
+                verdict,
                 sub.evidence,
                 A_submap_odom,
                 mirrored,
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
             )
-            result = replace(result, estimates=belief.judged)
             self._tracked = belief.judged @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
             _follow_scale(plan, belief, sub)
+            judged = belief.judged
             belief, A = self._surroundings.judge(plan.working.evidence, submap, belief, robot_xy)
             if self._surroundings.is_elsewhere:
                 _log.warning('the robot is not where it was taken to be; starting anew')
                 self._start_anew()
         A_plan_odom = None if A is None else plan.to_nominal(A)
-        return _output(plan, submap, sub, result, belief, A_plan_odom, timer)
+        return _output(plan, submap, sub, result.match, judged, belief, A_plan_odom, timer)
 
     def _placed(
         self,
@@ -294,22 +299,14 @@ class Localizer:
         timer: StageTimer,
     ) -> tuple[Searched, Comparison]:
         """Search the whole plan, or follow what the last search found where that will do."""
-        config, last = self._config, self._searched
-        if last is not None and last.holds(submap, config.localizer):
+        last = self._searched
+        if last is not None and last.holds(submap, self._config.localizer):
             return last.followed(
-                plan.working, submap, tracked, config.pose, timer, plan.scale.search, robot_xy
+                self._finder, plan.working, submap, tracked, timer, plan.scale.search, robot_xy
             )
         sub = prepare_submap(submap, segmenter, timer)
-        result = compare(
-            plan.working,
-            sub,
-            self._matcher,
-            submap.free_area_m2,
-            config.pose,
-            timer,
-            plan.scale.search,
-            tracked,
-            robot_xy,
+        result = self._finder.find(
+            plan.working, sub, submap.free_area_m2, plan.scale.search, timer, tracked, robot_xy
         )
         return Searched(sub, result.match, submap.free_area_m2), result
 
@@ -366,12 +363,13 @@ def _output(
     plan: Floorplan,
     submap: Submap,
     sub: MapSide,
-    result: Comparison,
+    match: MatchResult,
+    judged: Placements,
     belief: Belief,
     A_plan_odom: Affine2D | None,
     timer: StageTimer,
 ) -> LocalizerOutput:
-    estimates = plan.nominal_estimates(result.estimates)
+    estimates = plan.nominal_estimates(judged)
     # The belief's best is the first estimate wherever something is claimed.
     best = estimates[0] if belief.status is Status.LOCALIZED else None
     return LocalizerOutput(
@@ -381,7 +379,7 @@ def _output(
         cov=best.cov if best else None,
         probability=belief.probability,
         estimates=estimates,
-        match=result.match,
+        match=match,
         segmentation=sub.segmentation,
         graph=sub.graph,
         submap=submap,

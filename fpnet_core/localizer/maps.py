@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Match two whole maps of unknown relative scale, rotation and translation, once."""
+"""Match two whole maps, once: their rotation and translation, and their scales where unknown."""
 
 from __future__ import annotations
 
@@ -9,29 +9,23 @@ from enum import StrEnum
 
 import numpy as np
 
-from fpnet_core.config import FpnetConfig, PoseConfig
+from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.localizer.belief import posterior
-from fpnet_core.localizer.scale import ScaleSearch, door_scale_search
-from fpnet_core.localizer.sides import (
-    Comparison,
-    MapSide,
-    StageTimer,
-    compare,
-    plan_side,
-    rescaled_rooms,
-)
+from fpnet_core.judging import Judge, Verdict
+from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.scale import ScaleSearch, door_scale_search, first_search
+from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import map_evidence
-from fpnet_core.pose.raster_search import search_placements
-from fpnet_core.pose.scales import estimates_across_scales
-from fpnet_core.segmentation import ScaleEstimate, segment_unknown_scale
+from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.segmentation import (
+    ScaleEstimate,
+    segment_floorplan,
+    segment_submap,
+    segment_unknown_scale,
+)
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation, Submap
-
-_RASTER_CANDIDATES = 96
-"""Placements of the raster search that are refined; four to eight at each scale."""
 
 
 class MapMatchStatus(StrEnum):
@@ -43,6 +37,21 @@ class MapMatchStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
+class CutMap:
+    """
+    A map cut into rooms, in its nominal metres, and what is known of its scale.
+
+    ``scale`` is in true metres per nominal metre: stated, or estimated from door widths.
+    ``free_area_m2`` is nominal, too.
+    """
+
+    segmentation: Segmentation
+    scale: ScaleEstimate
+    is_stated: bool
+    free_area_m2: float
+
+
+@dataclass(frozen=True, eq=False)
 class MapMatch:
     """
     The placement of one map on another.
@@ -50,9 +59,8 @@ class MapMatch:
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
     ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others and against none of them (see
-    :func:`fpnet_core.localizer.belief.posterior`). Both sides are in metres as estimated from
-    door widths.
+    against all others and against none of them (see :mod:`fpnet_core.judging`). Both sides are
+    in metres, as stated or as estimated from door widths.
     """
 
     status: MapMatchStatus
@@ -66,15 +74,55 @@ class MapMatch:
     timings_ms: dict[str, float]
 
 
+_STATED = ScaleEstimate(1.0, 1.0)
+
+
+def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
+    """
+    Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
+
+    Raises
+    ------
+    MapFormatError
+        If the plan holds no room.
+    """
+    is_stated = is_metric and config.localizer.scale_policy != 'unknown'
+    if is_stated:
+        segmentation, scale = segment_floorplan(grid, config.segmentation), _STATED
+    else:
+        segmentation, scale = segment_unknown_scale(grid, config.segmentation)
+    if not segmentation.rooms:
+        raise MapFormatError(
+            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
+            'drawn light and walls dark'
+        )
+    return CutMap(segmentation, scale, is_stated, 0.0)
+
+
+def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
+    """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
+    trimmed = _trimmed(submap)
+    if is_metric:
+        segmentation, scale = segment_submap(trimmed, config.segmentation), _STATED
+    else:
+        segmentation, scale = segment_unknown_scale(trimmed, config.segmentation)
+    return CutMap(segmentation, scale, is_metric, submap.free_area_m2)
+
+
 def match_maps(
-    plan: GridMap, submap: Submap, matcher: RegionMatcher, config: FpnetConfig
+    plan: GridMap,
+    submap: Submap,
+    matcher: RegionMatcher,
+    config: FpnetConfig,
+    plan_is_metric: bool = False,
+    sub_is_metric: bool = False,
 ) -> MapMatch:
     """
-    Place ``submap`` on ``plan`` although neither scale is trusted.
+    Place ``submap`` on ``plan``.
 
-    Door widths give each map a first metric scale; placements are then searched over
-    a range around it, which is wide where few doors agree. The graph proposes; where it leads
-    to no claim, the rasters propose as well (:mod:`fpnet_core.pose.raster_search`).
+    A stated scale is trusted as the localizer trusts it (``localizer.scale_policy``). Where one
+    is unknown, door widths give that map a first metric scale; placements are then searched over
+    a range around it, which is wide where few doors agree.
 
     Raises
     ------
@@ -84,22 +132,23 @@ def match_maps(
     timer = StageTimer()
     with timer.stage('total'):
         with timer.stage('segment_plan'):
-            plan_cut, plan_scale = _segmented_plan(plan, config)
+            plan_cut = cut_plan(plan, config, plan_is_metric)
         with timer.stage('segment_submap'):
-            sub_cut, sub_scale = segment_unknown_scale(_trimmed(submap), config.segmentation)
-        plan_factor, sub_factor = _metres_per_unit(plan_scale, sub_scale)
-        with timer.stage('evidence'):
-            plan_map = plan_side(rescaled_rooms(plan_cut, plan_factor))
-            sub_map = _submap_side(rescaled_rooms(sub_cut, sub_factor))
-        confidence = min(plan_scale.confidence, sub_scale.confidence)
-        search = door_scale_search(confidence, config.pose)
-        area_m2 = submap.free_area_m2 * sub_factor**2
-        comparison = compare(plan_map, sub_map, matcher, area_m2, config.pose, timer, search)
-        status, comparison = _judged(comparison, sub_map, config)
-        if status is not MapMatchStatus.MATCHED:
-            with timer.stage('raster'):
-                comparison = _widened(comparison, plan_map, sub_map, search, config.pose)
-            status, comparison = _judged(comparison, sub_map, config)
+            sub_cut = cut_robot_map(submap, config, sub_is_metric)
+        finder = Finder(matcher, Judge.configured(config.localizer), config)
+        return match_cuts(plan_cut, sub_cut, finder, timer)
+
+
+def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> MapMatch:
+    """Place a robot's map on a plan; both have been cut into rooms."""
+    plan_factor, sub_factor = _metres_per_unit(plan, sub)
+    with timer.stage('evidence'):
+        plan_map = plan_side(rescaled_rooms(plan.segmentation, plan_factor))
+        sub_map = _submap_side(rescaled_rooms(sub.segmentation, sub_factor))
+    search = _search(plan, sub, finder.config)
+    area_m2 = sub.free_area_m2 * sub_factor**2
+    comparison = finder.find(plan_map, sub_map, area_m2, search, timer)
+    status = _status(comparison.verdict, finder.config)
     best, score, probability = None, 0.0, 0.0
     if comparison.estimates:
         first = comparison.estimates[0]
@@ -118,27 +167,26 @@ def match_maps(
     )
 
 
-def _segmented_plan(plan: GridMap, config: FpnetConfig) -> tuple[Segmentation, ScaleEstimate]:
-    """Return the rooms of a plan of unknown scale, in its nominal metres, and the scale."""
-    segmentation, scale = segment_unknown_scale(plan, config.segmentation)
-    if not segmentation.rooms:
-        raise MapFormatError(
-            f'the floorplan holds no room ({segmentation.reason}); check that free space is '
-            'drawn light and walls dark'
-        )
-    return segmentation, scale
-
-
-def _metres_per_unit(plan: ScaleEstimate, sub: ScaleEstimate) -> tuple[float, float]:
+def _metres_per_unit(plan: CutMap, sub: CutMap) -> tuple[float, float]:
     """
     Return both factors from nominal metres to those that the maps are compared in.
 
-    Where doors speak on one side only, the nominal scales are the best guess of the ratio.
+    Where doors speak on one side only, and nothing was stated, the nominal scales are the best
+    guess of the ratio.
     """
-    if plan.confidence > 0.0 and sub.confidence > 0.0:
-        return plan.factor, sub.factor
-    known = plan if plan.confidence > 0.0 else sub
-    return known.factor, known.factor
+    if sub.is_stated or plan.is_stated:
+        return plan.scale.factor, sub.scale.factor
+    if plan.scale.confidence > 0.0 and sub.scale.confidence > 0.0:
+        return plan.scale.factor, sub.scale.factor
+    known = plan if plan.scale.confidence > 0.0 else sub
+    return known.scale.factor, known.scale.factor
+
+
+def _search(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaleSearch:
+    """Return the scales to try: what was stated is trusted, doors as far as they agree."""
+    if plan.is_stated and sub.is_stated:
+        return first_search(config.localizer.scale_policy, config.pose, 0.0)
+    return door_scale_search(min(plan.scale.confidence, sub.scale.confidence), config.pose)
 
 
 def _submap_side(segmentation: Segmentation) -> MapSide:
@@ -157,35 +205,10 @@ def _trimmed(submap: Submap) -> Submap:
     return replace(submap, grid=submap.grid.cropped(*window), lintel=submap.lintel[window])
 
 
-def _widened(
-    comparison: Comparison, plan: MapSide, sub: MapSide, search: ScaleSearch, config: PoseConfig
-) -> Comparison:
-    """
-    Return the comparison with what the rasters propose, all scales compared fairly.
-
-    Every other scale will do: refinement closes the gaps, and time goes with their number.
-    """
-    raster = search_placements(
-        plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
-    )
-    candidates = comparison.estimates.joined(raster)
-    estimates = estimates_across_scales(
-        plan.evidence, sub.evidence, candidates, config, search.freedom
-    )
-    return replace(comparison, estimates=estimates)
-
-
-def _judged(
-    comparison: Comparison, sub: MapSide, config: FpnetConfig
-) -> tuple[MapMatchStatus, Comparison]:
-    """Return what may be said, and the comparison with its placements' probabilities."""
-    found = comparison.estimates
-    if not found:
-        return MapMatchStatus.UNMATCHED, comparison
-    each = posterior(found.score, sub.evidence.wall_length_m, config.localizer)
-    judged = replace(comparison, estimates=replace(found, probability=each))
-    if each[0] < 1.0 - each.sum():
-        return MapMatchStatus.UNMATCHED, judged
-    if each[0] < config.localizer.claim_probability:
-        return MapMatchStatus.AMBIGUOUS, judged
-    return MapMatchStatus.MATCHED, judged
+def _status(verdict: Verdict, config: FpnetConfig) -> MapMatchStatus:
+    """Return what may be said."""
+    if verdict.best <= verdict.none + verdict.foreign:
+        return MapMatchStatus.UNMATCHED
+    if verdict.best < config.localizer.claim_probability:
+        return MapMatchStatus.AMBIGUOUS
+    return MapMatchStatus.MATCHED

@@ -59,6 +59,11 @@ class ScaleSearch:
         """Return the mean scale of each stretch, ``(L,)``."""
         return np.asarray(np.sqrt(np.linalg.det(self.stretches)), dtype=np.float64)
 
+    @property
+    def log_range(self) -> float:
+        """Logarithm of the largest over the smallest mean scale."""
+        return float(np.log(self.factors.max() / self.factors.min()))
+
     @classmethod
     def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:
         """Return the search of isotropic scales ``factors (L,)``."""
@@ -107,7 +112,7 @@ class ScaleTracker:
     def __init__(
         self, policy: ScalePolicy, config: PoseConfig, door_confidence: float = 0.0
     ) -> None:
-        self._wide = _first_search(policy, config, door_confidence)
+        self._wide = first_search(policy, config, door_confidence)
         self._is_fixed = policy == 'trusted'
         self._seen: deque[Array] = deque(maxlen=_LOCK_TICKS)
         self.estimate: PlanScale | None = None
@@ -143,7 +148,8 @@ class ScaleTracker:
         return float(np.std([np.diag(s) for s in self._seen], axis=0).max() / mean.max())
 
 
-def _first_search(policy: ScalePolicy, config: PoseConfig, door_confidence: float) -> ScaleSearch:
+def first_search(policy: ScalePolicy, config: PoseConfig, door_confidence: float) -> ScaleSearch:
+    """Return the search that a policy begins with; ``unknown`` asks how well doors agree."""
     if policy == 'trusted':
         return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.strain_sigma))
     if policy == 'approximate':

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from fpnet_core.config import LocalizerConfig, PoseConfig
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Placements
+from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.scale import ScaleSearch
-from fpnet_core.localizer.sides import Comparison, MapSide, RobotXY, StageTimer
-from fpnet_core.pose import map_evidence, verified_estimates
+from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.types import MatchResult, Submap
 
 
@@ -40,10 +41,10 @@ class Searched:
 
     def followed(
         self,
+        finder: Finder,
         plan: MapSide,
         submap: Submap,
         tracked: Placements,
-        config: PoseConfig,
         timer: StageTimer,
         search: ScaleSearch,
         robot_xy: RobotXY,
@@ -51,9 +52,5 @@ class Searched:
         """Return this search one tick later, and the ``tracked`` placements on new evidence."""
         with timer.stage('evidence'):
             sub = replace(self.sub, evidence=map_evidence(submap.grid))
-        with timer.stage('verify'):
-            estimates = verified_estimates(
-                plan.evidence, sub.evidence, tracked, config, search.freedom, robot_xy
-            )
-        later = replace(self, sub=sub, ticks=self.ticks + 1)
-        return later, Comparison(self.match, estimates)
+        found = finder.follow(plan, sub, self.match, search, timer, tracked, robot_xy)
+        return replace(self, sub=sub, ticks=self.ticks + 1), found

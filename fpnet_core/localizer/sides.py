@@ -1,62 +1,36 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is derived once from a plan or a submap, and how two of them are compared."""
+"""Everything that is derived once from a plan or a submap."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from fpnet_core.config import FpnetConfig, PoseConfig
+from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
-from fpnet_core.geometry import SE2, Placements
+from fpnet_core.geometry import SE2
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.localizer.scale import ScaleSearch
-from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
-    MapEvidence,
+    MapSide,
     map_evidence,
-    propose,
-    select_promising,
-    verified_estimates,
 )
 from fpnet_core.segmentation import SubmapSegmenter, segment_floorplan
 from fpnet_core.types import (
     FREE,
     GridMap,
-    MatchResult,
-    RegionGraph,
     Segmentation,
     Submap,
 )
 
 RobotXY = NDArray[np.float64] | None
 """Where the robot is in the submap, ``(2,)`` [m]; None without one."""
-
-_CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
-
-
-@dataclass(frozen=True, eq=False)
-class MapSide:
-    """One map as regions, as a graph and as raster evidence."""
-
-    segmentation: Segmentation
-    graph: RegionGraph
-    evidence: MapEvidence
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """What one comparison of a submap with the plan found, best placement first."""
-
-    match: MatchResult
-    estimates: Placements
 
 
 class StageTimer:
@@ -149,65 +123,3 @@ def prepare_submap(submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
     with timer.stage('evidence'):
         evidence = map_evidence(submap.grid)
     return MapSide(segmentation, graph, evidence)
-
-
-def compare(
-    plan: MapSide,
-    sub: MapSide,
-    matcher: RegionMatcher,
-    explored_area_m2: float,
-    config: PoseConfig,
-    timer: StageTimer,
-    search: ScaleSearch,
-    tracked: Placements | None = None,
-    robot_xy: RobotXY = None,
-) -> Comparison:
-    """
-    Match, propose, verify: all placements worth knowing, best first.
-
-    Parameters
-    ----------
-    plan, sub : both sides
-    matcher : graph matcher
-    explored_area_m2 : observed free area, grades the matcher's threshold
-    timer : receives stage durations
-    search : scales of the plan to try
-    tracked : placements from the previous tick, refined beside the new ones
-    robot_xy : (2,) where the robot is in the submap, None without one
-    """
-    with timer.stage('match'):
-        match = matcher.match(plan.graph, sub.graph, explored_area_m2)
-    with timer.stage('propose'):
-        is_sure = len(match.pairs) >= config.sure_pairs
-        candidates = propose(
-            plan.segmentation,
-            sub.segmentation,
-            match.probability,
-            plan.evidence,
-            sub.evidence,
-            search.stretches,
-            config.focused_pairs if is_sure else config.max_pairs,
-        )
-        promising = select_promising(plan.evidence, sub.evidence, candidates, config)
-        promising = _assigned(match, search.factors).joined(promising)
-    with timer.stage('verify'):
-        if tracked is not None:
-            promising = tracked.joined(promising)
-        estimates = verified_estimates(
-            plan.evidence, sub.evidence, promising, config, search.freedom, robot_xy
-        )
-    return Comparison(match, estimates)
-
-
-def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:
-    """
-    Return the placements of the matcher's complete assignments.
-
-    All regions together know the scale better than door widths do, so they may leave the range
-    of scales to try by as much again, and by what their centroids may be off.
-    """
-    margin = factors.max() / factors.min() * (1.0 + _CENTROID_SHARE)
-    middle = np.sqrt(factors.min() * factors.max())
-    low, high = middle / margin, middle * margin
-    placed = (h.S_plan_sub for h in match.hypotheses)
-    return Placements.of(S for S in placed if low <= S.scale <= high)

@@ -7,7 +7,7 @@ from fpnet_core.pose.estimate import (
     select_promising,
     verified_estimates,
 )
-from fpnet_core.pose.evidence import MapEvidence, map_evidence
+from fpnet_core.pose.evidence import MapEvidence, MapSide, map_evidence
 from fpnet_core.pose.hypotheses import propose
 from fpnet_core.pose.refine import FINE, ROUGH, Effort, Freedom, refine
 from fpnet_core.pose.verify import Agreement, agreement, coarse_support, wall_support
@@ -19,6 +19,7 @@ __all__ = [
     'Effort',
     'Freedom',
     'MapEvidence',
+    'MapSide',
     'agreement',
     'coarse_support',
     'compared_at',

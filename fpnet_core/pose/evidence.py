@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.segmentation.distance import cells_to_nearest
-from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
@@ -28,6 +28,9 @@ _DISTANCE_CAP_M = 3.0
 _FIELD_CELL_M = 0.1
 _WALL_SPACING_M = 0.15
 _FREE_SPACING_M = 0.4
+_STRAIGHT_SIGMA_M = 0.2  # walls count as one where they are drawn or seen so far apart
+_STRAIGHT_WINDOW_M = 0.4  # over which walls must run straight
+_FLAT = 1e-6  # squared gradient below which there is no wall
 _WALL_REACH_M = 0.15  # a wall cell lies at most this far from free space
 
 
@@ -79,6 +82,24 @@ class MapEvidence:
         return field
 
     @cached_property
+    def straightness(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """
+        How straight walls run around each cell, and where to.
+
+        ``(H, W)`` each: coherence in [0, 1] of the structure tensor of the walls' likelihood, and
+        twice the direction of its normal in the raster's axes [rad].
+        """
+        field = self.wall_likelihood(_STRAIGHT_SIGMA_M)
+        gx, gy = cv2.Sobel(field, cv2.CV_32F, 1, 0), cv2.Sobel(field, cv2.CV_32F, 0, 1)
+        sigma = _STRAIGHT_WINDOW_M / self.cell_m
+        xx, yy, xy = (
+            cv2.GaussianBlur(product, (0, 0), sigma) for product in (gx * gx, gy * gy, gx * gy)
+        )
+        spread = np.sqrt((xx - yy) ** 2 + 4.0 * xy**2)
+        coherence = spread / (xx + yy + np.float32(_FLAT))
+        return coherence, np.arctan2(2.0 * xy, xx - yy)
+
+    @cached_property
     def _likelihoods(self) -> dict[float, NDArray[np.float32]]:
         return {}
 
@@ -91,6 +112,27 @@ class MapEvidence:
     def free_area_m2(self) -> float:
         """Free area, as far as the thinned samples tell [m^2]."""
         return len(self.free) * _FREE_SPACING_M**2
+
+
+@dataclass(frozen=True, eq=False)
+class MapSide:
+    """One map as regions, as a graph and as raster evidence."""
+
+    segmentation: Segmentation
+    graph: RegionGraph
+    evidence: MapEvidence
+
+    @cached_property
+    def room_of_cell(self) -> NDArray[np.int32]:
+        """Room labels ``(H, W)`` on the raster of the evidence; 0 where there is no room."""
+        step = round(self.evidence.cell_m / self.evidence.resolution_m)
+        return _coarse(self.segmentation.labels, step)
+
+    @cached_property
+    def door_points(self) -> NDArray[np.float64]:
+        """Middles ``(D, 2)`` of the doors' opening lines [m], in the order of the portals."""
+        middles = [portal.ends.mean(axis=0) for portal in self.segmentation.portals]
+        return np.array(middles, dtype=np.float64).reshape(-1, 2)
 
 
 def box_corners(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:

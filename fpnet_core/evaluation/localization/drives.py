@@ -15,8 +15,9 @@ from fpnet_core.baselines.monte_carlo import planar_slice
 from fpnet_core.config import FpnetConfig
 from fpnet_core.evaluation.localization.records import Belief, MethodRun
 from fpnet_core.io import Scan
-from fpnet_core.localizer import MapSide, ReplayResult, create_localizer, replay
+from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.pose import MapSide
 from fpnet_core.types import GridMap, LocalizerOutput, Status
 
 KEEP_EVERY = 3

@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The one judge of placements: who ranks, weighs and claims asks it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.geometry import Placements
+from fpnet_core.judging.evidence import Evidence, gather_evidence
+from fpnet_core.judging.model import JudgeModel, read_judge
+from fpnet_core.pose import MapSide
+from fpnet_core.types import MatchResult
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """
+    What is to be believed of a submap's ``C`` placements on a plan.
+
+    ``placements`` and ``evidence`` are ranked, most probable first, the former with their
+    probabilities; ``none`` is the probability that the plan is right but none of them, and
+    ``foreign`` that the plan is of another building. ``weights (C,)`` are the placements' odds
+    against a plan of another building before anything is known of the plan, in logarithms, and
+    ``none_weight`` those of none here.
+    """
+
+    placements: Placements
+    evidence: Evidence
+    weights: Array
+    none_weight: float
+    none: float
+    foreign: float
+
+    @property
+    def best(self) -> float:
+        """Probability of the best placement, 0 without any."""
+        return float(self.placements.probability[0]) if len(self.placements) else 0.0
+
+
+class Judge:
+    """
+    Tells the probability of placements, of none of them, and of another building's plan.
+
+    Parameters
+    ----------
+    model : the trained network
+    plan_prior : probability that a plan is of the building the robot is in, before looking
+    """
+
+    def __init__(self, model: JudgeModel, plan_prior: float) -> None:
+        self._model = model
+        self.plan_prior = plan_prior
+
+    @classmethod
+    def configured(cls, config: LocalizerConfig) -> Judge:
+        """
+        Return the judge that the configuration names, by default the packaged one.
+
+        Raises
+        ------
+        WeightsError
+            If the weights are missing, damaged, or made for other figures.
+        """
+        path = Path(config.judge_weights) if config.judge_weights else None
+        return cls(read_judge(path), config.plan_prior)
+
+    def judge(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        placements: Placements,
+        match: MatchResult,
+        scale_range: float,
+    ) -> Verdict:
+        """
+        Weigh all placements of ``sub`` on ``plan`` against each other and against none.
+
+        ``scale_range`` is the logarithm of the largest over the smallest scale that was searched.
+        """
+        evidence = gather_evidence(plan, sub, placements, match, scale_range)
+        return self.weighed(placements, evidence)
+
+    def weighed(self, placements: Placements, evidence: Evidence) -> Verdict:
+        """Return the verdict on evidence that has been gathered."""
+        log_p = self._model.log_probability(evidence)
+        weights = log_p[:-1] - log_p[-1]
+        order = np.argsort(-weights[:-1], kind='stable')
+        ranked, weights, none_weight = placements.take(order), weights[order], float(weights[-1])
+        p = self._probabilities(weights, none_weight)
+        return Verdict(
+            replace(ranked, probability=p[:-2]),
+            evidence.take(order),
+            weights,
+            none_weight,
+            float(p[-2]),
+            float(p[-1]),
+        )
+
+    def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
+        """Return the verdict where all placements but those at ``index`` are ruled out."""
+        return self.weighed(verdict.placements.take(index), verdict.evidence.take(index))
+
+    def against_mirror(self, drawn: Verdict, mirrored: Verdict, log_odds: float) -> Verdict:
+        """
+        Return ``drawn`` weighed against the placements on the plan's mirror image, too.
+
+        ``log_odds`` are those against a plan that is drawn mirrored. What the mirror image takes
+        counts as none here.
+        """
+        rivals = np.append(mirrored.weights - log_odds, drawn.none_weight)
+        top = rivals.max()
+        none_weight = float(top + np.log(np.exp(rivals - top).sum()))
+        p = self._probabilities(drawn.weights, none_weight)
+        ranked = replace(drawn.placements, probability=p[:-2])
+        return replace(drawn, placements=ranked, none=float(p[-2]), foreign=float(p[-1]))
+
+    def _probabilities(self, weights: Array, none_weight: float) -> Array:
+        """Return ``(C + 2,)``: of each placement, of none here, and of another building."""
+        prior = np.log(self.plan_prior / (1.0 - self.plan_prior))
+        logits = np.append(np.append(weights, none_weight) + prior, 0.0)
+        share = np.exp(logits - logits.max())
+        return np.asarray(share / share.sum())

@@ -1,0 +1,246 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Evidence of walls and free space: what was seen on what is drawn, and the other way round."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Placements
+from fpnet_core.judging import kernels
+from fpnet_core.judging.deform import Deformation, Patches, deform, patches_of
+from fpnet_core.pose import MapEvidence, MapSide
+
+Array = NDArray[np.float64]
+Figures = dict[str, Array]
+
+_MAX_WALLS, _MAX_FREE, _MAX_DRAWN = 900, 700, 3000
+"""Samples of either side that are looked up, spread evenly; numerical: twice as many change no
+figure by more than a hundredth."""
+
+WIDTH_M = 0.2
+"""Walls agree within about this: the accuracy of drawings and of a raster's cell together."""
+
+_FINE_M, _WIDE_M = 0.5 * WIDTH_M, 2.0 * WIDTH_M
+BEYOND_M = 3.0
+"""Distance of a wall that is nowhere near a drawn one; walls further apart tell no more."""
+
+_RESIDUALS = (50, 75, 90)  # percentiles of the distance that are figures
+_TOLERATED_M, _FULLY_OUTSIDE_M = 0.3, 1.0  # free space may overlap a drawn wall by this much
+_ON_WALL_M = 0.1  # a cell: free space this near to a drawn wall was crossed by a beam
+_SEEN_EDGES_M = np.array([0.15, 0.3, 0.6])  # fine, seen, neither; beyond: denied
+_PATCH_EXPLAINED = 0.35  # a patch with less of its walls on drawn ones is unexplained
+
+
+@dataclass(frozen=True, eq=False)
+class LookedAt:
+    """
+    The submap's samples under each of ``C`` placements.
+
+    ``walls (P, 2)`` and ``free (F, 2)`` are samples [m], a wall sample stands for ``metres``;
+    ``straight (P,)`` is how straight its wall runs. ``to_plan`` and ``to_sub (C, 2, 3)`` map
+    metres of one side to the raster of the other. ``distance (C, P)`` is that to the nearest
+    drawn wall [m], in the raster's ``cell (C, P)``, and ``bent_distance`` the same on the bent
+    drawing.
+    """
+
+    walls: Array
+    free: Array
+    metres: float
+    straight: NDArray[np.float32]
+    to_plan: Array
+    to_sub: Array
+    patches: Patches
+    bent: Deformation
+    distance: NDArray[np.float32]
+    bent_distance: NDArray[np.float32]
+    cell: NDArray[np.int64]
+
+    @property
+    def likelihood(self) -> NDArray[np.float32]:
+        """How well each wall sample lies on a drawn wall, ``(C, P)``."""
+        return kernel(self.distance, WIDTH_M)
+
+    @property
+    def bent_likelihood(self) -> NDArray[np.float32]:
+        """The same on the bent drawing."""
+        return kernel(self.bent_distance, WIDTH_M)
+
+
+def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> LookedAt:
+    """Return the samples of a submap that has walls under ``C > 0`` placements."""
+    walls, free = _every(sub.walls, _MAX_WALLS), _every(sub.free, _MAX_FREE)
+    to_plan = _chained(plan.A_rc_xy, placements.linear, placements.translation)
+    inverse = np.asarray(np.linalg.inv(placements.linear), dtype=np.float64)
+    back = -np.einsum('cij,cj->ci', inverse, placements.translation)
+    patches = patches_of(walls, sub)
+    bent = deform(plan, to_plan, walls, patches)
+    field = plan.wall_distance
+    distance, cell = kernels.wall_distances(
+        to_plan, walls, patches.of_wall, np.zeros_like(bent.shift_cells), field, BEYOND_M
+    )
+    bent_distance, _ = kernels.wall_distances(
+        to_plan, walls, patches.of_wall, bent.shift_cells, field, BEYOND_M
+    )
+    return LookedAt(
+        walls=walls,
+        free=free,
+        metres=sub.wall_length_m / len(walls),
+        straight=_sampled(sub, walls, sub.straightness[0]),
+        to_plan=to_plan,
+        to_sub=_chained(sub.A_rc_xy, inverse, back),
+        patches=patches,
+        bent=bent,
+        distance=distance,
+        bent_distance=bent_distance,
+        cell=cell,
+    )
+
+
+def wall_figures(plan: MapSide, sub: MapSide, placements: Placements, looked: LookedAt) -> Figures:
+    """Return the figures of walls and free space, ``(C,)`` each."""
+    return (
+        _forward(looked)
+        | _straight(plan.evidence, sub.evidence, placements, looked)
+        | _unexplained(looked)
+        | _bent(looked)
+        | _backward(plan.evidence, sub.evidence, placements, looked)
+        | _free(plan.evidence, sub.evidence, looked)
+    )
+
+
+def kernel(distance: NDArray[np.float32], width_m: float) -> NDArray[np.float32]:
+    """Return ``exp(-d^2 / (2 width^2))``."""
+    return np.asarray(np.exp(-0.5 * np.square(distance / np.float32(width_m))), np.float32)
+
+
+def _every(points: Array, limit: int) -> Array:
+    """Return at most ``limit`` of the points, evenly drawn."""
+    if len(points) <= limit:
+        return points
+    return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]
+
+
+def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
+    """Return ``(C, 2, 3)``: metres of the one side to the raster of the other."""
+    moved = translation @ A_rc_xy[:, :2].T + A_rc_xy[:, 2]
+    return np.concatenate([A_rc_xy[:, :2] @ linear, moved[:, :, None]], axis=2)
+
+
+def _sampled(side: MapEvidence, points: Array, raster: NDArray[np.float32]) -> NDArray[np.float32]:
+    rc = np.rint(points @ side.A_rc_xy[:, :2].T + side.A_rc_xy[:, 2]).astype(np.int64)
+    rc = np.clip(rc, 0, np.array(raster.shape) - 1)
+    return raster[rc[:, 0], rc[:, 1]]
+
+
+def _forward(looked: LookedAt) -> Figures:
+    found: dict[str, NDArray[Any]] = {
+        'support_fine': kernel(looked.distance, _FINE_M).mean(axis=1),
+        'support': looked.likelihood.mean(axis=1),
+        'support_wide': kernel(looked.distance, _WIDE_M).mean(axis=1),
+    }
+    residuals = np.percentile(looked.distance, _RESIDUALS, axis=1)
+    for percent, value in zip(_RESIDUALS, residuals, strict=True):
+        found[f'residual_{percent}'] = value
+    return {name: np.asarray(value, np.float64) for name, value in found.items()}
+
+
+def _straight(
+    plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
+) -> Figures:
+    """Support of straight walls, and by drawn walls of the same direction: clutter has none."""
+    likelihood, weight = looked.likelihood, looked.straight
+    total = max(float(weight.sum()), 1e-6)
+    coherence, normal = (field.ravel() for field in plan.straightness)
+    is_on_plan = looked.cell >= 0
+    at = np.where(is_on_plan, looked.cell, 0)
+    # Twice a direction: a wall has no front and no back.
+    turn = placements.heading + _axis_yaw(sub) - _axis_yaw(plan)
+    here = _sampled(sub, looked.walls, sub.straightness[1])
+    agrees = np.cos(here + 2.0 * turn[:, None] - normal[at]) * coherence[at] * is_on_plan
+    return {
+        'straight_support': likelihood @ weight / total,
+        'straight_aligned': (likelihood * agrees) @ weight / total,
+    }
+
+
+def _axis_yaw(side: MapEvidence) -> float:
+    """Direction of the raster's columns in metres [rad]."""
+    along = np.linalg.inv(side.A_rc_xy[:, :2])[:, 1]
+    return float(np.arctan2(along[1], along[0]))
+
+
+def _unexplained(looked: LookedAt) -> Figures:
+    """Stretches of wall that lie on nothing: clutter is scattered, a wrong place is not."""
+    of_wall, count = looked.patches.of_wall, looked.patches.count
+    size = np.bincount(of_wall, minlength=count)
+    support = np.stack([np.bincount(of_wall, row, minlength=count) for row in looked.likelihood])
+    walls = ((support < _PATCH_EXPLAINED * size) * size).sum(axis=1)
+    return {
+        'patches_unexplained': walls / size.sum(),
+        'unexplained_m': np.log1p(walls * looked.metres),
+    }
+
+
+def _bent(looked: LookedAt) -> Figures:
+    support = looked.bent_likelihood.mean(axis=1)
+    bent = looked.bent
+    return {
+        'bent_support': support,
+        'bent_support_fine': kernel(looked.bent_distance, _FINE_M).mean(axis=1),
+        'bend_m': bent.size_m,
+        'bend_rough_m': bent.roughness_m,
+        'bend_gain': support - looked.likelihood.mean(axis=1),
+        'contrast_mean': bent.contrast_mean,
+        'contrast_least': bent.contrast_least,
+    }
+
+
+def _backward(
+    plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
+) -> Figures:
+    """Drawn walls inside what was seen: met, or denied by free space."""
+    drawn = _every(plan.walls, _MAX_DRAWN)
+    drawn_m = plan.wall_length_m / max(len(drawn), 1)
+    plain, bent = kernels.drawn_walls(
+        looked.to_sub, drawn, sub.wall_distance, sub.observed, looked.patches.of_cell,
+        _undone(looked.bent.shift_cells, plan, placements, sub), _SEEN_EDGES_M,
+    )  # fmt: skip
+    count = np.maximum(plain.sum(axis=1), 1.0)
+    return {
+        'seen_fine': plain[:, 0] / count,
+        'seen': plain[:, :2].sum(axis=1) / count,
+        'denied': plain[:, 3] / count,
+        'denied_m': np.log1p(plain[:, 3] * drawn_m),
+        'bent_seen': bent[:, :2].sum(axis=1) / count,
+        'bent_denied': bent[:, 3] / count,
+    }
+
+
+def _undone(
+    shift_cells: Array, plan: MapEvidence, placements: Placements, sub: MapEvidence
+) -> Array:
+    """Return the shifts ``(C, B, 2)`` in the submap's cells that undo those in the plan's."""
+    metres = shift_cells @ np.linalg.inv(plan.A_rc_xy[:, :2]).T
+    in_sub = np.einsum('cij,cbj->cbi', np.linalg.inv(placements.linear), metres)
+    return np.asarray(-in_sub @ sub.A_rc_xy[:, :2].T)
+
+
+def _free(plan: MapEvidence, sub: MapEvidence, looked: LookedAt) -> Figures:
+    """Free space that lies outside the building or on drawn walls."""
+    if not len(looked.free):
+        nothing = np.zeros(len(looked.to_plan))
+        return {'outside': nothing, 'outside_m2': nothing, 'on_wall': nothing}
+    depth = kernels.look_up(looked.to_plan, looked.free, plan.outside_depth, BEYOND_M)
+    share = (depth - _TOLERATED_M) / (_FULLY_OUTSIDE_M - _TOLERATED_M)
+    outside = np.clip(share, 0.0, 1.0).mean(axis=1)
+    near = kernels.look_up(looked.to_plan, looked.free, plan.wall_distance, BEYOND_M)
+    return {
+        'outside': outside,
+        'outside_m2': np.log1p(outside * sub.free_area_m2),
+        'on_wall': (near <= _ON_WALL_M).mean(axis=1),
+    }

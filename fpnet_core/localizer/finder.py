@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How a submap is found on a plan: the graph proposes, the raster verifies, the judge weighs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import Placements
+from fpnet_core.judging import Judge, Verdict
+from fpnet_core.localizer.scale import ScaleSearch
+from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import MapSide, propose, select_promising, verified_estimates
+from fpnet_core.pose.raster_search import search_placements
+from fpnet_core.pose.scales import estimates_across_scales
+from fpnet_core.types import MatchResult
+
+_CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
+_RASTER_CANDIDATES = 96
+"""Placements of the raster search that are refined; four to eight at each scale."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What one comparison of a submap with the plan found."""
+
+    match: MatchResult
+    verdict: Verdict
+
+    @property
+    def estimates(self) -> Placements:
+        """Return the placements, most probable first."""
+        return self.verdict.placements
+
+
+@dataclass(frozen=True, eq=False)
+class Finder:
+    """Finds submaps on plans: a matcher, a judge and their configuration."""
+
+    matcher: RegionMatcher
+    judge: Judge
+    config: FpnetConfig
+
+    def find(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        explored_area_m2: float,
+        search: ScaleSearch,
+        timer: StageTimer,
+        tracked: Placements | None = None,
+        robot_xy: RobotXY = None,
+    ) -> Comparison:
+        """
+        Match, propose, verify and judge: all placements worth knowing, most probable first.
+
+        Where what the graph proposes leads to no claim, the rasters propose as well.
+
+        Parameters
+        ----------
+        plan, sub : both sides
+        explored_area_m2 : observed free area, grades the matcher's threshold
+        search : scales of the plan to try
+        timer : receives stage durations
+        tracked : placements from the previous tick, refined beside the new ones
+        robot_xy : (2,) where the robot is in the submap, None without one
+        """
+        with timer.stage('match'):
+            match = self.matcher.match(plan.graph, sub.graph, explored_area_m2)
+        with timer.stage('propose'):
+            promising = self._proposed(plan, sub, match, search)
+        with timer.stage('verify'):
+            if tracked is not None:
+                promising = tracked.joined(promising)
+            found = verified_estimates(
+                plan.evidence, sub.evidence, promising, self.config.pose, search.freedom, robot_xy
+            )
+        verdict = self._judged(plan, sub, found, match, search, timer)
+        if verdict.best < self.config.localizer.claim_probability:
+            with timer.stage('raster'):
+                found = self._widened(plan, sub, verdict.placements, search, robot_xy)
+            verdict = self._judged(plan, sub, found, match, search, timer)
+        return Comparison(match, verdict)
+
+    def follow(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        match: MatchResult,
+        search: ScaleSearch,
+        timer: StageTimer,
+        tracked: Placements,
+        robot_xy: RobotXY,
+    ) -> Comparison:
+        """Verify and judge the ``tracked`` placements on new evidence, and look for no others."""
+        with timer.stage('verify'):
+            found = verified_estimates(
+                plan.evidence, sub.evidence, tracked, self.config.pose, search.freedom, robot_xy
+            )
+        return Comparison(match, self._judged(plan, sub, found, match, search, timer))
+
+    def _proposed(
+        self, plan: MapSide, sub: MapSide, match: MatchResult, search: ScaleSearch
+    ) -> Placements:
+        config = self.config.pose
+        is_sure = len(match.pairs) >= config.sure_pairs
+        candidates = propose(
+            plan.segmentation,
+            sub.segmentation,
+            match.probability,
+            plan.evidence,
+            sub.evidence,
+            search.stretches,
+            config.focused_pairs if is_sure else config.max_pairs,
+        )
+        promising = select_promising(plan.evidence, sub.evidence, candidates, config)
+        return _assigned(match, search.factors).joined(promising)
+
+    def _widened(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        found: Placements,
+        search: ScaleSearch,
+        robot_xy: RobotXY,
+    ) -> Placements:
+        """
+        Return the best of the graph's and the rasters' placements.
+
+        Every other scale will do: refinement closes the gaps, and time goes with their number.
+        """
+        raster = search_placements(
+            plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
+        )
+        return estimates_across_scales(
+            plan.evidence,
+            sub.evidence,
+            found.joined(raster),
+            self.config.pose,
+            search.freedom,
+            robot_xy,
+        )
+
+    def _judged(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        found: Placements,
+        match: MatchResult,
+        search: ScaleSearch,
+        timer: StageTimer,
+    ) -> Verdict:
+        with timer.stage('judge'):
+            return self.judge.judge(plan, sub, found, match, search.log_range)
+
+
+def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:
+    """
+    Return the placements of the matcher's complete assignments.
+
+    All regions together know the scale better than door widths do, so they may leave the range
+    of scales to try by as much again, and by what their centroids may be off.
+    """
+    margin = factors.max() / factors.min() * (1.0 + _CENTROID_SHARE)
+    middle = np.sqrt(factors.min() * factors.max())
+    low, high = middle / margin, middle * margin
+    placed = (h.S_plan_sub for h in match.hypotheses)
+    return Placements.of(S for S in placed if low <= S.scale <= high)
