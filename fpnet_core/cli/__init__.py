@@ -77,6 +77,7 @@ COMMANDS = {
         'fpnet_core.cli.simulate', 'Generate floorplans, matching pairs and lidar recordings.'
     ),
     'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
+    'train-judge': Subcommand('fpnet_core.cli.train_judge', 'Train the judge of placements.'),
 }
 
 

@@ -59,6 +59,7 @@ class RobotPair:
     A_plan_robot: Affine2D
     kept: float = 1.0
     building: str = ''
+    is_metric: bool = False
 
 
 def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
@@ -110,7 +111,7 @@ def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float])
     share = float(rng.uniform(*kept))
     cut = _cut(pair.robot, rng, share)
     turned, A_turned_robot = _turned(cut, float(rng.uniform(-np.pi, np.pi)))
-    factor = float(np.exp(rng.uniform(*np.log(SCALES))))
+    factor = 1.0 if pair.is_metric else float(np.exp(rng.uniform(*np.log(SCALES))))
     scaled = replace(
         turned,
         resolution=turned.resolution * factor,

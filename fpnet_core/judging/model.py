@@ -46,6 +46,13 @@ class JudgeModel:
 
     tensors: dict[str, NDArray[np.float32]]
 
+    @classmethod
+    def indifferent(cls) -> JudgeModel:
+        """Return a model that knows nothing: all that may be is equally probable."""
+        zeros = {name: np.zeros(shape, np.float32) for name, shape in shapes(1, 1).items()}
+        ones = ('figure_scale', 'context_scale')
+        return cls(zeros | {name: np.ones_like(zeros[name]) for name in ones})
+
     @property
     def members(self) -> int:
         """Count the networks that vote."""

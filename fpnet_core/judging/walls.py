@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,22 +137,23 @@ def _sampled(side: MapEvidence, points: Array, raster: NDArray[np.float32]) -> N
 
 
 def _forward(looked: LookedAt) -> Figures:
-    found: dict[str, NDArray[Any]] = {
-        'support_fine': kernel(looked.distance, _FINE_M).mean(axis=1),
-        'support': looked.likelihood.mean(axis=1),
-        'support_wide': kernel(looked.distance, _WIDE_M).mean(axis=1),
-    }
-    residuals = np.percentile(looked.distance, _RESIDUALS, axis=1)
-    for percent, value in zip(_RESIDUALS, residuals, strict=True):
-        found[f'residual_{percent}'] = value
-    return {name: np.asarray(value, np.float64) for name, value in found.items()}
+    widths = {'support_fine': _FINE_M, 'support': WIDTH_M, 'support_wide': _WIDE_M}
+    supports = {name: _mean(kernel(looked.distance, width)) for name, width in widths.items()}
+    residuals = np.percentile(looked.distance.astype(np.float64), _RESIDUALS, axis=1)
+    named = zip(_RESIDUALS, residuals, strict=True)
+    return supports | {f'residual_{percent}': value for percent, value in named}
+
+
+def _mean(values: NDArray[np.float32]) -> Array:
+    """Mean over the samples of each placement."""
+    return np.asarray(values.mean(axis=1), dtype=np.float64)
 
 
 def _straight(
     plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
 ) -> Figures:
     """Support of straight walls, and by drawn walls of the same direction: clutter has none."""
-    likelihood, weight = looked.likelihood, looked.straight
+    likelihood, weight = looked.likelihood.astype(np.float64), looked.straight
     total = max(float(weight.sum()), 1e-6)
     coherence, normal = (field.ravel() for field in plan.straightness)
     is_on_plan = looked.cell >= 0
@@ -187,14 +187,14 @@ def _unexplained(looked: LookedAt) -> Figures:
 
 
 def _bent(looked: LookedAt) -> Figures:
-    support = looked.bent_likelihood.mean(axis=1)
+    support = _mean(looked.bent_likelihood)
     bent = looked.bent
     return {
         'bent_support': support,
-        'bent_support_fine': kernel(looked.bent_distance, _FINE_M).mean(axis=1),
+        'bent_support_fine': _mean(kernel(looked.bent_distance, _FINE_M)),
         'bend_m': bent.size_m,
         'bend_rough_m': bent.roughness_m,
-        'bend_gain': support - looked.likelihood.mean(axis=1),
+        'bend_gain': support - _mean(looked.likelihood),
         'contrast_mean': bent.contrast_mean,
         'contrast_least': bent.contrast_least,
     }

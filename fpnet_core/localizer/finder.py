@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,6 +71,24 @@ class Finder:
         tracked : placements from the previous tick, refined beside the new ones
         robot_xy : (2,) where the robot is in the submap, None without one
         """
+        found = None
+        for found in self.looks(plan, sub, explored_area_m2, search, timer, tracked, robot_xy):
+            if found.verdict.best >= self.config.localizer.claim_probability:
+                break
+        assert found is not None  # there is a first look
+        return found
+
+    def looks(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        explored_area_m2: float,
+        search: ScaleSearch,
+        timer: StageTimer,
+        tracked: Placements | None = None,
+        robot_xy: RobotXY = None,
+    ) -> Iterator[Comparison]:
+        """Yield what the graph leads to, then what the graph and the rasters lead to."""
         with timer.stage('match'):
             match = self.matcher.match(plan.graph, sub.graph, explored_area_m2)
         with timer.stage('propose'):
@@ -81,11 +100,10 @@ class Finder:
                 plan.evidence, sub.evidence, promising, self.config.pose, search.freedom, robot_xy
             )
         verdict = self._judged(plan, sub, found, match, search, timer)
-        if verdict.best < self.config.localizer.claim_probability:
-            with timer.stage('raster'):
-                found = self._widened(plan, sub, verdict.placements, search, robot_xy)
-            verdict = self._judged(plan, sub, found, match, search, timer)
-        return Comparison(match, verdict)
+        yield Comparison(match, verdict)
+        with timer.stage('raster'):
+            found = self._widened(plan, sub, verdict.placements, search, robot_xy)
+        yield Comparison(match, self._judged(plan, sub, found, match, search, timer))
 
     def follow(
         self,

@@ -139,29 +139,55 @@ def match_maps(
         return match_cuts(plan_cut, sub_cut, finder, timer)
 
 
+@dataclass(frozen=True, eq=False)
+class ScaledPair:
+    """
+    Both maps in metres, as stated or as far as doors tell, and the scales to try between them.
+
+    The factors are metres per nominal metre of each side; ``area_m2`` is the robot's free space.
+    """
+
+    plan: MapSide
+    sub: MapSide
+    plan_factor: float
+    sub_factor: float
+    search: ScaleSearch
+    area_m2: float
+
+
+def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
+    """Bring a plan and a robot's map to metres."""
+    plan_factor, sub_factor = _metres_per_unit(plan, sub)
+    return ScaledPair(
+        plan_side(rescaled_rooms(plan.segmentation, plan_factor)),
+        _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
+        plan_factor,
+        sub_factor,
+        _search(plan, sub, config),
+        sub.free_area_m2 * sub_factor**2,
+    )
+
+
 def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> MapMatch:
     """Place a robot's map on a plan; both have been cut into rooms."""
-    plan_factor, sub_factor = _metres_per_unit(plan, sub)
     with timer.stage('evidence'):
-        plan_map = plan_side(rescaled_rooms(plan.segmentation, plan_factor))
-        sub_map = _submap_side(rescaled_rooms(sub.segmentation, sub_factor))
-    search = _search(plan, sub, finder.config)
-    area_m2 = sub.free_area_m2 * sub_factor**2
-    comparison = finder.find(plan_map, sub_map, area_m2, search, timer)
+        pair = scaled_pair(plan, sub, finder.config)
+    comparison = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer)
     status = _status(comparison.verdict, finder.config)
     best, score, probability = None, 0.0, 0.0
     if comparison.estimates:
         first = comparison.estimates[0]
         A, score, probability = first.A_plan_submap, first.score, first.probability
-        best = Affine2D(A.linear * (sub_factor / plan_factor), A.translation / plan_factor)
+        factor = pair.plan_factor
+        best = Affine2D(A.linear * (pair.sub_factor / factor), A.translation / factor)
     return MapMatch(
         status=status,
         A_plan_sub=None if status is MapMatchStatus.UNMATCHED else best,
         A_best=best,
         score=score,
         probability=probability,
-        plan=plan_map,
-        sub=sub_map,
+        plan=pair.plan,
+        sub=pair.sub,
         comparison=comparison,
         timings_ms=timer.timings_ms,
     )

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a judge is worth on buildings that it has not seen: they are left out in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.metrics import expected_calibration_error
+from fpnet_core.training.judge import (
+    JudgeNetwork,
+    JudgeTraining,
+    TrialTensors,
+    fit_judge,
+    stack_trials,
+)
+from fpnet_core.training.judge_trials import Trial
+
+Array = NDArray[np.float64]
+
+FOLDS = 4
+_FOLD_MEMBERS = 2
+
+
+def held_back_figures(
+    trials: Sequence[Trial], config: JudgeTraining
+) -> dict[str, dict[str, float]]:
+    """
+    Return figures per kind of trial, each of a judge that was fitted without its building.
+
+    Shares of trials on own plans: ``right`` (the best placement is), ``claimed_right``,
+    ``claimed_wrong``; of trials on others' plans ``foreign_claimed``; and the expected
+    calibration error ``ece`` where own and others' plans are as frequent as among the trials.
+    """
+    data = stack_trials(trials)
+    names = sorted({_building(trial) for trial in trials})
+    fold_of = {name: number % FOLDS for number, name in enumerate(names)}
+    folds = np.array([fold_of[_building(trial)] for trial in trials])
+    log_p = torch.zeros((len(trials), data.there.shape[1] + 2))
+    for fold in range(FOLDS):
+        inside, outside = (
+            torch.from_numpy(np.flatnonzero(x)) for x in (folds != fold, folds == fold)
+        )
+        if len(inside) and len(outside):
+            networks = fit_judge(_taken(data, inside), replace(config, members=_FOLD_MEMBERS))
+            log_p[outside] = mean_log_probability(networks, _taken(data, outside))
+    kinds = np.array([trial.kind for trial in trials])
+    return {
+        str(kind): _figures(log_p.double().numpy()[kinds == kind], data, kinds == kind)
+        for kind in sorted(set(kinds))
+    }
+
+
+def mean_log_probability(networks: Sequence[JudgeNetwork], data: TrialTensors) -> torch.Tensor:
+    """Return what the members think together, ``(N, K + 2)``."""
+    with torch.inference_mode():
+        votes = [net(data.figures, data.context, data.there) for net in networks]
+        return torch.log_softmax(torch.stack(votes).mean(dim=0), dim=1)
+
+
+def at_prior(log_p: Array, plan_prior: float) -> Array:
+    """Return probabilities ``(N, K + 2)`` where a plan is of the building at this probability."""
+    moved = log_p.copy()
+    moved[:, -1] -= np.log(plan_prior / (1.0 - plan_prior))
+    share = np.exp(moved - moved.max(axis=1, keepdims=True))
+    return np.asarray(share / share.sum(axis=1, keepdims=True))
+
+
+def _figures(log_p: Array, data: TrialTensors, chosen: NDArray[np.bool_]) -> dict[str, float]:
+    config = LocalizerConfig()
+    right, own = data.right.numpy()[chosen], data.own.numpy()[chosen]
+    p = at_prior(log_p, config.plan_prior)[:, :-2]
+    best = p.argmax(axis=1)
+    rows = np.arange(len(p))
+    is_right = right[rows, best]
+    is_claim = p[rows, best] >= config.claim_probability
+    even = at_prior(log_p, float(np.clip(own.mean(), 0.01, 0.99)))[rows, best]
+    found = {
+        'trials': float(len(p)),
+        'ece': expected_calibration_error(even, is_right),
+        'foreign_claimed': _mean(is_claim[~own]),
+        'right': _mean(is_right[own]),
+        'claimed_right': _mean((is_claim & is_right)[own]),
+        'claimed_wrong': _mean((is_claim & ~is_right)[own]),
+    }
+    return {name: round(float(value), 4) for name, value in found.items()}
+
+
+def _mean(values: NDArray[np.bool_]) -> float:
+    return float(values.mean()) if len(values) else 0.0
+
+
+def _building(trial: Trial) -> str:
+    """Return what is left out together: data sets name one building in several ways."""
+    return trial.building.removesuffix('_scan').removesuffix('_filled')
+
+
+def _taken(data: TrialTensors, index: torch.Tensor) -> TrialTensors:
+    return TrialTensors(
+        data.figures[index],
+        data.context[index],
+        data.there[index],
+        data.right[index],
+        data.own[index],
+        data.weight[index],
+    )
