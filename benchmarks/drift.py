@@ -4,7 +4,7 @@
 Does the pose stay right where odometry without loop closure has bent the submap?
 
 Run: python benchmarks/drift.py [--drives 6] [--sensor planar] [--seed 8101]
-     [--rough-m 0.25 --set localizer.plan_log_odds=6.9] [--json OUT]
+     [--rough-m 0.25] [--json OUT]
 
 Drives of three to seven minutes in larger generated buildings, exact plans, KISS-ICP odometry.
 At every tick under a claim, the robot is put on the plan twice: by the placement of the whole

@@ -3,13 +3,12 @@
 """
 Localise the real Intel and Freiburg-079 laser logs on their drawn floorplans.
 
-Run: python benchmarks/real_logs.py ../shared/data/radish [--json OUT]
+Run: python benchmarks/real_logs.py ../shared/data/radish [--set KEY=VALUE ...] [--json OUT]
 
 Both buildings are in the report half. The drawings' scale is not trusted (it is off by up to
-20 percent, x against y by up to 11), so the search covers 25 percent; that each drawing shows the
-building is known (``localizer.plan_log_odds``: odds of 1000 to 1). Errors are in the log's
+20 percent, x against y by up to 11), so the search covers 25 percent. Errors are in the log's
 own metres against a fitted, not surveyed, placement. ``best_over_time`` says of every tick what
-the best placement is worth, claimed or not: ``[error m, agreement, best rival's agreement]``.
+the best placement is worth, claimed or not: ``[error m, probability, agreement]``.
 """
 
 import argparse
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
 from fpnet_core.evaluation.fitted_truth import read_fitted_truth
 from fpnet_core.evaluation.runs import summarize_run
@@ -30,12 +30,11 @@ SETTINGS = {
     'pose.scale_tolerance': 0.25,
     'pose.strain_sigma': 0.05,
     'localizer.tick_period_s': 10.0,
-    'localizer.plan_log_odds': 6.9,
 }
 
 
 def best_over_time(run, truth):
-    """Return error [m], agreement and the best rival's agreement at every tick."""
+    """Return error [m], probability and agreement of the best placement at every tick."""
     rows = []
     for output in run.outputs:
         if not output.estimates:
@@ -43,8 +42,8 @@ def best_over_time(run, truth):
         placed = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
         xy = run.odometry.at(np.array([output.stamp_ns]))[0].xy[0]
         error_m = np.linalg.norm(truth.A_plan_log.inv().apply(placed.apply(xy)) - xy)
-        scores = output.estimates.score[:2]
-        rows.append(np.round([error_m, *scores], 3).tolist())
+        best = output.estimates[0]
+        rows.append(np.round([error_m, best.probability, best.score], 3).tolist())
     return rows
 
 
@@ -52,9 +51,10 @@ def main() -> None:
     """Print one row per log, and the status over time."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, help='the radish data folder')
+    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
     parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
-    config = load_config(None, SETTINGS)
+    config = load_config(None, SETTINGS | parse_settings(arguments.set))
     report = {}
     for name in LOGS:
         truth = read_fitted_truth(arguments.folder, name)

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from enum import StrEnum
 from itertools import chain
 import math
 from pathlib import Path
@@ -16,109 +16,101 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.config import LocalizerConfig
-    from fpnet_core.evaluation.calibration import Reliability, Trial
-    from fpnet_core.evaluation.robot_pairs import RobotPair
+    from fpnet_core.metrics import Reliability
+    from fpnet_core.training.judge_trials import Trial
 
-_FIT_SEED = 7001  # of the generated pairs and drives that constants are fitted to
-_CUTS = 3  # variations of each real pair in each band of kept free space
+_MEASURED_SEED = 5000
+"""Added to the seed: what is measured is never what was learned from."""
+
+
+class Half(StrEnum):
+    """Halves of the shared data."""
+
+    TUNE = 'tune'
+    REPORT = 'report'
 
 
 def command(
-    limit: Annotated[int, typer.Option('--limit', min=2, help='Generated pairs.')] = 200,
+    limit: Annotated[int, typer.Option('--limit', min=1, help='Generated maps.')] = 100,
     drives: Annotated[
         int, typer.Option('--drives', min=0, max=42, help='Generated drives, half a minute each.')
-    ] = 14,
+    ] = 10,
+    real: Annotated[
+        int, typer.Option('--real', min=0, help='Cuts of real robot maps, with --data.')
+    ] = 100,
     seed: common.SeedOption = None,
-    fit: Annotated[
-        bool, typer.Option('--fit', help='First fit the constants, to others.')
-    ] = False,
     data: Annotated[
         Path | None,
-        typer.Option(
-            '--data',
-            metavar='DIR',
-            help='Shared data: measure on the real pairs of its tune half, too.',
-        ),
+        typer.Option('--data', metavar='DIR', help='Shared data: measure on real pairs, too.'),
     ] = None,
+    half: Annotated[
+        Half, typer.Option('--half', help='Half of the shared data that is measured on.')
+    ] = Half.TUNE,
     config: common.ConfigOption = None,
+    settings: common.SetOption = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='FILE', help='Reliability diagram.')
     ] = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Compare claimed probabilities with the truth, on the right and on wrong buildings' plans.
+    Compare stated probabilities with the truth, on the right and on wrong buildings' plans.
 
-    With --fit the constants are first fitted to generated pairs and drives of another seed. What
-    is then measured, real pairs included, is held back from the fit.
+    Generated maps and drives are of seeds that the judge has not learned from; of the real pairs
+    only those of --half report are of buildings that it has not.
 
     Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
 
-    Example: fpnet bench calibration --limit 60 --data ../shared/data --fit
+    Example: fpnet bench calibration --data ../shared/data --half report
     """
-    tree = common.load(config)
-    from fpnet_core.evaluation import calibration, drive_trials
-    from fpnet_core.evaluation.robot_pairs import BANDS, read_robot_pairs
+    tree = common.load(config, settings)
+    from fpnet_core.judging import configured_model
     from fpnet_core.matching.learned import LearnedMatcher
+    from fpnet_core.training.judge_drives import DriveSource
+    from fpnet_core.training.judge_figures import reliability
+    from fpnet_core.training.judge_trials import TrialSource
 
     matcher = LearnedMatcher(tree.matcher)
-    real = read_robot_pairs(data, 'tune') if data is not None else ()
-    report: dict[str, Any] = {'seed': seed or 0}
-
-    def gather(label: str, seed: int, pairs: tuple[RobotPair, ...]) -> dict[str, list[Trial]]:
-        total = limit + drives + len(pairs) * _CUTS * len(BANDS)
-        with common.progress(label, total) as advance:
-            return {
-                'maps': calibration.generated_trials(seed, limit, tree, matcher, advance),
-                'drives': drive_trials.drive_trials(seed, drives, tree, advance),
-                'real': calibration.robot_trials(pairs, _CUTS, tree, matcher, advance),
-            }
-
-    if fit:
-        fitted_to = gather('fitting', _FIT_SEED, ())
-        trials = list(chain(*fitted_to.values()))
-        report['fitted'] = calibration.fit_posterior(trials, tree.localizer)
-        for name, value in report['fitted'].items():
-            typer.echo(f'localizer.{name}: {value:.3g}')
-        fitted = tree.localizer.model_copy(update=report['fitted'])
-        tree = tree.model_copy(update={'localizer': fitted})
-        report['fitted_to'] = _reported('fitted to ', fitted_to, tree.localizer)
-    kinds = gather('measuring', seed or 0, real)
-    report['kinds'] = _reported('', kinds, tree.localizer)
-    everything = list(chain(*kinds.values()))
-    result = calibration.reliability(everything, tree.localizer)
-    _print('all', result)
-    report |= {'trials': len(everything), **_plain(result)}
+    measured_seed = _MEASURED_SEED + (seed or 0)
+    sources: dict[str, tuple[Any, int]] = {
+        'maps': (TrialSource('generated', measured_seed, None, tree, matcher), limit),
+        'drives': (DriveSource(measured_seed, tree, matcher), drives),
+    }
+    if data is not None:
+        pairs = TrialSource('real', measured_seed, data, tree, matcher, half.value)
+        sources['real'] = (pairs, real)
+    kinds: dict[str, list[Trial]] = {}
+    with common.progress('measuring', sum(count for _, count in sources.values())) as advance:
+        for name, (source, count) in sources.items():
+            kinds[name] = []
+            for index in range(count):
+                kinds[name] += source.trials(index)
+                advance(1.0)
+    model = configured_model(tree.localizer)
+    results = {
+        name: reliability(trials, model, tree.localizer)
+        for name, trials in kinds.items()
+        if trials
+    }
+    everything = reliability(list(chain(*kinds.values())), model, tree.localizer)
+    for name, result in (results | {'all': everything}).items():
+        _print(name, result)
     if plot is not None:
         from fpnet_core.viz.calibration import plot_reliability
 
-        plot_reliability(plot, result.claimed, result.true, result.count, result.ece)
+        plot_reliability(plot, {**results, 'all': everything})
     if json_path is not None:
+        report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
+        report['kinds'] = {name: _plain(result) for name, result in results.items()}
         common.write_json(json_path, report)
-
-
-def _reported(
-    prefix: str, kinds: Mapping[str, Sequence[Trial]], config: LocalizerConfig
-) -> dict[str, Any]:
-    """Print how reliable each kind of trial is, and return it as JSON takes it."""
-    from fpnet_core.evaluation.calibration import reliability
-
-    plain = {}
-    for name, trials in kinds.items():
-        if trials:
-            result = reliability(trials, config)
-            _print(prefix + name, result)
-            plain[name] = _plain(result)
-    return plain
 
 
 def _print(name: str, result: Reliability) -> None:
     typer.echo(
         f'{name}: expected calibration error {result.ece:.3f}; best placement right on '
-        f'{result.right_best:.1%} of the right plans; {result.claims} claims, '
-        f'{result.wrong_claims} wrong; on {result.foreign_trials} wrong plans: '
-        f'{result.foreign_claims}'
+        f'{result.right_best:.1%} of {result.own_trials} on their own plans, {result.claims} '
+        f'claimed, {result.wrong_claims} of these wrong; on {result.foreign_trials} of wrong '
+        f'plans: {result.foreign_claims} claims'
     )
 
 

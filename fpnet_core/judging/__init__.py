@@ -3,7 +3,7 @@
 """From placements and evidence to probabilities and reasons: one learned judge."""
 
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
-from fpnet_core.judging.judge import Judge, Verdict
+from fpnet_core.judging.judge import Judge, Verdict, configured_model
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     'Judge',
     'JudgeModel',
     'Verdict',
+    'configured_model',
     'gather_evidence',
     'read_judge',
 ]

@@ -45,6 +45,18 @@ class Verdict:
         return float(self.placements.probability[0]) if len(self.placements) else 0.0
 
 
+def configured_model(config: LocalizerConfig) -> JudgeModel:
+    """
+    Return the trained network that the configuration names, by default the packaged one.
+
+    Raises
+    ------
+    WeightsError
+        If the weights are missing, damaged, or made for other figures.
+    """
+    return read_judge(Path(config.judge_weights) if config.judge_weights else None)
+
+
 class Judge:
     """
     Tells the probability of placements, of none of them, and of another building's plan.
@@ -69,8 +81,7 @@ class Judge:
         WeightsError
             If the weights are missing, damaged, or made for other figures.
         """
-        path = Path(config.judge_weights) if config.judge_weights else None
-        return cls(read_judge(path), config.plan_prior)
+        return cls(configured_model(config), config.plan_prior)
 
     def judge(
         self,
@@ -92,13 +103,18 @@ class Judge:
         """Return the verdict on evidence that has been gathered."""
         log_p = self._model.log_probability(evidence)
         weights = log_p[:-1] - log_p[-1]
-        order = np.argsort(-weights[:-1], kind='stable')
-        ranked, weights, none_weight = placements.take(order), weights[order], float(weights[-1])
-        p = self._probabilities(weights, none_weight)
+        return self.verdict(placements, evidence, weights[:-1], float(weights[-1]))
+
+    def verdict(
+        self, placements: Placements, evidence: Evidence, weights: Array, none_weight: float
+    ) -> Verdict:
+        """Return the verdict that follows from the ``weights`` of :class:`Verdict`."""
+        order = np.argsort(-weights, kind='stable')
+        p = self._probabilities(weights[order], none_weight)
         return Verdict(
-            replace(ranked, probability=p[:-2]),
+            replace(placements.take(order), probability=p[:-2]),
             evidence.take(order),
-            weights,
+            weights[order],
             none_weight,
             float(p[-2]),
             float(p[-1]),

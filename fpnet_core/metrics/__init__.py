@@ -2,13 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pure functions that score results; shared by training, evaluation and tests."""
 
-from fpnet_core.metrics.calibration import expected_calibration_error, reliability_bins
+from fpnet_core.metrics.calibration import (
+    Reliability,
+    expected_calibration_error,
+    reliability_bins,
+)
 from fpnet_core.metrics.matching import MatchCounts, count_matches, matching_score
 from fpnet_core.metrics.placement import PlacementError, auc, placement_error
 
 __all__ = [
     'MatchCounts',
     'PlacementError',
+    'Reliability',
     'auc',
     'count_matches',
     'expected_calibration_error',

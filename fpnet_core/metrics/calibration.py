@@ -4,10 +4,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 BINS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Reliability:
+    """
+    Stated against true, in bins of the best placement's probability.
+
+    ``claimed``, ``true`` and ``count`` are ``(10,)``, NaN where a bin is empty; ``ece`` is the
+    expected calibration error: at a prior that is the share of own plans among the trials, since
+    no other can be right on average. Claims are made at the prior and the claim probability in
+    force: ``claims`` on own plans, ``wrong_claims`` among them, and ``foreign_claims``.
+    """
+
+    claimed: NDArray[np.float64]
+    true: NDArray[np.float64]
+    count: NDArray[np.int64]
+    ece: float
+    own_trials: int
+    claims: int
+    wrong_claims: int
+    foreign_trials: int
+    foreign_claims: int
+    right_best: float
 
 
 def reliability_bins(

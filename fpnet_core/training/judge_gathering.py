@@ -95,10 +95,15 @@ def _numbers(amounts: Amounts) -> Iterator[tuple[str, range]]:
 def _blocks(
     folder: Path, seed: int, data: Path, config: FpnetConfig, amounts: Amounts
 ) -> Iterator[_Block]:
-    for kind, numbers in _numbers(amounts):
-        for number in numbers:
-            path = folder / f'{kind}-{seed}-{number:04d}.npz'
-            yield _Block(kind, number, seed, data, config, path)
+    each = [
+        (number / len(numbers), kind, number)
+        for kind, numbers in _numbers(amounts)
+        for number in numbers
+    ]
+    # Kinds take turns, so that an interrupted run has some of all.
+    for _, kind, number in sorted(each):
+        path = folder / f'{kind}-{seed}-{number:04d}.npz'
+        yield _Block(kind, number, seed, data, config, path)
 
 
 def _make(block: _Block) -> None:
@@ -106,9 +111,9 @@ def _make(block: _Block) -> None:
     write_trials(block.path, source.block(block.number))
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=5)
 def _source(kind: str, seed: int, data: Path, config: FpnetConfig) -> TrialSource | DriveSource:
-    """Return what makes the blocks of one kind; a process makes many of them in a row."""
+    """Return what makes the blocks of one kind; a process makes many of them."""
     import torch
 
     from fpnet_core.matching.learned import LearnedMatcher

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
+from fpnet_core.matching import RegionMatcher
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.floors import TUNE_FLOORS
 from fpnet_core.sim.pairs import generate_scene
@@ -102,6 +102,9 @@ class TrialSource:
     """
     Makes the trials of one kind.
 
+    ``data`` is needed for all kinds but ``generated``; of ``real`` pairs those of one ``half``
+    are taken, and the plans of the report half stay as they are drawn.
+
     Raises
     ------
     FpnetError
@@ -109,19 +112,28 @@ class TrialSource:
     """
 
     def __init__(
-        self, kind: str, seed: int, data: Path, config: FpnetConfig, matcher: Any
+        self,
+        kind: str,
+        seed: int,
+        data: Path | None,
+        config: FpnetConfig,
+        matcher: RegionMatcher,
+        half: str = 'tune',
     ) -> None:
-        self._kind, self._seed, self._data = kind, seed, data
-        judge = Judge(JudgeModel.indifferent(), 0.5)
-        self._finder = Finder(matcher, judge, config)
+        self._kind, self._seed, self._data, self._half = kind, seed, data, half
         self._config = config
-        self._pairs = read_robot_pairs(data, 'tune')
+        self._finder = Finder(matcher, Judge(JudgeModel.indifferent(), 0.5), config)
+        self._pairs = read_robot_pairs(data, half) if data is not None else ()
         self._plans: dict[str, GridMap] = {pair.building: pair.plan for pair in self._pairs}
-        self._plans |= {name: read_map(_floorplan(data, name)) for name in TUNE_FLOORS}
+        if data is not None and half == 'tune':
+            self._plans |= {name: read_map(_floorplan(data, name)) for name in TUNE_FLOORS}
         self._generated: list[GridMap] = []
-        self._unpaired = sorted((data / 'declutter' / 'maps').glob('*.png'))
-        if kind == 'foreign' and not self._unpaired:
-            raise FpnetError(f'{data / "declutter" / "maps"} holds no maps')
+        self._unpaired: list[Path] = []
+        if kind == 'foreign':
+            assert data is not None  # only generated buildings need none
+            self._unpaired = sorted((data / 'declutter' / 'maps').glob('*.png'))
+            if not self._unpaired:
+                raise FpnetError(f'{data / "declutter" / "maps"} holds no maps')
         self._cut: dict[tuple[str, bool], CutMap] = {}
         self._neighbours: dict[str, list[tuple[str, GridMap]]] = {}
 
@@ -170,7 +182,7 @@ class TrialSource:
             pair = _nearly_metric(pair, rng)
         cut = varied(replace(pair, is_metric=is_metric), rng, share)
         plan, displaced = cut.plan, _by(cut.A_plan_robot)
-        if rng.random() < _ROUGH.get(self._kind, 0.0):
+        if self._half == 'tune' and rng.random() < _ROUGH.get(self._kind, 0.0):
             rough = rough_drawing(plan, rng)
             plan, displaced = rough.grid, _after(rough.displaced, cut.A_plan_robot)
         is_foreign = self._kind == 'foreign'
@@ -188,6 +200,7 @@ class TrialSource:
         if self._kind == 'foreign':
             path = self._unpaired[index % len(self._unpaired)]
             return RobotPair(path.stem, self._pairs[0].plan, read_map(path), Affine2D.identity())
+        assert self._data is not None  # only generated buildings need none
         name = TUNE_FLOORS[index % len(TUNE_FLOORS)]
         furnished = sorted((self._data / 'bormann' / 'furnished').glob(f'{name}*.png'))
         drawn = [*furnished, _floorplan(self._data, name)]

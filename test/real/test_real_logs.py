@@ -34,7 +34,6 @@ def localized(name, tmp_path, settings=()):
         'pose.scale_tolerance=0.25',
         'pose.strain_sigma=0.05',
         'localizer.tick_period_s=30',
-        'localizer.plan_log_odds=6.9',
         *settings,
     ):
         arguments += ['--set', setting]

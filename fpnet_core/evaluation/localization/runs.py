@@ -37,12 +37,9 @@ LOG_TICK_PERIOD_S = 10.0
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
     'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
-    'logs': {
-        'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05},
-        'localizer': {'plan_log_odds': 6.9},
-    },
+    'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
 }
-"""What a user would say of plans of uncertain scale, and of rough ones of the right building."""
+"""What a user would say of plans of uncertain scale."""
 
 
 @dataclass(frozen=True)

@@ -9,15 +9,14 @@ import numpy as np
 from planted import submap_grid
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
-from fpnet_core.localizer.belief import HypothesisTracker, posterior
+from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
+from fpnet_core.localizer.belief import HypothesisTracker
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Status
 
-# Not the constants in force, which every fit moves: what is tested is how they act.
-CONFIG = LocalizerConfig(
-    confirm_ticks=3, evidence_per_m=0.25, null_score=0.67, null_rise=0.9, rival_weight=0.76
-)
+CONFIG = LocalizerConfig(confirm_ticks=3, plan_prior=0.99)
+JUDGE = Judge(JudgeModel.indifferent(), CONFIG.plan_prior)
 HERE, THERE = SE2.from_xy_yaw(3.0, -2.0, 0.4), SE2.from_xy_yaw(-8.0, 5.0, -2.0)
 
 
@@ -26,76 +25,51 @@ def evidence():
     return map_evidence(submap_grid())
 
 
-def placed(T, score):
-    return Placement(Affine2D(T.linear, T.translation), score, np.eye(3))
+def verdict(*placed, none=-2.0):
+    """Verdict on (transform, weight) pairs; a weight is log odds against another building."""
+    placements = Placements.of(Affine2D(T.linear, T.translation) for T, _ in placed)
+    blank = Evidence(
+        np.zeros((len(placed), len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)
+    )
+    weights = np.array([weight for _, weight in placed], dtype=np.float64)
+    return JUDGE.verdict(placements, blank, weights, none)
 
 
-def feed(tracker, *ticks, mirrored=0.3):
+GOOD = verdict((HERE, 8.0), (THERE, 0.0))
+OTHER = verdict((THERE, 8.0), (HERE, 0.0))
+TIE = verdict((HERE, 8.0), (THERE, 8.0))
+UNSURE = verdict((HERE, 8.0), (THERE, 6.0))
+POOR = verdict((HERE, -8.0), (THERE, -9.0), none=-9.0)
+NOTHING = verdict()
+NO_MIRROR = verdict((HERE, -6.0), none=-6.0)
+
+
+def tracker(distinct_m=1.0):
+    return HypothesisTracker(CONFIG, JUDGE, distinct_m)
+
+
+def feed(tracker, *ticks, mirrored=NO_MIRROR):
     """Update with each tick; the mirror image is looked at whenever it is asked for."""
     return [
         tracker.update(
-            Placements.of(estimates),
-            evidence(),
-            SE2.identity(),
-            mirrored if tracker.wants_mirror else None,
+            tick, evidence(), SE2.identity(), mirrored if tracker.wants_mirror else None
         ).status
-        for estimates in ticks
+        for tick in ticks
     ]
 
 
-def test_posterior_sums_below_one_and_a_tie_is_a_tie():
-    p = posterior(np.array([0.8, 0.8, 0.3]), 200.0, CONFIG)
-    assert p.sum() < 1.0
-    assert p[0] == p[1]
-    assert 0.35 < p[0] <= 0.5
-
-
-def test_evidence_grows_with_the_walls_seen():
-    scores = np.array([0.8, 0.7])
-    few, many = (posterior(scores, length, CONFIG)[0] for length in (5.0, 200.0))
-    assert few < 0.7 < 0.9 < many
-
-
-def test_a_poor_score_that_stands_alone_beats_a_good_one_among_equals():
-    alone = posterior(np.array([0.55, 0.3, 0.28]), 200.0, CONFIG)[0]
-    among = posterior(np.array([0.8, 0.79, 0.79]), 200.0, CONFIG)[0]
-    assert alone > 0.9 > 0.7 > among
-
-
-def test_a_plan_known_to_be_of_the_building_needs_less_to_win_but_not_against_a_rival():
-    known = CONFIG.model_copy(update={'plan_log_odds': 6.9})
-    lone, tie = np.array([0.62, 0.3]), np.array([0.62, 0.61])
-    assert posterior(lone, 200.0, known)[0] > 0.99
-    assert posterior(lone, 200.0, known)[0] > posterior(lone, 200.0, CONFIG)[0]
-    assert posterior(tie, 200.0, known)[0] < 0.8
-
-
-def test_the_same_gap_says_more_between_good_scores():
-    good, poor = (
-        posterior(np.array([best, best - 0.04]), 200.0, CONFIG)[0] for best in (0.93, 0.72)
-    )
-    assert good > 0.99 > 0.95 > poor
-
-
 def test_a_claim_asks_for_its_probability_at_every_tick_that_confirms_it():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    sure, unsure = (placed(HERE, 0.9),), (placed(HERE, 0.9), placed(THERE, 0.88))
-    assert feed(tracker, unsure, unsure, sure, sure) == [Status.AMBIGUOUS] * 4
-    assert feed(tracker, unsure, sure, sure, sure)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
+    following = tracker()
+    assert feed(following, UNSURE, UNSURE, GOOD, GOOD) == [Status.AMBIGUOUS] * 4
+    assert feed(following, UNSURE, GOOD, GOOD, GOOD)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
 
 
 def test_rivals_that_are_all_poor_are_none_of_these():
-    poor = (placed(HERE, 0.4), placed(THERE, 0.35))
-    assert feed(HypothesisTracker(CONFIG, 1.0), poor, poor) == [Status.SEARCHING] * 2
-
-
-def test_a_low_score_loses_against_none_of_these():
-    assert posterior(np.array([CONFIG.null_score - 0.1]), 60.0, CONFIG)[0] < 0.05
+    assert feed(tracker(), POOR, POOR) == [Status.SEARCHING] * 2
 
 
 def test_a_claim_needs_the_same_winner_three_times():
-    good = (placed(HERE, 0.85), placed(THERE, 0.5))
-    assert feed(HypothesisTracker(CONFIG, 1.0), good, good, good) == [
+    assert feed(tracker(), GOOD, GOOD, GOOD) == [
         Status.AMBIGUOUS,
         Status.AMBIGUOUS,
         Status.LOCALIZED,
@@ -103,49 +77,45 @@ def test_a_claim_needs_the_same_winner_three_times():
 
 
 def test_looking_again_at_the_same_walls_confirms_nothing():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    good = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
+    following = tracker()
     grown = [
         replace(evidence(), walls=evidence().walls[: round(share * len(evidence().walls))])
         for share in (0.6, 0.6, 0.61, 0.61, 0.7, 0.72, 0.72, 0.9)
     ]
     statuses = [
-        tracker.update(good, sub, SE2.identity(), 0.3, needs_news=True).status for sub in grown
+        following.update(GOOD, sub, SE2.identity(), NO_MIRROR, needs_news=True).status
+        for sub in grown
     ]
     # Only 0.7 and 0.9 are news, of 0.6 and of 0.7.
     assert statuses == [Status.AMBIGUOUS] * 7 + [Status.LOCALIZED]
 
 
 def test_a_change_of_winner_starts_the_count_again():
-    here = (placed(HERE, 0.85), placed(THERE, 0.5))
-    there = (placed(THERE, 0.85), placed(HERE, 0.5))
-    statuses = feed(HypothesisTracker(CONFIG, 1.0), here, here, there, there, there)
+    statuses = feed(tracker(), GOOD, GOOD, OTHER, OTHER, OTHER)
     assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
 
 
 def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
     stretched = np.diag([1.2, 1.0])
     robot = np.array([30.0, 0.0])
-    there = placed(SE2.identity(), 0.85)
-    deformed = Placement(Affine2D(stretched, robot - stretched @ robot), 0.85, np.eye(3))
+    deformed = Affine2D(stretched, robot - stretched @ robot)
     for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
-        tracker = HypothesisTracker(CONFIG, 2.0)
-        for best in (there, deformed, there, deformed):
-            tick = Placements.of([best, placed(THERE, 0.4)]), evidence(), SE2.identity()
-            belief = tracker.update(*tick, mirrored_score=0.3, robot_xy=robot_xy)
+        following = tracker(2.0)
+        for best in (SE2.identity(), deformed, SE2.identity(), deformed):
+            tick = verdict((best, 8.0), (THERE, 0.0)), evidence(), SE2.identity()
+            belief = following.update(*tick, mirrored=NO_MIRROR, robot_xy=robot_xy)
         assert belief.status is status
 
 
-def test_a_tie_is_never_claimed():
-    tie = (placed(HERE, 0.9), placed(THERE, 0.9))
-    assert set(feed(HypothesisTracker(CONFIG, 1.0), *[tie] * 10)) == {Status.AMBIGUOUS}
+def test_a_tie_is_never_claimed_and_its_halves_are_equal():
+    following = tracker()
+    assert set(feed(following, *[TIE] * 10)) == {Status.AMBIGUOUS}
+    belief = following.update(TIE, evidence(), SE2.identity())
+    np.testing.assert_allclose(belief.judged.probability, 0.5, atol=0.001)
 
 
 def test_a_claim_ends_when_its_evidence_does():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    good = (placed(HERE, 0.85), placed(THERE, 0.5))
-    bad = (placed(HERE, 0.2),)
-    assert feed(tracker, good, good, good, bad, ()) == [
+    assert feed(tracker(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
         Status.AMBIGUOUS,
         Status.AMBIGUOUS,
         Status.LOCALIZED,
@@ -154,52 +124,54 @@ def test_a_claim_ends_when_its_evidence_does():
     ]
 
 
+def test_a_claim_is_kept_on_easier_terms_than_it_is_made():
+    following = tracker()
+    assert feed(following, *[GOOD] * 3)[-1] is Status.LOCALIZED
+    assert CONFIG.release_probability < UNSURE.best < CONFIG.claim_probability
+    assert feed(following, UNSURE, TIE) == [Status.LOCALIZED, Status.AMBIGUOUS]
+
+
 def test_a_belief_tells_how_probable_each_placement_is():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    found = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
-    belief = tracker.update(found, evidence(), SE2.identity())
-    expected = posterior(found.score, evidence().wall_length_m, CONFIG)
-    np.testing.assert_array_equal(belief.judged.probability, expected)
-    np.testing.assert_array_equal(belief.judged.matrix, found.matrix)
-    assert belief.best.probability == belief.probability == expected[0]
-    poor = tracker.update(Placements.of([placed(HERE, 0.2)]), evidence(), SE2.identity())
+    belief = tracker().update(GOOD, evidence(), SE2.identity())
+    np.testing.assert_array_equal(belief.judged.probability, GOOD.placements.probability)
+    np.testing.assert_array_equal(belief.judged.matrix, GOOD.placements.matrix)
+    assert belief.best.probability == belief.probability == GOOD.best
+    poor = tracker().update(POOR, evidence(), SE2.identity())
     assert poor.best is None
-    assert poor.judged.probability.tolist() == [poor.probability]
+    assert poor.judged.probability[0] == poor.probability == POOR.best
 
 
 def test_nothing_found_is_searching():
-    assert feed(HypothesisTracker(CONFIG, 1.0), (), ()) == [Status.SEARCHING] * 2
+    assert feed(tracker(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
 
 
 def test_no_claim_without_a_look_at_the_mirror_image():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    good = Placements.of([placed(HERE, 0.85), placed(THERE, 0.5)])
+    following = tracker()
     for _ in range(10):
-        assert tracker.update(good, evidence(), SE2.identity()).status is Status.AMBIGUOUS
+        assert following.update(GOOD, evidence(), SE2.identity()).status is Status.AMBIGUOUS
 
 
 def test_a_mirror_image_that_fits_much_better_is_the_reason():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    poor = Placements.of([placed(HERE, 0.7), placed(THERE, 0.65)])
-    beliefs = [tracker.update(poor, evidence(), SE2.identity(), 0.95) for _ in range(3)]
+    following = tracker()
+    half = verdict((HERE, 0.0), (THERE, -0.5))
+    mirror = verdict((HERE, 9.0), (THERE, 0.0))
+    beliefs = [following.update(half, evidence(), SE2.identity(), mirror) for _ in range(3)]
     assert beliefs[0].reason == ''
     assert beliefs[-1].status is Status.SEARCHING
     assert 'mirrored' in beliefs[-1].reason
 
 
 def test_a_building_that_is_its_own_mirror_image_can_be_claimed():
-    good = (placed(HERE, 0.9), placed(THERE, 0.5))
-    statuses = feed(HypothesisTracker(CONFIG, 1.0), *[good] * 4, mirrored=0.9)
+    statuses = feed(tracker(), *[GOOD] * 4, mirrored=GOOD)
     assert statuses[-1] is Status.LOCALIZED
 
 
 def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
-    tracker = HypothesisTracker(CONFIG, 1.0)
-    tie, good = (placed(HERE, 0.9), placed(THERE, 0.9)), (placed(HERE, 0.85), placed(THERE, 0.5))
+    following = tracker()
     wanted = []
     for _ in range(2 * CONFIG.mirror_check_ticks):
-        wanted.append(tracker.wants_mirror)
-        feed(tracker, tie)
+        wanted.append(following.wants_mirror)
+        feed(following, TIE)
     assert sum(wanted) == 2
-    feed(tracker, *[good] * 4)
-    assert not tracker.wants_mirror
+    feed(following, *[GOOD] * 4)
+    assert not following.wants_mirror

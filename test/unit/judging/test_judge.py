@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is believed of placements: priors, rivals, the mirror image, and order."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.geometry import SE2, Placements
+from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel, read_judge
+
+HERE, THERE, ELSEWHERE = (SE2.from_xy_yaw(x, -2.0, 0.4) for x in (3.0, 9.0, -7.0))
+BLIND = JudgeModel.indifferent()
+
+
+def blank(count):
+    return Evidence(
+        np.zeros((count, len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)
+    )
+
+
+def verdict(judge, weights, none=-5.0):
+    placements = Placements.of((HERE, THERE, ELSEWHERE)[: len(weights)])
+    return judge.verdict(placements, blank(len(weights)), np.array(weights), none)
+
+
+def test_probabilities_add_up_and_are_ranked():
+    found = verdict(Judge(BLIND, 0.9), [1.0, 3.0, -2.0])
+    p = found.placements.probability
+    assert p.sum() + found.none + found.foreign == pytest.approx(1.0)
+    assert (np.diff(p) < 0.0).all()
+    np.testing.assert_array_equal(found.placements.matrix[0], THERE.matrix)
+
+
+def test_weights_are_log_odds_against_another_building():
+    # exp(2) * 0.9 : exp(-5) * 0.9 : 0.1
+    found = verdict(Judge(BLIND, 0.9), [2.0])
+    total = 0.9 * np.exp(2.0) + 0.9 * np.exp(-5.0) + 0.1
+    assert found.best == pytest.approx(0.9 * np.exp(2.0) / total)
+    assert found.foreign == pytest.approx(0.1 / total)
+
+
+def test_a_stronger_prior_on_the_plan_helps_against_others_plans_and_not_against_a_rival():
+    weak, strong = (Judge(BLIND, prior) for prior in (0.5, 0.999))
+    assert verdict(strong, [1.0]).best > 0.99 > 0.8 > verdict(weak, [1.0]).best
+    assert verdict(strong, [1.0, 1.0]).best == pytest.approx(0.5, abs=0.005)
+
+
+def test_the_mirror_image_takes_what_it_is_worth():
+    judge = Judge(BLIND, 0.99)
+    drawn, mirrored = verdict(judge, [5.0]), verdict(judge, [12.0])
+    even = judge.against_mirror(drawn, mirrored, 7.0)
+    assert even.best == pytest.approx(0.5, abs=0.01)
+    assert even.none == pytest.approx(0.5, abs=0.01)
+    assert judge.against_mirror(drawn, verdict(judge, [-9.0]), 7.0).best > 0.98
+
+
+def test_what_is_ruled_out_leaves_the_rest():
+    judge = Judge(BLIND, 0.99)
+    found = verdict(judge, [3.0, 3.0])
+    one = judge.narrowed(found, np.array([1]))
+    assert len(one.placements) == 1
+    np.testing.assert_array_equal(one.placements.matrix[0], found.placements.matrix[1])
+
+
+def test_a_judge_that_knows_nothing_holds_all_for_equally_probable():
+    p = np.exp(BLIND.log_probability(blank(3)))
+    np.testing.assert_allclose(p, 0.2)
+
+
+def test_the_order_of_placements_changes_nothing():
+    rng = np.random.default_rng(5)
+    figures = rng.normal(size=(6, len(FIGURES))).astype(np.float32)
+    context = rng.normal(size=len(CONTEXT)).astype(np.float32)
+    model, order = read_judge(), rng.permutation(6)
+    straight = model.log_probability(Evidence(figures, context))
+    shuffled = model.log_probability(Evidence(figures[order], context))
+    np.testing.assert_allclose(shuffled[:-2], straight[:-2][order], atol=1e-9)
+    np.testing.assert_allclose(shuffled[-2:], straight[-2:], atol=1e-9)
+
+
+def test_no_placements_leave_none_and_another_building():
+    p = np.exp(read_judge().log_probability(blank(0)))
+    assert p.shape == (2,)
+    assert p.sum() == pytest.approx(1.0)
+
+
+def test_figures_beyond_all_experience_count_no_more_than_the_utmost_experience():
+    model = read_judge()
+    far = blank(2)
+    figures = np.full_like(far.figures, 1e6)
+    further = Evidence(10.0 * figures, far.context)
+    np.testing.assert_allclose(
+        model.log_probability(Evidence(figures, far.context)), model.log_probability(further)
+    )
