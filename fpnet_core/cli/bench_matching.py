@@ -212,7 +212,7 @@ def _print_bands(methods: dict[str, dict[str, Any]]) -> None:
 
     titles = {
         'right': 'right',
-        'claimed_right': 'claimed',
+        'claimed_right': 'right claims',
         'wrong_and_claimed': 'wrong claims',
         'foreign_random_claimed': 'elsewhere',
         'foreign_same_architect_claimed': 'same architect',
