@@ -226,9 +226,9 @@ def cell(share: float, published: float | None = None) -> str:
     return percent(share) + ('' if published is None else f' ({published:.1f})')
 
 
-def percent(share: float) -> str:
-    """Return a share in percent with one digit."""
-    return f'{100.0 * share:.1f}'
+def percent(share: float | None) -> str:
+    """Return a share in percent with one digit, a dash for that of nothing."""
+    return '-' if share is None else f'{100.0 * share:.1f}'
 
 
 if __name__ == '__main__':

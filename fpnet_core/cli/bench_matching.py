@@ -64,6 +64,12 @@ def command(
         int | None, typer.Option('--limit', min=1, help='Use so many pairs only.')
     ] = None,
     methods: MethodsOption = None,
+    foreign: Annotated[
+        int,
+        typer.Option(
+            '--foreign', min=0, help="Other buildings' plans that each map meets, for robot."
+        ),
+    ] = 3,
     config: common.ConfigOption = None,
     weights: Annotated[
         Path | None, typer.Option('--weights', help='Checkpoint of fpnet; default: packaged.')
@@ -74,17 +80,24 @@ def command(
     """
     Match every pair with every method; figures of the matches and of the transform from them.
 
-    Methods whose weights are not packaged are named and left out.
+    Methods whose weights are not packaged are named and left out. With --set robot the JSON also
+    says, per method and share of the robot map that is kept (bands), how many are right and how
+    many are claimed, wrongly claimed, or claimed on plans of other buildings. The method
+    correlative claims all it is asked, and is not asked about other buildings: null.
 
     Example: fpnet bench matching --set synthetic --limit 100 --json out/bench.json
+
+    Example: fpnet bench matching --set robot --data ../shared/data --methods fpnet --split tune
     """
     tree = common.load(config, [f'matcher.weights={weights}'] if weights else None)
     if pair_set is PairSet.ROBOT:
-        report = _robot(data, split, limit, methods, tree)
+        report = _robot(data, split, limit, methods, foreign, tree)
     else:
         report = _graphs(pair_set, data, plans, split, limit, methods, tree, out)
     report['set'] = pair_set.value
     _print_table(report['methods'])
+    if pair_set is PairSet.ROBOT:
+        _print_bands(report['methods'])
     if json_path is not None:
         common.write_json(json_path, report)
 
@@ -137,13 +150,18 @@ def _pairs(
 
 
 def _robot(
-    data: Path | None, split: str, limit: int | None, methods: str | None, tree: FpnetConfig
+    data: Path | None,
+    split: str,
+    limit: int | None,
+    methods: str | None,
+    foreign: int,
+    tree: FpnetConfig,
 ) -> dict[str, Any]:
     from fpnet_core.evaluation.matching_robot import bench_robot_maps, robot_cases
 
     if data is None:
         raise FpnetError('the set robot needs the real maps; give --data FOLDER')
-    cases = robot_cases(common.check_input(data), split, limit)
+    cases = robot_cases(common.check_input(data), split, limit, foreign)
     names = [name for name in _names(methods) if name != 'correlative']
     correlative = methods is None or 'correlative' in methods.split(',')
     with common.progress('matching', len(cases)) as advance:
@@ -186,3 +204,22 @@ def _print_table(methods: dict[str, dict[str, Any]]) -> None:
         cells = [f'{100.0 * figures[key]:.1f}%' for key in shares]
         table.add_row(name, *cells, f'{figures["ms_per_pair"]:.1f}')
     Console().print(table)
+
+
+def _print_bands(methods: dict[str, dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    titles = {
+        'right': 'right',
+        'claimed_right': 'right claims',
+        'wrong_and_claimed': 'wrong claims',
+        'foreign_random_claimed': 'elsewhere',
+        'foreign_same_architect_claimed': 'same architect',
+    }
+    for name, figures in methods.items():
+        table = Table('kept', *titles.values(), 'pairs', title=name)
+        for band, found in figures['bands'].items():
+            cells = ['-' if found[key] is None else f'{100.0 * found[key]:.0f}%' for key in titles]
+            table.add_row(band, *cells, str(found['pairs']))
+        Console().print(table)

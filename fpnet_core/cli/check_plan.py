@@ -80,12 +80,11 @@ def command(
 
 def _read(path: Path, resolution_m: float | None, tree: FpnetConfig) -> tuple[GridMap, bool]:
     """Return the floorplan in metres, and whether its scale was given."""
-    from fpnet_core.io import read_map
-    from fpnet_core.io.maps import YAML_SUFFIXES
+    from fpnet_core.io import read_map, states_scale
     from fpnet_core.segmentation import segment_unknown_scale
 
     grid = read_map(path, resolution_m)
-    if resolution_m is not None or path.suffix.lower() in YAML_SUFFIXES:
+    if resolution_m is not None or states_scale(path):
         return grid, True
     _, scale = segment_unknown_scale(grid, tree.segmentation)
     return read_map(path, grid.resolution * scale.factor), False

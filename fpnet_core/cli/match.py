@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""``fpnet match``: the transform between two maps of unknown scale, rotation and translation."""
+"""``fpnet match``: the transform between two maps, and their scales where none states one."""
 
 from __future__ import annotations
 
@@ -34,20 +34,27 @@ def command(
     """
     Find the transform between a floorplan and a robot map.
 
-    Neither scale is trusted. The affine maps submap pixels (x right, y down, integer at the
-    pixel's centre) to plan pixels; a cloud's pixels are those of its raster, row 0 at the top.
+    A map_server YAML and a cloud state their scale; it is trusted within pose.scale_tolerance,
+    see localizer.scale_policy. That of a bare image is unknown, and estimated from its doors.
+
+    The affine maps submap pixels (x right, y down, integer at the pixel's centre) to plan pixels;
+    a cloud's pixels are those of its raster, row 0 at the top. The scale in the JSON is in plan
+    metres per metre of the submap, where a bare image counts 0.05 m per pixel.
 
     Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
+
+    Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
     """
     tree = common.load(config, settings, seed)
-    from fpnet_core.io import read_map
+    from fpnet_core.io import read_map, states_scale
     from fpnet_core.localizer import match_maps
     from fpnet_core.matching.learned import LearnedMatcher
 
     plan_grid = read_map(common.check_input(plan))
     sub = _read_submap(common.check_input(submap), tree.submap)
-    result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree)
-    report = _report(result, plan_grid, sub.grid)
+    stated = states_scale(plan), states_scale(submap)
+    result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree, *stated)
+    report = _report(result, plan_grid, sub.grid, *stated)
     said = f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}'
     common.say(said, json_path)
     if json_path is not None:
@@ -68,7 +75,9 @@ def _read_submap(path: Path, config: SubmapConfig) -> Submap:
     return submap_from_grid(read_map(path))
 
 
-def _report(result: MapMatch, plan: GridMap, sub: GridMap) -> dict[str, Any]:
+def _report(
+    result: MapMatch, plan: GridMap, sub: GridMap, plan_is_stated: bool, sub_is_stated: bool
+) -> dict[str, Any]:
     from fpnet_core.io import pixel_to_xy
 
     affine = None
@@ -80,5 +89,8 @@ def _report(result: MapMatch, plan: GridMap, sub: GridMap) -> dict[str, Any]:
         'affine_plan_from_submap_px': affine,
         'score': round(result.score, 4),
         'probability': round(result.probability, 4),
+        'scale': None if result.scale is None else round(result.scale, 4),
+        'plan_scale_stated': plan_is_stated,
+        'submap_scale_stated': sub_is_stated,
         'timings_ms': {name: round(ms, 2) for name, ms in result.timings_ms.items()},
     }

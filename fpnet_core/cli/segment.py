@@ -54,13 +54,12 @@ def command(
     """
     tree = common.load(config, settings)
     common.check_input(source)
-    from fpnet_core.io.maps import MAP_SUFFIXES, YAML_SUFFIXES
+    from fpnet_core.io.maps import MAP_SUFFIXES, states_scale
 
-    suffix = source.suffix.lower()
-    is_map = source.is_file() and suffix in MAP_SUFFIXES
+    is_map = source.is_file() and source.suffix.lower() in MAP_SUFFIXES
     subject: GridMap | Submap
     subject = _read_map(source, resolution_m, as_submap) if is_map else _read_submap(source, tree)
-    scale_is_known = not is_map or suffix in YAML_SUFFIXES or resolution_m is not None
+    scale_is_known = not is_map or states_scale(source) or resolution_m is not None
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)

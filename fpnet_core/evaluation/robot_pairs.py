@@ -5,11 +5,12 @@ Real floorplans with real robot maps of the same buildings, whole and cut to wha
 
 The pairs and their fitted transforms are those of the shared data (``bormann``, ``carpin``,
 ``priormaps``, ``radish``, ``gdc``, ``g4s``). Every pair belongs to one half of the split by
-buildings.
+buildings, and so do floorplans without a robot map.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import json
 from pathlib import Path
@@ -21,7 +22,7 @@ from skimage.graph import MCP_Geometric
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.io import pixel_to_xy, read_map, states_scale
 from fpnet_core.sim.floors import TUNE_FLOORS
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -29,6 +30,12 @@ SOURCES = ('bormann', 'carpin', 'priormaps', 'radish', 'gdc', 'g4s')
 
 TUNE_PLANS = (*TUNE_FLOORS, 'basic_filled', 'office_filled', 'gdc1', 'gdc2', 'g4s')
 """Floorplans whose buildings may choose parameters; all others only report."""
+
+DISTORTED_PLANS = ('Freiburg79_scan', 'lab_b_scan', 'lab_f_scan')
+"""Floorplans that no similarity lays on their robot maps; the data's own notes set them apart."""
+
+WHOLE = 'whole'
+"""Band of the pairs as they stand, neither cut nor turned."""
 
 BANDS: dict[str, tuple[float, float]] = {
     '50-100': (0.5, 1.0),
@@ -38,6 +45,9 @@ BANDS: dict[str, tuple[float, float]] = {
 """Shares of the robot map's free space that a cut keeps."""
 
 SCALES = (0.7, 1.4)
+_DRAWN_ONLY = 'bormann'  # holds floorplans that nobody drove through, too
+_ONE_PROJECT = 'priormaps'
+_SERIES = ('Freiburg', 'gdc', 'office')  # a campus, storeys of one house, one set of drawings
 _WALL_REACH_M = 0.4  # walls this near to kept free space are kept
 _CUT_CELL = 4  # cells per node of the graph that a cut grows on
 _OCCUPIED_SHARE = 0.35  # of a turned cell that makes it a wall; thin walls must stay closed
@@ -45,12 +55,22 @@ _FREE_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
+class Drawing:
+    """A floorplan of a ``building``; those that name the same ``architect`` look alike."""
+
+    building: str
+    grid: GridMap
+    is_metric: bool
+    architect: str
+
+
+@dataclass(frozen=True, eq=False)
 class RobotPair:
     """
-    A floorplan and a robot map; ``A_plan_robot`` maps the one's nominal metres to the other's.
+    A floorplan and a robot map; ``A_plan_robot`` maps the latter's nominal metres to the former's.
 
     ``building`` names the floorplan; ``kept`` is the share of the robot map's free space that is
-    left.
+    left. ``is_metric`` says that the files of both state their scale.
     """
 
     name: str
@@ -60,6 +80,17 @@ class RobotPair:
     kept: float = 1.0
     building: str = ''
     is_metric: bool = False
+    architect: str = ''
+
+    @property
+    def drawing(self) -> Drawing:
+        """The floorplan alone."""
+        return Drawing(self.building, self.plan, self.is_metric, self.architect)
+
+    @property
+    def is_distorted(self) -> bool:
+        """Tell whether the data's notes set the floorplan apart."""
+        return self.building in DISTORTED_PLANS
 
 
 def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
@@ -71,8 +102,7 @@ def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
     FpnetError
         If the folder is missing or incomplete, or there is no such half.
     """
-    if split not in ('tune', 'report'):
-        raise FpnetError(f'no half {split!r} of the data; expected tune or report')
+    _check_half(split)
     pairs: list[RobotPair] = []
     for source in SOURCES:
         folder = data / source
@@ -80,24 +110,74 @@ def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
             entries = json.loads((folder / 'pairs.json').read_text(encoding='utf-8'))['pairs']
         except (OSError, ValueError, KeyError) as error:
             raise FpnetError(f'cannot read the pairs of {folder}: {error!r}') from None
-        for entry in entries:
-            is_tune = Path(entry['floorplan']).stem in TUNE_PLANS
-            if is_tune == (split == 'tune'):
-                pairs.append(_read_pair(folder, entry))
+        pairs += [
+            _read_pair(folder, entry)
+            for entry in entries
+            if _half(Path(entry['floorplan'])) == split
+        ]
     return tuple(pairs)
 
 
+def read_drawings(data: Path, split: str, pairs: Sequence[RobotPair]) -> tuple[Drawing, ...]:
+    """Return each floorplan of one half once: those of its ``pairs``, and those without one."""
+    _check_half(split)
+    drawings = {pair.building: pair.drawing for pair in pairs}
+    for path in sorted((data / _DRAWN_ONLY / 'floorplan').glob('*.png')):
+        name = path.stem
+        if name not in drawings and _half(path) == split:
+            drawings[name] = Drawing(name, read_map(path), False, _architect(_DRAWN_ONLY, name))
+    return tuple(drawings.values())
+
+
+def foreign_drawings(
+    own: Drawing, drawings: Sequence[Drawing], rng: np.random.Generator, count: int
+) -> tuple[Drawing, ...]:
+    """
+    Choose ``count`` floorplans of other buildings, or all there are.
+
+    One of them is by the architect of ``own`` where there is one, the others are not.
+    """
+    order = rng.permutation(len(drawings))
+    others = [drawings[i] for i in order if drawings[i].building != own.building]
+    alike = [drawing for drawing in others if drawing.architect == own.architect]
+    unlike = [drawing for drawing in others if drawing.architect != own.architect]
+    return (*alike[:1], *unlike, *alike[1:])[:count]
+
+
+def _check_half(split: str) -> None:
+    if split not in ('tune', 'report'):
+        raise FpnetError(f'no half {split!r} of the data; expected tune or report')
+
+
+def _half(floorplan: Path) -> str:
+    return 'tune' if floorplan.stem in TUNE_PLANS else 'report'
+
+
+def _architect(source: str, building: str) -> str:
+    """Return what a floorplan shares with all others by the same architect."""
+    if source == _ONE_PROJECT:
+        return source
+    return next((series for series in _SERIES if building.startswith(series)), building)
+
+
 def _read_pair(folder: Path, entry: dict[str, str]) -> RobotPair:
-    paths = (folder / entry[key] for key in ('floorplan', 'robot_map'))
-    plan, robot = (read_map(_stated(path)) for path in paths)
+    paths = [_best_of(folder / entry[key]) for key in ('floorplan', 'robot_map')]
+    plan, robot = map(read_map, paths)
     between = Affine2D.from_matrix(np.array(entry['affine_2x3'], dtype=np.float64))
-    A_plan_robot = pixel_to_xy(plan) @ between @ pixel_to_xy(robot).inv()
-    building = Path(entry['floorplan']).stem
-    return RobotPair(entry['id'], plan, robot, A_plan_robot, building=building)
+    building = paths[0].stem
+    return RobotPair(
+        entry['id'],
+        plan,
+        robot,
+        A_plan_robot=pixel_to_xy(plan) @ between @ pixel_to_xy(robot).inv(),
+        building=building,
+        is_metric=all(map(states_scale, paths)),
+        architect=_architect(folder.name, building),
+    )
 
 
-def _stated(image: Path) -> Path:
-    """Return the map_server YAML beside an image where there is one: it knows better."""
+def _best_of(image: Path) -> Path:
+    """Return the map_server YAML beside an image where there is one: it states the scale."""
     beside = image.with_suffix('.yaml')
     return beside if beside.exists() else image
 
@@ -106,7 +186,7 @@ def varied(pair: RobotPair, rng: np.random.Generator, kept: tuple[float, float])
     """
     Cut the robot map to a connected part, turn it by any angle and change its nominal scale.
 
-    ``kept`` bounds the share of its free space that stays.
+    A scale that was stated stays as it is. ``kept`` bounds the share of free space that stays.
     """
     share = float(rng.uniform(*kept))
     cut = _cut(pair.robot, rng, share)

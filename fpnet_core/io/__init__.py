@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fpnet_core.io.bags import BagReader, BagWriter
     from fpnet_core.io.clouds import read_cloud
     from fpnet_core.io.images import outside_as_unknown
-    from fpnet_core.io.maps import pixel_to_xy, read_map, write_map
+    from fpnet_core.io.maps import pixel_to_xy, read_map, states_scale, write_map
     from fpnet_core.io.pointcloud2 import CloudArrays, PointField, decode_points, encode_points
     from fpnet_core.io.posed_scans import PosedScans
     from fpnet_core.io.scans import Scan, ScanSource, open_scans
@@ -40,6 +40,7 @@ __all__ = [
     'read_map',
     'read_poses',
     'read_tum',
+    'states_scale',
     'write_map',
     'write_tum',
 ]
@@ -62,6 +63,7 @@ _MODULE_OF = {
     'read_map': 'maps',
     'read_poses': 'trajectories',
     'read_tum': 'trajectories',
+    'states_scale': 'maps',
     'write_map': 'maps',
     'write_tum': 'trajectories',
 }

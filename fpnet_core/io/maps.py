@@ -20,6 +20,7 @@ import yaml
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.images import grey_levels, interpret, load_pixels
 from fpnet_core.plain_yaml import read_yaml
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -36,6 +37,11 @@ MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif',
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196  # map_saver's; a pixel of 205 stays unknown
 _SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 _MODES = ('trinary', 'scale', 'raw')
+
+
+def states_scale(path: Path | str) -> bool:
+    """Tell whether a map or cloud states how long a metre is: a map_server YAML, a point file."""
+    return Path(path).suffix.lower() in (*YAML_SUFFIXES, *CLOUD_SUFFIXES)
 
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:

@@ -73,6 +73,13 @@ class MapMatch:
     comparison: Comparison
     timings_ms: dict[str, float]
 
+    @property
+    def scale(self) -> float | None:
+        """Nominal metres of the plan per nominal metre of the submap, at the best placement."""
+        if self.A_best is None:
+            return None
+        return float(np.sqrt(abs(np.linalg.det(self.A_best.linear))))
+
 
 _STATED = ScaleEstimate(1.0, 1.0)
 

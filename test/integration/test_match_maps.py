@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``fpnet match`` on two drawings of one building, of other scale, turn and place."""
 
+from dataclasses import replace
 import json
 
 import cv2
@@ -11,6 +12,7 @@ import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io import read_map, write_map
 from fpnet_core.types import FREE, OCCUPIED
 
 PIXELS_PER_M = 14.0  # of the robot map below: nothing says so to the matcher
@@ -51,10 +53,10 @@ def write_robot_map(path, keep):
     return to_pixels
 
 
-def run_match(tmp_path, *extra):
+def run_match(tmp_path, *extra, plan='plan.png', robot='robot.png'):
     out = tmp_path / 'match.json'
-    arguments = ['match', '--plan', str(tmp_path / 'plan.png')]
-    arguments += ['--submap', str(tmp_path / 'robot.png'), '--json', str(out), *extra]
+    arguments = ['match', '--plan', str(tmp_path / plan)]
+    arguments += ['--submap', str(tmp_path / robot), '--json', str(out), *extra]
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code in (0, None)
@@ -72,6 +74,66 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path):
     assert np.linalg.norm(got.apply(corners) - truth.apply(corners), axis=1).max() < 8.0
     assert set(result) >= {'status', 'affine_plan_from_submap_px', 'score', 'timings_ms'}
     assert cv2.imread(str(tmp_path / 'match.png')) is not None
+
+    assert not result['plan_scale_stated']
+    assert not result['submap_scale_stated']
+    # Both count 0.05 m per pixel, 20 pixels per metre of the plan.
+    assert result['scale'] == pytest.approx(20.0 / PIXELS_PER_M, rel=0.03)
+
+
+def write_stated(tmp_path, plan_resolution_m=0.05):
+    """Both maps as map_server has them; the plan's true resolution is 0.05 m."""
+    write_plan(tmp_path / 'plan.png')
+    write_robot_map(tmp_path / 'robot.png', lambda x, y: (x < 15) | (y > 5.2))
+    write_map(read_map(tmp_path / 'plan.png', plan_resolution_m), tmp_path / 'stated.yaml')
+    robot = replace(read_map(tmp_path / 'robot.png'), resolution=1.0 / PIXELS_PER_M)
+    write_map(robot, tmp_path / 'metric.yaml')
+
+
+def test_a_stated_scale_is_trusted_within_its_tolerance(tmp_path):
+    write_stated(tmp_path)
+    result = run_match(tmp_path, plan='stated.yaml', robot='metric.yaml')
+    assert result['status'] == 'matched'
+    assert result['scale'] == pytest.approx(1.0, abs=0.02)
+    assert result['plan_scale_stated']
+    assert result['submap_scale_stated']
+
+
+@pytest.mark.parametrize('policy', ['approximate', 'unknown'])
+def test_a_plan_of_wrong_scale_is_found_only_if_its_scale_is_not_trusted(tmp_path, policy):
+    write_stated(tmp_path, 0.05 * 1.3)
+    trust = f'--set=localizer.scale_policy={policy}'
+    result = run_match(tmp_path, trust, plan='stated.yaml', robot='metric.yaml')
+    is_found = result['status'] == 'matched'
+    assert is_found == (policy == 'unknown')
+    assert (result['scale'] == pytest.approx(1.3, rel=0.03)) == is_found
+    assert is_found or abs(np.log(result['scale'])) < 0.15
+
+
+def test_a_metric_robot_map_gives_a_bare_plan_its_scale(tmp_path):
+    write_stated(tmp_path)
+    plan_image = cv2.imread(str(tmp_path / 'plan.png'), cv2.IMREAD_GRAYSCALE)
+    larger = cv2.resize(plan_image, None, fx=1.6, fy=1.6, interpolation=cv2.INTER_NEAREST)
+    cv2.imwrite(str(tmp_path / 'larger.png'), larger)
+    result = run_match(tmp_path, plan='larger.png', robot='metric.yaml')
+    assert result['status'] == 'matched'
+    assert not result['plan_scale_stated']
+    assert result['submap_scale_stated']
+    assert result['scale'] == pytest.approx(1.6, rel=0.03)
+
+
+def test_a_cloud_states_its_scale(tmp_path):
+    write_stated(tmp_path)
+    grid = read_map(tmp_path / 'metric.yaml')
+    floor = grid.rc_to_xy(np.argwhere(grid.cells == FREE))
+    wall = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
+    layers = [np.column_stack([wall, np.full(len(wall), z)]) for z in np.arange(0.1, 2.6, 0.3)]
+    ground = np.column_stack([floor, np.zeros(len(floor))])
+    np.save(tmp_path / 'cloud.npy', np.concatenate([ground, *layers]))
+    result = run_match(tmp_path, plan='stated.yaml', robot='cloud.npy')
+    assert (result['plan_scale_stated'], result['submap_scale_stated']) == (True, True)
+    assert result['status'] == 'matched'
+    assert result['scale'] == pytest.approx(1.0, abs=0.02)
 
 
 def test_one_plain_room_is_not_claimed(tmp_path):

@@ -9,7 +9,7 @@ import yaml
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
-from fpnet_core.io import pixel_to_xy, read_map, write_map
+from fpnet_core.io import pixel_to_xy, read_map, states_scale, write_map
 from fpnet_core.io.images import MAX_PIXELS
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -201,3 +201,14 @@ def test_mutated_images_never_escape_the_error_type(folder, name):
                 assert read_map(candidate).cells.size > 0
             except MapFormatError:
                 continue
+
+
+@pytest.mark.parametrize('name', ['a.yaml', 'A.YML', 'scan.ply', 'scan.npy', 'b.tar.pcd'])
+def test_maps_of_map_server_and_clouds_state_their_scale(tmp_path, name):
+    assert states_scale(tmp_path / name)
+    assert states_scale(str(tmp_path / name))
+
+
+@pytest.mark.parametrize('name', ['a.png', 'a.PGM', 'a.yaml.jpg', 'a.webp', 'yaml', 'a.yaml/b'])
+def test_bare_images_do_not_state_their_scale(tmp_path, name):
+    assert not states_scale(tmp_path / name)
