@@ -109,7 +109,9 @@ def test_drawn_and_working_plan_have_the_same_rooms_and_doors():
     grid = rescaled(plan_grid(), 2.5)
     plan = Floorplan(grid, load_config(None, {'localizer.scale_policy': 'unknown'}))
     drawn, working = plan.nominal.segmentation, plan.working.segmentation
-    assert drawn.grid is grid
+    assert drawn.grid.resolution == grid.resolution
+    assert drawn.grid.T_frame_grid is grid.T_frame_grid
+    assert plan.given is grid
     assert len(drawn.regions) == len(working.regions) > 3
     factor = working.grid.resolution / grid.resolution
     assert factor == pytest.approx(1 / 2.5, rel=0.1)
