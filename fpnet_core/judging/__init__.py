@@ -5,6 +5,7 @@
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
 from fpnet_core.judging.judge import Judge, Verdict
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
+from fpnet_core.judging.reasons import Look, reason_of
 
 __all__ = [
     'CONTEXT',
@@ -14,7 +15,9 @@ __all__ = [
     'Evidence',
     'Judge',
     'JudgeModel',
+    'Look',
     'Verdict',
     'gather_evidence',
     'read_judge',
+    'reason_of',
 ]
