@@ -48,7 +48,7 @@ def command(
     sub = _read_submap(common.check_input(submap), tree.submap)
     result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree)
     report = _report(result, plan_grid, sub.grid)
-    said = f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}'
+    said = f'{report["status"]} (p {result.probability:.2f}): {result.reason}'
     common.say(said, json_path)
     if json_path is not None:
         common.write_json(json_path, report)
@@ -80,5 +80,6 @@ def _report(result: MapMatch, plan: GridMap, sub: GridMap) -> dict[str, Any]:
         'affine_plan_from_submap_px': affine,
         'score': round(result.score, 4),
         'probability': round(result.probability, 4),
+        'reason': result.reason,
         'timings_ms': {name: round(ms, 2) for name, ms in result.timings_ms.items()},
     }
