@@ -367,6 +367,11 @@ class Status(Enum):
     LOST = 'lost'
 
 
+def status_line(status: Status, probability: float, reason: str) -> str:
+    """Return what is claimed, how surely and why, in one line."""
+    return f'{status.value} (p {probability:.2f}): {reason}'
+
+
 @dataclass(frozen=True, eq=False)
 class LocalizerOutput:
     """
@@ -377,7 +382,8 @@ class LocalizerOutput:
     identity. ``probability`` is that of the best hypothesis against the rest; ``estimates`` are
     all of them, best first, on nominal plan metres.
     ``scale`` is what claimed placements say of the plan's scale, None before the first;
-    ``reason`` says what keeps the localizer from a claim where it knows more than the status.
+    ``reason`` says in one sentence why the status is what it is, and ``is_mirrored`` that it is
+    because what was seen fits the plan's mirror image only.
     """
 
     stamp_ns: int
@@ -393,6 +399,12 @@ class LocalizerOutput:
     timings_ms: dict[str, float] = field(default_factory=dict)
     scale: PlanScale | None = None
     reason: str = ''
+    is_mirrored: bool = False
+
+    @property
+    def said(self) -> str:
+        """Status, probability and reason in one line."""
+        return status_line(self.status, self.probability, self.reason)
 
     def __post_init__(self) -> None:
         """Check that a pose and the LOCALIZED status go together."""

@@ -35,7 +35,7 @@ from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFM
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, ErrorLog, one_line
+from fpnet_ros.runtime import LATCHED, STREAM, ErrorLog, StatusLog, one_line
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
@@ -111,6 +111,7 @@ class LocalizerNode(ManagedNode):
             on_change=self._follow_parameters,
         )
         self._errors = ErrorLog(self.get_logger().error)
+        self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
         self._publish_lock = Lock()
         self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
         self._forget()
@@ -359,7 +360,9 @@ class LocalizerNode(ManagedNode):
                 self._publish_scaled(floorplan)
             self._out.publish_path(output.stamp_ns, floorplan.frame_id)
         self._publish_pose()  # the tick may have found the robot after its newest scan
-        self._out.publish_status(self._report_tick())
+        report = self._report_tick()
+        self._statuses.tell(report)
+        self._out.publish_status(report)
         if floorplan is not None and scan is not None:
             self._out.publish_submap(output, scan.odom_frame)
             self._out.publish_markers(

@@ -134,6 +134,7 @@ class Monitor(Node):
                     'stamp_ns': tick.stamp_ns,
                     'status': tick.status.value,
                     'probability': tick.probability,
+                    'reason': tick.reason,
                     **tick.values,
                 }
                 for tick in self.ticks
@@ -160,7 +161,9 @@ class Monitor(Node):
 
     def _print_line(self) -> None:
         done = len(self.odometry_stamps_ns)
-        self._console.print(f'scan {done}/{self._scans}  {self._describe()}', highlight=False)
+        why = f': {self.ticks[-1].reason}' if self.ticks else ''
+        said = f'scan {done}/{self._scans}  {self._describe()}{why}'
+        self._console.print(said, highlight=False)
 
     def _describe(self) -> str:
         if not self.ticks:

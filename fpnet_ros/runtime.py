@@ -24,6 +24,8 @@ from rclpy.qos import (
 )
 
 from fpnet_core.errors import ConfigError, FpnetError
+from fpnet_core.types import Status
+from msg_adapters.diagnostics import LocalizerReport
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -187,6 +189,32 @@ class ErrorLog:
         withheld = self._withheld.pop(kind, 0)
         suffix = f' ({withheld} more since the last report)' if withheld else ''
         self._log(one_line(error) + suffix)
+
+
+class StatusLog:
+    """
+    Logs what the localizer says whenever its status changes, once: trouble as a warning.
+
+    Parameters
+    ----------
+    info, warn
+        Take the line.
+    """
+
+    def __init__(self, info: Callable[[str], Any], warn: Callable[[str], Any]) -> None:
+        self._info, self._warn = info, warn
+        self._last: tuple[Status, bool] | None = None
+
+    def tell(self, report: LocalizerReport) -> None:
+        """Log a tick's report unless the last one had the same status."""
+        status = report.status, report.is_mirrored
+        if status == self._last:
+            return
+        self._last = status
+        if report.is_trouble:
+            self._warn(report.said)
+        else:
+            self._info(report.said)
 
 
 def one_line(error: Exception) -> str:

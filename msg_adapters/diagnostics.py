@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from fpnet_core.types import LocalizerOutput, Status
+from fpnet_core.types import LocalizerOutput, Status, status_line
 from msg_adapters.stamps import header_to_msg
 
 OK, WARN, ERROR = b'\x00', b'\x01', b'\x02'
 """Levels of ``diagnostic_msgs/DiagnosticStatus``."""
 
+_TRUE, _FALSE = 'true', 'false'
 _LEVELS = {
     Status.NO_PLAN: WARN,
     Status.WAITING: OK,
@@ -24,39 +25,40 @@ _LEVELS = {
     Status.LOCALIZED: OK,
     Status.LOST: ERROR,
 }
-_MESSAGES = {
-    Status.NO_PLAN: 'no floorplan received',
-    Status.WAITING: 'too little explored',
-    Status.SEARCHING: 'no placement fits well enough',
-    Status.AMBIGUOUS: 'several placements fit',
-    Status.LOCALIZED: 'localized',
-    Status.LOST: 'no longer agrees with the floorplan',
-}
 
 
 @dataclass(frozen=True)
 class LocalizerReport:
     """
-    The status of one tick, and figures by name (milliseconds, seconds, counts).
+    The status of one tick and its reason, and figures by name (milliseconds, seconds, counts).
 
-    ``warning`` says what is wrong beside the status, as scans that are dropped; empty: nothing.
+    ``is_mirrored`` says that the floorplan has to be flipped. ``warning`` says what is wrong
+    beside the status, as scans that are dropped; empty: nothing.
     """
 
     status: Status
     probability: float
     stamp_ns: int
     values: dict[str, float] = field(default_factory=dict)
+    reason: str = ''
+    is_mirrored: bool = False
     warning: str = ''
+
+    @property
+    def is_trouble(self) -> bool:
+        """Tell whether the status is one that somebody has to look after."""
+        return self.status is Status.LOST or self.is_mirrored
+
+    @property
+    def said(self) -> str:
+        """Status, probability and reason in one line."""
+        return status_line(self.status, self.probability, self.reason)
 
 
 def report_of_output(
     output: LocalizerOutput, figures: Mapping[str, float] | None = None, warning: str = ''
 ) -> LocalizerReport:
-    """
-    Return the report of a tick; ``figures`` are those that only the node knows.
-
-    The tick's own reason comes first among the warnings.
-    """
+    """Return the report of a tick; ``figures`` are those that only the node knows."""
     values = {f'{stage}_ms': ms for stage, ms in output.timings_ms.items()}
     if output.A_plan_odom is not None:
         # Nominal metres of the drawing per true metre.
@@ -69,8 +71,15 @@ def report_of_output(
         values['matches'] = float(len(output.match.pairs))
     values['hypotheses'] = float(len(output.estimates))
     values |= figures or {}
-    warning = ', '.join(filter(None, (output.reason, warning)))
-    return LocalizerReport(output.status, output.probability, output.stamp_ns, values, warning)
+    return LocalizerReport(
+        output.status,
+        output.probability,
+        output.stamp_ns,
+        values,
+        output.reason,
+        output.is_mirrored,
+        warning,
+    )
 
 
 def report_to_msg(report: LocalizerReport, name: str) -> Any:
@@ -79,11 +88,14 @@ def report_to_msg(report: LocalizerReport, name: str) -> Any:
         'status': report.status.value,
         'probability': f'{report.probability:.4f}',
         'stamp_ns': str(report.stamp_ns),
+        'reason': report.reason,
+        'mirrored': _TRUE if report.is_mirrored else _FALSE,
         'warning': report.warning,
     }
-    level, message = _LEVELS[report.status], _MESSAGES[report.status]
-    if report.warning:
-        level, message = max(level, WARN), f'{message}; {report.warning}'
+    level = _LEVELS[report.status]
+    if report.warning or report.is_mirrored:
+        level = max(level, WARN)
+    message = '; '.join(filter(None, (report.said, report.warning)))
     return _status_msg(level, name, message, {**entries, **_figures(report.values)})
 
 
@@ -102,6 +114,8 @@ def report_from_msg(msg: Any) -> LocalizerReport:
             Status(entries.pop('status')),
             float(entries.pop('probability')),
             int(entries.pop('stamp_ns')),
+            reason=entries.pop('reason'),
+            is_mirrored=entries.pop('mirrored') == _TRUE,
             warning=entries.pop('warning'),
             values={key: float(value) for key, value in entries.items()},
         )

@@ -69,7 +69,8 @@ def command(
     Localise a recording on a floorplan, offline.
 
     A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
-    are used as odometry. Exits 0 whether or not the robot was found; the summary says which.
+    are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
+    and why. fpnet --verbose localize logs every change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -97,16 +98,17 @@ def command(
     if tum is not None:
         write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
     summary = summarize_run(run.published, run.odometry, run.tick_ms, reference, A_plan_truth)
-    said = f'{result.last.status.value} (p {result.last.probability:.2f}): {summary}'
     figures = {
         'status': result.last.status.value,
         'probability': round(result.last.probability, 4),
+        'reason': result.last.reason,
         'scans': len(run.odometry),
         'rejected_scans': run.rejected_scans,
         'path_m': round(run.odometry.path_length_m(), 3),
         **summary.as_json(),
     }
-    common.say(said if out is None else f'{said}; see {out / _REPORT_NAME}', json_path)
+    common.say(result.last.said, json_path)
+    common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
     if json_path is not None:
         common.write_json(json_path, figures)
     if out is not None:
@@ -114,7 +116,7 @@ def command(
 
         record = RunRecord(
             f'{recording.name} on {floorplan.name}',
-            said,
+            f'{result.last.said}. {summary}',
             result.plan,
             run.outputs,
             run.published,

@@ -55,7 +55,7 @@ def command(
     stated = states_scale(plan), states_scale(submap)
     result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree, *stated)
     report = _report(result, plan_grid, sub.grid, *stated)
-    said = f'{report["status"]}: score {result.score:.2f}, p {result.probability:.2f}'
+    said = f'{report["status"]} (p {result.probability:.2f}): {result.reason}'
     common.say(said, json_path)
     if json_path is not None:
         common.write_json(json_path, report)
@@ -92,5 +92,6 @@ def _report(
         'scale': None if result.scale is None else round(result.scale, 4),
         'plan_scale_stated': plan_is_stated,
         'submap_scale_stated': sub_is_stated,
+        'reason': result.reason,
         'timings_ms': {name: round(ms, 2) for name, ms in result.timings_ms.items()},
     }

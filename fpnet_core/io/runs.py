@@ -17,6 +17,7 @@ from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
     MatchResult,
+    PlanScale,
     Portal,
     Region,
     RegionLabel,
@@ -41,6 +42,8 @@ def write_output(path: Path | str, output: LocalizerOutput) -> None:
         'status': np.array(output.status.value),
         'stamp_ns': np.array(output.stamp_ns),
         'probability': np.array(output.probability),
+        'why': np.array(output.reason),
+        'is_mirrored': np.array(output.is_mirrored),
         'timing_names': np.array(list(output.timings_ms), dtype=np.str_),
         'timings_ms': np.array(list(output.timings_ms.values()), dtype=np.float64),
         **_estimates_to_arrays(output.estimates),
@@ -49,6 +52,8 @@ def write_output(path: Path | str, output: LocalizerOutput) -> None:
         arrays['A_plan_odom'] = output.A_plan_odom.matrix
     if output.cov is not None:
         arrays['cov'] = output.cov
+    if output.scale is not None:
+        arrays |= _scale_to_arrays(output.scale)
     if output.submap is not None:
         arrays |= _submap_to_arrays(output.submap)
     if output.segmentation is not None:
@@ -100,6 +105,24 @@ def _output_from_arrays(arrays: Arrays) -> LocalizerOutput:
         timings_ms=dict(
             zip(arrays['timing_names'].tolist(), arrays['timings_ms'].tolist(), strict=True)
         ),
+        scale=_scale_from_arrays(arrays) if 'scale_stretch' in arrays else None,
+        # Files of older versions have neither.
+        reason=str(arrays.get('why', '')),
+        is_mirrored=bool(arrays.get('is_mirrored', False)),
+    )
+
+
+def _scale_to_arrays(scale: PlanScale) -> Arrays:
+    return {
+        'scale_stretch': scale.stretch,
+        'scale_sigma': np.array(scale.sigma),
+        'scale_is_locked': np.array(scale.is_locked),
+    }
+
+
+def _scale_from_arrays(arrays: Arrays) -> PlanScale:
+    return PlanScale(
+        arrays['scale_stretch'], float(arrays['scale_sigma']), bool(arrays['scale_is_locked'])
     )
 
 

@@ -5,6 +5,7 @@
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
 from fpnet_core.judging.judge import Judge, Verdict, configured_model
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
+from fpnet_core.judging.reasons import Look, reason_of
 
 __all__ = [
     'CONTEXT',
@@ -14,8 +15,10 @@ __all__ = [
     'Evidence',
     'Judge',
     'JudgeModel',
+    'Look',
     'Verdict',
     'configured_model',
     'gather_evidence',
     'read_judge',
+    'reason_of',
 ]

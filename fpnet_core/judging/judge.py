@@ -29,7 +29,8 @@ class Verdict:
     probabilities; ``none`` is the probability that the plan is right but none of them, and
     ``foreign`` that the plan is of another building. ``weights (C,)`` are the placements' odds
     against a plan of another building before anything is known of the plan, in logarithms, and
-    ``none_weight`` those of none here.
+    ``none_weight`` those of none here. ``mirror`` is the part of ``none`` that the plan's mirror
+    image takes.
     """
 
     placements: Placements
@@ -38,6 +39,7 @@ class Verdict:
     none_weight: float
     none: float
     foreign: float
+    mirror: float = 0.0
 
     @property
     def best(self) -> float:
@@ -136,7 +138,9 @@ class Judge:
         none_weight = float(top + np.log(np.exp(rivals - top).sum()))
         p = self._probabilities(drawn.weights, none_weight)
         ranked = replace(drawn.placements, probability=p[:-2])
-        return replace(drawn, placements=ranked, none=float(p[-2]), foreign=float(p[-1]))
+        none, foreign = float(p[-2]), float(p[-1])
+        mirror = none * float(1.0 - np.exp(drawn.none_weight - none_weight))
+        return replace(drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror)
 
     def _probabilities(self, weights: Array, none_weight: float) -> Array:
         """Return ``(C + 2,)``: of each placement, of none here, and of another building."""

@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
-from fpnet_core.judging import Judge, Verdict
+from fpnet_core.judging import Judge, Look, Verdict, reason_of
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.types import Status
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
-_MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +23,16 @@ class Belief:
     """
     Status, the placement it rests on (None while searching) and its probability.
 
-    ``reason`` says more than the status where there is more to say. ``judged`` are all placements
-    that the status was decided on, with their probabilities.
+    ``reason`` says why, in one sentence; ``is_mirrored`` that it is because what was seen fits the
+    plan's mirror image only. ``judged`` are all placements that the status was decided on, with
+    their probabilities.
     """
 
     status: Status
     best: Placement | None
     probability: float
-    reason: str = ''
+    reason: str
+    is_mirrored: bool = False
     judged: Placements = field(default_factory=Placements.empty)
 
 
@@ -87,6 +88,7 @@ class HypothesisTracker:
         mirrored: Verdict | None = None,
         robot_xy: NDArray[np.float64] | None = None,
         needs_news: bool = False,
+        scales: tuple[float, float] = (0.0, np.inf),
     ) -> Belief:
         """
         Take one tick's verdict and say what may be claimed.
@@ -94,7 +96,8 @@ class HypothesisTracker:
         ``mirrored`` is that on the plan's mirror image, None where nobody looked;
         ``A_submap_odom`` anchors the submap, so that placements are compared in the odometry frame
         although the submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in
-        the submap; ``needs_news`` asks for a grown submap between the ticks that confirm a claim.
+        the submap; ``needs_news`` asks for a grown submap between the ticks that confirm a claim;
+        ``scales`` are the smallest and largest mean scale that a placement might have.
         """
         self._count_mirror(verdict, mirrored)
         # Between two looks the mirror image is as good as it was at the last one.
@@ -104,16 +107,15 @@ class HypothesisTracker:
             )
         judged, p = verdict.placements, verdict.best
         self._probability = p
-        if not judged:
-            return self._nothing_found(judged)
-        if self._mirror_wins >= _MIRROR_WINS:
-            return replace(self._nothing_found(judged), reason=_MIRRORED)
-        if p < verdict.none + verdict.foreign:
-            return self._nothing_found(judged)
+        at, claim = compared_at(sub, robot_xy), self._config.claim_probability
+        is_mirrored = len(judged) > 0 and self._mirror_wins >= _MIRROR_WINS
+        look = Look(sub.wall_length_m, claim, at, scales, is_mirrored=is_mirrored)
+        if not judged or is_mirrored or p < verdict.none + verdict.foreign:
+            return self._nothing_found(verdict, look)
         best = judged[0]
-        points_odom = A_submap_odom.inv().apply(compared_at(sub, robot_xy))
+        points_odom = A_submap_odom.inv().apply(at)
         self._count_win(best.A_plan_submap @ A_submap_odom, points_odom)
-        self._count_sure_win(p >= self._config.claim_probability, sub, needs_news)
+        self._count_sure_win(p >= claim, sub, needs_news)
         needed = self._config.confirm_ticks
         if self._claimed:
             self._claimed = self._wins >= needed and p >= self._config.release_probability
@@ -121,7 +123,14 @@ class HypothesisTracker:
             self._claimed = self._sure_wins >= needed and mirrored is not None
         self._was_localized |= self._claimed
         status = Status.LOCALIZED if self._claimed else Status.AMBIGUOUS
-        return Belief(status, best, p, judged=judged)
+        look = replace(
+            look,
+            is_claimed=self._claimed,
+            sure_looks=self._sure_wins,
+            missing_looks=max(needed - self._sure_wins, 0),
+            needs_news=needs_news,
+        )
+        return Belief(status, best, p, reason_of(verdict, look), judged=judged)
 
     def _count_mirror(self, verdict: Verdict, mirrored: Verdict | None) -> None:
         """Count how often in a row the mirror image would have been claimed."""
@@ -133,12 +142,12 @@ class HypothesisTracker:
         is_better = contest.best >= self._config.claim_probability
         self._mirror_wins = self._mirror_wins + 1 if is_better else 0
 
-    def _nothing_found(self, judged: Placements) -> Belief:
+    def _nothing_found(self, verdict: Verdict, look: Look) -> Belief:
         self._claimed = False
         self._leader, self._wins, self._sure_wins = None, 0, 0
         status = Status.LOST if self._was_localized else Status.SEARCHING
-        p = float(judged.probability[0]) if judged else 0.0
-        return Belief(status, None, p, judged=judged)
+        why = reason_of(verdict, look)
+        return Belief(status, None, verdict.best, why, look.is_mirrored, verdict.placements)
 
     def _count_win(self, A_plan_odom: Affine2D, points_odom: NDArray[np.float64]) -> None:
         """Count how often in a row this placement has led, as far as ``points_odom`` tell."""

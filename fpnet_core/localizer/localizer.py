@@ -16,6 +16,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.judging import Judge
+from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew, waiting
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
 from fpnet_core.localizer.finder import Comparison, Finder
@@ -78,7 +79,7 @@ class Localizer:
         self._submap: Submap | None = None
         self._epoch = 0  # grows when plan or odometry frame are replaced
         self._solved_epoch = -1  # of the last tick
-        self._output = LocalizerOutput(0, Status.NO_PLAN)
+        self._output = LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN)
 
     @property
     def plan(self) -> MapSide | None:
@@ -150,8 +151,7 @@ class Localizer:
             plan, submap, epoch = self._plan, self._submap, self._epoch
             segmenter, last = self._segmenter, self._continuity.last
         if plan is None or submap is None or not self._has_seen_enough(submap):
-            status = Status.NO_PLAN if plan is None else Status.WAITING
-            return self._publish(LocalizerOutput(now_ns, status, submap=submap), epoch)
+            return self._publish(self._unsolved(now_ns, plan, submap), epoch)
         with timer.stage('total'):
             robot_xy = None if last is None else _planar(submap.T_odom_submap.inv(), last[1])
             output = self._solve(plan, submap, robot_xy, segmenter, epoch, timer)
@@ -247,6 +247,16 @@ class Localizer:
             self._builder, self._restored = builder, state
             self._continuity.go_on_from(state.stamp_ns, state.T_odom_sensor)
 
+    def _unsolved(
+        self, now_ns: int, plan: Floorplan | None, submap: Submap | None
+    ) -> LocalizerOutput:
+        """Return the output of a tick that has nothing to compare, or too little."""
+        if plan is None:
+            return LocalizerOutput(now_ns, Status.NO_PLAN, submap=submap, reason=NO_PLAN)
+        seen_m2 = 0.0 if submap is None else submap.free_area_m2
+        why = waiting(seen_m2, self._config.localizer.min_explored_m2)
+        return LocalizerOutput(now_ns, Status.WAITING, submap=submap, reason=why)
+
     def _solve(
         self,
         plan: Floorplan,
@@ -277,6 +287,7 @@ class Localizer:
                 mirrored,
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
+                scales=plan.scale.search.bounds,
             )
             self._tracked = belief.judged @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
@@ -285,7 +296,7 @@ class Localizer:
             belief, A = self._surroundings.judge(plan.working.evidence, submap, belief, robot_xy)
             if self._surroundings.is_elsewhere:
                 _log.warning('the robot is not where it was taken to be; starting anew')
-                self._start_anew()
+                self._start_anew(CONTRADICTED)
         A_plan_odom = None if A is None else plan.to_nominal(A)
         return _output(plan, submap, sub, result.match, judged, belief, A_plan_odom, timer)
 
@@ -326,24 +337,25 @@ class Localizer:
         tracked = Placements.empty()
         if broken.T_old_new is not None:
             tracked = self._tracked @ broken.T_old_new
-        self._start_anew()
+        self._start_anew(broken.reason)
         self._tracked = tracked
 
-    def _start_anew(self) -> None:
+    def _start_anew(self, why: str = '') -> None:
         self._builder.reset()
         # A new one: a tick may be using the old one in another thread.
         self._segmenter = SubmapSegmenter(self._config.segmentation)
         self._submap = None
         self._continuity.forget()
-        self._forget_placements()
+        self._forget_placements(anew(why) if why else NOT_LOOKED)
 
-    def _forget_placements(self) -> None:
+    def _forget_placements(self, why: str = NOT_LOOKED) -> None:
         self._epoch += 1
         self._tracker.reset()
         self._surroundings.reset()
         self._tracked, self._searched, self._hint = Placements.empty(), None, None
-        status = Status.NO_PLAN if self._plan is None else Status.WAITING
-        self._output = LocalizerOutput(self._output.stamp_ns, status)
+        has_plan = self._plan is not None
+        status, why = (Status.WAITING, why) if has_plan else (Status.NO_PLAN, NO_PLAN)
+        self._output = LocalizerOutput(self._output.stamp_ns, status, reason=why)
 
 
 def _planar(T_submap_odom: SE2, T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -386,4 +398,5 @@ def _output(
         timings_ms=timer.timings_ms,
         scale=plan.nominal_scale(),
         reason=belief.reason,
+        is_mirrored=belief.is_mirrored,
     )

@@ -13,7 +13,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.judging import Judge, Verdict
+from fpnet_core.judging import Judge, Look, Verdict, reason_of
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.scale import ScaleSearch, door_scale_search, first_search
 from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
@@ -59,8 +59,9 @@ class MapMatch:
     ``A_plan_sub`` maps the submap's nominal metres to the plan's; None if unmatched.
     ``A_best`` is the best placement whatever it is worth, None only where there is none at all.
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
-    against all others and against none of them (see :mod:`fpnet_core.judging`). Both sides are
-    in metres, as stated or as estimated from door widths.
+    against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
+    one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
+    from door widths.
     """
 
     status: MapMatchStatus
@@ -72,6 +73,7 @@ class MapMatch:
     sub: MapSide
     comparison: Comparison
     timings_ms: dict[str, float]
+    reason: str
 
     @property
     def scale(self) -> float | None:
@@ -197,6 +199,7 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
         sub=pair.sub,
         comparison=comparison,
         timings_ms=timer.timings_ms,
+        reason=_reason(comparison.verdict, pair.sub, pair.search, status, finder.config),
     )
 
 
@@ -236,6 +239,23 @@ def _trimmed(submap: Submap) -> Submap:
     rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
     window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
     return replace(submap, grid=submap.grid.cropped(*window), lintel=submap.lintel[window])
+
+
+def _reason(
+    verdict: Verdict,
+    sub: MapSide,
+    search: ScaleSearch,
+    status: MapMatchStatus,
+    config: FpnetConfig,
+) -> str:
+    look = Look(
+        sub.evidence.wall_length_m,
+        config.localizer.claim_probability,
+        sub.evidence.corners,
+        search.bounds,
+        is_claimed=status is MapMatchStatus.MATCHED,
+    )
+    return reason_of(verdict, look)
 
 
 def _status(verdict: Verdict, config: FpnetConfig) -> MapMatchStatus:

@@ -91,6 +91,7 @@ def replay(
                 next_tick_ns = scan.stamp_ns + period_ns
             if scan.stamp_ns >= next_tick_ns:
                 outputs.append(localizer.tick(scan.stamp_ns))
+                _log_change(outputs, path[0][0])
                 next_tick_ns = scan.stamp_ns + period_ns
             pose = localizer.pose(T_odom_sensor)
             if pose is not None:
@@ -98,6 +99,7 @@ def replay(
         on_scan()
     if path and (not outputs or outputs[-1].stamp_ns < path[-1][0]):
         outputs.append(localizer.tick(path[-1][0]))
+        _log_change(outputs, path[0][0])
     return ReplayResult(
         tuple(outputs),
         _trajectory(published),
@@ -105,6 +107,13 @@ def replay(
         np.array(add_ms),
         rejected,
     )
+
+
+def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:
+    """Log the last of the outputs where its status is another than the one's before it."""
+    last = outputs[-1]
+    if len(outputs) < 2 or outputs[-2].status is not last.status:
+        _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / 1e9, last.said)
 
 
 def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:

@@ -11,16 +11,12 @@ from __future__ import annotations
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.sides import RobotXY
 from fpnet_core.pose import MapEvidence, wall_support
 from fpnet_core.types import Status, Submap
-
-_CONTRADICTED = (
-    'what is seen now does not fit where the robot was: it was carried off, its odometry has '
-    'slipped, or the drawing is wrong here'
-)
 
 
 class Surroundings:
@@ -64,7 +60,7 @@ class Surroundings:
             self._doubts = 0
             return belief, A_plan_odom
         self._doubts += 1
-        return Belief(Status.LOST, None, 0.0, _CONTRADICTED), None
+        return Belief(Status.LOST, None, 0.0, CONTRADICTED), None
 
     def _fits(
         self, plan: MapEvidence, submap: Submap, A_plan_submap: Affine2D, score: float

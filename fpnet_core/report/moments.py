@@ -47,6 +47,7 @@ def _moment(record: RunRecord, output: LocalizerOutput, error_m: float | None) -
     moment: dict[str, Any] = {
         'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
         'status': output.status.value,
+        'reason': output.reason,
         'probability': round(output.probability, 3),
         'error_m': None if error_m is None else round(error_m, 2),
         'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},

@@ -61,7 +61,9 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
 def _shown(record: RunRecord) -> list[tuple[str, str]]:
     """Return the run's figures as names with units and text, those without a value left out."""
     return [
-        (_named(name), _text(value)) for name, value in record.figures.items() if value is not None
+        (_named(name), _text(value))
+        for name, value in record.figures.items()
+        if value is not None and name != 'reason'  # a sentence; the summary has it
     ]
 
 

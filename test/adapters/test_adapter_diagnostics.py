@@ -19,7 +19,12 @@ from msg_adapters.diagnostics import (
 @pytest.mark.parametrize('status', [s for s in Status if s is not Status.LOCALIZED])
 def test_every_status_survives_the_round_trip(received, status):
     output = LocalizerOutput(
-        1_700_000_000_000_000_007, status, probability=0.8125, timings_ms={'total': 41.5}
+        1_700_000_000_000_000_007,
+        status,
+        probability=0.8125,
+        timings_ms={'total': 41.5},
+        reason='explains 30 % of the walls: another building?',
+        is_mirrored=status is Status.SEARCHING,
     )
     sent = report_of_output(output, {'dropped_scans': 3.0}, 'no cloud for 4 s')
     msg = received(report_to_msg(sent, '/localizer'))
@@ -28,13 +33,15 @@ def test_every_status_survives_the_round_trip(received, status):
     assert report.status is status
     assert report.stamp_ns == output.stamp_ns
     assert report.probability == 0.8125
+    assert report.reason == output.reason
+    assert report.is_mirrored == output.is_mirrored
     assert report.warning == 'no cloud for 4 s'
     assert report.values == {'total_ms': 41.5, 'hypotheses': 0.0, 'dropped_scans': 3.0}
 
 
 def test_only_trouble_raises_the_level():
     levels = {
-        status: report_to_msg(report_of_output(LocalizerOutput(0, status)), '').level
+        status: report_to_msg(report_of_output(LocalizerOutput(0, status, reason='so')), '').level
         for status in Status
         if status is not Status.LOCALIZED
     }
@@ -46,6 +53,18 @@ def test_only_trouble_raises_the_level():
     assert 'no cloud' in report_to_msg(warned, '').message
     lost = report_of_output(LocalizerOutput(0, Status.LOST), warning='no cloud for 4 s')
     assert report_to_msg(lost, '').level == DiagnosticStatus.ERROR
+
+
+def test_a_mirrored_floorplan_is_a_warning_and_the_message_says_why():
+    reason = 'the floorplan looks mirrored'
+    output = LocalizerOutput(
+        0, Status.SEARCHING, probability=0.25, reason=reason, is_mirrored=True
+    )
+    msg = report_to_msg(report_of_output(output, warning='no cloud for 4 s'), '')
+    assert msg.level == DiagnosticStatus.WARN
+    assert msg.message == f'searching (p 0.25): {reason}; no cloud for 4 s'
+    calm = report_to_msg(report_of_output(LocalizerOutput(0, Status.WAITING, reason='so')), '')
+    assert (calm.level, calm.message) == (DiagnosticStatus.OK, 'waiting (p 0.00): so')
 
 
 def test_health_is_a_warning_or_ok(received):

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 import json
+import re
 
 import cv2
 import numpy as np
@@ -63,7 +64,7 @@ def run_match(tmp_path, *extra, plan='plan.png', robot='robot.png'):
     return json.loads(out.read_text())
 
 
-def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path):
+def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):
     plan_px = write_plan(tmp_path / 'plan.png')
     robot_px = write_robot_map(tmp_path / 'robot.png', lambda x, y: (x < 15) | (y > 5.2))
     result = run_match(tmp_path, '--plot', str(tmp_path / 'match.png'))
@@ -73,6 +74,12 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path):
     truth = plan_px @ robot_px.inv()
     assert np.linalg.norm(got.apply(corners) - truth.apply(corners), axis=1).max() < 8.0
     assert set(result) >= {'status', 'affine_plan_from_submap_px', 'score', 'timings_ms'}
+    share, walls_m = re.match(r'(\d+) % of (\d+) m of wall explained', result['reason']).groups()
+    assert int(share) > 60
+    assert int(walls_m) > 50
+    assert re.search(r'; (no rival|the best rival, .*, explains \d+ %)', result['reason'])
+    said = f'matched (p {result["probability"]:.2f}): {result["reason"]}\n'
+    assert capsys.readouterr().out == said
     assert cv2.imread(str(tmp_path / 'match.png')) is not None
 
     assert not result['plan_scale_stated']
@@ -139,7 +146,9 @@ def test_a_cloud_states_its_scale(tmp_path):
 def test_one_plain_room_is_not_claimed(tmp_path):
     write_plan(tmp_path / 'plan.png')
     write_robot_map(tmp_path / 'robot.png', lambda x, y: (x > 0.3) & (x < 6.5) & (y < 4.5))
-    assert run_match(tmp_path)['status'] != 'matched'
+    result = run_match(tmp_path)
+    assert result['status'] != 'matched'
+    assert result['reason']
 
 
 def test_a_map_without_free_space_is_one_clear_error(tmp_path, capsys):

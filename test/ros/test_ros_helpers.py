@@ -18,11 +18,13 @@ from rcl_interfaces.msg import ParameterType
 from fpnet_core.config import Section
 from fpnet_core.config_docs import config_fields
 from fpnet_core.errors import CloudFormatError, FpnetError, OdometryError
+from fpnet_core.types import Status
 from fpnet_ros import processes
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
-from fpnet_ros.runtime import ErrorLog
+from fpnet_ros.runtime import ErrorLog, StatusLog
 from fpnet_ros.work import DroppingWorker, Numbering
+from msg_adapters.diagnostics import LocalizerReport
 
 SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
 
@@ -60,6 +62,29 @@ class TestErrorLog:
             'fourth cloud (2 more since the last report)',
             'second pose',
         ]
+
+
+class TestStatusLog:
+    def test_each_change_is_told_once_and_trouble_as_a_warning(self):
+        told, warned = [], []
+        log = StatusLog(told.append, warned.append)
+        for status, is_mirrored in (
+            (Status.SEARCHING, False),
+            (Status.SEARCHING, False),
+            (Status.SEARCHING, True),
+            (Status.LOCALIZED, False),
+            (Status.LOCALIZED, False),
+            (Status.LOST, False),
+            (Status.SEARCHING, False),
+        ):
+            reason = 'mirrored' if is_mirrored else status.value.upper()
+            log.tell(LocalizerReport(status, 0.5, 0, {}, reason, is_mirrored))
+        assert told == [
+            'searching (p 0.50): SEARCHING',
+            'localized (p 0.50): LOCALIZED',
+            'searching (p 0.50): SEARCHING',
+        ]
+        assert warned == ['searching (p 0.50): mirrored', 'lost (p 0.50): LOST']
 
 
 class TestDroppingWorker:

@@ -117,6 +117,7 @@ function show(index) {
   const badge = document.getElementById('status');
   badge.textContent = moment.status;
   badge.style.background = data.status_colours[moment.status];
+  document.getElementById('reason').textContent = moment.reason;
   showPlan(moment);
   showSubmap(moment);
   showTables(moment);

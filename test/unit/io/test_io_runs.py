@@ -14,6 +14,7 @@ from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
     MatchResult,
+    PlanScale,
     Portal,
     Region,
     RegionLabel,
@@ -57,6 +58,9 @@ def _output() -> LocalizerOutput:
             12,
         ),
         timings_ms={'total': 41.5, 'match': 7.25},
+        scale=PlanScale(np.array([[1.1, 0.01], [0.01, 0.95]]), 0.02, True),
+        reason='91 % of 140 m of wall explained; no rival was found',
+        is_mirrored=True,
     )
 
 
@@ -83,13 +87,16 @@ def test_a_tick_survives_the_round_trip(tmp_path):
     _assert_equal(read_output(path), _output())
 
 
-def test_a_tick_without_probabilities_of_its_placements_can_be_read(tmp_path):
+def test_a_tick_of_an_older_version_can_be_read(tmp_path):
     path = tmp_path / 'tick.npz'
     write_output(path, _output())
     with np.load(path) as file:
-        arrays = {name: file[name] for name in file if name != 'estimate_probability'}
+        newer = {'estimate_probability', 'why', 'is_mirrored'}
+        arrays = {name: file[name] for name in file if name not in newer}
     np.savez(path, **arrays)
-    read, written = read_output(path).estimates, _output().estimates
+    output = read_output(path)
+    assert (output.reason, output.is_mirrored) == ('', False)
+    read, written = output.estimates, _output().estimates
     assert np.isnan(read.probability).all()
     np.testing.assert_array_equal(read.score, written.score)
     np.testing.assert_array_equal(read.matrix, written.matrix)

@@ -10,6 +10,7 @@ import pytest
 from fpnet_core.config import FpnetConfig, load_config
 from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError, StateError
 from fpnet_core.geometry import SE2, angle_between
+from fpnet_core.judging.reasons import NO_PLAN, NOT_LOOKED
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.types import GridMap, MatchResult, Status
@@ -97,12 +98,29 @@ def test_the_same_calls_give_the_same_answer(finished):
 
 def test_without_a_plan_it_says_so():
     localizer = Localizer(FpnetConfig(), IndifferentMatcher())
+    assert localizer.output.reason == NO_PLAN
     assert localizer.tick(1).status is Status.NO_PLAN
+    assert localizer.output.reason == NO_PLAN
     assert localizer.pose(np.eye(4)) is None
 
 
 def test_without_scans_it_waits():
-    assert new_localizer().tick(1).status is Status.WAITING
+    output = new_localizer().tick(1)
+    assert output.status is Status.WAITING
+    assert output.reason == 'only 0 of 12 m2 of floor seen so far'
+
+
+def test_every_tick_says_why(finished):
+    localizer, _ = finished
+    assert ' m of wall explained; ' in localizer.output.reason
+    again = new_localizer()
+    assert again.output.reason == NOT_LOOKED
+    outputs = []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        again.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % 5 == 4:
+            outputs.append(again.tick(stamp_ns))
+    assert all(output.reason for output in outputs)
 
 
 def test_a_plan_without_rooms_is_refused_and_the_old_one_stays():
@@ -157,6 +175,7 @@ def test_an_odometry_jump_starts_a_new_submap():
     points, _, stamp_ns = scans[-1]
     far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
     localizer.add_scan(points, far, stamp_ns + SCAN_NS)
+    assert localizer.output.reason == 'starting anew: odometry jumped by 44.25 m'
     after = localizer.tick(0).submap
     assert len(after.path_xy) == 1 < len(before.path_xy)
 

@@ -29,7 +29,11 @@ def walls():
 
 
 def claim(score=0.9):
-    return Belief(Status.LOCALIZED, Placement(A_PLAN_SUBMAP, score, np.eye(3)), 1.0)
+    return Belief(Status.LOCALIZED, Placement(A_PLAN_SUBMAP, score, np.eye(3)), 1.0, 'fits')
+
+
+def withdrawn(status):
+    return Belief(status, None, 0.1, 'another building?')
 
 
 def submap(newest):
@@ -46,7 +50,7 @@ def elsewhere():
 
 def test_walls_where_they_should_be_let_a_claim_stand():
     belief, A = Surroundings(FpnetConfig()).judge(plan(), submap(walls()), claim(), ROBOT)
-    assert belief.status is Status.LOCALIZED
+    assert (belief.status, belief.reason) == (Status.LOCALIZED, 'fits')
     assert np.linalg.norm(A.apply(ROBOT) - A_PLAN_SUBMAP.apply(ROBOT)) < 0.2
 
 
@@ -79,14 +83,14 @@ def test_a_moment_of_doubt_passes():
 def test_a_claim_that_falls_in_doubt_was_wrong():
     judge = Surroundings(FpnetConfig())
     judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
-    judge.judge(plan(), submap(elsewhere()), Belief(Status.SEARCHING, None, 0.1), ROBOT)
+    judge.judge(plan(), submap(elsewhere()), withdrawn(Status.SEARCHING), ROBOT)
     assert judge.is_elsewhere
 
 
 def test_a_claim_that_falls_undoubted_says_nothing_of_the_submap():
     judge = Surroundings(FpnetConfig())
     judge.judge(plan(), submap(walls()), claim(), ROBOT)
-    belief, A = judge.judge(plan(), submap(walls()), Belief(Status.LOST, None, 0.1), ROBOT)
+    belief, A = judge.judge(plan(), submap(walls()), withdrawn(Status.LOST), ROBOT)
     assert (belief.status, A) == (Status.LOST, None)
     assert not judge.is_elsewhere
 

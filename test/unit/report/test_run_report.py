@@ -76,6 +76,7 @@ def test_it_shows_the_figures_with_their_units(report):
 def test_there_is_a_moment_for_each_tick(page):
     moments = page.json['data']['moments']
     assert [m['status'] for m in moments] == ['waiting', 'ambiguous', 'localized']
+    assert [m['reason'] for m in moments] == [f'{k} placements' for k in (0, 2, 3)]
     assert [m['time_s'] for m in moments] == [0.0, 1.0, 2.0]
     assert page.attributes['slider']['max'] == '2'
     assert moments[0]['placements'] == []

@@ -1,0 +1,273 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Why an answer is what it is: one plain sentence, in words and figures.
+
+Every sentence names what decides. All of them have their home here, those too that need no
+verdict; the plan's axes are its own, and its +y is called north.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.judging.judge import Verdict
+
+Array = NDArray[np.float64]
+
+NO_PLAN = 'no floorplan yet'
+NOT_LOOKED = 'not looked at yet'
+MIRRORED = 'the floorplan looks mirrored: what was seen fits its mirror image only; flip it'
+CONTRADICTED = (
+    'what is seen now does not fit where the robot was: it was carried off, its odometry has '
+    'slipped, or the drawing is wrong here'
+)
+
+_LITTLE_M = 25.0  # physical: the walls of one room
+_NOISE_M = 1.0  # physical: contested wall that tells nothing; walls are seen in pieces as long
+_AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
+_BENT = 0.1  # numerical: a deformation that explains so much more of the walls is worth a word
+_WELL = 0.8  # numerical: who explains so much of the walls has seen too few of them
+_MISSING = 0.2  # numerical: so many drawn walls that are not there are worth a word
+_FARTHEST = 5.0  # numerical: no estimate reaches beyond so many times of what was compared
+_TURNED_RAD = math.radians(30.0)  # physical: a difference in heading that the eye sees
+_PAIR_M = 0.02  # numerical: figures of one pair agree within this
+_DIRECTIONS = (
+    'east', 'north-east', 'north', 'north-west', 'west', 'south-west', 'south', 'south-east',
+)  # fmt: skip
+_TOO_LITTLE = {
+    'foreign': 'too little yet to rule out another building',
+    'elsewhere': 'too little yet to rule out another place on this plan',
+}
+_TIMES = {1: 'once', 2: 'twice'}
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """
+    What a reason needs beside the verdict of one look.
+
+    Parameters
+    ----------
+    walls_m : length of the walls seen [m]
+    claim_probability : what a claim takes
+    at : (P, 2) points of the submap at which placements are compared [m], their mean in the middle
+    scales : smallest and largest mean scale that a placement might have; 0 and infinity where
+        nobody has stated one
+    is_claimed, is_mirrored : what was decided: a claim, or that the mirror image fits only
+    sure_looks : looks in a row, this one counted, that were sure of the best placement
+    missing_looks : further ones that a claim takes
+    needs_news : those must have seen something new
+    """
+
+    walls_m: float
+    claim_probability: float
+    at: Array
+    scales: tuple[float, float] = (0.0, math.inf)
+    is_claimed: bool = False
+    is_mirrored: bool = False
+    sure_looks: int = 1
+    missing_looks: int = 0
+    needs_news: bool = False
+
+
+def reason_of(verdict: Verdict, look: Look) -> str:
+    """Return what decides: one sentence, never empty."""
+    if look.is_mirrored:
+        return MIRRORED
+    if look.is_claimed and len(verdict.placements):
+        return '; '.join(
+            [_explained(verdict, look), _rival(verdict, look), *_scaled(verdict, look)]
+        )
+    if len(verdict.placements) and verdict.best >= look.claim_probability:
+        return _unconfirmed(look)
+    return _undecided(verdict, look)
+
+
+def waiting(seen_m2: float, needed_m2: float) -> str:
+    """Say how much of the floor that a look takes has been seen."""
+    return f'only {math.floor(seen_m2)} of {math.ceil(needed_m2)} m2 of floor seen so far'
+
+
+def anew(why: str) -> str:
+    """Say that, and why, everything seen was forgotten."""
+    return f'starting anew: {why}'
+
+
+def _undecided(verdict: Verdict, look: Look) -> str:
+    """Name what holds the probability that the best placement lacks."""
+    is_little = look.walls_m < _LITTLE_M
+    little = f'only {_metres(look.walls_m)} of wall seen so far'
+    if not len(verdict.placements):
+        return little if is_little else 'nothing on the floorplan fits what was seen'
+    placed = float(verdict.placements.probability.sum())
+    held = {
+        'rivals': placed - verdict.best if len(verdict.placements) > 1 else 0.0,
+        'elsewhere': verdict.none - verdict.mirror,
+        'mirror': verdict.mirror,
+        'foreign': verdict.foreign,
+    }
+    by = max(held, key=lambda name: held[name])
+    if by == 'rivals':
+        first = little if is_little else _explained(verdict, look)
+        parting = [] if is_little else _parting(verdict, look)
+        return '; '.join([first, _rival(verdict, look), *parting, *_scaled(verdict, look)])
+    if is_little:
+        return little
+    if by in _TOO_LITTLE and _explains_well(verdict, look):
+        explained = f'{_percent(_shares(verdict)[0])} of {_metres(look.walls_m)} of wall'
+        return f'explains {explained}{_bent(verdict)}: {_TOO_LITTLE[by]}'
+    return f'{_explains(verdict, look)}: {_doubt(by, verdict, look)}'
+
+
+def _explains_well(verdict: Verdict, look: Look) -> bool:
+    """Tell whether nothing speaks against the best placement but how little was seen."""
+    is_there = float(verdict.evidence.of('denied')[0]) < _MISSING
+    return bool(_shares(verdict)[0] >= _WELL and is_there and not _scale(verdict, look))
+
+
+def _doubt(by: str, verdict: Verdict, look: Look) -> str:
+    """Return what else may be the case: ``by`` is what holds the most probability."""
+    is_at_edge = bool(_scale(verdict, look))
+    if by == 'mirror':
+        how = 'better' if verdict.mirror > verdict.best else 'as well'
+        return f"the floorplan's mirror image fits {how}"
+    if by == 'foreign':
+        return 'another scale, or another building?' if is_at_edge else 'another building?'
+    elsewhere = 'what was seen may lie elsewhere on this plan'
+    return f'another scale, or {elsewhere}' if is_at_edge else elsewhere
+
+
+def _unconfirmed(look: Look) -> str:
+    """Say what a placement that is sure enough still lacks."""
+    if not look.missing_looks:
+        return "sure, but not yet compared with the floorplan's mirror image"
+    times = _TIMES.get(look.sure_looks, f'{look.sure_looks} times')
+    looks = 'look' if look.missing_looks == 1 else 'looks'
+    news = ' with something new' if look.needs_news else ''
+    return f'sure, but seen {times}: needs {look.missing_looks} more {looks}{news}'
+
+
+def _explained(verdict: Verdict, look: Look) -> str:
+    return (
+        f'{_percent(_shares(verdict)[0])} of {_metres(look.walls_m)} of wall '
+        f'explained{_bent(verdict)}'
+    )
+
+
+def _explains(verdict: Verdict, look: Look) -> str:
+    scale = _scale(verdict, look)
+    missing = float(verdict.evidence.of('denied')[0])
+    parts = [f'explains {_percent(_shares(verdict)[0])} of the walls{_bent(verdict)}']
+    if scale:
+        parts.append(f'at {scale}')
+    if missing >= _MISSING:
+        parts.append(f'but {_percent(missing)} of those drawn there are missing')
+    return ', '.join(parts)
+
+
+def _rival(verdict: Verdict, look: Look) -> str:
+    """Return where the most probable rival is and how much it explains."""
+    if len(verdict.placements) < 2:
+        return 'no rival was found'
+    best, other = _shares(verdict)[:2]
+    said = f'the best rival, {_where(verdict, look)}, explains {_percent(other)}'
+    missing = verdict.evidence.of('denied')
+    if round(100 * other) >= round(100 * best) and missing[1] - missing[0] >= _MISSING:
+        said += f', but {_percent(float(missing[1]))} of the walls drawn there are missing'
+    return said
+
+
+def _where(verdict: Verdict, look: Look) -> str:
+    """Return how the rival lies to the best placement, as seen from there."""
+    placed = verdict.placements.take(slice(2))
+    middle = placed.apply(look.at.mean(axis=0, keepdims=True))[:, 0]
+    x, y = middle[1] - middle[0]
+    heading = placed.heading
+    turn = abs(math.remainder(heading[1] - heading[0], math.tau))
+    parts = []
+    if (apart_m := round(math.hypot(x, y))) >= 1:
+        sector = round(math.atan2(y, x) / (math.tau / len(_DIRECTIONS))) % len(_DIRECTIONS)
+        parts.append(f'{apart_m} m {_DIRECTIONS[sector]}')
+    if turn >= _TURNED_RAD:
+        parts.append(f'turned by {round(math.degrees(turn))} degrees')
+    return ' and '.join(parts) or 'in nearly the same place'
+
+
+def _parting(verdict: Verdict, look: Look) -> list[str]:
+    """
+    Say how much more wall would part the best placement from its rival, if that can be told.
+
+    Walls speak in proportion to their length: what the contested ones have gained in log odds is
+    what as many more would gain.
+    """
+    contested_m = _contested_m(verdict, look.walls_m)
+    best, other = verdict.placements.probability[:2]
+    supports = verdict.evidence.of('support')
+    if contested_m < _NOISE_M or not best > other > 0.0 or supports[0] <= supports[1]:
+        return []
+    needed = math.log(look.claim_probability / (1.0 - look.claim_probability))
+    more = needed / math.log(best / other) - 1.0
+    if not 0.0 < more <= _FARTHEST:
+        return []
+    more_m = max(more * contested_m, 1.0)
+    return [f'{_metres(more_m)} more of wall where they differ would part them']
+
+
+def _contested_m(verdict: Verdict, walls_m: float) -> float:
+    """Return the length of wall on which the two best differ [m]; 0 where it is not known."""
+    figures, support = verdict.evidence, verdict.evidence.of('support').astype(np.float64)
+    bent = figures.of('bent_support').astype(np.float64)
+    for one, other in ((0, 1), (1, 0)):
+        # Each placement's figures are against its strongest rival, whoever that is.
+        told = [float(figures.of(name)[one]) for name in ('rival_net', 'rival_bent_net')]
+        net = [(each[one] - each[other]) * walls_m for each in (support, bent)]
+        if all(
+            abs(math.copysign(math.expm1(abs(log)), log) - exact) <= _PAIR_M
+            for log, exact in zip(told, net, strict=True)
+        ):
+            return math.expm1(float(figures.of('rival_contested')[one]))
+    return 0.0
+
+
+def _scaled(verdict: Verdict, look: Look) -> list[str]:
+    scale = _scale(verdict, look)
+    return [f'the walls fit at {scale}'] if scale else []
+
+
+def _scale(verdict: Verdict, look: Look) -> str:
+    """Return the best placement's scale where it is at the edge of what was searched."""
+    (low, high), scale = look.scales, float(verdict.placements.scale[0])
+    edge = 1.0 + _AT_EDGE
+    if not 0.0 < low * edge**2 < high < math.inf or low * edge < scale < high / edge:
+        return ''
+    limit = 'least' if scale <= low * edge else 'most'
+    return f'{scale:.2f} times the stated scale, the {limit} that was searched'
+
+
+def _bent(verdict: Verdict) -> str:
+    if not _is_bent(verdict):
+        return ''
+    return f' with the drawing bent by {float(verdict.evidence.of("bend_m")[0]):.1f} m'
+
+
+def _is_bent(verdict: Verdict) -> bool:
+    return float(verdict.evidence.of('bend_gain')[0]) >= _BENT
+
+
+def _shares(verdict: Verdict) -> Array:
+    """Return the share of the walls that each placement explains, ``(C,)``."""
+    name = 'bent_support' if _is_bent(verdict) else 'support'
+    return np.asarray(verdict.evidence.of(name), np.float64)
+
+
+def _percent(share: float) -> str:
+    return f'{round(100 * share)} %'
+
+
+def _metres(length_m: float) -> str:
+    return f'{round(length_m)} m'
