@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import sys
 from typing import Annotated
 
 import typer
@@ -25,6 +26,10 @@ def command(
         float, typer.Option('--share', min=0.001, max=1.0, help='Use so much of the trials.')
     ] = 1.0,
     workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that gather.')] = 2,
+    without: Annotated[
+        list[str] | None,
+        typer.Option('--without', help='Leave out figures named so, as rival or ben; repeatable.'),
+    ] = None,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
@@ -42,7 +47,10 @@ def command(
     from fpnet_core.training.judge_figures import held_back_figures
     from fpnet_core.training.judge_gathering import Amounts, count_blocks, gather_trials
 
-    amounts, settings = Amounts().scaled(share), JudgeTraining(seed=seed or 0)
+    amounts, settings = (
+        Amounts().scaled(share),
+        JudgeTraining(seed=seed or 0, without=tuple(without or ())),
+    )
     with common.progress('trials', total=count_blocks(amounts)) as advance:
         trials = gather_trials(
             out / 'trials', settings.seed, data, tree, amounts, workers, advance
@@ -52,6 +60,12 @@ def command(
         typer.echo(f'{name}: {value}')
     with common.progress('fitting', total=settings.members) as advance:
         networks = fit_judge(stack_trials(trials), settings, advance)
-    facts = {'figures': figures, 'data': {'trials': len(trials), 'share': share}}
-    write_judge(out / 'judge.safetensors', networks, settings, facts)
-    typer.echo(f'wrote {out / "judge.safetensors"}')
+    command = ' '.join(['fpnet', *sys.argv[1:]])
+    drawn = {'trials': len(trials), 'share': share, 'command': command}
+    facts = {'figures': figures, 'data': drawn}
+    path = (
+        out
+        / f'{"_".join(["judge", *(f"without_{word}" for word in settings.without)])}.safetensors'
+    )
+    write_judge(path, networks, settings, facts)
+    typer.echo(f'wrote {path}')

@@ -107,6 +107,15 @@ class Judge:
         weights = log_p[:-1] - log_p[-1]
         return self.verdict(placements, evidence, weights[:-1], float(weights[-1]))
 
+    def best_of(self, evidence: Evidence, right: NDArray[np.bool_]) -> tuple[float, bool]:
+        """Return the probability of the best placement, and whether it is ``right (C,)``."""
+        log_p = self._model.log_probability(evidence)
+        weights = log_p[:-1] - log_p[-1]
+        best = int(weights[:-1].argmax())
+        return float(self._probabilities(weights[:-1], float(weights[-1]))[best]), bool(
+            right[best]
+        )
+
     def verdict(
         self, placements: Placements, evidence: Evidence, weights: Array, none_weight: float
     ) -> Verdict:

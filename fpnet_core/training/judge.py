@@ -27,6 +27,7 @@ from fpnet_core.judging.model import CLIP
 from fpnet_core.training.judge_trials import Trial
 
 _NEVER = -1e9
+_UNSEEN = 1e9  # spread of a figure that is not looked at
 _LEAST_SPREAD = 1e-3  # of a figure that hardly varies
 
 
@@ -44,6 +45,8 @@ class JudgeTraining:
     thinned: float = 0.3
     """Share of trials of which up to as many placements are left out, the right one too."""
     seed: int = 0
+    without: tuple[str, ...] = ()
+    """Figures whose names hold one of these words are not looked at, for comparisons."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +122,14 @@ class JudgeNetwork(nn.Module):
         self.none_second = nn.Linear(width, 2)
         self.drop = nn.Dropout(dropout)
 
-    def standardise(self, data: TrialTensors) -> None:
-        """Take means and spreads from what is learned from."""
+    def standardise(self, data: TrialTensors, without: Sequence[str] = ()) -> None:
+        """Take means and spreads from what is learned from; some figures are not looked at."""
         flat = data.figures[data.there]
         for name, values in (('figure', flat), ('context', data.context)):
             getattr(self, f'{name}_mean').copy_(values.mean(dim=0))
             getattr(self, f'{name}_scale').copy_(values.std(dim=0) + _LEAST_SPREAD)
+        blind = [any(word in name for word in without) for name in FIGURES]
+        self.figure_scale[torch.tensor(blind)] = _UNSEEN
 
     def forward(
         self, figures: torch.Tensor, context: torch.Tensor, there: torch.Tensor
@@ -159,7 +164,7 @@ def fit_member(data: TrialTensors, config: JudgeTraining, member: int) -> JudgeN
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed * 1009 + member)
         network = JudgeNetwork(config.width, config.dropout)
-        network.standardise(data)
+        network.standardise(data, config.without)
         optimizer = torch.optim.AdamW(
             network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
         )

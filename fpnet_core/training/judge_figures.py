@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 import torch
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Placements
 from fpnet_core.judging import Judge, JudgeModel
 from fpnet_core.metrics import Reliability, expected_calibration_error, reliability_bins
 from fpnet_core.training.judge import (
@@ -36,11 +35,14 @@ def reliability(
     """Compare what a judge states of each trial's best placement with the truth."""
     own = np.array([trial.is_own for trial in trials], dtype=np.bool_)
     share = float(np.clip(own.mean(), 0.01, 0.99)) if len(own) else 0.5
-    stated = [_best(trial, Judge(model, share)) for trial in trials]
+    stated = [Judge(model, share).best_of(trial.evidence, trial.right) for trial in trials]
     p = np.array([each[0] for each in stated], dtype=np.float64)
     right = np.array([each[1] for each in stated], dtype=np.bool_)
     in_force = Judge(model, config.plan_prior)
-    claim = np.array([_best(t, in_force)[0] for t in trials]) >= config.claim_probability
+    claim = (
+        np.array([in_force.best_of(t.evidence, t.right)[0] for t in trials])
+        >= config.claim_probability
+    )
     claimed, true, count = reliability_bins(p, right)
     return Reliability(
         claimed=claimed,
@@ -54,14 +56,6 @@ def reliability(
         foreign_claims=int((claim & ~own).sum()),
         right_best=float(right[own].mean()) if own.any() else 0.0,
     )
-
-
-def _best(trial: Trial, judge: Judge) -> tuple[float, bool]:
-    """Probability of the best placement, and whether it is right."""
-    count = len(trial.evidence)
-    unplaced = Placements(np.tile(np.eye(2), (count, 1, 1)), np.zeros((count, 2)), trial.right)
-    best = judge.weighed(unplaced, trial.evidence).placements
-    return float(best.probability[0]), bool(best.score[0])
 
 
 def held_back_figures(

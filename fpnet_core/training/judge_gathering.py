@@ -43,7 +43,7 @@ class _Block:
     kind: str
     number: int
     seed: int
-    data: Path
+    data: Path | None
     config: FpnetConfig
     path: Path
 
@@ -51,7 +51,7 @@ class _Block:
 def gather_trials(
     folder: Path,
     seed: int,
-    data: Path,
+    data: Path | None,
     config: FpnetConfig,
     amounts: Amounts,
     workers: int = 1,
@@ -93,7 +93,7 @@ def _numbers(amounts: Amounts) -> Iterator[tuple[str, range]]:
 
 
 def _blocks(
-    folder: Path, seed: int, data: Path, config: FpnetConfig, amounts: Amounts
+    folder: Path, seed: int, data: Path | None, config: FpnetConfig, amounts: Amounts
 ) -> Iterator[_Block]:
     each = [
         (number / len(numbers), kind, number)
@@ -112,7 +112,9 @@ def _make(block: _Block) -> None:
 
 
 @lru_cache(maxsize=5)
-def _source(kind: str, seed: int, data: Path, config: FpnetConfig) -> TrialSource | DriveSource:
+def _source(
+    kind: str, seed: int, data: Path | None, config: FpnetConfig
+) -> TrialSource | DriveSource:
     """Return what makes the blocks of one kind; a process makes many of them."""
     import torch
 
