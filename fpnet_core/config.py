@@ -244,7 +244,7 @@ class LocalizerConfig(Section):
     release_probability: float = Field(
         0.6, gt=0.0, lt=1.0, description='A claim is withdrawn below this probability.'
     )
-    confirm_ticks: int = Field(3, ge=1, description='Ticks in a row the same placement must win.')
+    confirm_ticks: int = Field(2, ge=1, description='Ticks in a row the same placement must win.')
     drift_support: float = Field(
         0.1,
         ge=0.0,

@@ -43,6 +43,7 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
+    from fpnet_core.training import use_threads
     from fpnet_core.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
     from fpnet_core.training.judge_figures import held_back_figures
     from fpnet_core.training.judge_gathering import Amounts, count_blocks, gather_trials
@@ -55,6 +56,7 @@ def command(
         trials = gather_trials(
             out / 'trials', settings.seed, data, tree, amounts, workers, advance
         )
+    use_threads(1)  # small products: more threads wait for each other
     figures = held_back_figures(trials, settings)
     for name, value in figures.items():
         typer.echo(f'{name}: {value}')
