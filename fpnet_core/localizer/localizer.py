@@ -43,6 +43,8 @@ from fpnet_core.types import GridMap, LocalizerOutput, MatchResult, Status, Subm
 
 _log = logging.getLogger(__name__)
 
+_FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
+
 
 class Localizer:
     """
@@ -289,7 +291,7 @@ class Localizer:
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
                 scales=plan.scale.search.bounds,
             )
-            self._tracked = belief.judged @ A_submap_odom
+            self._tracked = belief.judged.take(slice(_FOLLOWED)) @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
             _follow_scale(plan, belief, sub)
             judged = belief.judged

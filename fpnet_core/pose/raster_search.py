@@ -23,6 +23,7 @@ from scipy import fft
 
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
+from fpnet_core.pose.scales import in_turn
 
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
@@ -35,7 +36,6 @@ _OUTSIDE_FULL_M = 1.0  # free space so deep outside the plan costs 1
 _MAX_WALLS, _MAX_FREE = 1500, 1000  # samples that stand for the map
 _PEAKS = 4  # best translations of each rotation and scale
 _PEAK_PIXELS = 5  # a peak is the highest within this window
-_SHRINK_COST = 0.2  # worth of a scale larger by e: a tiny map fits everywhere
 
 _BINS = 90  # directions modulo a right angle, by degree
 _BIN_SIGMA = 3.0  # walls of one direction scatter by this [degrees]
@@ -60,7 +60,7 @@ def search_placements(
     plan: MapEvidence, sub: MapEvidence, factors: Array, max_candidates: int
 ) -> Placements:
     """
-    Return the best placements by coarse correlation, best first.
+    Return the best placements by coarse correlation, scales taking turns.
 
     Parameters
     ----------
@@ -74,7 +74,8 @@ def search_placements(
     walls, free = _thinned(sub.walls, _MAX_WALLS), _thinned(sub.free, _MAX_FREE)
     found = [_of_turn(field, walls, free, yaw, factors) for yaw in wall_turns(plan, sub)]
     linear, translation, worth = (np.concatenate(part) for part in zip(*found, strict=True))
-    order = np.argsort(-worth, kind='stable')[:max_candidates]
+    scale = np.sqrt(np.abs(np.linalg.det(linear)))
+    order = in_turn(scale, worth)[:max_candidates]
     return Placements(linear[order], translation[order])
 
 
@@ -171,7 +172,7 @@ def _of_turn(
         peaks, heights = _peaks(values[: inside[0], : inside[1]])
         linear.append(np.tile(factor * rotation, (len(peaks), 1, 1)))
         shift.append(peaks - factor * low)
-        worth.append(heights + _SHRINK_COST * np.log(factor))
+        worth.append(heights)
     translation = (np.concatenate(shift) - field.A_px_xy[:, 2]) @ np.linalg.inv(in_px).T
     return np.concatenate(linear), translation, np.concatenate(worth)
 

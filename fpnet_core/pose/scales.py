@@ -1,12 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Verified placements of very different scales, compared fairly.
+Verified placements of very different scales.
 
 Agreement is a share, and a map that is shrunk to half finds a place for each of its walls more
-easily: it covers half as many metres of the plan. Where scales differ, a score above what any
-place reaches by chance therefore counts more the more metres of the plan it explains; with the
-root of the scale, since walls of one building are not independent.
+easily: it covers half as many metres of the plan. What that is worth is for the judge to say; here
+scales take turns, so that each brings its best placements before it.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, Effort, Freedom, refine
 from fpnet_core.pose.verify import agreement
 
-_CHANCE_SCORE = 0.4
-"""Agreement that any place of roughly the right size reaches."""
+_SAME_SCALE = 0.3
+"""Scales this near, in their logarithm, are one; numerical: some seven between two unsure maps."""
 
 _NEAR = Effort((0.4, 0.3), 200)
 """Of candidates that are right within half a metre: the few walls of a small map give way to a
@@ -52,8 +51,8 @@ def estimates_across_scales(
 
     Returns
     -------
-    At most ``max_estimates`` placements with scores and covariances, by worth and not by score;
-    none for no candidates.
+    At most ``max_estimates`` placements with scores and covariances, scales taking turns; none
+    for no candidates.
     """
     places = compared_at(sub, robot_xy)
     near = refine(plan, sub.walls, candidates, freedom, _NEAR)
@@ -73,8 +72,23 @@ def _best(
     distance_m: float,
     limit: int,
 ) -> Placements:
-    """Return the best distinct placements with their scores, best first."""
+    """Return the best distinct placements with their scores, scales taking turns."""
     scores = agreement(plan, sub, placed, config.wall_sigma_m).score
-    worth = np.sqrt(placed.scale) * (scores - _CHANCE_SCORE)
-    ranked = replace(placed, score=scores).take(np.argsort(-worth, kind='stable'))
+    order = in_turn(placed.scale, scores)
+    ranked = replace(placed, score=scores).take(order)
     return ranked.take(ranked.distinct(places, distance_m, limit))
+
+
+def in_turn(scale: NDArray[np.float64], worth: NDArray[np.float64]) -> NDArray[np.int64]:
+    """
+    Return the order ``(C,)`` in which scales take turns, each with the best that it still has.
+
+    ``scale`` and ``worth`` are ``(C,)``; a worth is compared with those of its own scale only.
+    """
+    group = np.round(np.log(scale) / _SAME_SCALE)
+    best_first = np.lexsort((-worth, group))
+    place = np.empty(len(scale), dtype=np.int64)
+    starts = np.flatnonzero(np.r_[True, np.diff(group[best_first]) != 0])
+    sizes = np.diff(np.r_[starts, len(scale)])
+    place[best_first] = np.arange(len(scale)) - np.repeat(starts, sizes)
+    return np.asarray(np.lexsort((-worth, place)))
