@@ -62,8 +62,8 @@ ELSEWHERE = {
     'test_methods_are_scored_on_the_same_pairs',
     'fpnet bench localization': 'test/integration/test_bench_localization_case.py::'
     'test_the_command_reports_and_names_what_it_skipped',
-    'fpnet bench calibration': 'test/unit/cli/test_bench_calibration_cli.py::'
-    'test_without_a_fit_the_constants_in_force_are_measured',
+    'fpnet bench calibration': 'test/integration/test_judge_trials.py::'
+    'test_the_benchmark_measures_what_is_packaged_and_draws_it',
     'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::test_every_rate_is_counted',
     'evo_ape tum drive/truth.tum out/run/poses.tum --align --correct_scale': (
         'test/unit/report/test_run_exports.py::test_evo_reads_the_trajectories'
