@@ -10,6 +10,8 @@ samples of the plan, ``B`` patches of the submap, ``S`` local shifts that are tr
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -121,23 +123,11 @@ def wall_distances(
 
 
 @numba.njit(cache=True, nogil=True)
-def look_up(A: Array, points: Array, raster: Floats, beyond: float) -> Floats:
-    """Return ``raster`` under every placed point, ``(C, F) float32``."""
+def look_up(A: Array, points: Array, raster: NDArray[Any], beyond: Any) -> NDArray[Any]:
+    """Return ``raster`` under every placed point, ``(C, F)``, ``beyond`` outside of it."""
     rows, cols = raster.shape
-    found = np.full((len(A), len(points)), np.float32(beyond))
-    for c in range(len(A)):
-        for k in range(len(points)):
-            row, col = _nearest(A[c], points[k, 0], points[k, 1])
-            if 0 <= row < rows and 0 <= col < cols:
-                found[c, k] = raster[row, col]
-    return found
-
-
-@numba.njit(cache=True, nogil=True)
-def look_up_labels(A: Array, points: Array, raster: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the label under every placed point, ``(C, F) int32``; 0 outside."""
-    rows, cols = raster.shape
-    found = np.zeros((len(A), len(points)), dtype=np.int32)
+    found = np.empty((len(A), len(points)), dtype=raster.dtype)
+    found[:] = beyond
     for c in range(len(A)):
         for k in range(len(points)):
             row, col = _nearest(A[c], points[k, 0], points[k, 1])

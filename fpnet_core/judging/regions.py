@@ -16,6 +16,7 @@ from fpnet_core.types import MatchResult
 Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
+_NO_ROOM = np.int32(0)
 _WELL_SEEN = 0.9  # observed fraction from which a room's size can be compared
 _TOUCHED = 0.3  # a drawn room counts as entered from this share of its area
 _DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # a door lies within about the one of its drawn one, at most
@@ -61,7 +62,7 @@ def _overlap(plan: MapSide, sub: MapSide, looked: LookedAt) -> Array:
     grid, labels = sub.segmentation.grid, sub.segmentation.labels
     rc = np.clip(np.rint(grid.xy_to_rc(looked.free)), 0, np.array(labels.shape) - 1)
     row, col = rc.astype(np.int64).T
-    placed = kernels.look_up_labels(looked.to_plan, looked.free, plan.room_of_cell)
+    placed = kernels.look_up(looked.to_plan, looked.free, plan.room_of_cell, _NO_ROOM)
     sizes = (len(side.segmentation.rooms) + 1 for side in (sub, plan))
     counts = kernels.room_overlap(placed, labels[row, col].astype(np.int64), *sizes)
     return counts[:, 1:].astype(np.float64)
@@ -107,8 +108,8 @@ def _doors(plan: MapSide, sub: MapSide, looked: LookedAt, apart: Array) -> Figur
             ('doors_met', 'doors_near', 'doors_missing'), np.zeros(count)
         )
     nearest = apart.min(axis=2)
-    observed = sub.evidence.observed.astype(np.float32)
-    expected = kernels.look_up(looked.to_sub, plan.door_points, observed, 0.0) > 0.0
+    observed = sub.evidence.observed
+    expected = kernels.look_up(looked.to_sub, plan.door_points, observed, np.False_)
     missing = expected & (apart.min(axis=1) > _DOOR_REACH_M)
     return counted | {
         'doors_met': np.exp(-0.5 * (nearest / _DOOR_M) ** 2).mean(axis=1),
@@ -129,7 +130,7 @@ def _matches(
     rooms = sub.segmentation.rooms
     if rooms:
         middles = np.array([room.centroid for room in rooms])
-        on = kernels.look_up_labels(looked.to_plan, middles, plan.room_of_cell).astype(np.int64)
+        on = kernels.look_up(looked.to_plan, middles, plan.room_of_cell, _NO_ROOM).astype(np.int64)
         ids = np.array([room.id for room in rooms])
         found['match_rooms'] = np.where(on > 0, decades[on - 1, ids], 0.0).mean(axis=1)
     if apart.shape[1] and apart.shape[2]:

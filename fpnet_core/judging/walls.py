@@ -28,6 +28,7 @@ _FINE_M, _WIDE_M = 0.5 * WIDTH_M, 2.0 * WIDTH_M
 BEYOND_M = 3.0
 """Distance of a wall that is nowhere near a drawn one; walls further apart tell no more."""
 
+_BEYOND = np.float32(BEYOND_M)
 _RESIDUALS = (50, 75, 90)  # percentiles of the distance that are figures
 _TOLERATED_M, _FULLY_OUTSIDE_M = 0.3, 1.0  # free space may overlap a drawn wall by this much
 _ON_WALL_M = 0.1  # a cell: free space this near to a drawn wall was crossed by a beam
@@ -235,10 +236,10 @@ def _free(plan: MapEvidence, sub: MapEvidence, looked: LookedAt) -> Figures:
     if not len(looked.free):
         nothing = np.zeros(len(looked.to_plan))
         return {'outside': nothing, 'outside_m2': nothing, 'on_wall': nothing}
-    depth = kernels.look_up(looked.to_plan, looked.free, plan.outside_depth, BEYOND_M)
+    depth = kernels.look_up(looked.to_plan, looked.free, plan.outside_depth, _BEYOND)
     share = (depth - _TOLERATED_M) / (_FULLY_OUTSIDE_M - _TOLERATED_M)
     outside = np.clip(share, 0.0, 1.0).mean(axis=1)
-    near = kernels.look_up(looked.to_plan, looked.free, plan.wall_distance, BEYOND_M)
+    near = kernels.look_up(looked.to_plan, looked.free, plan.wall_distance, _BEYOND)
     return {
         'outside': outside,
         'outside_m2': np.log1p(outside * sub.free_area_m2),
