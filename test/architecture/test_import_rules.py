@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 LAYERS = [
     {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'trajectory'},
     {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
-    {'models', 'matching', 'pose', 'judging', 'metrics'},
+    {'models', 'matching', 'pose', 'judging', 'metrics', 'drawings'},
     {'localizer', 'baselines'},
     {'sim', 'training', 'evaluation', 'viz', 'report'},
     {'cli'},

@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a drawing is on its way to a map: what a file holds, what is known of its scale, the reading.
+
+Pixels are (x right, y down) of the drawing as the user sees it, whole numbers are pixel centres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.types import GridMap
+
+Array = NDArray[np.float64]
+
+
+class ScaleSource(StrEnum):
+    """Who says how long a metre is."""
+
+    STATED = 'stated'  # a map_server YAML, --resolution
+    LENGTH = 'length'  # --length X1,Y1,X2,Y2=METRES
+    UNITS = 'units'  # DXF and IFC know their units
+    SCALE_BAR = 'scale bar'
+    DIMENSIONS = 'dimensions'  # dimension texts and their lines
+    ESTIMATED = 'estimated'  # doors, rooms and walls together
+    UNKNOWN = 'unknown'
+
+
+@dataclass(frozen=True)
+class DrawingScale:
+    """
+    What is known of a drawing's scale.
+
+    ``resolution_m`` is the edge of a pixel [m], ``low_m`` and ``high_m`` hold the truth with 90 %
+    probability; ``why`` says in a few words where it is from.
+    """
+
+    resolution_m: float
+    low_m: float
+    high_m: float
+    source: ScaleSource
+    why: str = ''
+
+    @property
+    def is_known(self) -> bool:
+        """Tell whether somebody has stated it: nobody asks the doors, then."""
+        return self.source not in (ScaleSource.ESTIMATED, ScaleSource.UNKNOWN)
+
+
+@dataclass(frozen=True, eq=False)
+class Strokes:
+    """
+    Straight pieces of a vector drawing's lines, in pixels.
+
+    ``ends (N, 2, 2)``, ``width (N,)``, ``colour (N, 3)`` uint8, ``path (N,)`` numbers the path
+    that a piece belongs to, ``is_curve (N,)`` tells pieces of arcs, circles and splines, ``layer
+    (N,)`` indexes ``layers``.
+    """
+
+    ends: Array
+    width: Array
+    colour: NDArray[np.uint8]
+    path: NDArray[np.int64]
+    is_curve: NDArray[np.bool_]
+    layer: NDArray[np.int64]
+    layers: tuple[str, ...] = ('',)
+
+
+@dataclass(frozen=True)
+class Label:
+    """A line of text of a vector drawing; ``box`` is (left, top, right, bottom) [pixels]."""
+
+    text: str
+    box: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """
+    What a file holds, before anybody has read it as a plan.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3) uint8
+        The drawing upright, on white where it is transparent. Of a vector drawing its walls only
+        as far as they are known: without texts, curves and layers of furniture.
+    name : what to call it in messages
+    format : ``png``, ``jpeg``, ``pdf``, ``svg``, ``dxf``, ``ifc``, ...
+    strokes, labels : of vector drawings
+    scale : what the format itself says, as a DXF's units; None where it says nothing
+    A_pixel_image : (2, 3)
+        From pixels of the file as stored (before it was turned upright) or, of vector formats,
+        its own units (y down for pages and SVG, y up for DXF and IFC) to ``pixels``.
+    notes : what was noticed on opening, a sentence each
+    """
+
+    pixels: NDArray[np.uint8]
+    name: str
+    format: str
+    strokes: Strokes | None = None
+    labels: tuple[Label, ...] = ()
+    scale: DrawingScale | None = None
+    A_pixel_image: Array = field(default_factory=lambda: np.eye(2, 3))
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """
+    What a user says about a drawing.
+
+    ``resolution_m`` of a pixel; ``length`` as (x1, y1, x2, y2, metres) in pixels; ``crop`` as
+    (left, top, right, bottom) in pixels; ``storey`` from 1, of several on one sheet; ``page``
+    from 1, of a PDF (or storey of an IFC); ``layers`` of a DXF that hold walls, empty to guess.
+    """
+
+    resolution_m: float | None = None
+    length: tuple[float, float, float, float, float] | None = None
+    crop: tuple[int, int, int, int] | None = None
+    storey: int | None = None
+    page: int | None = None
+    layers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """What was left out of the map: ``what`` (``title block``, ``frame``, ...) and where."""
+
+    what: str
+    box: tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """
+    A drawing read as a plan.
+
+    Parameters
+    ----------
+    grid : in metres of ``scale.resolution_m``, frame ``plan``
+    scale : what is known of it
+    H_plan_image : (3, 3)
+        From the pixels of the user's own image to metres of ``grid``'s frame; a homography, which
+        is affine unless a perspective was undone.
+    how : the reading that won, in a few words: ``dark walls on light paper``
+    storeys : boxes (left, top, right, bottom) [pixels] of the buildings on the sheet, in order
+    dropped : what was left out
+    notes : what a user should know, a sentence each
+    doubts : reasons not to believe the reading; empty for a plausible one
+    drawing : what was read
+    """
+
+    grid: GridMap
+    scale: DrawingScale
+    H_plan_image: Array
+    how: str
+    drawing: Drawing
+    storeys: tuple[tuple[int, int, int, int], ...] = ()
+    dropped: tuple[Dropped, ...] = ()
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def is_readable(self) -> bool:
+        """Tell whether nothing speaks against the reading."""
+        return not self.doubts
