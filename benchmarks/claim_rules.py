@@ -23,7 +23,7 @@ from fpnet_core.judging import Judge
 from fpnet_core.training.judge_gathering import Amounts, gather_trials
 
 LOOKS = (1, 2, 3)
-PROBABILITIES = (0.98, 0.99, 0.995)
+PROBABILITIES = (0.9, 0.95, 0.97, 0.98, 0.99)
 
 
 def plans_of(trials):

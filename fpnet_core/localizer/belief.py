@@ -25,7 +25,7 @@ class Belief:
 
     ``reason`` says why, in one sentence; ``is_mirrored`` that it is because what was seen fits the
     plan's mirror image only. ``judged`` are all placements that the status was decided on, with
-    their probabilities.
+    their probabilities. ``bend_m`` is how far the drawing had to bend under the best one.
     """
 
     status: Status
@@ -34,6 +34,7 @@ class Belief:
     reason: str
     is_mirrored: bool = False
     judged: Placements = field(default_factory=Placements.empty)
+    bend_m: float = 0.0
 
 
 class HypothesisTracker:
@@ -130,7 +131,8 @@ class HypothesisTracker:
             missing_looks=max(needed - self._sure_wins, 0),
             needs_news=needs_news,
         )
-        return Belief(status, best, p, reason_of(verdict, look), judged=judged)
+        bend_m = float(verdict.evidence.of('bend_m')[0])
+        return Belief(status, best, p, reason_of(verdict, look), judged=judged, bend_m=bend_m)
 
     def _count_mirror(self, verdict: Verdict, mirrored: Verdict | None) -> None:
         """Count how often in a row the mirror image would have been claimed."""

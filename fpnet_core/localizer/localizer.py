@@ -368,7 +368,7 @@ def _planar(T_submap_odom: SE2, T_odom_sensor: NDArray[np.float64]) -> NDArray[n
 def _follow_scale(plan: Floorplan, belief: Belief, sub: MapSide) -> None:
     """Let claims measure the plan's scale; being ambiguous again says nothing about it."""
     if belief.status is Status.LOCALIZED and belief.best is not None:
-        plan.scale.follow(belief.best.A_plan_submap, sub.evidence.walls)
+        plan.scale.follow(belief.best.A_plan_submap, sub.evidence.walls, belief.bend_m)
     elif belief.status is not Status.AMBIGUOUS:
         plan.scale.forget()
 

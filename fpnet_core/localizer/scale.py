@@ -27,7 +27,7 @@ _SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement close
 _KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
 _LOCK_TICKS = 5  # claimed ticks whose estimates are compared
 _LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
-_DRAWING_SIGMA_M = 0.1  # by how much a drawn wall may be off, however many agree
+_DRAWING_SIGMA_M = 0.1  # by how much a wall of a good drawing may be off, however many agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,17 +129,20 @@ class ScaleTracker:
         self._seen.clear()
         self.estimate = None
 
-    def follow(self, A_plan_submap: Affine2D, walls: Array) -> None:
+    def follow(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> None:
         """
         Take a tick's claimed placement.
 
         ``walls (P, 2)`` are the submap's [m]: the wider they lie, the better they measure.
+        ``bend_m`` is how far the drawing had to bend under the placement: what is off here and
+        there by so much tells the scale of the whole no better.
         """
         if self._is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return
         self._seen.append(A_plan_submap.stretch)
         mean = np.mean(self._seen, axis=0)
-        sigma = max(self._scatter(mean), _DRAWING_SIGMA_M / _extent_m(A_plan_submap, walls))
+        off_m = max(_DRAWING_SIGMA_M, bend_m)
+        sigma = max(self._scatter(mean), off_m / _extent_m(A_plan_submap, walls))
         enough = len(self._seen) == _LOCK_TICKS
         self.estimate = PlanScale(mean, sigma, enough and sigma <= _LOCK_SIGMA)
 

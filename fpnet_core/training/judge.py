@@ -128,8 +128,9 @@ class JudgeNetwork(nn.Module):
         for name, values in (('figure', flat), ('context', data.context)):
             getattr(self, f'{name}_mean').copy_(values.mean(dim=0))
             getattr(self, f'{name}_scale').copy_(values.std(dim=0) + _LEAST_SPREAD)
-        blind = [any(word in name for word in without) for name in FIGURES]
-        self.figure_scale[torch.tensor(blind)] = _UNSEEN
+        for scale, names in ((self.figure_scale, FIGURES), (self.context_scale, CONTEXT)):
+            blind = [any(word in name for word in without) for name in names]
+            scale[torch.tensor(blind)] = _UNSEEN
 
     def forward(
         self, figures: torch.Tensor, context: torch.Tensor, there: torch.Tensor

@@ -25,6 +25,9 @@ from fpnet_core.training.judge_trials import Trial
 
 Array = NDArray[np.float64]
 
+CLAIMS = (0.9, 0.95, 0.97, 0.99)
+"""Probabilities that a claim might ask for; what each costs decides on the configuration's."""
+
 FOLDS = 4
 _FOLD_MEMBERS = 2
 
@@ -64,9 +67,10 @@ def held_back_figures(
     """
     Return figures per kind of trial, each of a judge that was fitted without its building.
 
-    Shares of trials on own plans: ``right`` (the best placement is), ``claimed_right``,
-    ``claimed_wrong``; of trials on others' plans ``foreign_claimed``; and the expected
-    calibration error ``ece`` where own and others' plans are as frequent as among the trials.
+    ``right`` is the share of trials on own plans whose best placement is. With claims from each
+    of :data:`CLAIMS` on, ``claimed_right_P`` and ``claimed_wrong_P`` are shares of trials on own
+    plans, ``foreign_claimed_P`` of those on others'; ``ece`` is the expected calibration error
+    where own and others' plans are as frequent as among the trials.
     """
     data = stack_trials(trials)
     names = sorted({_building(trial) for trial in trials})
@@ -109,16 +113,17 @@ def _figures(log_p: Array, data: TrialTensors, chosen: NDArray[np.bool_]) -> dic
     best = p.argmax(axis=1)
     rows = np.arange(len(p))
     is_right = right[rows, best]
-    is_claim = p[rows, best] >= config.claim_probability
     even = at_prior(log_p, float(np.clip(own.mean(), 0.01, 0.99)))[rows, best]
     found = {
         'trials': float(len(p)),
         'ece': expected_calibration_error(even, is_right),
-        'foreign_claimed': _mean(is_claim[~own]),
         'right': _mean(is_right[own]),
-        'claimed_right': _mean((is_claim & is_right)[own]),
-        'claimed_wrong': _mean((is_claim & ~is_right)[own]),
     }
+    for threshold in CLAIMS:
+        is_claim = p[rows, best] >= threshold
+        found[f'claimed_right_{threshold:g}'] = _mean((is_claim & is_right)[own])
+        found[f'claimed_wrong_{threshold:g}'] = _mean((is_claim & ~is_right)[own])
+        found[f'foreign_claimed_{threshold:g}'] = _mean(is_claim[~own])
     return {name: round(float(value), 4) for name, value in found.items()}
 
 

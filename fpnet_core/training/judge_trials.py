@@ -76,7 +76,7 @@ class Trial:
     One comparison: the evidence for ``C`` placements and which of them are ``right (C,)``.
 
     ``is_own`` marks the plan of the map's own building; ``kind`` and ``building`` say where the
-    map is from.
+    map is from, ``kept`` which share of its free space it holds, NaN where nobody cut it.
     """
 
     evidence: Evidence
@@ -84,6 +84,7 @@ class Trial:
     is_own: bool
     kind: str
     building: str
+    kept: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +97,7 @@ class _Case:
     plan: GridMap | None
     displaced: Displaced
     robot_xy: Array | None = None
+    kept: float = np.nan
 
 
 class TrialSource:
@@ -168,9 +170,8 @@ class TrialSource:
                 right = np.zeros(len(found.estimates), dtype=np.bool_)
                 if own is not None:
                     right = _right(found, case, own, pair)
-                yield Trial(
-                    found.verdict.evidence, right, own is not None, self._kind, case.building
-                )
+                evidence, is_own = found.verdict.evidence, own is not None
+                yield Trial(evidence, right, is_own, self._kind, case.building, case.kept)
 
     def _case(self, index: int, rng: np.random.Generator) -> _Case:
         share = _SHARES[int(rng.choice(len(_SHARES), p=_SHARE_WEIGHTS))]
@@ -192,6 +193,7 @@ class TrialSource:
             cut.building,
             None if is_foreign else plan,
             displaced,
+            kept=cut.kept,
         )
 
     def _pair(self, index: int, rng: np.random.Generator) -> RobotPair:
@@ -349,6 +351,7 @@ def write_trials(path: Path, trials: Sequence[Trial]) -> None:
             is_own=np.array([t.is_own for t in trials]),
             kind=np.array([t.kind for t in trials]),
             building=np.array([t.building for t in trials]),
+            kept=np.array([t.kept for t in trials]),
         )
     part.replace(path)
 
@@ -368,11 +371,11 @@ def read_trials(path: Path) -> list[Trial]:
             raise ValueError('made with other figures')
         ends = np.cumsum(arrays['counts'])[:-1]
         return [
-            Trial(Evidence(figures, context), right, bool(is_own), str(kind), str(building))
-            for figures, context, right, is_own, kind, building in zip(
+            Trial(Evidence(figures, context), right, bool(is_own), str(kind), str(building), kept)
+            for figures, context, right, is_own, kind, building, kept in zip(
                 np.split(arrays['figures'], ends), arrays['context'],
                 np.split(arrays['right'], ends), arrays['is_own'], arrays['kind'],
-                arrays['building'], strict=True,
+                arrays['building'], arrays['kept'].tolist(), strict=True,
             )
         ]  # fmt: skip
     except (OSError, KeyError, ValueError, TypeError) as error:

@@ -72,6 +72,15 @@ def test_claims_that_differ_or_see_little_lock_nothing(stretches, walls):
     assert not tracker.estimate.is_locked
 
 
+def test_a_drawing_that_has_to_bend_measures_only_what_is_wide():
+    tracker, wider = ScaleTracker('approximate', CONFIG), ScaleTracker('approximate', CONFIG)
+    for _ in range(9):
+        tracker.follow(placement(STRETCH), WIDE, bend_m=0.3)
+        wider.follow(placement(STRETCH), 3.0 * WIDE, bend_m=0.3)
+    assert not tracker.estimate.is_locked
+    assert wider.estimate.is_locked
+
+
 def test_a_lost_claim_takes_the_lock_with_it():
     tracker = ScaleTracker('approximate', CONFIG)
     for _ in range(5):

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What does each part of the judge bring? The same placements, judged with fewer and fewer figures.
+
+Run: python benchmarks/judge_ablation.py --data ../shared/data --trials runs/judge/trials
+     [--cases 200] [--json OUT]
+
+Robot maps of the report half, cut to each band, meet their own plan and two others'. Judges are
+fitted to the trials that ``fpnet train-judge`` has gathered (tune half): with the figures of each
+placement alone, with its rivals where they disagree, and with the deformation of the drawing too.
+The formula that the judge has replaced is evaluated on the same placements.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.training import use_threads
+from fpnet_core.training.judge import JudgeTraining, fit_judge, stack_trials
+from fpnet_core.training.judge_figures import at_prior, mean_log_probability
+from fpnet_core.training.judge_trials import TrialSource, read_trials
+
+SEED = 7000
+BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}
+BENT = ('bent', 'bend', 'contrast', 'best_score', 'second_score', 'mean_score')
+JUDGES = {
+    'features alone': (*BENT, 'rival'),
+    'with rivals': BENT,
+    'with deformation': (),
+}
+# Of the formula, as of commit 97eca06: worth of agreement per metre of wall, and of chance.
+_GAIN, _GAIN_LIMIT_M, _CHANCE, _SLACK, _RIVAL = 0.136, 80.0, 0.811, 1.83, 0.629
+
+
+def replaced_formula(trial):
+    """Return what the formula gave each placement, and none of them."""
+    score = np.clip(trial.evidence.of('score').astype(float), 0.02, 0.98)
+    odds = np.log(score / (1.0 - score))
+    walls_m = float(np.expm1(trial.evidence.context[0]))
+    chance = np.log(_CHANCE / (1.0 - _CHANCE)) + _SLACK * np.sqrt(20.0 / max(walls_m, 5.0))
+    if len(odds) > 1:
+        chance += _RIVAL * (np.sort(odds)[-2] - chance)
+    logits = _GAIN * min(walls_m, _GAIN_LIMIT_M) * np.append(odds, chance)
+    share = np.exp(logits - logits.max())
+    return (share / share.sum())[:-1]
+
+
+def measured(best, is_right, trials, threshold):
+    """Return shares per band of what was best and how sure it was."""
+    kept, own = (np.array([getattr(t, name) for t in trials]) for name in ('kept', 'is_own'))
+    claim = best >= threshold
+    rows = {}
+    for name, (low, high) in BANDS.items():
+        here = (kept >= low) & (kept <= high)
+        mine, others = here & own, here & ~own
+        rows[name] = {
+            'trials': int(mine.sum()),
+            'right': round(float(is_right[mine].mean()), 3),
+            'claimed_right': round(float((claim & is_right)[mine].mean()), 3),
+            'claimed_wrong': round(float((claim & ~is_right)[mine].mean()), 4),
+            'foreign_claimed': round(float(claim[others].mean()), 4),
+        }
+    return rows
+
+
+def main() -> None:
+    """Print shares per judge and band."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--data', type=Path, required=True)
+    parser.add_argument('--trials', type=Path, required=True)
+    parser.add_argument('--cases', type=int, default=200)
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    use_threads(1)
+    config = FpnetConfig()
+    source = TrialSource(
+        'real', SEED, arguments.data, config, LearnedMatcher(config.matcher), 'report'
+    )
+    trials = [t for index in range(arguments.cases) for t in source.trials(index)]
+    learned = [t for p in sorted(arguments.trials.glob('*.npz')) for t in read_trials(p)]
+    data, seen = stack_trials(learned), stack_trials(trials)
+    right = [trial.right for trial in trials]
+    claim = config.localizer.claim_probability
+    report = {}
+    p = [replaced_formula(trial) for trial in trials]
+    best, is_right = (np.array(x) for x in zip(
+        *((each.max(), r[each.argmax()]) for each, r in zip(p, right, strict=True)), strict=True
+    ))  # fmt: skip
+    report['the formula'] = measured(best, is_right, trials, claim)
+    for name, without in JUDGES.items():
+        networks = fit_judge(data, JudgeTraining(without=without))
+        log_p = mean_log_probability(networks, seen).double().numpy()
+        p = at_prior(log_p, config.localizer.plan_prior)[:, :-2]
+        index = p.argmax(axis=1)
+        rows = np.arange(len(p))
+        is_right = seen.right.numpy()[rows, index]
+        report[name] = measured(p[rows, index], is_right, trials, claim)
+    for name, bands in report.items():
+        for band, figures in bands.items():
+            print(f'{name:18} {band:9} {figures}', flush=True)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()
