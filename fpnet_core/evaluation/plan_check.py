@@ -14,7 +14,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import ConfigError
 from fpnet_core.evaluation.runs import WRONG_POSITION_M
 from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
-from fpnet_core.localizer import create_localizer, prepare_plan
+from fpnet_core.localizer import create_finder, create_localizer, prepare_plan
 from fpnet_core.segmentation import ScaleEstimate, estimate_metres_per_unit
 from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_core.sim.sensors import sensor_named
@@ -111,7 +111,7 @@ def check_plan(
     plan = prepare_plan(grid, config)
     segmentation = plan.segmentation
     scale = estimate_metres_per_unit(segmentation, config.segmentation)
-    similarity = self_similarity(plan, config.pose)
+    similarity = self_similarity(plan, create_finder(config))
     on_step(1.0)
     results: list[TourResult] = []
     problem = ''

@@ -4,8 +4,9 @@
 Which rooms of a floorplan look like others: the plan matched with itself, identity left out.
 
 A room, alone or with the rooms behind its doors, is cut out of the plan as a robot would have
-mapped it, laid on every room of like size in four directions, aligned to the walls there and
-scored as a placement is. A place where hardly any wall disagrees is a twin.
+mapped it, laid on every room of like size in four directions and aligned to the walls there. The
+judge weighs these places as it weighs a robot's: one against which it would not claim the true
+place is a twin.
 """
 
 from __future__ import annotations
@@ -18,23 +19,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
+from fpnet_core.judging import Verdict
+from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.sides import StageTimer, prepare_submap
 from fpnet_core.pose import MapSide
-from fpnet_core.pose.evidence import MapEvidence, map_evidence
+from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
-from fpnet_core.pose.verify import agreement, coarse_support
+from fpnet_core.pose.verify import coarse_support
+from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
-
-TELLING_WALL_M = 3.0
-"""So much wall must disagree to tell two places apart; at 1.5 nats per metre, odds of 1 to 99."""
 
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
 _FREEDOM = Freedom(strain_sigma=0.005)  # one drawing is drawn to one scale
 _MAX_REFINED = 64
+_RANKED_BY = 250  # wall samples
 _MAX_TWINS = 12
 
 
@@ -44,14 +47,14 @@ class Twin:
     Another place that looks the same.
 
     ``room`` lies on ``other`` (the same room where it only looks the same turned) when the plan
-    is turned by ``turn_deg``; ``score`` is the agreement in [0, 1], that of the true place is 1,
-    and ``probability`` that of the true place against this one.
+    is turned by ``turn_deg``; ``probability`` is this place's where it might be this one or the
+    true one: half where nothing tells them apart.
     """
 
     room: int
     other: int
     turn_deg: float
-    unlike_m: float
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +70,10 @@ class SelfSimilarity:
     whole: tuple[Twin, ...]
 
 
-def self_similarity(plan: MapSide, config: PoseConfig) -> SelfSimilarity:
+def self_similarity(plan: MapSide, finder: Finder) -> SelfSimilarity:
     """Return what looks alike on a plan; nothing for a plan with one room that fits once."""
     segmentation = plan.segmentation
-    search = _Search(plan, config)
+    search = _Search(plan, finder)
     alone: dict[int, tuple[Twin, ...]] = {}
     together: dict[int, tuple[Twin, ...]] = {}
     for room in segmentation.rooms:
@@ -95,30 +98,35 @@ def neighbours(segmentation: Segmentation, room: int) -> set[int]:
 class _Search:
     """Lays parts of one plan on all of it."""
 
-    def __init__(self, plan: MapSide, config: PoseConfig) -> None:
+    def __init__(self, plan: MapSide, finder: Finder) -> None:
         self._plan = plan
-        self._pose = config
+        self._finder = finder
+        localizer = finder.config.localizer
+        self._least = 1.0 - localizer.claim_probability
         self._frames = _room_frames(plan.segmentation)
 
     def twins(self, rooms: Sequence[int], anchor: int) -> tuple[Twin, ...]:
         """Return where else ``rooms`` fit such that ``anchor`` lies on a room like it."""
-        part = _cut_out(self._plan.segmentation, rooms)
+        part = _mapped(_cut_out(self._plan.segmentation, rooms), self._finder)
         candidates = self._candidates(anchor)
-        if not len(candidates) or not len(part.walls):
+        if not len(candidates) or not len(part.evidence.walls):
             return ()
-        pose = self._pose
-        found = _aligned(self._plan.evidence, part, candidates, pose.coarse_sigma_m)
-        scores = agreement(self._plan.evidence, part, found, pose.wall_sigma_m).score
-        ranked = replace(found, score=scores).take(np.argsort(-scores, kind='stable'))
+        pose = self._finder.config.pose
+        found = _aligned(self._plan.evidence, part.evidence, candidates, pose.coarse_sigma_m)
         # The identity leads, so that what is near it falls away.
-        both = Placements.of([Affine2D.identity()]).joined(ranked)
-        kept = both.take(both.distinct(part.corners, pose.distinct_m, _MAX_TWINS + 1)[1:])
-        made = (
-            self._twin(anchor, placed, unlike_m)
-            for placed, unlike_m in zip(kept, (1.0 - kept.score) * part.wall_length_m, strict=True)
-            if unlike_m < TELLING_WALL_M
-        )
+        both = Placements.of([Affine2D.identity()]).joined(found)
+        kept = both.distinct(part.evidence.corners, pose.distinct_m, _MAX_TWINS + 1)
+        verdict = self._judged(part, both.take(kept))
+        is_true = _is_identity(verdict.placements)
+        probability = _against(verdict.weights, is_true)
+        twins = np.flatnonzero((probability > self._least) & ~is_true)
+        made = (self._twin(anchor, verdict.placements[i], probability[i]) for i in twins)
         return tuple(twin for twin in made if twin is not None)
+
+    def _judged(self, part: MapSide, placements: Placements) -> Verdict:
+        area_m2 = part.evidence.free_area_m2
+        match = self._finder.matcher.match(self._plan.graph, part.graph, area_m2)
+        return self._finder.judge.judge(self._plan, part, placements, match, 0.0)
 
     def _candidates(self, anchor: int) -> Placements:
         """Lay the anchor's rectangle on that of every room of like size, four ways each."""
@@ -133,14 +141,14 @@ class _Search:
         target = np.repeat(centres[like], len(turns), axis=0)
         return Placements(linear, target - linear @ centres[anchor])
 
-    def _twin(self, anchor: int, placed: Placement, unlike_m: float) -> Twin | None:
+    def _twin(self, anchor: int, placed: Placement, probability: float) -> Twin | None:
         """Name the room below; None where the anchor comes to lie outside all rooms."""
         A = placed.A_plan_submap
         below = _room_at(self._plan.segmentation, A.apply(self._frames[0][anchor]))
         if below is None:
             return None
         turn = float(np.rad2deg(A.apply_yaw(0.0)))
-        return Twin(anchor, below, round(turn, 1), round(float(unlike_m), 2))
+        return Twin(anchor, below, round(turn, 1), round(float(probability), 3))
 
 
 def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
@@ -151,8 +159,25 @@ def _room_frames(segmentation: Segmentation) -> tuple[Array, Array]:
     return centres.reshape(-1, 2), np.asarray(angles, dtype=np.float64)
 
 
-def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> MapEvidence:
-    """Return the evidence of some rooms with their walls, unknown around them."""
+def _is_identity(placements: Placements) -> NDArray[np.bool_]:
+    """Tell which placements ``(C,)`` leave everything where it is."""
+    is_unturned = (placements.linear == np.eye(2)).all(axis=(1, 2))
+    return np.asarray(is_unturned & (placements.translation == 0.0).all(axis=1))
+
+
+def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
+    """Return each place's probability ``(C,)`` where it might be this one or the true one."""
+    return np.asarray(1.0 / (1.0 + np.exp(weights[is_true] - weights)))
+
+
+def _mapped(grid: GridMap, finder: Finder) -> MapSide:
+    """Return a part of the plan as a robot's map of it."""
+    segmenter = SubmapSegmenter(finder.config.segmentation)
+    return prepare_submap(submap_from_grid(grid), segmenter, StageTimer())
+
+
+def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:
+    """Return some rooms with their walls, unknown around them."""
     grid = segmentation.grid
     inside = np.isin(segmentation.labels, np.asarray(rooms) + 1)
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
@@ -164,18 +189,23 @@ def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> MapEvidence:
     cells[near & ~inside & (grid.cells == FREE)] = UNKNOWN
     corner = grid.rc_to_xy(np.array([rows[0], columns[0]]) - 0.5)
     origin = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
-    part: GridMap = replace(grid, cells=cells[window], T_frame_grid=origin)
-    return map_evidence(part, inside[window])
+    return replace(grid, cells=cells[window], T_frame_grid=origin)
 
 
 def _aligned(
     plan: MapEvidence, part: MapEvidence, candidates: Placements, sigma_m: float
 ) -> Placements:
-    """Return the most promising candidates aligned to the walls where they lie."""
-    rough = refine(plan, part.walls, candidates, _FREEDOM, ROUGH)
-    support = coarse_support(plan, part, rough, sigma_m, 250)
-    order = np.argsort(-support, kind='stable')[:_MAX_REFINED]
-    return refine(plan, part.walls, rough.take(order), _FREEDOM, FINE)
+    """Return the most promising candidates aligned to the walls where they lie, best first."""
+    rough = _ranked(plan, part, refine(plan, part.walls, candidates, _FREEDOM, ROUGH), sigma_m)
+    fine = refine(plan, part.walls, rough.take(slice(_MAX_REFINED)), _FREEDOM, FINE)
+    return _ranked(plan, part, fine, sigma_m)
+
+
+def _ranked(
+    plan: MapEvidence, part: MapEvidence, placements: Placements, sigma_m: float
+) -> Placements:
+    support = coarse_support(plan, part, placements, sigma_m, _RANKED_BY)
+    return placements.take(np.argsort(-support, kind='stable'))
 
 
 def _room_at(segmentation: Segmentation, xy: Array) -> int | None:

@@ -3,17 +3,20 @@
 """Cadence, hypotheses over time, and what may be claimed."""
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.judging import Judge
+from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import ReplayResult, replay
 from fpnet_core.localizer.sides import prepare_plan
 
 __all__ = [
+    'Finder',
     'Localizer',
     'MapMatch',
     'MapMatchStatus',
-    'MapSide',
     'ReplayResult',
+    'create_finder',
     'create_localizer',
     'match_maps',
     'prepare_plan',
@@ -33,3 +36,17 @@ def create_localizer(config: FpnetConfig) -> Localizer:
     from fpnet_core.matching.learned import LearnedMatcher  # loads torch
 
     return Localizer(config, LearnedMatcher(config.matcher))
+
+
+def create_finder(config: FpnetConfig) -> Finder:
+    """
+    Return a finder with the learned matcher and judge, packaged or given weights.
+
+    Raises
+    ------
+    WeightsError
+        If the weights are missing, corrupt, or made for another schema.
+    """
+    from fpnet_core.matching.learned import LearnedMatcher  # loads torch
+
+    return Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)

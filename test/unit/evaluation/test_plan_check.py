@@ -19,8 +19,8 @@ from fpnet_core.evaluation.plan_check import (
     expected_path_m,
     room_note,
 )
-from fpnet_core.evaluation.self_similarity import TELLING_WALL_M, SelfSimilarity, self_similarity
-from fpnet_core.localizer import prepare_plan
+from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
+from fpnet_core.localizer import create_finder, prepare_plan
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
@@ -55,7 +55,7 @@ def room_at(segmentation, xy):
 @pytest.fixture(scope='module')
 def repeated():
     plan = prepare_plan(storey((CORRIDOR, *EQUAL, *ODD), DOORS), CONFIG)
-    return plan, self_similarity(plan, CONFIG.pose)
+    return plan, self_similarity(plan, create_finder(CONFIG))
 
 
 def test_equal_rooms_are_twins_of_each_other(repeated):
@@ -68,7 +68,7 @@ def test_equal_rooms_are_twins_of_each_other(repeated):
         unturned = {twin.other for twin in similarity.alone[room] if abs(twin.turn_deg) < 5.0}
         assert unturned == equal - {room}
         for twin in similarity.alone[room]:
-            assert 0.0 <= twin.unlike_m < TELLING_WALL_M
+            assert 0.05 < twin.probability < 0.95
     assert not any(twin.other in equal for twin in similarity.alone.get(odd, ()))
 
 
@@ -86,13 +86,13 @@ def test_a_storey_of_two_equal_halves_lies_on_itself():
     doors = ((1, 6), (7, 6), (4, 4), (10, 4))
     plan = prepare_plan(storey([np.add(r, (1, 2, 1, 2)) for r in rooms],
                                [np.add(d, (1, 2)) for d in doors]), CONFIG)  # fmt: skip
-    similarity = self_similarity(plan, CONFIG.pose)
+    similarity = self_similarity(plan, create_finder(CONFIG))
     assert [abs(round(twin.turn_deg)) for twin in similarity.whole] == [180]
     assert len(similarity.with_neighbours) == 5
 
 
 def test_a_storey_of_unlike_rooms_is_clear_from_a_room_with_its_neighbours():
-    similarity = self_similarity(prepare_plan(plan_grid(), CONFIG), CONFIG.pose)
+    similarity = self_similarity(prepare_plan(plan_grid(), CONFIG), create_finder(CONFIG))
     assert similarity.with_neighbours == {}
     assert similarity.whole == ()
 
