@@ -17,6 +17,7 @@ from fpnet_core.errors import ConfigError, FpnetError
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
+    from fpnet_core.types import Cause
 
 Item = TypeVar('Item')
 
@@ -88,6 +89,14 @@ def write_json(path: Path, result: Mapping[str, Any]) -> None:
 def say(text: str, json_path: Path | None) -> None:
     """Print a line for people: on stdout, or on stderr where ``--json -`` has stdout."""
     typer.echo(text, err=str(json_path) == '-')
+
+
+def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:
+    """Print why there is no answer and what to type next, the likeliest cause first."""
+    if causes:
+        say('likely causes, and what to do:', json_path)
+    for number, cause in enumerate(causes, start=1):
+        say(f'{number}. {cause.said}\n   next: {cause.next}', json_path)
 
 
 def check_input(path: Path) -> Path:

@@ -15,9 +15,10 @@ from fpnet_core.cli import common
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.io import ScanSource
+    from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import ReplayResult
     from fpnet_core.report import RunRecord
-    from fpnet_core.types import GridMap, LocalizerOutput, Segmentation
+    from fpnet_core.types import Cause, GridMap, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
 
@@ -70,7 +71,8 @@ def command(
 
     A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
     are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
-    and why. fpnet --verbose localize logs every change of status with its reason.
+    and why; where it ends without a pose, the likely causes with the next command.
+    fpnet --verbose localize logs every change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -93,7 +95,8 @@ def command(
     source = open_scans(common.check_input(recording))
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
-    result = _localize(source, grid, tree)
+    asked = _asked(recording, floorplan, poses, resolution_m, mirrored)
+    result = _localize(source, grid, tree, asked)
     run = result.run
     if tum is not None:
         write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
@@ -102,6 +105,7 @@ def command(
         'status': result.last.status.value,
         'probability': round(result.last.probability, 4),
         'reason': result.last.reason,
+        'causes': [cause.as_json() for cause in result.causes],
         'scans': len(run.odometry),
         'rejected_scans': run.rejected_scans,
         'path_m': round(run.odometry.path_length_m(), 3),
@@ -109,6 +113,7 @@ def command(
     }
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
+    common.say_causes(result.causes, json_path)
     if json_path is not None:
         common.write_json(json_path, figures)
     if out is not None:
@@ -123,24 +128,42 @@ def command(
             reference,
             A_plan_truth,
             figures,
+            result.causes,
         )
         _write_folder(out, record, run)
 
 
 @dataclass(frozen=True, eq=False)
 class _Localized:
-    """A run, the floorplan that it was on, and its last tick."""
+    """A run, the floorplan that it was on, its last tick, and why it has no answer."""
 
     run: ReplayResult
     plan: Segmentation
     last: LocalizerOutput
+    causes: tuple[Cause, ...]
 
 
-def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localized:
-    from fpnet_core.localizer import create_localizer, replay
+def _asked(
+    recording: Path, floorplan: Path, poses: Path | None, resolution_m: float | None, flip: bool
+) -> Asked:
+    from fpnet_core.judging.causes import Asked
+
+    options = [('--poses', str(poses))] if poses else []
+    options += [('--resolution', f'{resolution_m:g}')] if resolution_m else []
+    options += [('--mirrored', '')] if flip else []
+    command = ('fpnet', 'localize', str(recording), '--floorplan')
+    return Asked(command, str(floorplan), tuple(options))
+
+
+def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig, asked: Asked) -> _Localized:
+    from fpnet_core.localizer import Localizer, replay
+    from fpnet_core.localizer.diagnosis import explain_run
+    from fpnet_core.matching.learned import LearnedMatcher
     from fpnet_core.odometry import KissOdometry
+    from fpnet_core.types import Status
 
-    localizer = create_localizer(tree)
+    matcher = LearnedMatcher(tree.matcher)
+    localizer = Localizer(tree, matcher)
     localizer.set_plan(grid)
     odometry = KissOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
@@ -153,7 +176,10 @@ def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localize
         )
     assert localizer.plan is not None  # it was set above
     last = run.outputs[-1] if run.outputs else localizer.output
-    return _Localized(run, localizer.plan.segmentation, last)
+    causes: tuple[Cause, ...] = ()
+    if last.status is not Status.LOCALIZED:
+        causes = explain_run(run.outputs, grid, matcher, tree, asked=asked)
+    return _Localized(run, localizer.plan.segmentation, last, causes)
 
 
 def _write_folder(out: Path, record: RunRecord, run: ReplayResult) -> None:

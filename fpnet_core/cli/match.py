@@ -12,9 +12,10 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.config import SubmapConfig
+    from fpnet_core.config import FpnetConfig, SubmapConfig
     from fpnet_core.localizer import MapMatch
-    from fpnet_core.types import GridMap, Submap
+    from fpnet_core.matching import RegionMatcher
+    from fpnet_core.types import Cause, GridMap, Submap
 
 
 def command(
@@ -53,10 +54,14 @@ def command(
     plan_grid = read_map(common.check_input(plan))
     sub = _read_submap(common.check_input(submap), tree.submap)
     stated = states_scale(plan), states_scale(submap)
-    result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree, *stated)
+    matcher = LearnedMatcher(tree.matcher)
+    result = match_maps(plan_grid, sub, matcher, tree, *stated)
+    causes = _causes(result, matcher, tree, plan, submap)
     report = _report(result, plan_grid, sub.grid, *stated)
+    report['causes'] = [cause.as_json() for cause in causes]
     said = f'{report["status"]} (p {result.probability:.2f}): {result.reason}'
     common.say(said, json_path)
+    common.say_causes(causes, json_path)
     if json_path is not None:
         common.write_json(json_path, report)
     if plot is not None:
@@ -73,6 +78,20 @@ def _read_submap(path: Path, config: SubmapConfig) -> Submap:
     if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), config)
     return submap_from_grid(read_map(path))
+
+
+def _causes(
+    result: MapMatch, matcher: RegionMatcher, tree: FpnetConfig, plan: Path, submap: Path
+) -> tuple[Cause, ...]:
+    """Return why nothing is claimed; none where something is."""
+    from fpnet_core.judging.causes import Asked
+    from fpnet_core.localizer import MapMatchStatus
+    from fpnet_core.localizer.diagnosis import explain_match
+
+    if result.status is MapMatchStatus.MATCHED:
+        return ()
+    asked = Asked(('fpnet', 'match', '--submap', str(submap), '--plan'), str(plan))
+    return explain_match(result, matcher, tree, asked=asked)
 
 
 def _report(

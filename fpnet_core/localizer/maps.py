@@ -61,7 +61,8 @@ class MapMatch:
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
     against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
     one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
-    from door widths.
+    from door widths; ``search`` are the scales that were tried between them, ``area_m2`` is the
+    robot's free space, and ``sub_is_stated`` says that its map is in metres.
     """
 
     status: MapMatchStatus
@@ -72,6 +73,9 @@ class MapMatch:
     plan: MapSide
     sub: MapSide
     comparison: Comparison
+    search: ScaleSearch
+    area_m2: float
+    sub_is_stated: bool
     timings_ms: dict[str, float]
     reason: str
 
@@ -198,6 +202,9 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
         plan=pair.plan,
         sub=pair.sub,
         comparison=comparison,
+        search=pair.search,
+        area_m2=pair.area_m2,
+        sub_is_stated=sub.is_stated,
         timings_ms=timer.timings_ms,
         reason=_reason(comparison.verdict, pair.sub, pair.search, status, finder.config),
     )
