@@ -70,6 +70,9 @@ COMMANDS = {
     'match': Subcommand(
         'fpnet_core.cli.match', 'Find the transform between a floorplan and a robot map.'
     ),
+    'plan': Subcommand(
+        'fpnet_core.cli.plan', 'Read a drawing as a floorplan: PDF, DXF, scan or picture.'
+    ),
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
     ),

@@ -14,15 +14,17 @@ from fpnet_core.cli import common
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
     from fpnet_core.io import ScanSource
     from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import ReplayResult
     from fpnet_core.report import RunRecord
-    from fpnet_core.types import Cause, GridMap, LocalizerOutput, Segmentation
+    from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
 
 
+@common.reads_drawing
 def command(
     recording: Annotated[
         Path,
@@ -30,16 +32,8 @@ def command(
             metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'
         ),
     ],
-    floorplan: Annotated[
-        Path, typer.Option('--floorplan', metavar='F', help='Floorplan image or map_server YAML.')
-    ],
-    resolution_m: Annotated[
-        float | None,
-        typer.Option('--resolution', min=0.001, help='Metres per pixel of a plain image.'),
-    ] = None,
-    mirrored: Annotated[
-        bool, typer.Option('--mirrored', help='The drawing is a mirror image: flip it.')
-    ] = False,
+    floorplan: Annotated[Path, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)],
+    said: common.DrawingOptions,
     truth: Annotated[
         Path | None,
         typer.Option(
@@ -69,6 +63,9 @@ def command(
     """
     Localise a recording on a floorplan, offline.
 
+    The scale of a drawing that states none is estimated, and searched around that estimate as far
+    as it is unsure, unless localizer.scale_policy is set.
+
     A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
     are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
     and why; where it ends without a pose, the likely causes with the next command.
@@ -86,17 +83,18 @@ def command(
     from fpnet_core.evaluation.demo import read_truth
     from fpnet_core.evaluation.runs import summarize_run
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io import PosedScans, open_scans, read_map, read_poses, write_tum
+    from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
 
-    grid = read_map(common.check_input(floorplan), resolution_m)
-    if mirrored:
-        grid = grid.mirrored()
+    reading = said.read(floorplan, tree)
+    tree = common.with_scale_of(reading, tree)
+    common.say_reading(reading, json_path)
     reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
     source = open_scans(common.check_input(recording))
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
-    asked = _asked(recording, floorplan, poses, resolution_m, mirrored)
-    result = _localize(source, grid, tree, asked)
+    given = ['--poses', str(poses)] if poses else []
+    asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
+    result = _localize(source, reading, tree, asked, said.storey)
     run = result.run
     if tum is not None:
         write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
@@ -143,19 +141,9 @@ class _Localized:
     causes: tuple[Cause, ...]
 
 
-def _asked(
-    recording: Path, floorplan: Path, poses: Path | None, resolution_m: float | None, flip: bool
-) -> Asked:
-    from fpnet_core.judging.causes import Asked
-
-    options = [('--poses', str(poses))] if poses else []
-    options += [('--resolution', f'{resolution_m:g}')] if resolution_m else []
-    options += [('--mirrored', '')] if flip else []
-    command = ('fpnet', 'localize', str(recording), '--floorplan')
-    return Asked(command, str(floorplan), tuple(options))
-
-
-def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig, asked: Asked) -> _Localized:
+def _localize(
+    source: ScanSource, reading: Reading, tree: FpnetConfig, asked: Asked, storey: int | None
+) -> _Localized:
     from fpnet_core.localizer import Localizer, replay
     from fpnet_core.localizer.diagnosis import explain_run
     from fpnet_core.matching.learned import LearnedMatcher
@@ -164,7 +152,7 @@ def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig, asked: Asked
 
     matcher = LearnedMatcher(tree.matcher)
     localizer = Localizer(tree, matcher)
-    localizer.set_plan(grid)
+    localizer.set_plan(reading.grid)
     odometry = KissOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
         run = replay(
@@ -178,7 +166,7 @@ def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig, asked: Asked
     last = run.outputs[-1] if run.outputs else localizer.output
     causes: tuple[Cause, ...] = ()
     if last.status is not Status.LOCALIZED:
-        causes = explain_run(run.outputs, grid, matcher, tree, asked=asked)
+        causes = explain_run(run.outputs, reading.grid, matcher, tree, reading, asked, storey)
     return _Localized(run, localizer.plan.segmentation, last, causes)
 
 

@@ -8,7 +8,7 @@ Pixels are (x right, y down) of the drawing as the user sees it, whole numbers a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -164,6 +164,15 @@ class Reading:
     dropped: tuple[Dropped, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+
+    def flipped(self) -> Reading:
+        """Return the reading of a drawing that is a mirror image, flipped."""
+        pose = self.grid.T_frame_grid.matrix
+        width_m = self.grid.shape[1] * self.grid.resolution
+        turned = np.array([[-1.0, 0.0, width_m], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        H = pose @ turned @ np.linalg.inv(pose) @ self.H_plan_image
+        how = f'{self.how}, flipped'
+        return replace(self, grid=self.grid.mirrored(), H_plan_image=H, how=how)
 
     @property
     def is_readable(self) -> bool:

@@ -188,7 +188,7 @@ _Weighed = Iterator[tuple[float, Cause]]
 
 def _drawing(found: Findings, asked: Asked) -> _Weighed:
     if found.doubts:
-        look = f'{asked.look("plan", "--out", "plan.yaml")} and look at plan_reading.png'
+        look = f'{asked.look("plan", "--out", "out/plan.yaml")} and look at out/plan_reading.png'
         evidence = '; '.join(found.doubts)
         yield _WEIGHTS[CauseKind.DRAWING], Cause(CauseKind.DRAWING, evidence, look)
 
