@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation.floorplan import interior, segment_floorplan
+from fpnet_core.io.outside import interior
+from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.scene import Mask, clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
