@@ -11,6 +11,8 @@ rasters here are as stored, row 0 at the top.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 import warnings
 
@@ -52,13 +54,27 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
     MapFormatError
         If the file is missing, no image, damaged, empty or larger than ``MAX_PIXELS``.
     """
+    with opened_image(path) as image:
+        return _to_array(image)
+
+
+@contextmanager
+def opened_image(path: Path) -> Iterator[Image.Image]:
+    """
+    Open an image whose pixels are not decoded yet, for the time of a ``with`` block.
+
+    Raises
+    ------
+    MapFormatError
+        As :func:`load_pixels`; for errors inside the block, too.
+    """
     try:
         with warnings.catch_warnings():
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
             with Image.open(path, formats=_FORMATS) as image:
                 _check_size(image, path)
-                return _to_array(image)
+                yield image
     except Image.DecompressionBombError:
         raise MapFormatError(_too_large(path, 'more pixels')) from None
     except MapFormatError:

@@ -46,23 +46,33 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     free = cells == FREE
     if border_of(free).mean() < _PAPER_BORDER_SHARE:
         return cells
+    inside = inside_of(free, 0.5 * _EXIT_WIDTH_M / resolution_m)
+    if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
+        return cells
+    result = cells.copy()
+    result[free & ~inside] = UNKNOWN
+    return result
+
+
+def inside_of(free: Mask, reach_px: float) -> Mask | None:
+    """
+    Return what of ``free (H, W)`` a disc of radius ``reach_px`` does not reach from outside.
+
+    None where the disc does not fit beside the building. Niches of the outer wall count as
+    outside.
+    """
     # One free pixel all around joins what the building's walls cut off at the image's edge.
     padded = np.pad(free, 1, constant_values=True)
-    reach_px = 0.5 * _EXIT_WIDTH_M / resolution_m
     clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
     core, _ = ndimage.label(clearance > reach_px)
     if core[0, 0] == 0:
-        return cells
+        return None
     core = core == core[0, 0]
     outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
     margin = int(reach_px) + 2
     inside = free & ~outside[margin:-margin, margin:-margin]
     inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)
-    if np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
-        return cells
-    result = cells.copy()
-    result[free & ~inside] = UNKNOWN
-    return result
+    return np.asarray(inside)
 
 
 def _crumbs(
