@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -15,6 +18,13 @@ Mask = NDArray[np.bool_]
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
+
+
+Distance = Callable[[Mask], NDArray[np.floating[Any]]]
+
+
+def _distance(mask: Mask) -> NDArray[np.floating[Any]]:
+    return np.asarray(ndimage.distance_transform_edt(mask))
 
 
 def border_of(values: NDArray[np.generic]) -> NDArray[np.generic]:
@@ -54,21 +64,21 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     return result
 
 
-def inside_of(free: Mask, reach_px: float) -> Mask | None:
+def inside_of(free: Mask, reach_px: float, distance: Distance = _distance) -> Mask | None:
     """
     Return what of ``free (H, W)`` a disc of radius ``reach_px`` does not reach from outside.
 
-    None where the disc does not fit beside the building. Niches of the outer wall count as
-    outside.
+    ``distance`` gives each marked cell's distance to the nearest cell that is not. None where
+    the disc does not fit beside the building. Niches of the outer wall count as outside.
     """
     # One free pixel all around joins what the building's walls cut off at the image's edge.
     padded = np.pad(free, 1, constant_values=True)
-    clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
+    clearance = distance(np.pad(padded, int(reach_px) + 1, mode='edge'))
     core, _ = ndimage.label(clearance > reach_px)
     if core[0, 0] == 0:
         return None
     core = core == core[0, 0]
-    outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
+    outside = distance(~core) <= reach_px + 1.0
     margin = int(reach_px) + 2
     inside = free & ~outside[margin:-margin, margin:-margin]
     inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)
@@ -78,7 +88,7 @@ def inside_of(free: Mask, reach_px: float) -> Mask | None:
 def _crumbs(
     inside: NDArray[np.bool_],
     outside: NDArray[np.bool_],
-    clearance: NDArray[np.float64],
+    clearance: NDArray[np.floating[Any]],
     reach_px: float,
 ) -> NDArray[np.bool_]:
     """Return the niches of the outer wall: parts open to the outside, too narrow for a room."""
