@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From the walls of a drawing of unknown scale to cells: free inside the building, else unknown."""
+"""From the walls of a drawing of unknown scale to cells: free inside, else unknown."""
 
 from __future__ import annotations
 
@@ -14,30 +14,38 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Mask = NDArray[np.bool_]
 
-_LOOK_PX = 360  # the longer side of the picture in which the reach is looked for
-_REACHES = np.geomspace(0.004, 0.05, 10)  # of the longer side: half the gaps that may be closed
+_LOOK_PX = 260  # the longer side of the picture in which the reach is looked for
+_REACHES = np.geomspace(0.005, 0.05, 8)  # of the longer side: half the gaps that may be closed
 _STEADY = 1.06  # a building that is closed grows no more than this where larger gaps are closed
 _MOST = 0.6  # of the largest space that any reach encloses is a building, not a part of it
 _SPARE = 1.25  # the reach is so much wider than the widest gap seen
 _WALL_SHARE = 0.02  # of the longer side: what is deeper in the ink than this says nothing
 
 
-def cells_of(walls: Mask) -> NDArray[np.int8] | None:
+def cells_of(walls: Mask, ink: Mask) -> NDArray[np.int8] | None:
     """
     Return the cells (H, W) of a building with ``walls (H, W)``; None where nothing is enclosed.
 
     Windows, gates and gaps of the outer wall do not let the outside in, however wide they are:
-    the reach that closes them is the least at which what is enclosed stays as it is.
+    the reach that closes them is the least at which what is enclosed stays as it is. Other
+    lines of the drawing, ``ink (H, W)``, end the inside where they close a window.
     """
-    reach = _closing_reach(walls)
-    if reach is None:
+    inside = _inside(walls)
+    if inside is None:
         return None
-    inside = inside_of(~walls, reach, _distance)
-    if inside is None or not inside.any():
+    if not np.array_equal(walls, ink):
+        within_lines = _inside(ink)
+        inside = inside if within_lines is None else inside & (within_lines | ink)
+    if not inside.any():
         return None
     depth = _WALL_SHARE * max(walls.shape)
     is_face = walls & (cells_to_nearest(inside) <= depth)
     return np.select([inside, is_face], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
+
+
+def _inside(lines: Mask) -> Mask | None:
+    reach = _closing_reach(lines)
+    return None if reach is None else inside_of(~lines, reach, _distance)
 
 
 def _distance(mask: Mask) -> NDArray[np.float32]:

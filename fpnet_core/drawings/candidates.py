@@ -24,24 +24,28 @@ from fpnet_core.types import GridMap, Segmentation
 NOMINAL_M = 0.05
 """Edge of a cell where nothing is known of the scale; every figure is a ratio then."""
 
-_LOOK_PX = 800  # the longer side of a building that is read to be judged
+_ROUNDS = 2  # of scale and segmentation: enough to compare readings
+_LOOK_PX = 640  # the longer side of a building that is read to be judged
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One reading: its recipe, where the building is, and the rooms that come out."""
+    """
+    One reading: its recipe, where the building is, and the rooms that come out.
+
+    ``view`` and ``belongs (H, W)`` are of the building, ``sheet_view`` and ``sheet`` of all.
+    """
 
     recipe: Recipe
     view: View
+    sheet_view: View
     belongs: Mask
     sheet: Sheet
     segmentation: Segmentation
     features: Array
 
 
-def candidates(
-    view: View, storey: int | None, config: SegmentationConfig
-) -> Iterator[Candidate]:
+def candidates(view: View, storey: int | None, config: SegmentationConfig) -> Iterator[Candidate]:
     """Read a view in all ways; ways in which nothing is enclosed are left out."""
     sheet = _sheet(view, storey)
     if sheet is None:
@@ -52,11 +56,13 @@ def candidates(
     belongs = sheet.belongs[top:bottom, left:right]
     for recipe in recipes(np.where(belongs, part.levels, 0).astype(np.uint8)):
         walls = recipe.walls(part.levels) & belongs
-        cells = cells_of(reduced(walls, max(walls.shape) / _LOOK_PX))
+        factor = max(walls.shape) / _LOOK_PX
+        ink = (part.levels > recipe.level) & belongs
+        cells = cells_of(reduced(walls, factor), reduced(ink, factor))
         if cells is None:
             continue
-        segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], NOMINAL_M), config)
-        yield Candidate(recipe, part, belongs, sheet, segmentation, features(segmentation))
+        segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], NOMINAL_M), config, _ROUNDS)
+        yield Candidate(recipe, part, view, belongs, sheet, segmentation, features(segmentation))
 
 
 def _sheet(view: View, storey: int | None) -> Sheet | None:

@@ -11,6 +11,7 @@ one a drawing follows is seen by the rooms that come out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -22,7 +23,10 @@ Mask = NDArray[np.bool_]
 
 _WIDEST_PX = 24  # strokes and gaps up to this width are told apart
 _CLASS_SHARE = 0.12  # of the ink are thin lines, and are walls, where both are there
-_GAP_SHARE = 0.15  # of the ink: so large are the gaps in walls of two lines
+_GAP_SHARE = 0.1  # of the ink: so large are the gaps in walls of two lines
+_MAX_GAPS = 2  # outer walls and partitions
+_LETTER_SHARE = 0.03  # of the building's longer side: shorter pieces are letters and dashes
+_SOLID, _COLUMN_PX = 0.75, 5  # unless they fill so much of their box, and that is so wide
 _KEPT = 0.7  # of the gap of two lines: what is thinner once that is filled is another line
 
 
@@ -46,7 +50,7 @@ class Recipe:
 
     def walls(self, levels: Levels) -> Mask:
         """Return the walls (H, W) among the contrast ``levels (H, W)``."""
-        ink = (levels > self.level).astype(np.uint8)
+        ink = without_letters((levels > self.level).astype(np.uint8))
         fill, thin = round(self.fill_px), round(self.thin_px)
         if fill > 1:
             ink = np.asarray(cv2.morphologyEx(ink, cv2.MORPH_CLOSE, _disc(fill)), dtype=np.uint8)
@@ -66,10 +70,9 @@ def recipes(levels: Levels) -> list[Recipe]:
         thin = _thinnest_wall(ink)
         if thin is not None:
             found.append(replace(plain, how=f'wide strokes of {tone.name}', thin_px=thin))
-        gap = _double_wall_gap(ink)
-        if gap is not None:
-            name = f'pairs of {tone.name}'
-            found.append(replace(plain, how=name, fill_px=gap + 1, thin_px=_KEPT * gap))
+        for fill, thin in _double_walls(ink):
+            name = f'pairs of {tone.name}, {fill:.0f} pixels apart'
+            found.append(replace(plain, how=name, fill_px=fill + 1.0, thin_px=_KEPT * thin))
     return found
 
 
@@ -98,13 +101,30 @@ def _thinnest_wall(ink: NDArray[np.uint8]) -> float | None:
     return best
 
 
-def _double_wall_gap(ink: NDArray[np.uint8]) -> float | None:
-    """Return the commonest gap between two lines; None where gaps fill little."""
-    gained = np.diff(_areas(ink, cv2.MORPH_CLOSE))
-    widest = int(gained[1:].argmax()) + 1
-    if gained[max(widest - 1, 0) : widest + 2].sum() < _GAP_SHARE * ink.sum():
-        return None
-    return float(widest + 1)
+def _double_walls(ink: NDArray[np.uint8]) -> list[tuple[float, float]]:
+    """Return widths of gaps between lines, and of the least wall then; none where all are one."""
+    areas = np.array(_areas(without_letters(ink), cv2.MORPH_CLOSE))
+    gained = np.concatenate([[0.0], np.diff(areas), [0.0]]) / max(areas[0], 1.0)
+    smooth = gained + 0.5 * (np.roll(gained, 1) + np.roll(gained, -1))
+    peaks = [
+        k
+        for k in range(2, len(gained) - 1)
+        if smooth[k] > _GAP_SHARE and smooth[k] >= smooth[k - 1] and smooth[k] > smooth[k + 1]
+    ]
+    peaks = sorted(sorted(peaks, key=lambda k: -smooth[k])[:_MAX_GAPS])
+    pairs = [(float(k), float(k)) for k in peaks]
+    return pairs + [(float(b), float(a)) for a, b in pairwise(peaks)]
+
+
+def without_letters(ink: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the ink (H, W) without pieces as short as letters and dashes; columns stay."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(ink, connectivity=8)
+    sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
+    is_long = sides.max(axis=1) > _LETTER_SHARE * max(ink.shape)
+    is_solid = stats[:, cv2.CC_STAT_AREA] > _SOLID * sides.prod(axis=1)
+    keep = is_long | (is_solid & (sides.min(axis=1) >= _COLUMN_PX))
+    keep[0] = False
+    return np.asarray(keep[labels], dtype=np.uint8)
 
 
 def _areas(ink: NDArray[np.uint8], operation: int) -> list[float]:

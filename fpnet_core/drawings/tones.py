@@ -30,9 +30,11 @@ _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
 _DARKEST = 255
-_NAMES = ('all lines', 'dark lines', 'faint lines')
-_CUTS = (0.3, 0.62, 0.12)  # shares of the darkest tone from which on a reading takes ink
-_SAME = 0.04  # readings whose ink differs by less than this share are one
+_CUTS = (0.3, 0.12)  # shares of the darkest tone from which on a reading takes ink
+_TONE_BLUR = 6.0  # levels: tones that are nearer to each other are one
+_TONE_SHARE = 0.08  # of the lines have a tone that counts
+_APART = 14.0  # levels between two readings
+_MAX_TONES = 4
 
 
 def is_dark_ground(pixels: Levels) -> bool:
@@ -110,15 +112,33 @@ def inks(levels: Levels) -> list[Tone]:
     first = int(least) + 1
     if first > _DARKEST or not darker[first]:
         return []
-    top = int(np.flatnonzero(darker >= (1.0 - _TOP_SHARE) * darker[first])[-1])
-    found: list[Tone] = []
-    for name, share in zip(_NAMES, _CUTS, strict=True):
-        level = max(least, share * top)
-        pixels = darker[int(level) + 1]
-        others = [darker[int(other.level) + 1] for other in found]
-        if pixels and all(abs(pixels - other) > _SAME * pixels for other in others):
-            found.append(Tone(name, level))
-    return found
+    ridge = levels[(levels >= first) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))]
+    cuts = _cuts(np.bincount(ridge, minlength=256).astype(np.float64), least)
+    return [Tone(_name(k, len(cuts)), level) for k, level in enumerate(cuts)]
+
+
+def _cuts(count: NDArray[np.float64], least: float) -> list[float]:
+    """Return levels from which on lines count: below the faintest tone that matters, then on."""
+    mass = np.cumsum(count[::-1])[::-1] / count.sum()
+    top = int(np.flatnonzero(mass >= 1.0 - _TOP_SHARE)[-1])
+    smooth = cv2.GaussianBlur(count[None], (0, 0), _TONE_BLUR, borderType=cv2.BORDER_REFLECT)[0]
+    valleys = np.flatnonzero((smooth[1:-1] < smooth[:-2]) & (smooth[1:-1] <= smooth[2:])) + 1
+    edges = np.array([0, *valleys, 256])
+    shares = np.add.reduceat(count, edges[:-1]) / count.sum()
+    cuts = [float(max(least, _CUTS[0] * top))]
+    for k in range(1, len(shares)):
+        level = float(edges[k])
+        has_both = shares[:k].sum() > _TONE_SHARE and shares[k:].sum() > _TONE_SHARE
+        if has_both and level > least and all(abs(level - cut) > _APART for cut in cuts):
+            cuts.append(level)
+    faint = float(max(least, _CUTS[1] * top))
+    if cuts[0] - faint > _APART:
+        cuts.append(faint)
+    return cuts[:_MAX_TONES]
+
+
+def _name(place: int, count: int) -> str:
+    return 'all lines' if place == 0 else f'lines of tone {place} of {count - 1}'
 
 
 def _noise(levels: Levels) -> float:
