@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation.floorplan import interior, segment_floorplan
+from fpnet_core.io.outside import interior
+from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.scene import Mask, clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
@@ -76,19 +77,20 @@ def _mode(widths: NDArray[np.float64], expected: float | None) -> tuple[float, f
 
 
 def segment_unknown_scale(
-    source: GridMap | Submap, config: SegmentationConfig
+    source: GridMap | Submap, config: SegmentationConfig, max_rounds: int = _MAX_ROUNDS
 ) -> tuple[Segmentation, ScaleEstimate]:
     """
     Segment a drawing or a map whose scale is unknown, and estimate that scale.
 
     The segmentation's thresholds need a scale and the scale needs its doors: both are repeated
     until the scale stays. The first guess comes from the clearance, of which one cell in five
-    has more than about 1.2 m in any building. The regions stay in nominal metres.
+    has more than about 1.2 m in any building. The regions stay in nominal metres. Fewer
+    ``max_rounds`` are faster and do for a look.
     """
     factor = _first_guess(source)
     segmentation = _segment(source, config, factor)
     estimate = estimate_metres_per_unit(segmentation, config, factor)
-    for _ in range(_MAX_ROUNDS - 1):
+    for _ in range(max_rounds - 1):
         if estimate.confidence == 0.0 or abs(estimate.factor / factor - 1.0) < _CONVERGED:
             break
         factor = estimate.factor
