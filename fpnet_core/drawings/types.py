@@ -27,6 +27,7 @@ class ScaleSource(StrEnum):
     UNITS = 'units'  # DXF and IFC know their units
     SCALE_BAR = 'scale bar'
     DIMENSIONS = 'dimensions'  # dimension texts and their lines
+    PAPER = 'paper'  # a stated 1:100 and the size of the paper
     ESTIMATED = 'estimated'  # doors, rooms and walls together
     UNKNOWN = 'unknown'
 
@@ -96,7 +97,10 @@ class Drawing:
     A_pixel_image : (2, 3)
         From pixels of the file as stored (before it was turned upright) or, of vector formats,
         its own units (y down for pages and SVG, y up for DXF and IFC) to ``pixels``.
+    paper_m : metres of paper per pixel, where the format has a paper size; None where not
+    door_px : widths of the door leaves that a vector drawing shows, in pixels
     notes : what was noticed on opening, a sentence each
+    doubts : reasons not to take the file for a floorplan, a sentence each
     """
 
     pixels: NDArray[np.uint8]
@@ -106,7 +110,10 @@ class Drawing:
     labels: tuple[Label, ...] = ()
     scale: DrawingScale | None = None
     A_pixel_image: Array = field(default_factory=lambda: np.eye(2, 3))
+    paper_m: float | None = None
+    door_px: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
