@@ -9,6 +9,7 @@ are. Both are in a JSON file of its name; who reads the map again gets them back
 
 from __future__ import annotations
 
+from dataclasses import replace
 import json
 import math
 from pathlib import Path
@@ -57,6 +58,7 @@ def as_json(reading: Reading) -> dict[str, Any]:
         'format': reading.drawing.format,
         'pixels': [width, height],
         'H_plan_image': reading.H_plan_image.tolist(),
+        'cell_m': reading.grid.resolution,
         'scale': scale_as_json(reading.scale),
         'how': reading.how,
         'storeys': [list(map(int, box)) for box in reading.storeys],
@@ -78,12 +80,12 @@ def scale_as_json(scale: DrawingScale) -> dict[str, Any]:
     }
 
 
-def recorded(yaml_path: Path | str, resolution_m: float) -> tuple[DrawingScale, list[str]] | None:
+def recorded(yaml_path: Path | str, cell_m: float) -> tuple[DrawingScale, tuple[str, ...]] | None:
     """
     Return what the record beside a map says of its scale, and the doubts that were had.
 
-    None where there is no record, or where somebody has since stated another scale in the map,
-    whose cells now are ``resolution_m``.
+    The scale is that of the map's own pixels. None where there is no record, or where somebody
+    has since stated another scale in the map, whose cells now are ``cell_m``.
 
     Raises
     ------
@@ -91,24 +93,34 @@ def recorded(yaml_path: Path | str, resolution_m: float) -> tuple[DrawingScale, 
         If there is a record, and it is damaged.
     """
     path = record_path(Path(yaml_path))
+    values = _read(path)
+    if values is None:
+        return None
+    try:
+        written_m, scale = float(values['cell_m']), _scale_of(values['scale'])
+        doubts = tuple(str(doubt) for doubt in values['doubts'])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise MapFormatError(
+            f'{path} is a damaged record of a floorplan ({error}); remove it, or run fpnet plan '
+            'again'
+        ) from None
+    if not math.isclose(written_m, cell_m, rel_tol=_SAME):
+        return None
+    cells = cell_m / scale.resolution_m
+    return replace(
+        scale, resolution_m=cell_m, low_m=scale.low_m * cells, high_m=scale.high_m * cells
+    ), doubts
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the values of a record; None where there is none."""
     try:
         if not path.is_file() or path.stat().st_size > _MAX_BYTES:
             return None
         values = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(values, dict) or _MARK not in values:
-        return None
-    try:
-        scale = _scale_of(values['scale'])
-        doubts = [str(doubt) for doubt in values['doubts']]
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise MapFormatError(
-            f'{path} is a damaged record of a floorplan ({error}); remove it, or run fpnet plan '
-            'again'
-        ) from None
-    is_same = math.isclose(scale.resolution_m, resolution_m, rel_tol=_SAME)
-    return (scale, doubts) if is_same else None
+    return values if isinstance(values, dict) and _MARK in values else None
 
 
 def _scale_of(values: dict[str, Any]) -> DrawingScale:

@@ -11,6 +11,7 @@ import numpy as np
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.choosing import Found, choose
 from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.plausible import doubts_of
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.types import (
@@ -24,6 +25,8 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io import pixel_to_xy, read_map
 from fpnet_core.io.maps import YAML_SUFFIXES
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+
+Length = tuple[float, float, float, float, float]
 
 _LEAST_CROP_PX = 16
 _DEFAULTS = ReadOptions()
@@ -58,17 +61,44 @@ def read_plan(
 
 def _as_stated(path: Path, options: ReadOptions) -> Reading:
     """Return a map_server map exactly as its thresholds say."""
+    _refuse_parts(path, options)
     grid = read_map(path, options.resolution_m)
+    scale, doubts = _stated_scale(path, options, grid.resolution)
+    if scale.resolution_m != grid.resolution:
+        grid = read_map(path, scale.resolution_m)
     shades = np.select([grid.cells == FREE, grid.cells == OCCUPIED], [254, 0], 205).astype(
         np.uint8
     )
     pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
-    metres = grid.resolution
-    source = '--resolution' if options.resolution_m else path.name
-    scale = DrawingScale(metres, metres, metres, ScaleSource.STATED, f'stated by {source}')
     drawing = Drawing(pixels, path.name, 'map_server', scale=scale)
     A = pixel_to_xy(grid).matrix
-    return Reading(grid, scale, A, 'a map_server map as its thresholds say', drawing)
+    how = 'a map_server map as its thresholds say'
+    return Reading(grid, scale, A, how, drawing, doubts=doubts)
+
+
+def _stated_scale(
+    path: Path, options: ReadOptions, cell_m: float
+) -> tuple[DrawingScale, tuple[str, ...]]:
+    """Return a map's scale, and doubts that were had when it was read from a drawing."""
+    if options.length is not None:
+        x1, y1, x2, y2, metres = _checked_length(options.length)
+        stated_m, source = metres / float(np.hypot(x2 - x1, y2 - y1)), ScaleSource.LENGTH
+        return DrawingScale(stated_m, stated_m, stated_m, source, f'a length of {metres:g} m'), ()
+    found = recorded(path, cell_m) if options.resolution_m is None else None
+    if found is not None:
+        return found
+    by = '--resolution' if options.resolution_m else path.name
+    return DrawingScale(cell_m, cell_m, cell_m, ScaleSource.STATED, f'stated by {by}'), ()
+
+
+def _refuse_parts(path: Path, options: ReadOptions) -> None:
+    """Refuse what would change a map that is meant as it is."""
+    for name in ('crop', 'storey', 'page', 'layers'):
+        if getattr(options, name):
+            raise MapFormatError(
+                f'{path} is a map of map_server, which is taken as it is: {name} does not apply; '
+                'name the drawing that it was made from'
+            )
 
 
 def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Reading:
@@ -125,9 +155,14 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
                 f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
             )
     if options.length is not None:
-        x1, y1, x2, y2, metres = options.length
-        if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
-            raise MapFormatError(
-                f'length {options.length}: expected two places in pixels and a positive number '
-                'of metres between them'
-            )
+        _checked_length(options.length)
+
+
+def _checked_length(length: Length) -> Length:
+    x1, y1, x2, y2, metres = length
+    if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
+        raise MapFormatError(
+            f'length {length}: expected two places in pixels and a positive number of metres '
+            'between them'
+        )
+    return length

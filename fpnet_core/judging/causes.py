@@ -126,7 +126,7 @@ class Findings:
     best : of the search as it was configured
     alike : shares of the walls that the best and all places like it explain, best first
     scales : smallest and largest that was searched, in ``best``'s unit
-    resolution_m : of the plan, in the metres that ``scales`` refer to
+    resolution_m : of the drawing's pixels, in the metres that ``scales`` refer to
     is_mirrored : the mirror image alone fits, as was decided over time
     rescaled : best over a much wider range of scales; None where nobody has looked
     mirror : best on the plan's mirror image; None where nobody has looked
@@ -189,7 +189,7 @@ _Weighed = Iterator[tuple[float, Cause]]
 def _drawing(found: Findings, asked: Asked) -> _Weighed:
     if found.doubts:
         look = f'{asked.look("plan", "--out", "out/plan.yaml")} and look at out/plan_reading.png'
-        evidence = '; '.join(found.doubts)
+        evidence = '; '.join(doubt.rstrip('.') for doubt in found.doubts)
         yield _WEIGHTS[CauseKind.DRAWING], Cause(CauseKind.DRAWING, evidence, look)
 
 

@@ -75,12 +75,11 @@ def explain_run(
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
     )
-    found = _of_reading(found, reading, storey)
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
         found = replace(found, drift=drift_of(outputs))
         found = _looked_at(found, largest, plan, matcher, config)
-    return causes_of(found, asked)
+    return causes_of(_of_reading(found, reading, storey), asked)
 
 
 def explain_match(
@@ -93,9 +92,10 @@ def explain_match(
 ) -> tuple[Cause, ...]:
     """Return the likely causes of a match's having no answer; parameters as of a run."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
-    found = _of_reading(Findings(0.0, 0.0, says_scale=match.sub_is_stated), reading, storey)
+    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated)
     look = Compared(match.plan, match.sub, match.area_m2, match.search, match.comparison.verdict)
-    return causes_of(_of_tests(_of_look(found, look), look, finder), asked)
+    found = _of_tests(_of_look(found, look), look, finder)
+    return causes_of(_of_reading(found, reading, storey), asked)
 
 
 def causes_of_look(look: Compared, status: Status, is_mirrored: bool) -> tuple[Cause, ...]:
@@ -134,8 +134,14 @@ def _looked_at(
 def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
     if reading is None:
         return found
-    storeys = max(1, len(reading.storeys))
-    return replace(found, doubts=reading.doubts, storeys=storeys, storey=storey)
+    cells_per_pixel = reading.scale.resolution_m / reading.grid.resolution
+    return replace(
+        found,
+        doubts=reading.doubts,
+        storeys=max(1, len(reading.storeys)),
+        storey=storey,
+        resolution_m=found.resolution_m * cells_per_pixel,
+    )
 
 
 def _of_look(found: Findings, look: Compared) -> Findings:

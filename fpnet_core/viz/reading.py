@@ -8,12 +8,13 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
-from fpnet_core.types import Segmentation
+from fpnet_core.types import OCCUPIED, Segmentation
 from fpnet_core.viz.segmentation import label_xy, region_colour
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ _LONG_SIDE_IN = 12.0
 _DPI = 130
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
 _DOOR, _DROPPED, _STOREY = (0.85, 0.1, 0.1), (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
+_WALL = (20, 60, 140)  # red, green, blue
+_NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
 _BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
 _BAR_SHARE = 0.2  # of the picture's width, at most
 _LINE = 120  # characters of a title's line
@@ -47,8 +50,8 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
     """Draw a reading over its drawing, in the drawing's pixels, y down."""
     pixels = reading.drawing.pixels
     height, width = pixels.shape[:2]
-    ax.imshow(_paled(pixels))
     to_pixel = _H_pixel_plan(reading)
+    ax.imshow(_with_walls(_paled(pixels), reading, to_pixel))
     for room in segmentation.rooms:
         outline = _mapped(to_pixel, room.polygon)
         ax.fill(*outline.T, color=region_colour(room.id), alpha=0.5, linewidth=0)
@@ -57,21 +60,34 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
     for portal in segmentation.portals:
         ax.plot(*_mapped(to_pixel, portal.ends).T, color=_DOOR, linewidth=1.8)
     for dropped in reading.dropped:
-        _box(ax, dropped.box, _DROPPED, dropped.what, '--')
+        is_large = dropped.box[2] - dropped.box[0] >= _NAMED_SHARE * width
+        _box(ax, dropped.box, _DROPPED, dropped.what if is_large else '', '--')
     if len(reading.storeys) > 1:
         for number, box in enumerate(reading.storeys, start=1):
             _box(ax, box, _STOREY, f'storey {number}', '-')
     _scale_bar(ax, to_pixel, segmentation, (height, width))
     ax.set_xlim(-0.5, width - 0.5)
     ax.set_ylim(height - 0.5, -0.5)
-    ax.set_title(
-        '\n'.join(fill(line, _LINE) for line in said_of(reading, segmentation)), fontsize=9
-    )
+    said = '\n'.join(fill(line, _LINE) for line in said_of(reading, segmentation))
+    ax.set_title(said, fontsize=9, loc='left')
 
 
 def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     pale = 255.0 - _PALE * (255.0 - pixels.astype(np.float32))
     return np.asarray(np.rint(pale), dtype=np.uint8)
+
+
+def _with_walls(pixels: NDArray[np.uint8], reading: Reading, to_pixel: Array) -> NDArray[np.uint8]:
+    """Return the picture with what was taken for walls in one colour."""
+    grid = reading.grid
+    A_plan_cell = grid.T_frame_grid.matrix @ np.diag([grid.resolution, grid.resolution, 1.0])
+    # OpenCV's whole numbers are the middles of cells.
+    A_plan_cell = A_plan_cell @ np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    size = pixels.shape[1], pixels.shape[0]
+    walls = (grid.cells == OCCUPIED).astype(np.float32)
+    share = cv2.warpPerspective(walls, to_pixel @ A_plan_cell, size)[..., None]
+    mixed = (1.0 - share) * pixels + share * np.array(_WALL, np.float32)
+    return np.asarray(np.rint(mixed), dtype=np.uint8)
 
 
 def _H_pixel_plan(reading: Reading) -> Array:
