@@ -32,9 +32,7 @@ def command(
     ] = False,
     resolution_m: Annotated[
         float | None,
-        typer.Option(
-            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
-        ),
+        typer.Option('--resolution', min=0.001, help='Metres per pixel; default: estimated.'),
     ] = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Draw the rooms and doors.')
@@ -47,8 +45,8 @@ def command(
     Cut a floorplan, robot map or recording into rooms and doors.
 
     Lengths are metres as the input states them; for an image without a scale they are nominal,
-    and the printed factor, estimated from door widths, makes them true. Exits 1 where no room
-    is found.
+    and the printed factor, estimated from doors, rooms and walls, makes them true. Exits 1 where
+    no room is found.
 
     Example: fpnet segment plan.png --plot rooms.png --json rooms.json
     """
@@ -128,7 +126,8 @@ def _segment(
         segmentation = segment_submap(subject, tree.segmentation)
     else:
         segmentation = segment_floorplan(subject, tree.segmentation)
-    return segmentation, estimate_metres_per_unit(segmentation, tree.segmentation)
+    is_partial = isinstance(subject, Submap)
+    return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
 
 
 def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
@@ -149,8 +148,8 @@ def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms:
     area_m2 = sum(room.area_m2 for room in rooms)
     console.print(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
-        f'door widths suggest a scale factor of {scale.factor:.2f} '
-        f'(confidence {scale.confidence:.2f})',
+        f'doors, rooms and walls suggest a scale factor of {scale.factor:.2f} '
+        f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
         highlight=False,
         soft_wrap=True,
     )
@@ -166,7 +165,7 @@ def _report(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float)
         'frame': grid.frame,
         'resolution_m': grid.resolution,
         'affine_xy_from_px': pixel_to_xy(grid).matrix[:2].tolist(),
-        'scale': {'factor': scale.factor, 'confidence': scale.confidence},
+        'scale': {'factor': scale.factor, 'low': scale.low, 'high': scale.high},
         'rooms': [
             {
                 'id': room.id,

@@ -15,11 +15,12 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.judging import Judge, Look, Verdict, reason_of
 from fpnet_core.localizer.finder import Comparison, Finder
-from fpnet_core.localizer.scale import ScaleSearch, door_scale_search, first_search
+from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
 from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.segmentation import (
+    STATED_SCALE,
     ScaleEstimate,
     segment_floorplan,
     segment_submap,
@@ -41,7 +42,7 @@ class CutMap:
     """
     A map cut into rooms, in its nominal metres, and what is known of its scale.
 
-    ``scale`` is in true metres per nominal metre: stated, or estimated from door widths.
+    ``scale`` is in true metres per nominal metre: stated, or estimated from rooms and doors.
     ``free_area_m2`` is nominal, too.
     """
 
@@ -61,7 +62,7 @@ class MapMatch:
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
     against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
     one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
-    from door widths.
+    from rooms and doors.
     """
 
     status: MapMatchStatus
@@ -83,9 +84,6 @@ class MapMatch:
         return float(np.sqrt(abs(np.linalg.det(self.A_best.linear))))
 
 
-_STATED = ScaleEstimate(1.0, 1.0)
-
-
 def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
     """
     Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
@@ -97,7 +95,7 @@ def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> Cut
     """
     is_stated = is_metric and config.localizer.scale_policy != 'unknown'
     if is_stated:
-        segmentation, scale = segment_floorplan(grid, config.segmentation), _STATED
+        segmentation, scale = segment_floorplan(grid, config.segmentation), STATED_SCALE
     else:
         segmentation, scale = segment_unknown_scale(grid, config.segmentation)
     if not segmentation.rooms:
@@ -112,7 +110,7 @@ def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) 
     """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
     trimmed = _trimmed(submap)
     if is_metric:
-        segmentation, scale = segment_submap(trimmed, config.segmentation), _STATED
+        segmentation, scale = segment_submap(trimmed, config.segmentation), STATED_SCALE
     else:
         segmentation, scale = segment_unknown_scale(trimmed, config.segmentation)
     return CutMap(segmentation, scale, is_metric, submap.free_area_m2)
@@ -130,8 +128,8 @@ def match_maps(
     Place ``submap`` on ``plan``.
 
     A stated scale is trusted as the localizer trusts it (``localizer.scale_policy``). Where one
-    is unknown, door widths give that map a first metric scale; placements are then searched over
-    a range around it, which is wide where few doors agree.
+    is unknown, rooms and doors give that map a first metric scale and an interval; placements are
+    searched over what the intervals of both sides hold possible.
 
     Raises
     ------
@@ -151,7 +149,7 @@ def match_maps(
 @dataclass(frozen=True, eq=False)
 class ScaledPair:
     """
-    Both maps in metres, as stated or as far as doors tell, and the scales to try between them.
+    Both maps in metres, as stated or as far as rooms and doors tell, and the scales to try.
 
     The factors are metres per nominal metre of each side; ``area_m2`` is the robot's free space.
     """
@@ -166,7 +164,7 @@ class ScaledPair:
 
 def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
     """Bring a plan and a robot's map to metres."""
-    plan_factor, sub_factor = _metres_per_unit(plan, sub)
+    plan_factor, sub_factor = plan.scale.factor, sub.scale.factor
     return ScaledPair(
         plan_side(rescaled_rooms(plan.segmentation, plan_factor)),
         _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
@@ -203,26 +201,11 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
     )
 
 
-def _metres_per_unit(plan: CutMap, sub: CutMap) -> tuple[float, float]:
-    """
-    Return both factors from nominal metres to those that the maps are compared in.
-
-    Where doors speak on one side only, and nothing was stated, the nominal scales are the best
-    guess of the ratio.
-    """
-    if sub.is_stated or plan.is_stated:
-        return plan.scale.factor, sub.scale.factor
-    if plan.scale.confidence > 0.0 and sub.scale.confidence > 0.0:
-        return plan.scale.factor, sub.scale.factor
-    known = plan if plan.scale.confidence > 0.0 else sub
-    return known.scale.factor, known.scale.factor
-
-
 def _search(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaleSearch:
-    """Return the scales to try: what was stated is trusted, doors as far as they agree."""
+    """Return the scales to try: what was stated is trusted, estimates as far as they go."""
     if plan.is_stated and sub.is_stated:
-        return first_search(config.localizer.scale_policy, config.pose, 0.0)
-    return door_scale_search(min(plan.scale.confidence, sub.scale.confidence), config.pose)
+        return first_search(config.localizer.scale_policy, config.pose)
+    return estimated_search(plan.scale, sub.scale, config.pose)
 
 
 def _submap_side(segmentation: Segmentation) -> MapSide:
