@@ -24,9 +24,7 @@ def command(
     ],
     resolution_m: Annotated[
         float | None,
-        typer.Option(
-            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
-        ),
+        typer.Option('--resolution', min=0.001, help='Metres per pixel; default: estimated.'),
     ] = None,
     tours: Annotated[
         int, typer.Option('--tours', min=0, help='Simulated drives; each takes up to a minute.')
@@ -43,9 +41,10 @@ def command(
     """
     Tell whether a floorplan will serve before a robot moves.
 
-    Segments it, estimates its scale from door widths, finds rooms that look like others by
-    matching the plan with itself, drives simulated robots through it until they are localised,
-    and says in sentences what to do. With --out the folder gets report.html and check.json.
+    Segments it, estimates its scale from doors, rooms and walls, finds rooms that look like
+    others by matching the plan with itself, drives simulated robots through it until they are
+    localised, and says in sentences what to do. With --out the folder gets report.html and
+    check.json.
 
     Example: fpnet check-plan my_plan.png --tours 3 --out out/check
 

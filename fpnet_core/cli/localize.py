@@ -152,7 +152,7 @@ def _localize(
 
     matcher = LearnedMatcher(tree.matcher)
     localizer = Localizer(tree, matcher)
-    localizer.set_plan(reading.grid)
+    localizer.set_plan(reading.grid, reading.estimate)
     odometry = KissOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
         run = replay(

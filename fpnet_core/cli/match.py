@@ -64,7 +64,7 @@ def command(
     sub = _read_submap(common.check_input(submap), tree.submap)
     stated = reading.scale.is_known, states_scale(submap)
     matcher = LearnedMatcher(tree.matcher)
-    result = match_maps(reading.grid, sub, matcher, tree, *stated)
+    result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
     asked = said.asked(('fpnet', 'match', '--submap', str(submap), '--plan'), plan)
     causes = _causes(result, matcher, tree, reading, asked, said.storey)
     report = _report(result, reading, sub.grid, *stated)

@@ -139,7 +139,8 @@ def _segment(
         segmentation = segment_submap(subject, tree.segmentation)
     else:
         segmentation = segment_floorplan(subject, tree.segmentation)
-    return segmentation, estimate_metres_per_unit(segmentation, tree.segmentation)
+    is_partial = isinstance(subject, Submap)
+    return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
 
 
 def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
@@ -160,8 +161,8 @@ def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms:
     area_m2 = sum(room.area_m2 for room in rooms)
     console.print(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
-        f'door widths suggest a scale factor of {scale.factor:.2f} '
-        f'(confidence {scale.confidence:.2f})',
+        f'doors, rooms and walls suggest a scale factor of {scale.factor:.2f} '
+        f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
         highlight=False,
         soft_wrap=True,
     )
@@ -184,7 +185,7 @@ def _report(
         'resolution_m': grid.resolution,
         'affine_xy_from_px': affine[:2].tolist() if is_affine(affine) else None,
         'drawing': None if reading is None else as_json(reading),
-        'scale': {'factor': scale.factor, 'confidence': scale.confidence},
+        'scale': {'factor': scale.factor, 'low': scale.low, 'high': scale.high},
         'rooms': [
             {
                 'id': room.id,

@@ -14,7 +14,6 @@ from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
 
 _NOMINAL_M = 0.05
-_SPREAD = 0.25  # of a scale that doors alone tell, for 90 % of drawings
 
 
 def resolve_scale(
@@ -38,11 +37,12 @@ def resolve_scale(
         return scale, cell_m
     if drawing.scale is not None:
         return drawing.scale, drawing.scale.resolution_m / cells_per_pixel
-    cell_m = _estimated(found, config)
-    metres = cell_m * cells_per_pixel
-    low, high = metres / (1.0 + _SPREAD), metres * (1.0 + _SPREAD)
-    why = 'estimated from the widths of doors'
-    return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), cell_m
+    grid = GridMap(found.cells[::-1], _NOMINAL_M)
+    _, factor = segment_unknown_scale(grid, config)
+    pixel_m = _NOMINAL_M * cells_per_pixel
+    low, metres, high = (pixel_m * each for each in (factor.low, factor.factor, factor.high))
+    why = 'estimated from doors, rooms and walls'
+    return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), _NOMINAL_M * factor.factor
 
 
 def _exact(metres: float, source: ScaleSource, why: str) -> DrawingScale:
@@ -55,10 +55,3 @@ def _growth(found: Found) -> float:
     steps = middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     places = map_points(np.linalg.inv(found.H_cell_pixel), steps)
     return float(1.0 / np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))
-
-
-def _estimated(found: Found, config: SegmentationConfig) -> float:
-    """Return the edge of a cell [m] as doors tell it."""
-    grid = GridMap(found.cells[::-1], _NOMINAL_M)
-    _, scale = segment_unknown_scale(grid, config)
-    return _NOMINAL_M * scale.factor

@@ -14,6 +14,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
@@ -171,6 +172,14 @@ class Reading:
     dropped: tuple[Dropped, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+
+    @property
+    def estimate(self) -> ScaleEstimate | None:
+        """True metres per metre of ``grid`` as estimated; None where somebody states them."""
+        if self.scale.is_known:
+            return None
+        metres = self.scale.resolution_m
+        return ScaleEstimate(1.0, self.scale.low_m / metres, self.scale.high_m / metres)
 
     def flipped(self) -> Reading:
         """Return the reading of a drawing that is a mirror image, flipped."""

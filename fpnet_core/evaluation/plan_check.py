@@ -23,8 +23,7 @@ from fpnet_core.types import GridMap, Segmentation, Status
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
 _SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_EVERY_S = 2.0
-_SCALE_OFF = 0.15  # door widths that suggest more than this deserve a word
-_SCALE_SURE = 0.4
+_SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
 _MANY = 0.5  # share of rooms
 
 
@@ -68,7 +67,7 @@ class PlanCheck:
             'doors': len(self.segmentation.doors),
             'area_m2': round(sum(room.area_m2 for room in rooms), 1),
             'scale': {'factor': round(self.scale.factor, 3), 'given': self.scale_is_given}
-            | {'confidence': round(self.scale.confidence, 3)},
+            | {'low': round(self.scale.low, 3), 'high': round(self.scale.high, 3)},
             'similar_alone': _plain(self.similarity.alone),
             'similar_with_neighbours': _plain(self.similarity.with_neighbours),
             'symmetries': [asdict(twin) for twin in self.similarity.whole],
@@ -96,11 +95,11 @@ def check_plan(
 
     Parameters
     ----------
-    grid : in metres, given or estimated from door widths
+    grid : in metres, given or estimated
     config : the configuration tree of the localizer that will use it
     tours : number of simulated drives
     seed : of the drives
-    scale_is_given : the user stated the metres; otherwise they come from door widths
+    scale_is_given : the user stated the metres; otherwise they are estimated
     on_step : is told of finished steps, ``tours + 1`` in all
 
     Raises
@@ -110,7 +109,7 @@ def check_plan(
     """
     plan = prepare_plan(grid, config)
     segmentation = plan.segmentation
-    scale = estimate_metres_per_unit(segmentation, config.segmentation)
+    scale = estimate_metres_per_unit(segmentation)
     similarity = self_similarity(plan, config.pose)
     on_step(1.0)
     results: list[TourResult] = []
@@ -183,19 +182,20 @@ def _advice(check: PlanCheck) -> list[str]:
 
 
 def _on_scale(check: PlanCheck) -> list[str]:
-    factor, is_sure = check.scale.factor, check.scale.confidence >= _SCALE_SURE
+    scale, metres = check.scale, check.segmentation.grid.resolution
     if not check.scale_is_given:
-        metres = check.segmentation.grid.resolution
-        certainty = 'agree well' if is_sure else 'do not agree well, so measure a wall'
         return [
-            f'The scale was estimated from door widths: {metres:.4f} m per pixel. The widths '
-            f'{certainty}; give the true value with --resolution or in a map_server YAML.'
+            f'The scale was estimated from doors, rooms and walls: {metres:.4f} m per pixel, with '
+            f'90 % between {metres * scale.low:.4f} and {metres * scale.high:.4f}. Give the true '
+            'value with --resolution or in a map_server YAML.'
         ]
-    if is_sure and abs(np.log(factor)) > _SCALE_OFF:
-        size = 'small' if factor > 1.0 else 'large'
+    is_off = max(scale.factor, 1.0 / scale.factor) > _SCALE_OFF
+    if is_off and not scale.low <= 1.0 <= scale.high:
+        size = 'small' if scale.factor > 1.0 else 'large'
         return [
-            f'Door widths suggest that the plan is drawn too {size}: true metres are about '
-            f'{factor:.2f} times those on the plan. Check its resolution.'
+            f'Doors, rooms and walls suggest that the plan is drawn too {size}: true metres are '
+            f'about {scale.factor:.2f} times those on the plan ({scale.low:.2f} to '
+            f'{scale.high:.2f} with 90 %). Check its resolution.'
         ]
     return []
 

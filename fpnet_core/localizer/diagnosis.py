@@ -78,7 +78,9 @@ def explain_run(
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
         found = replace(found, drift=drift_of(outputs))
-        found = _looked_at(found, largest, plan, matcher, config)
+        estimate = None if reading is None else reading.estimate
+        floorplan = Floorplan(plan, config, estimate)
+        found = _looked_at(found, largest, floorplan, matcher, config)
     return causes_of(_of_reading(found, reading, storey), asked)
 
 
@@ -114,13 +116,13 @@ def causes_of_waiting(submap: Submap | None, config: FpnetConfig) -> tuple[Cause
 def _looked_at(
     found: Findings,
     submap: Submap,
-    plan: GridMap,
+    floorplan: Floorplan,
     matcher: RegionMatcher,
     config: FpnetConfig,
 ) -> Findings:
     """Return ``found`` with what a fresh search of one submap says, and wider ones."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
-    floorplan, timer = Floorplan(plan, config), StageTimer()
+    timer = StageTimer()
     sub = prepare_submap(submap, SubmapSegmenter(config.segmentation), timer)
     working, search, area_m2 = floorplan.working, floorplan.scale.search, submap.free_area_m2
     if area_m2 < found.needed_m2:

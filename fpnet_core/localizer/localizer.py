@@ -38,7 +38,7 @@ from fpnet_core.localizer.state import (
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
-from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, MatchResult, Status, Submap
 
@@ -94,16 +94,19 @@ class Localizer:
         """The newest tick's output."""
         return self._output
 
-    def set_plan(self, grid: GridMap) -> None:
+    def set_plan(self, grid: GridMap, scale: ScaleEstimate | None = None) -> None:
         """
         Take a floorplan, replacing the old one; the submap is kept.
+
+        ``scale`` is what is known of its scale, and asked where the configuration calls that
+        unknown; None takes what its rooms and doors say.
 
         Raises
         ------
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = Floorplan(grid, self._config)
+        plan = Floorplan(grid, self._config, scale)
         with self._lock:
             self._plan = plan
             self._forget_placements()

@@ -39,7 +39,7 @@ def test_a_bare_image_is_measured_by_its_doors(tmp_path, capsys):
     (tmp_path / 'plan.yaml').unlink()
     assert run(tmp_path / 'plan.png', '--tours', 0) == 0
     said = capsys.readouterr().out
-    assert 'The scale was estimated from door widths' in said
+    assert 'The scale was estimated from doors, rooms and walls' in said
     metres = float(said.split(' m per pixel')[0].split()[-1])
     assert metres == pytest.approx(0.05, rel=0.15)
 

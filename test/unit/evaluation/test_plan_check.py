@@ -142,14 +142,18 @@ def test_a_plan_that_allows_no_drive_has_advice(monkeypatch):
 
 def test_what_is_wrong_is_said():
     segmentation = prepare_plan(storey((CORRIDOR, *EQUAL), DOORS[:2]), CONFIG).segmentation
-    base = PlanCheck(segmentation, ScaleEstimate(2.0, 0.9), True, SelfSimilarity({}, {}, ()), ())
+    base = PlanCheck(
+        segmentation, ScaleEstimate(2.0, 1.8, 2.2), True, SelfSimilarity({}, {}, ()), ()
+    )
 
     def said(**changes):
         return ' '.join(plan_check._advice(replace(base, **changes)))
 
     assert 'drawn too small: true metres are about 2.00 times' in said()
     assert 'no door was found' in said()
-    assert 'estimated from door widths: 0.0500 m per pixel' in said(scale_is_given=False)
+    assert '0.0500 m per pixel, with 90 % between 0.0900 and 0.1100' in said(scale_is_given=False)
+    assert 'drawn too' not in said(scale=ScaleEstimate(1.3, 0.9, 1.6))
+    assert 'too large' in said(scale=ScaleEstimate(0.8, 0.7, 0.9))
     lost = TourResult(0, 50.0, None, None)
     wrong = TourResult(1, 50.0, 9.0, 20.0)
     assert 'In 0 of 1 simulated drives of up to 50 m' in said(tours=(lost,))

@@ -96,7 +96,7 @@ def test_a_doubtful_reading_comes_before_every_guess(found):
     assert first(found).kind is CauseKind.DRAWING
     assert first(found).evidence == 'no door was found; one room holds 95 % of the floor'
     assert first(found).next == (
-        'fpnet plan plan.png --page 2 --out plan.yaml and look at plan_reading.png'
+        'fpnet plan plan.png --page 2 --out out/plan.yaml and look at out/plan_reading.png'
     )
     proved = replace(found, mirror=Fit(0.99, 0.9, 1.0))
     assert kinds(proved)[:2] == [CauseKind.MIRRORED, CauseKind.DRAWING]

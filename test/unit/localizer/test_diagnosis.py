@@ -105,7 +105,7 @@ def test_a_drawing_with_doubts(matcher):
     causes = explained(drive_on(plan, matcher), plan, matcher, reading)
     assert causes[0].kind is CauseKind.DRAWING
     assert causes[0].evidence == 'one room holds 95 % of the floor'
-    assert causes[0].next.startswith('fpnet plan plan.png --out plan.yaml')
+    assert causes[0].next.startswith('fpnet plan plan.png --out out/plan.yaml')
 
 
 def test_a_stump_of_a_drive(matcher):

@@ -18,7 +18,7 @@ TWIN = Twin(0, 3, 180.0, 0.97)
 def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
     check = PlanCheck(
         made_up_run.plan,
-        ScaleEstimate(1.25, 0.9),
+        ScaleEstimate(1.25, 1.1, 1.4),
         True,
         SelfSimilarity({0: (TWIN,)}, {}, ()),
         (TourResult(7, 40.0, 6.5, 0.1), TourResult(8, 41.0, None, None)),
