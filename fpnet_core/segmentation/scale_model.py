@@ -75,7 +75,10 @@ class ScaleModel:
         density = np.mean(
             [_density(t, m, x, figures.reference) for m in range(len(t['direct']))], axis=0
         )
-        return smeared(density / density.sum(), *t['tail'].tolist())
+        total = density.sum()
+        if not total > 0.0:  # figures that no building has
+            return np.full(len(GRID), 1.0 / len(GRID))
+        return smeared(density / total, *t['tail'].tolist())
 
 
 def _density(t: dict[str, Array], m: int, x: Array, reference: float) -> Array:
