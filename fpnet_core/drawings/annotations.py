@@ -15,6 +15,7 @@ import math
 import re
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import (
     Array,
@@ -120,6 +121,9 @@ class _Lines:
         angle = np.mod(np.arctan2(dy, dx), np.pi)
         return _Lines(ends, ends.min(axis=1), ends.max(axis=1), angle)
 
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> _Lines:
+        return _Lines(self.ends[chosen], self.low[chosen], self.high[chosen], self.angle[chosen])
+
 
 def dimension_scale(
     drawing: Drawing, labels: tuple[Label, ...], lines: _Lines
@@ -144,8 +148,10 @@ def dimension_scale(
 def _votes(label: Label, lines: _Lines) -> list[tuple[float, float, str, int]]:
     """Return (log resolution, metres, unit, which label) for each line that a text may measure."""
     votes = []
-    for text in _texts(label):
-        for span in _spans(text, lines):
+    texts = list(_texts(label))
+    spans = _spans(texts[0], lines) if texts else []
+    for text in texts:
+        for span in spans:
             resolution = math.log(text.value_m / span)
             votes.append((resolution, text.value_m, text.unit, id(label)))
     return votes
