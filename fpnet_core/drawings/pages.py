@@ -117,8 +117,9 @@ class VectorPage:
     ``stroke (P, 4)`` uint8, ``width (P,)``, ``is_dashed (P,)``, ``is_even_odd (P,)``, ``layer
     (P,)``, ``clip (P, 4)`` and ``mask (P,)``. ``masks`` are rings of points; ``labels`` have boxes
     in the page's units; ``box`` is the paper's, None where there is none; ``unit_m`` as the format
-    states it, worth what ``unit_kind`` says; ``paper_m`` metres of paper per unit; ``renderer``
-    paints the page better than its lines and areas tell, None where those are all.
+    states it, worth what ``unit_kind`` says; ``paper_m`` metres of paper per unit; ``A_page_file``
+    from the file's own coordinates, where the page's are others; ``renderer`` paints the page
+    better than its lines and areas tell, None where those are all.
     """
 
     points: Array
@@ -143,6 +144,7 @@ class VectorPage:
     unit_m: float | None = None
     unit_kind: UnitKind = UnitKind.PAPER
     paper_m: float | None = None
+    A_page_file: Array = field(default_factory=lambda: np.eye(2, 3))
     notes: tuple[str, ...] = ()
     renderer: Renderer | None = None
     is_scan: bool = False
@@ -209,6 +211,7 @@ class PageBuilder:
         unit_m: float | None = None,
         unit_kind: UnitKind = UnitKind.PAPER,
         paper_m: float | None = None,
+        A_page_file: Array | None = None,
     ) -> VectorPage:
         """Return the page."""
         paints = self._paints
@@ -236,6 +239,7 @@ class PageBuilder:
             unit_m=unit_m,
             unit_kind=unit_kind,
             paper_m=paper_m,
+            A_page_file=np.eye(2, 3) if A_page_file is None else A_page_file,
             notes=tuple(self.notes),
         )
 
@@ -250,6 +254,13 @@ def transformed(points: Array, A: Array) -> Array:
     """Return ``points (..., 2)`` under the affine ``A (2, 3)``."""
     moved: Array = points @ A[:, :2].T + A[:, 2]
     return moved
+
+
+def composed(A: Array, B: Array) -> Array:
+    """Return the affine (2, 3) that applies ``B`` and then ``A``."""
+    result: Array = A[:, :2] @ B
+    result[:, 2] += A[:, 2]
+    return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pages import Array, Canvas, Pieces, VectorPage, transformed
+from fpnet_core.drawings.pages import Array, Canvas, Pieces, VectorPage, composed, transformed
 
 _SHIFT = 4  # bits of a pixel's fraction that OpenCV takes
 _MIN_WIDTH_PX = 2  # of lines: a hairline is a wall's face as often as not
@@ -202,11 +202,9 @@ def _clipped(
 
 def _paint_pictures(image: NDArray[np.uint8], page: VectorPage, canvas: Canvas) -> None:
     for picture in page.pictures:
-        A = canvas.A_pixel_page[:, :2] @ picture.A_page_picture
-        A[:, 2] += canvas.A_pixel_page[:, 2]
         cv2.warpAffine(
             picture.pixels,
-            A,
+            composed(canvas.A_pixel_page, picture.A_page_picture),
             canvas.shape[::-1],
             dst=image,
             flags=cv2.INTER_LINEAR,

@@ -30,6 +30,7 @@ from fpnet_core.drawings.pages import (
     Ring,
     VectorPage,
     bezier,
+    composed,
     transformed,
 )
 from fpnet_core.drawings.types import Label, ReadOptions
@@ -184,15 +185,8 @@ def _walk(reader: _Reader, objects: list[Any], A_page_form: Array, clip: Box, de
             case raw.FPDF_PAGEOBJ_FORM if depth < _MAX_DEPTH:
                 count = raw.FPDFFormObj_CountObjects(obj)
                 inner = [raw.FPDFFormObj_GetObject(obj, k) for k in range(count)]
-                A = _composed(A_page_form, _matrix(reader, obj))
+                A = composed(A_page_form, _matrix(reader, obj))
                 _walk(reader, inner, A, _clip(reader, obj, A_page_form, clip), depth + 1)
-
-
-def _composed(A: Array, B: Array) -> Array:
-    """Return the affine that applies ``B`` and then ``A``."""
-    result: Array = A[:, :2] @ B
-    result[:, 2] += A[:, 2]
-    return result
 
 
 def _matrix(reader: _Reader, obj: Any) -> Array:
@@ -207,8 +201,8 @@ def _add_path(reader: _Reader, obj: Any, A_page_form: Array, clip: Box) -> None:
     raw = reader.raw
     mode, has_stroke = ctypes.c_int(), ctypes.c_int()
     raw.FPDFPath_GetDrawMode(obj, mode, has_stroke)
-    A_page_path = _composed(A_page_form, _matrix(reader, obj))
-    A = _composed(reader.A_top_page, A_page_path)
+    A_page_path = composed(A_page_form, _matrix(reader, obj))
+    A = composed(reader.A_top_page, A_page_path)
     stroke = _colour(raw.FPDFPageObj_GetStrokeColor, obj) if has_stroke.value else NO_PAINT
     fill = _colour(raw.FPDFPageObj_GetFillColor, obj) if mode.value else NO_PAINT
     if not (stroke[3] or fill[3]):
@@ -285,7 +279,7 @@ def _clip(reader: _Reader, obj: Any, A_page_form: Array, outer: Box) -> Box:
     clip = raw.FPDFPageObj_GetClipPath(obj)
     count = raw.FPDFClipPath_CountPaths(clip) if clip else 0
     box = outer
-    A = _composed(reader.A_top_page, A_page_form)
+    A = composed(reader.A_top_page, A_page_form)
     for k in range(max(count, 0)):
         points = _clip_points(raw, clip, k)
         if len(points):
@@ -316,7 +310,7 @@ def _bounds(reader: _Reader, obj: Any, A_page_form: Array) -> Box:
         return (0.0, 0.0, 0.0, 0.0)
     left, bottom, right, top = (part.value for part in parts)
     corners = np.array([[left, bottom], [left, top], [right, top], [right, bottom]])
-    placed = transformed(corners, _composed(reader.A_top_page, A_page_form))
+    placed = transformed(corners, composed(reader.A_top_page, A_page_form))
     low, high = placed.min(axis=0), placed.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 

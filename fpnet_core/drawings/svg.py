@@ -103,6 +103,8 @@ def read_svg(path: Path, options: ReadOptions) -> VectorPage:
     MapFormatError
         If it is no SVG, damaged, too large, or grows when it is read.
     """
+    from svgelements import Matrix
+
     clean = _cleaned(_parse(_unpacked(path), path.name), path.name)
     text = ElementTree.tostring(clean.root, encoding='unicode')
     shapes = _shapes(text, path.name)
@@ -114,8 +116,15 @@ def read_svg(path: Path, options: ReadOptions) -> VectorPage:
     if clean.dropped:
         builder.notes.append(f'left out: {", ".join(sorted(clean.dropped))}; nothing is fetched')
     return builder.finish(
-        box=_sheet(shapes), paper_m=PIXEL_M if _is_physical(clean.root) else None
+        box=_sheet(shapes),
+        paper_m=PIXEL_M if _is_physical(clean.root) else None,
+        A_page_file=_affine(Matrix(shapes.viewbox_transform or '')),
     )
+
+
+def _affine(matrix: Any) -> Array:
+    m = matrix
+    return np.array([[m.a, m.c, m.e], [m.b, m.d, m.f]], dtype=np.float64)
 
 
 def _unpacked(path: Path) -> bytes:
@@ -400,8 +409,7 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
         pixels = _decoded(base64.b64decode(data, validate=False), builder.what)
     except (OSError, ValueError, SyntaxError) as error:
         raise MapFormatError(f'{builder.what} holds a damaged picture ({error})') from None
-    m = shape.transform
-    A_page_user = np.array([[m.a, m.c, m.e], [m.b, m.d, m.f]], dtype=np.float64)
+    A_page_user = _affine(shape.transform)
     size = _number(shape.width), _number(shape.height)
     scale = np.array([size[0] / pixels.shape[1], size[1] / pixels.shape[0]])
     A = np.hstack([A_page_user[:, :2] * scale, transformed(
@@ -489,8 +497,7 @@ def _label(shape: Any) -> Label | None:
     corners = np.array(
         [[x, y], [x + width, y], [x + width, y - 0.75 * size], [x, y - 0.75 * size]]
     )
-    m = shape.transform
-    placed = transformed(corners, np.array([[m.a, m.c, m.e], [m.b, m.d, m.f]], dtype=np.float64))
+    placed = transformed(corners, _affine(shape.transform))
     if not np.isfinite(placed).all():
         return None
     low, high = placed.min(axis=0), placed.max(axis=0)

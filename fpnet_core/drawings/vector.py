@@ -23,6 +23,7 @@ from fpnet_core.drawings.pages import (
     Pieces,
     UnitKind,
     VectorPage,
+    composed,
     pieces_of,
     transformed,
 )
@@ -96,7 +97,7 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         strokes=_strokes(page, pieces, canvas),
         labels=_labels(page, canvas),
         scale=_scale(unit, canvas),
-        A_pixel_image=canvas.A_pixel_page,
+        A_pixel_image=composed(canvas.A_pixel_page, page.A_page_file),
         paper_m=_times(page.paper_m, canvas),
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
         notes=(*page.notes, *choice.notes, *unit.notes, *notes),
