@@ -22,7 +22,7 @@ from fpnet_core.io import read_map
 from fpnet_core.metrics.intervals import interval_figures
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.sim.presets import SPLITS
-from fpnet_core.training.scale_samples import generated_drawing
+from fpnet_core.sim.styled import styled_drawing
 from fpnet_core.types import GridMap
 
 CELL_M = 0.05
@@ -90,4 +90,4 @@ def _drawings(data: Path, generated: int) -> Iterator[tuple[str, str, GridMap]]:
                 yield f'{split} {kind}', name, read_map(path, CELL_M)
     for number in range(generated):
         rng = np.random.default_rng([SEED, number])
-        yield 'generated', str(number), generated_drawing(rng)
+        yield 'generated', str(number), styled_drawing(rng)

@@ -65,7 +65,7 @@ class ScaleFigures:
     ``values (D,)`` as in :data:`FIGURES`, NaN where there was nothing to measure; ``reference`` is
     the logarithm of the length that all are compared with, the distance to what is not free that
     three quarters of the free cells keep below, in metres as they were taken for; None where
-    nothing is free.
+    nothing is free, or everything.
     """
 
     values: Array
@@ -83,7 +83,7 @@ def scale_figures(segmentation: Segmentation, metres_per_unit: float = 1.0) -> S
     """
     cell_m = segmentation.grid.resolution * metres_per_unit
     free = (segmentation.grid.cells == FREE) | (segmentation.labels > 0)
-    if not free.any():
+    if not free.any() or free.all():
         return ScaleFigures(np.full(len(FIGURES), np.nan), None)
     clearance = np.maximum(cells_to_nearest(~free) - 0.5, 0.5) * cell_m
     areas = np.array([room.area_m2 for room in segmentation.rooms]) * metres_per_unit**2

@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, check_shapes, read_weights
@@ -72,28 +73,23 @@ class ScaleModel:
             if name.startswith(f'{side}.')
         }
         x = np.clip(np.nan_to_num((figures.values - t['mean']) / t['spread']), -CLIP, CLIP)
-        density = np.mean(
-            [_density(t, m, x, figures.reference) for m in range(len(t['direct']))], axis=0
+        logs = np.array(
+            [_log_density(t, m, x, figures.reference) for m in range(len(t['direct']))]
         )
-        total = density.sum()
-        if not total > 0.0:  # figures that no building has
-            return np.full(len(GRID), 1.0 / len(GRID))
-        return smeared(density / total, *t['tail'].tolist())
+        density = np.exp(logs - logs.max()).sum(axis=0)
+        return smeared(density / density.sum(), *t['tail'].tolist())
 
 
-def _density(t: dict[str, Array], m: int, x: Array, reference: float) -> Array:
-    """Return one network's density at :data:`GRID`."""
+def _log_density(t: dict[str, Array], m: int, x: Array, reference: float) -> Array:
+    """Return one network's log density at :data:`GRID`."""
     hidden = _silu(t['first'][m] @ x + t['first_bias'][m])
     hidden = _silu(t['second'][m] @ hidden + t['second_bias'][m])
     out = (t['mixture'][m] @ hidden + t['mixture_bias'][m]).reshape(3, COMPONENTS)
-    mean = out[1] + t['direct'][m] @ x + t['direct_bias'][m]
-    centre, unit = t['target']
     log_sigma = np.clip(out[2] + LOG_SIGMA_SHIFT, *LOG_SIGMA_RANGE)
-    weight = np.exp(out[0] - out[0].max() - log_sigma)
+    centre, unit = t['target']
+    mean = out[1] + t['direct'][m] @ x + t['direct_bias'][m]
     z = ((GRID[:, None] + reference - centre) / unit - mean) / np.exp(log_sigma)
-    return np.asarray((np.exp(-0.5 * z**2) * weight).sum(axis=1) / np.exp(
-        out[0] - out[0].max()
-    ).sum())  # fmt: skip
+    return np.asarray(logsumexp(out[0] - logsumexp(out[0]) - log_sigma - 0.5 * z**2, axis=1))
 
 
 def smeared(density: Array, share: float, sigma: float) -> Array:

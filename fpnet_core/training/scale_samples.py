@@ -29,20 +29,16 @@ from fpnet_core.io import read_map
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side
-from fpnet_core.sim.config import DrawingConfig
-from fpnet_core.sim.drawings import draw_placement, warp_map
+from fpnet_core.sim.drawings import warp_map
 from fpnet_core.sim.floors import TUNE_FLOORS
-from fpnet_core.sim.plan_sources import GeneratedPlans
-from fpnet_core.sim.render import render_plan
 from fpnet_core.sim.rough import robot_map_of
-from fpnet_core.sim.styles import StyleConfig, draw_style
+from fpnet_core.sim.styled import draw_cell_m, styled_drawing
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 Array = NDArray[np.float64]
 
 # All ranges below are numerical: they span what drawings and robots' maps are like.
-_CELL_M = (0.025, 0.12)  # cells of redrawn drawings, evenly in the logarithm
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
 _THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
@@ -50,13 +46,6 @@ _TURNED = 0.3  # share of real drawings at any angle
 _SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
 _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
-_ROOMS = (6, 64)  # of generated storeys
-_WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness of generated walls
-_DRAWING = DrawingConfig(scale_error=0.0, axis_error=0.02)
-_STYLES = StyleConfig(
-    thin_walls=0.2, thick_walls=0.15, double_walls=0.12, door_leaves=0.2, door_arcs=0.2,
-    furniture=0.35, text=0.2, dimensions=0.08, white_paper=0.3, windows=0.3,
-)  # fmt: skip
 
 _DECLUTTER = {
     'g4s': ('g4s_y2', 'g4s_sim_cropped'),
@@ -164,7 +153,7 @@ def gather_samples(
                 side: Side = 'map' if kind else 'plan'
                 tasks.append((make, side, building, True, (kind, 1000 * number + variant)))
     for number in range(amounts.generated):
-        tasks.append((generated_drawing, 'plan', f'generated {number}', False, (3, number)))
+        tasks.append((styled_drawing, 'plan', f'generated {number}', False, (3, number)))
     for number in range(amounts.generated_maps):
         tasks.append((_generated_map, 'map', f'generated map {number}', False, (4, number)))
     rows: list[_Row] = []
@@ -246,8 +235,7 @@ def _drawing(files: Sequence[_File], variant: int) -> Callable[[np.random.Genera
         if variant < len(files):
             return files[variant].read()
         grid = _rewalled(files[int(rng.integers(len(files)))].read(), rng)
-        cell_m = float(np.exp(rng.uniform(*np.log(_CELL_M))))
-        grid = _redrawn(grid, max(cell_m, _FINER * grid.resolution))
+        grid = _redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
         if rng.random() < _TURNED:
             turn = SE2.from_xy_yaw(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
             grid = warp_map(grid, Affine2D(turn.linear, turn.translation))
@@ -272,21 +260,8 @@ _MAKERS: tuple[Callable[[Sequence[_File], int], Callable[..., GridMap | Submap]]
 )
 
 
-def generated_drawing(rng: np.random.Generator) -> GridMap:
-    """Return the drawing of a generated storey in a random style, at its true scale."""
-    seed = int(rng.integers(2**31))
-    plan = GeneratedPlans(*_ROOMS).storey(seed, 0, 0).plan
-    return render_plan(
-        plan,
-        resolution_m=float(np.exp(rng.uniform(*np.log(_CELL_M)))),
-        wall_m=plan.wall_m * float(rng.uniform(*_WALL_FACTOR)),
-        T_plan_building=draw_placement(rng, _DRAWING),
-        style=draw_style(rng, _STYLES),
-    )
-
-
 def _generated_map(rng: np.random.Generator) -> Submap:
-    return _part(robot_map_of(generated_drawing(rng), rng), rng)
+    return _part(robot_map_of(styled_drawing(rng), rng), rng)
 
 
 def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
