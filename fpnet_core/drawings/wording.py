@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
+from fpnet_core.segmentation.scale import SURE_FACTOR
 from fpnet_core.types import Segmentation
 
 
@@ -22,6 +23,15 @@ def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
     ]
 
 
+def is_sure(scale: DrawingScale) -> bool:
+    """Tell whether a scale may be called sure: its interval ends within ten per cent."""
+    return (
+        scale.source is not ScaleSource.UNKNOWN
+        and scale.high_m <= SURE_FACTOR * scale.resolution_m
+        and scale.low_m >= scale.resolution_m / SURE_FACTOR
+    )
+
+
 def said_of_scale(scale: DrawingScale) -> str:
     """Return metres per pixel, how surely, who says so and why."""
     said = f'{scale.resolution_m:.4g} m per pixel'
@@ -29,4 +39,5 @@ def said_of_scale(scale: DrawingScale) -> str:
         said += f' ({scale.low_m:.3g} to {scale.high_m:.3g})'
     if scale.source is ScaleSource.UNKNOWN:
         return f'scale unknown, taken as {said}'
-    return f'{said}, {scale.why or scale.source.value}'
+    unsure = '' if is_sure(scale) else ', unsure'
+    return f'{said}, {scale.why or scale.source.value}{unsure}'

@@ -12,7 +12,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import DrawingScale, Reading
-from fpnet_core.drawings.wording import said_of_scale
+from fpnet_core.drawings.wording import is_sure, said_of_scale
 from fpnet_core.errors import ConfigError
 from fpnet_core.evaluation.plan_gate import Refusal, refusals_of
 from fpnet_core.evaluation.runs import WRONG_POSITION_M
@@ -97,6 +97,7 @@ class PlanCheck:
                 'given': self.drawn.is_known,
                 'metres_per_pixel': self.drawn.resolution_m,
                 'source': self.drawn.source.value,
+                'sure': is_sure(self.drawn),
             },
             'scale_interval': [self.drawn.low_m, self.drawn.high_m],
             'similar_alone': _plain(self.similarity.alone),
@@ -138,10 +139,11 @@ def check_plan(
 
     """
     segmentation = segment_floorplan(reading.grid, config.segmentation)
-    refusals = refusals_of(reading, segmentation, asked or Asked())
+    told = estimate_metres_per_unit(segmentation) if segmentation.rooms else STATED_SCALE
+    refusals = refusals_of(reading, segmentation, asked or Asked(), told)
     check = PlanCheck(
         segmentation,
-        estimate_metres_per_unit(segmentation) if segmentation.rooms else STATED_SCALE,
+        told,
         reading.scale,
         SelfSimilarity({}, {}, ()),
         (),
@@ -235,8 +237,9 @@ def _on_scale(check: PlanCheck) -> list[str]:
     scale, drawn = check.scale, check.drawn
     if not drawn.is_known:
         return [
-            f'Nobody states the scale of this drawing; it is {said_of_scale(drawn)}. '
-            'Give the true value with --resolution or --length.'
+            f'Nobody states the scale of this drawing; it is {said_of_scale(drawn)}. A localizer '
+            'searches all scales between these, and finds its way sooner where you give one '
+            'length: --length X1,Y1,X2,Y2=METRES.'
         ]
     is_off = max(scale.factor, 1.0 / scale.factor) > _SCALE_OFF
     if is_off and not scale.low <= 1.0 <= scale.high:

@@ -19,6 +19,7 @@ import numpy as np
 from fpnet_core.drawings.types import DrawingScale, Reading
 from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.judging.causes import Asked
+from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import UNKNOWN, Segmentation
 
 _ROOM_M2 = (4.0, 200.0)
@@ -28,7 +29,14 @@ _DOOR_M = (0.5, 2.5)
 _GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # numerical: of the floor in one of at least so many rooms
 _GIANT_M2 = 400.0  # physical: a hall; a single larger room is the paper
 _UNKNOWN_SHARE = 0.5  # numerical: of what lies within the building
-_UNSURE = 1.5  # numerical: largest over smallest scale; beyond, areas are off by a factor of two
+_UNSURE = 3.0
+"""Numerical: largest over smallest scale. Up to here a localizer that searches all scales between
+them finds its way, as `fpnet bench localization` has it for `unknown_scale`; what is less sure
+than that may be any building."""
+
+_MISSTATED = 2.0
+"""Numerical: a stated scale that is off by more, at either end of the interval that rooms and
+doors tell, is a slip of the pen."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,9 @@ class Refusal:
         return {'reason': self.why, 'next': self.next}
 
 
-def refusals_of(reading: Reading, segmentation: Segmentation, asked: Asked) -> tuple[Refusal, ...]:
+def refusals_of(
+    reading: Reading, segmentation: Segmentation, asked: Asked, told: ScaleEstimate = STATED_SCALE
+) -> tuple[Refusal, ...]:
     """
     Return what speaks against a reading; nothing for one that may be used.
 
@@ -53,6 +63,7 @@ def refusals_of(reading: Reading, segmentation: Segmentation, asked: Asked) -> t
     reading : the drawing as it was read
     segmentation : rooms and doors of its grid
     asked : what was typed, for the next commands
+    told : what its rooms, doors and walls say of its scale
     """
     look = f'{asked.look("plan", "--out", "out/plan.yaml")} and look at out/plan_reading.png'
     crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
@@ -63,7 +74,8 @@ def refusals_of(reading: Reading, segmentation: Segmentation, asked: Asked) -> t
     found = [Refusal(doubt, part) for doubt in doubts]
     scale = asked.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
     if not doubts:
-        found += [Refusal(why, scale, is_scale=True) for why in _mismeasured(segmentation)]
+        wrong = (*_mismeasured(segmentation), *_misstated(reading.scale, told))
+        found += [Refusal(why, scale, is_scale=True) for why in wrong]
     if is_unsure(reading.scale):
         measure = f'measure one length: {scale}'
         why = f'its scale is unsure: {said_of_scale(reading.scale)}'
@@ -72,7 +84,7 @@ def refusals_of(reading: Reading, segmentation: Segmentation, asked: Asked) -> t
 
 
 def is_unsure(scale: DrawingScale) -> bool:
-    """Tell whether the interval of a scale is too wide for areas to mean anything."""
+    """Tell whether nobody states a scale, and its interval is too wide to be searched."""
     return not scale.is_known and scale.high_m > _UNSURE * scale.low_m
 
 
@@ -97,12 +109,23 @@ def _implausible(segmentation: Segmentation) -> Iterator[str]:
 def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
     """Say which areas and widths are those of no building, at the scale that was taken."""
     area = float(np.median([room.area_m2 for room in segmentation.rooms]))
-    if not _ROOM_M2[0] <= area <= _ROOM_M2[1]:
+    if len(segmentation.rooms) >= _FEW_ROOMS and not _ROOM_M2[0] <= area <= _ROOM_M2[1]:
         yield f'its middle room has {area:.3g} m2: no building at this scale'
     widths = [portal.width_m for portal in segmentation.portals]
     width = float(np.median(widths)) if widths else math.nan
     if widths and not _DOOR_M[0] <= width <= _DOOR_M[1]:
         yield f'its middle door is {width:.2g} m wide: no building at this scale'
+
+
+def _misstated(scale: DrawingScale, told: ScaleEstimate) -> Iterator[str]:
+    """Say by how much a stated scale is off, where that is beyond doubt."""
+    if scale.is_known and (told.low > _MISSTATED or told.high < 1.0 / _MISSTATED):
+        yield (
+            f'its rooms, doors and walls are those of a building at '
+            f'{told.factor * scale.resolution_m:.3g} m per pixel '
+            f'({told.low * scale.resolution_m:.3g} to {told.high * scale.resolution_m:.3g}), and '
+            f'{said_of_scale(scale)}'
+        )
 
 
 def _unknown_share(segmentation: Segmentation) -> float:
