@@ -12,7 +12,7 @@ import numpy as np
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.building import cells_of, inside_of_lines, reduced
 from fpnet_core.drawings.plausible import features
-from fpnet_core.drawings.sheet import Sheet, find_building, margin_around
+from fpnet_core.drawings.sheet import NoBuildingError, Sheet, find_building, margin_around
 from fpnet_core.drawings.strokes import Mask, Recipe, recipes
 from fpnet_core.drawings.tones import inks
 from fpnet_core.drawings.types import Array
@@ -80,7 +80,7 @@ def candidates(view: View, storey: int | None, config: SegmentationConfig) -> It
 def _is_new(walls: Mask, seen: list[Mask]) -> bool:
     """Tell whether no earlier reading has nearly the same walls."""
     ink = np.count_nonzero(walls)
-    return ink > 0 and all(np.count_nonzero(walls ^ other) > _SAME * ink for other in seen)
+    return bool(ink) and all(np.count_nonzero(walls ^ other) > _SAME * ink for other in seen)
 
 
 def _sheet(view: View, storey: int | None) -> Sheet | None:
@@ -89,12 +89,17 @@ def _sheet(view: View, storey: int | None) -> Sheet | None:
 
     Contours of the ground, trees and furniture are drawn lighter than walls, if at all.
     """
-    found = []
+    found: list[Sheet] = []
+    no_storey: MapFormatError | None = None
     tones = sorted(inks(view.levels), key=lambda tone: -tone.level)
     for tone in tones[:1] + tones[1:][-1:] if len(tones) > _SHEET_TONES else tones:
         try:
             found.append(find_building(view.levels > tone.level, storey))
-        except MapFormatError:
+        except NoBuildingError:
             continue
+        except MapFormatError as error:
+            no_storey = error
+    if not found and no_storey is not None:
+        raise no_storey
     most = max((sheet.worth for sheet in found), default=0.0)
     return next((sheet for sheet in found if sheet.worth >= _MOST * most), None)

@@ -112,7 +112,7 @@ def _finished(candidate: Candidate, chance: float) -> Found:
     if cells is None:
         raise MapFormatError('the drawing shows no building that is closed')
     sheet = candidate.sheet
-    to_pixel = np.linalg.inv(candidate.sheet_view.H_view_pixel)
+    to_pixel = np.asarray(np.linalg.inv(candidate.sheet_view.H_view_pixel), np.float64)
     return Found(
         cells=cells,
         H_cell_pixel=view.H_view_pixel,
@@ -175,7 +175,7 @@ def _grey(pixels: Levels) -> Levels | None:
     if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-    return np.rint(pixels.astype(np.float32) @ weights).astype(np.uint8)
+    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
 
 
 def _is_within(inner: Box, outer: Box) -> bool:

@@ -12,6 +12,7 @@ are other storeys.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -76,6 +77,10 @@ class Sheet:
     worth: float
 
 
+class NoBuildingError(MapFormatError):
+    """No lines of a sheet enclose anything."""
+
+
 def find_building(ink: Mask, storey: int | None = None) -> Sheet:
     """
     Find the building on a sheet.
@@ -88,8 +93,10 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
 
     Raises
     ------
+    NoBuildingError
+        If nothing on the sheet encloses anything.
     MapFormatError
-        If nothing on the sheet encloses anything, or there is no such storey.
+        If there is no such storey.
     """
     factor = max(1.0, max(ink.shape) / _LOOK_PX)
     small = _reduced(ink, factor)
@@ -170,7 +177,7 @@ def _without_frames(ink: Mask) -> tuple[list[Box], Mask]:
     frames: list[Box] = []
     for _ in range(_MAX_FRAMES):
         _, labels, stats, _ = cv2.connectedComponentsWithStats(ink.astype(np.uint8))
-        found = _outermost_frame(ink, labels, stats)
+        found = _outermost_frame(ink, _ints(labels), _ints(stats))
         if found is None:
             break
         left, top, width, height, _ = stats[found].tolist()
@@ -222,7 +229,7 @@ def _clusters(ink: Mask) -> tuple[Cluster, list[Cluster], NDArray[np.int32]]:
     """
     Return the building, all other clusters, and the label of each pixel's cluster.
 
-    Raises MapFormatError where nothing is drawn.
+    Raises NoBuildingError where nothing is enclosed.
     """
     labels, clusters = _well_grouped(ink)
     main = max(clusters, key=_likeness)
@@ -240,7 +247,7 @@ def _well_grouped(ink: Mask) -> tuple[NDArray[np.int32], list[Cluster]]:
     found = [_grouped(ink, share * max(ink.shape)) for share in _REACHES]
     worth = [max(map(_likeness, clusters), default=0.0) for _, clusters in found]
     if max(worth) == 0.0:
-        raise MapFormatError(
+        raise NoBuildingError(
             'the drawing shows no building: no lines enclose anything; expected a floorplan '
             'with walls that stand out from the paper'
         )
@@ -264,12 +271,12 @@ def _grouped(ink: Mask, reach: float) -> tuple[NDArray[np.int32], list[Cluster]]
     by = max(1, round(reach))
     side = 4 * by + 4
     # A rim of blank paper lets the outside go around what touches the edge.
-    grown = cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by))
+    grown = np.asarray(cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by)), np.uint8)
     _, holes, sizes, _ = cv2.connectedComponentsWithStats(1 - grown, connectivity=4)
-    solid = cv2.morphologyEx(_filled(grown, holes, sizes), cv2.MORPH_OPEN, _disc(2 * by))
-    solid = _with_halls(solid, holes, sizes)
+    holes, sizes = _ints(holes), _ints(sizes)
+    solid = _with_halls(_opened(_filled(grown, holes, sizes), 2 * by), holes, sizes)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
-    own = np.bincount(_owners(labels, holes, sizes, count), minlength=count)
+    own = np.bincount(_owners(_ints(labels), holes, sizes, count), minlength=count)
     clusters = []
     for label in range(1, count):
         left, top, width, height, area = stats[label].tolist()
@@ -278,6 +285,15 @@ def _grouped(ink: Mask, reach: float) -> tuple[NDArray[np.int32], list[Cluster]]
         box = (left, top, right, bottom)
         clusters.append(Cluster(_inside(box, ink.shape), float(area), int(own[label]), (label,)))
     return np.asarray(labels[side:-side, side:-side], dtype=np.int32), clusters
+
+
+def _ints(values: NDArray[Any]) -> NDArray[np.int32]:
+    """Return what OpenCV counted, as it is documented: its types say less."""
+    return np.asarray(values, dtype=np.int32)
+
+
+def _opened(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
+    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(by)), dtype=np.uint8)
 
 
 def _disc(radius: int) -> NDArray[np.uint8]:
@@ -316,7 +332,7 @@ def _owners(
     owner = labels.ravel()[first].astype(np.int64)
     area = np.bincount(labels.ravel(), minlength=count)
     is_room = sizes[found, cv2.CC_STAT_AREA] > _ROOM_SHARE * area[owner]
-    return owner[is_room & (found > 0)]
+    return np.asarray(owner[is_room & (found > 0)])
 
 
 def _inside(box: Box, shape: tuple[int, ...]) -> Box:

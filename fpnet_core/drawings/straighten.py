@@ -188,7 +188,7 @@ def _placed(H: Array, shape: tuple[int, ...]) -> Array:
     left, top = map_points(H, _corners(shape)).min(axis=0)
     move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
     placed: Array = move @ H
-    return placed / placed[2, 2]
+    return np.asarray(placed / placed[2, 2])
 
 
 def _corners(shape: tuple[int, ...]) -> Array:

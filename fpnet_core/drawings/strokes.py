@@ -58,7 +58,7 @@ class Recipe:
             ink = np.asarray(cv2.morphologyEx(ink, cv2.MORPH_CLOSE, _disc(fill)), dtype=np.uint8)
         if thin > 1:
             core = cv2.morphologyEx(ink, cv2.MORPH_OPEN, _disc(thin))
-            ink = cv2.dilate(core, _disc(3)) & ink
+            ink = np.asarray(cv2.dilate(core, _disc(3)), dtype=np.uint8) & ink
         return np.asarray(ink > 0)
 
 

@@ -10,6 +10,7 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -44,7 +45,7 @@ _MAX_TONES = 3
 
 def is_dark_ground(pixels: Levels) -> bool:
     """Tell whether ``pixels (H, W, 3)`` show light lines on a dark ground."""
-    grey = cv2.cvtColor(_small(pixels, 512), cv2.COLOR_RGB2GRAY)
+    grey = _grey(_small(pixels, _PAPER_PX))
     return bool(np.median(grey) < DARK_GROUND)
 
 
@@ -63,7 +64,7 @@ def contrast(pixels: Levels) -> Levels:
     found = _mass(pixels)
     for channel in _channels(pixels):
         around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square)
-        np.maximum(found, _share_darker(channel, around), out=found)
+        np.maximum(found, _share_darker(channel, _levels(around)), out=found)
     found[_table(pixels)] = 0
     # The brightest pixel around is brighter than the paper by the noise.
     return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
@@ -71,7 +72,7 @@ def contrast(pixels: Levels) -> Levels:
 
 def _table(pixels: Levels) -> NDArray[np.bool_]:
     """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
-    grey = cv2.cvtColor(_small(pixels, _TABLE_PX), cv2.COLOR_RGB2GRAY)
+    grey = _grey(_small(pixels, _TABLE_PX))
     side = max(3, round(_LINE_REACH * max(grey.shape)))
     plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
     split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
@@ -90,7 +91,7 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
         return nothing
     inner = np.zeros_like(grey)
     cv2.drawContours(inner, [hull], -1, 1, -1)
-    inner = cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1)
+    inner = _levels(cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1))
     size = (pixels.shape[1], pixels.shape[0])
     return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
 
@@ -109,13 +110,21 @@ def _share_darker(level: Levels, around: Levels) -> Levels:
 
 def _mass(pixels: Levels) -> Levels:
     """Return the contrast of what is far darker than the paper, 0 elsewhere."""
-    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    grey = _grey(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
     paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
     paper = cv2.resize(paper, grey.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    darker = _share_darker(grey, paper)
+    darker = _share_darker(grey, _levels(paper))
     return np.where(darker >= _MASS, darker, 0).astype(np.uint8)
+
+
+def _grey(pixels: Levels) -> Levels:
+    return _levels(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY))
+
+
+def _levels(values: NDArray[Any]) -> Levels:
+    return np.asarray(values, dtype=np.uint8)
 
 
 def _small(pixels: Levels, longest: int) -> Levels:
