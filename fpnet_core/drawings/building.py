@@ -22,30 +22,32 @@ _SPARE = 1.25  # the reach is so much wider than the widest gap seen
 _WALL_SHARE = 0.02  # of the longer side: what is deeper in the ink than this says nothing
 
 
-def cells_of(walls: Mask, ink: Mask) -> NDArray[np.int8] | None:
+def cells_of(walls: Mask, ground: Mask | None = None) -> NDArray[np.int8] | None:
     """
     Return the cells (H, W) of a building with ``walls (H, W)``; None where nothing is enclosed.
 
     Windows, gates and gaps of the outer wall do not let the outside in, however wide they are:
     the reach that closes them is the least at which what is enclosed stays as it is. Other
-    lines of the drawing, ``ink (H, W)``, end the inside where they close a window.
+    lines of the drawing, whose inside is ``ground (H, W)``, end it where they close a window.
     """
-    inside = _inside(walls)
+    inside = inside_of_lines(walls)
     if inside is None:
         return None
-    if not np.array_equal(walls, ink):
-        within_lines = _inside(ink)
-        inside = inside if within_lines is None else inside & (within_lines | ink)
+    if ground is not None:
+        inside &= ground
     if not inside.any():
         return None
+    inside &= ~walls
     depth = _WALL_SHARE * max(walls.shape)
     is_face = walls & (cells_to_nearest(inside) <= depth)
     return np.select([inside, is_face], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
 
 
-def _inside(lines: Mask) -> Mask | None:
+def inside_of_lines(lines: Mask) -> Mask | None:
+    """Return what lines (H, W) enclose, with the lines; None where they enclose nothing."""
     reach = _closing_reach(lines)
-    return None if reach is None else inside_of(~lines, reach, _distance)
+    inside = None if reach is None else inside_of(~lines, reach, _distance)
+    return None if inside is None else inside | lines
 
 
 def _distance(mask: Mask) -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.building import cells_of
+from fpnet_core.drawings.building import cells_of, inside_of_lines
 from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import find_building
@@ -107,12 +107,12 @@ def _finished(candidate: Candidate, chance: float) -> Found:
     size = (view.levels.shape[1], view.levels.shape[0])
     near = candidate.belongs.astype(np.uint8)
     belongs = cv2.resize(near, size, interpolation=cv2.INTER_NEAREST) > 0
-    walls = recipe.walls(view.levels) & belongs
-    cells = cells_of(walls, (view.levels > recipe.level) & belongs)
+    levels = np.where(belongs, view.levels, 0).astype(np.uint8)
+    cells = cells_of(recipe.walls(levels), inside_of_lines(levels > recipe.level))
     if cells is None:
         raise MapFormatError('the drawing shows no building that is closed')
     sheet = candidate.sheet
-    to_pixel = np.linalg.inv(candidate.sheet_view.H_view_pixel)
+    to_pixel = np.asarray(np.linalg.inv(candidate.sheet_view.H_view_pixel), np.float64)
     return Found(
         cells=cells,
         H_cell_pixel=view.H_view_pixel,
@@ -175,7 +175,7 @@ def _grey(pixels: Levels) -> Levels | None:
     if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-    return np.rint(pixels.astype(np.float32) @ weights).astype(np.uint8)
+    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
 
 
 def _is_within(inner: Box, outer: Box) -> bool:

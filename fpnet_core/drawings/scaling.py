@@ -53,5 +53,6 @@ def _growth(found: Found) -> float:
     """Return how many cells are as long as a pixel, in the middle of the map."""
     middle = np.array(found.cells.shape[::-1]) / 2.0
     steps = middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    places = map_points(np.linalg.inv(found.H_cell_pixel), steps)
+    back = np.asarray(np.linalg.inv(found.H_cell_pixel), dtype=np.float64)
+    places = map_points(back, steps)
     return float(1.0 / np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))

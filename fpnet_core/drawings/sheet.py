@@ -12,6 +12,7 @@ are other storeys.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -23,7 +24,7 @@ from fpnet_core.errors import MapFormatError
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
-_LOOK_PX = 700  # the longer side of the picture that a sheet is looked over in
+_LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
 _MAX_FRAMES = 4
 _FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames
 _FRAME_INSET = 0.02  # of a frame's sides: where lines would cross that are attached to it
@@ -32,14 +33,20 @@ _BLANK_SIDE = 0.5  # of three sides of a frame in one piece has nothing attached
 _BLANK_WORST = 0.3  # of its fourth side
 _FRAMED_INK = 0.2  # of all ink lies inside a frame and is not the frame
 _BLOT_SHARE = 0.045  # of the longer side: what is as thick as this is a table under the sheet
-_REACH = (0.006, 0.014)  # of the longer side: half the gaps that do not part a building
+_REACHES = (0.006, 0.012, 0.024)  # of the sheet's longer side: half the gaps within a building
+_REACH = 0.014  # of the building's
+_MOST = 0.5  # of what the widest reach joins is a building, not a part of it
 _ROOM_SHARE = 1e-3  # of a cluster's area: smaller holes are no rooms
-_WING_GAP = 0.05  # of the building's longer side
+_WING_GAP = 0.02  # of the building's longer side
 _WING_AREA, _STOREY_AREA = 0.06, 0.3  # of the building's
 _STOREY_ROOMS, _WING_ROOMS = 4, 2
-_STOREY_ROOM_SHARE = 0.4  # of the building's rooms: tables have fewer cells
+_STOREY_ROOM_SHARE = 0.25  # of the building's rooms: tables have fewer cells
 _CORE_SHARE = 0.07  # of the building's longer side: texts in rooms are shorter
 _MARGIN = 0.01  # of the longer side is kept around a building
+_DASH_SHARE = 0.012  # of the longer side: shorter pieces are letters and dashes
+_HALL_SHARE = 0.04  # of the sheet: larger spaces between lines may be no rooms
+_SURROUNDED = 0.33  # unless the building lies around so much of their outline
+_INWARD = np.array([1, 1, -1, -1])  # which way the sides of a box move where it shrinks
 _TEXT_SHARE = 0.06  # of the longer side: lower clusters are texts
 
 
@@ -59,13 +66,19 @@ class Sheet:
     The buildings on a sheet, in reading order, and what is no building.
 
     ``boxes`` and ``dropped`` are in pixels of the sheet; ``chosen`` indexes ``boxes``;
-    ``belongs (H, W)`` marks the surroundings of the chosen building's lines.
+    ``belongs (H, W)`` marks the ground of the chosen building; ``worth`` grows with the area
+    and the rooms that the largest one encloses, to compare readings of one sheet.
     """
 
     boxes: tuple[Box, ...]
     chosen: int
     belongs: Mask
     dropped: tuple[Dropped, ...]
+    worth: float
+
+
+class NoBuildingError(MapFormatError):
+    """No lines of a sheet enclose anything."""
 
 
 def find_building(ink: Mask, storey: int | None = None) -> Sheet:
@@ -80,35 +93,54 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
 
     Raises
     ------
+    NoBuildingError
+        If nothing on the sheet encloses anything.
     MapFormatError
-        If nothing on the sheet encloses anything, or there is no such storey.
+        If there is no such storey.
     """
     factor = max(1.0, max(ink.shape) / _LOOK_PX)
     small = _reduced(ink, factor)
-    blots = _blots(small)
-    lines = small & ~blots
-    frames, lines = _without_frames(lines)
-    main, others, labels = _clusters(lines)
+    frames, lines = _without_frames(small & ~_blots(small))
+    main, others, labels = _clusters(_without_dashes(lines))
     buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
     chosen = buildings.index(main) if storey is None else storey - 1
     if not 0 <= chosen < len(buildings):
         raise MapFormatError(
             f'storey {storey} is not on the sheet: expected 1 to {len(buildings)}'
         )
-    building = buildings[chosen]
-    belongs = np.isin(labels, building.labels)
+    grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
+    rest = lines & ~np.any(grounds, axis=0)
     dropped = [Dropped('frame', _scaled(box, factor)) for box in frames]
     dropped += [
         Dropped(_what(other, main), _scaled(other.box, factor))
-        for other in others
-        if other not in buildings
+        for other in _grouped(rest, _REACH * max(rest.shape))[1]
     ]
     return Sheet(
         tuple(_scaled(b.box, factor) for b in buildings),
         chosen,
-        _enlarged(belongs, ink.shape),
+        _enlarged(grounds[chosen], ink.shape),
         tuple(dropped),
+        _likeness(main),
     )
+
+
+def _without_dashes(lines: Mask) -> Mask:
+    """Return the lines (H, W) without pieces as short as letters and dashes."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(lines.astype(np.uint8))
+    longest = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+    keep = longest > _DASH_SHARE * max(lines.shape)
+    keep[0] = False
+    return np.asarray(keep[labels])
+
+
+def _ground(near: Mask) -> Mask:
+    """Return ``near (H, W)`` with its holes: all that stands on the building's ground."""
+    contours, _ = cv2.findContours(
+        near.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
+    ground = np.zeros(near.shape, dtype=np.uint8)
+    cv2.drawContours(ground, contours, -1, 1, -1)
+    return np.asarray(ground > 0)
 
 
 def _reduced(ink: Mask, factor: float) -> Mask:
@@ -145,7 +177,7 @@ def _without_frames(ink: Mask) -> tuple[list[Box], Mask]:
     frames: list[Box] = []
     for _ in range(_MAX_FRAMES):
         _, labels, stats, _ = cv2.connectedComponentsWithStats(ink.astype(np.uint8))
-        found = _outermost_frame(ink, labels, stats)
+        found = _outermost_frame(ink, _ints(labels), _ints(stats))
         if found is None:
             break
         left, top, width, height, _ = stats[found].tolist()
@@ -197,17 +229,9 @@ def _clusters(ink: Mask) -> tuple[Cluster, list[Cluster], NDArray[np.int32]]:
     """
     Return the building, all other clusters, and the label of each pixel's cluster.
 
-    Raises MapFormatError where nothing is drawn.
+    Raises NoBuildingError where nothing is enclosed.
     """
-    labels, clusters = _grouped(ink, _REACH[0] * max(ink.shape))
-    if not clusters:
-        raise MapFormatError(
-            'the drawing shows no building: no lines enclose anything; expected a floorplan '
-            'with walls darker than the paper'
-        )
-    main = max(clusters, key=_likeness)
-    left, top, right, bottom = main.box
-    labels, clusters = _grouped(ink, _REACH[1] * max(right - left, bottom - top))
+    labels, clusters = _well_grouped(ink)
     main = max(clusters, key=_likeness)
     wings = [
         other
@@ -218,43 +242,97 @@ def _clusters(ink: Mask) -> tuple[Cluster, list[Cluster], NDArray[np.int32]]:
     return _joined([main, *wings]), others, labels
 
 
+def _well_grouped(ink: Mask) -> tuple[NDArray[np.int32], list[Cluster]]:
+    """Return labels and clusters at the least reach that does not take a building apart."""
+    found = [_grouped(ink, share * max(ink.shape)) for share in _REACHES]
+    worth = [max(map(_likeness, clusters), default=0.0) for _, clusters in found]
+    if max(worth) == 0.0:
+        raise NoBuildingError(
+            'the drawing shows no building: no lines enclose anything; expected a floorplan '
+            'with walls that stand out from the paper'
+        )
+    least = next(k for k, value in enumerate(worth) if value >= _MOST * max(worth))
+    main = max(found[least][1], key=_likeness)
+    left, top, right, bottom = main.box
+    reach = _REACH * max(right - left, bottom - top)
+    if reach <= _REACHES[least] * max(ink.shape):
+        return found[least]
+    wider = _grouped(ink, reach)
+    return wider if wider[1] else found[least]
+
+
 def _grouped(ink: Mask, reach: float) -> tuple[NDArray[np.int32], list[Cluster]]:
-    side = 2 * max(1, round(reach)) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    """
+    Return labels (H, W) of clusters and the clusters, of lines with gaps up to twice ``reach``.
+
+    A cluster is where lines enclose something: single lines between them, as contours of the
+    ground and dimensions, are no part of any.
+    """
+    by = max(1, round(reach))
+    side = 4 * by + 4
     # A rim of blank paper lets the outside go around what touches the edge.
-    grown = cv2.dilate(np.pad(ink, side).astype(np.uint8), disc)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(grown, connectivity=8)
+    grown = np.asarray(cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by)), np.uint8)
     _, holes, sizes, _ = cv2.connectedComponentsWithStats(1 - grown, connectivity=4)
-    owner = _owners(labels, holes, len(sizes))
+    holes, sizes = _ints(holes), _ints(sizes)
+    solid = _with_halls(_opened(_filled(grown, holes, sizes), 2 * by), holes, sizes)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
+    own = np.bincount(_owners(_ints(labels), holes, sizes, count), minlength=count)
     clusters = []
     for label in range(1, count):
-        left, top, width, height, pixels = stats[label].tolist()
-        own = sizes[owner == label, cv2.CC_STAT_AREA]
-        area = float(pixels + own.sum())
-        grown_by = side // 2
-        first, last = (
-            (left - side + grown_by, top - side + grown_by),
-            (
-                left + width - side - grown_by,
-                top + height - side - grown_by,
-            ),
-        )
-        box = (*first, *last)
-        rooms = int((own > _ROOM_SHARE * area).sum())
-        clusters.append(Cluster(_inside(box, ink.shape), area, rooms, (label,)))
+        left, top, width, height, area = stats[label].tolist()
+        sides = np.array([left, top, left + width, top + height]) - side + by * _INWARD
+        left, top, right, bottom = sides.tolist()
+        box = (left, top, right, bottom)
+        clusters.append(Cluster(_inside(box, ink.shape), float(area), int(own[label]), (label,)))
     return np.asarray(labels[side:-side, side:-side], dtype=np.int32), clusters
 
 
-def _owners(labels: NDArray[np.int32], holes: NDArray[np.int32], count: int) -> NDArray[np.int64]:
-    """Return for each hole the cluster left of its first pixel; 0 for the paper."""
-    owner = np.zeros(count, dtype=np.int64)
-    flat = holes.ravel()
-    found, first = np.unique(flat, return_index=True)
-    before = labels.ravel()[np.maximum(first - 1, 0)]
-    owner[found] = before
-    owner[flat[0]] = 0
-    owner[0] = 0
-    return owner
+def _ints(values: NDArray[Any]) -> NDArray[np.int32]:
+    """Return what OpenCV counted, as it is documented: its types say less."""
+    return np.asarray(values, dtype=np.int32)
+
+
+def _opened(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
+    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(by)), dtype=np.uint8)
+
+
+def _disc(radius: int) -> NDArray[np.uint8]:
+    side = 2 * radius + 1
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), dtype=np.uint8)
+
+
+def _filled(
+    grown: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32]
+) -> NDArray[np.uint8]:
+    """Return ``grown`` with the holes filled that are as small as rooms."""
+    small = sizes[:, cv2.CC_STAT_AREA] < _HALL_SHARE * grown.size
+    small[0] = small[holes[0, 0]] = False
+    return np.asarray(grown | small[holes], dtype=np.uint8)
+
+
+def _with_halls(
+    solid: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32]
+) -> NDArray[np.uint8]:
+    """Return ``solid`` with those larger holes that it surrounds for the most part."""
+    solid = solid.copy()
+    large = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] >= _HALL_SHARE * solid.size)
+    for label in large[(large > 0) & (large != holes[0, 0])]:
+        hall = (holes == label).astype(np.uint8)
+        rim = cv2.dilate(hall, _disc(2)) > hall
+        if solid[rim].mean() > _SURROUNDED:
+            solid |= hall
+    return solid
+
+
+def _owners(
+    labels: NDArray[np.int32], holes: NDArray[np.int32], sizes: NDArray[np.int32], count: int
+) -> NDArray[np.int64]:
+    """Return the clusters in which holes lie that are no cracks; 0 for none."""
+    found, first = np.unique(holes.ravel(), return_index=True)
+    owner = labels.ravel()[first].astype(np.int64)
+    area = np.bincount(labels.ravel(), minlength=count)
+    is_room = sizes[found, cv2.CC_STAT_AREA] > _ROOM_SHARE * area[owner]
+    return np.asarray(owner[is_room & (found > 0)])
 
 
 def _inside(box: Box, shape: tuple[int, ...]) -> Box:

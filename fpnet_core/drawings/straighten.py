@@ -25,8 +25,9 @@ _FOCAL = 1.05  # of a phone's main camera, in longer sides of its picture
 _MAX_TURN_RAD = np.radians(12.0)  # of a sheet laid askew; more was drawn like that
 _LEAST_TURN_RAD = np.radians(0.12)  # half a pixel at the end of a wall of 250
 _MAX_TILT_RAD = np.radians(32.0)
-_TILT_STEPS = 11
-_TURN_STEPS = 49
+_LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
+_TILT_STEPS = 9
+_TURN_STEPS = 91
 _COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)  # how far off a line still counts
 _GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
 _LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
@@ -94,14 +95,16 @@ def _best_angles(lines: Array, size: Array) -> Array | None:
         _aligned(angles, lines, size, _FINE_RAD) for angles in (np.zeros(4), turned, tilted)
     )
     if best > _GAIN * share and best > _LEAST_TILT_SHARE:
-        return tilted
+        # A building drawn at an angle stays at that angle.
+        is_askew = abs(tilted[0]) > _MAX_TURN_RAD
+        return np.where([is_askew, False, False, False], 0.0, tilted)
     is_slight = _LEAST_TURN_RAD < abs(turned[0]) < _MAX_TURN_RAD
     return turned if is_slight and share > max(_LEAST_SHARE, as_is) else None
 
 
 def _searched(lines: Array, size: Array, with_tilt: bool) -> Array:
     """Return the angles (4,) under which most of the lines run along the sides."""
-    turns = np.linspace(-_MAX_TURN_RAD, _MAX_TURN_RAD, _TURN_STEPS)
+    turns = np.linspace(-np.pi / 4.0, np.pi / 4.0, _TURN_STEPS)
     tilts = np.linspace(-_MAX_TILT_RAD, _MAX_TILT_RAD, _TILT_STEPS) if with_tilt else np.zeros(1)
     best, most = np.zeros(4), -1.0
     for across in tilts:
@@ -125,6 +128,8 @@ def _refined(start: Array, lines: Array, size: Array, width: float, with_tilt: b
     def loss(values: Array) -> float:
         angles = start.copy()
         angles[free > 0.0] = values
+        if (np.abs(angles) > _LIMITS).any():
+            return 0.0
         return -_aligned(angles, lines, size, width)
 
     found = minimize(
@@ -183,7 +188,7 @@ def _placed(H: Array, shape: tuple[int, ...]) -> Array:
     left, top = map_points(H, _corners(shape)).min(axis=0)
     move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
     placed: Array = move @ H
-    return placed / placed[2, 2]
+    return np.asarray(placed / placed[2, 2])
 
 
 def _corners(shape: tuple[int, ...]) -> Array:

@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.tones import Levels, inks
 
 Mask = NDArray[np.bool_]
+Array = NDArray[np.float64]
 
+_SIDES = (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 18, 21, 24)  # squares that ink is opened by
 _WIDEST_PX = 24  # strokes and gaps up to this width are told apart
 _CLASS_SHARE = 0.12  # of the ink are thin lines, and are walls, where both are there
 _GAP_SHARE = 0.1  # of the ink: so large are the gaps in walls of two lines
@@ -56,7 +58,7 @@ class Recipe:
             ink = np.asarray(cv2.morphologyEx(ink, cv2.MORPH_CLOSE, _disc(fill)), dtype=np.uint8)
         if thin > 1:
             core = cv2.morphologyEx(ink, cv2.MORPH_OPEN, _disc(thin))
-            ink = cv2.dilate(core, _disc(3)) & ink
+            ink = np.asarray(cv2.dilate(core, _disc(3)), dtype=np.uint8) & ink
         return np.asarray(ink > 0)
 
 
@@ -66,10 +68,10 @@ def recipes(levels: Levels) -> list[Recipe]:
     for tone in inks(levels):
         plain = Recipe(tone.name, tone.level)
         found.append(plain)
-        ink = (levels > tone.level).astype(np.uint8)
-        thin = _thinnest_wall(ink)
-        if thin is not None:
-            found.append(replace(plain, how=f'wide strokes of {tone.name}', thin_px=thin))
+        ink = without_letters((levels > tone.level).astype(np.uint8))
+        for thin in _thinnest_walls(ink):
+            name = f'strokes of {tone.name} from {thin:.0f} pixels on'
+            found.append(replace(plain, how=name, thin_px=thin))
         for fill, thin in _double_walls(ink):
             name = f'pairs of {tone.name}, {fill:.0f} pixels apart'
             found.append(replace(plain, how=name, fill_px=fill + 1.0, thin_px=_KEPT * thin))
@@ -81,29 +83,38 @@ def _disc(side: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.getStructuringElement(shape, (side, side)), dtype=np.uint8)
 
 
-def _thinnest_wall(ink: NDArray[np.uint8]) -> float | None:
-    """Return the width that parts thin lines from walls; None where there is one width only."""
-    left = np.array(_areas(ink, cv2.MORPH_OPEN))
-    mass = np.clip(-np.diff(left), 0.0, None)  # ink in strokes of 1, 2, ... pixels
-    mass = np.append(mass, left[-1])
-    best, most = None, 0.0
+def _thinnest_walls(letterless: NDArray[np.uint8]) -> list[float]:
+    """Return widths that may part thin lines from walls; none where all lines are as wide."""
+    left = _areas(letterless, cv2.MORPH_OPEN)
+    mass = np.append(np.clip(-np.diff(left), 0.0, None), left[-1])  # by width, from 1 on
+    below, above = np.cumsum(mass) - mass, np.cumsum(mass[::-1])[::-1]
+    total = max(left[0], 1.0)
+    can_part = (below > _CLASS_SHARE * total) & (above > _CLASS_SHARE * total)
     widths = np.log(np.arange(1, len(mass) + 1))
-    for split in range(1, len(mass)):
-        low, high = mass[:split].sum(), mass[split:].sum()
-        if min(low, high) < _CLASS_SHARE * left[0]:
-            continue
-        gap = np.average(widths[split:], weights=mass[split:]) - np.average(
-            widths[:split], weights=mass[:split]
-        )
-        between = float(low * high * gap**2)
-        if between > most:
-            best, most = float(split + 1), between
-    return best
+    found = []
+    valleys = [
+        k for k in np.flatnonzero(can_part) if mass[k] <= min(mass[k - 1], mass[k + 1 :].max())
+    ]
+    if valleys:
+        found.append(float(valleys[0] + 1))
+    if can_part.any():
+        spread = [
+            _between(widths, mass, split) if ok else 0.0 for split, ok in enumerate(can_part)
+        ]
+        found.append(float(np.argmax(spread) + 1))
+    return sorted(set(found))
 
 
-def _double_walls(ink: NDArray[np.uint8]) -> list[tuple[float, float]]:
+def _between(widths: NDArray[np.float64], mass: NDArray[np.float64], split: int) -> float:
+    """Return the variance between strokes narrower and wider than a split (Otsu, 1979)."""
+    low, high = mass[:split].sum(), mass[split:].sum()
+    gap = widths[split:] @ mass[split:] / high - widths[:split] @ mass[:split] / low
+    return float(low * high * gap**2)
+
+
+def _double_walls(letterless: NDArray[np.uint8]) -> list[tuple[float, float]]:
     """Return widths of gaps between lines, and of the least wall then; none where all are one."""
-    areas = np.array(_areas(without_letters(ink), cv2.MORPH_CLOSE))
+    areas = _areas(letterless, cv2.MORPH_CLOSE)
     gained = np.concatenate([[0.0], np.diff(areas), [0.0]]) / max(areas[0], 1.0)
     smooth = gained + 0.5 * (np.roll(gained, 1) + np.roll(gained, -1))
     peaks = [
@@ -127,10 +138,11 @@ def without_letters(ink: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(keep[labels], dtype=np.uint8)
 
 
-def _areas(ink: NDArray[np.uint8], operation: int) -> list[float]:
-    """Return the area of ink opened or closed by squares of 1, 2, ... pixels."""
+def _areas(ink: NDArray[np.uint8], operation: int) -> Array:
+    """Return the area of ink opened or closed by squares of 1, 2, ... ``_WIDEST_PX`` pixels."""
+    sides = np.array(_SIDES)
     areas = [float(ink.sum())]
-    for side in range(2, _WIDEST_PX + 1):
+    for side in _SIDES[1:]:
         square = np.ones((side, side), np.uint8)
         areas.append(float(cv2.morphologyEx(ink, operation, square).sum()))
-    return areas
+    return np.interp(np.arange(1, _WIDEST_PX + 1), sides, areas)

@@ -10,6 +10,7 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -26,6 +27,11 @@ _DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: no
 _MASS = 150  # so much darker than the paper is ink even where it fills an area
 _PAPER_PX = 96  # the paper's brightness is looked at in so small a picture
 _PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
+_TABLE_PX = 320  # a sheet on a table is looked for in so small a picture
+_LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
+_BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
+_BRIGHTER = 1.3  # times as bright as the table is the sheet
+_SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
 _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
@@ -34,12 +40,12 @@ _CUTS = (0.3, 0.12)  # shares of the darkest tone from which on a reading takes 
 _TONE_BLUR = 6.0  # levels: tones that are nearer to each other are one
 _TONE_SHARE = 0.08  # of the lines have a tone that counts
 _APART = 14.0  # levels between two readings
-_MAX_TONES = 4
+_MAX_TONES = 3
 
 
 def is_dark_ground(pixels: Levels) -> bool:
     """Tell whether ``pixels (H, W, 3)`` show light lines on a dark ground."""
-    grey = cv2.cvtColor(_small(pixels, 512), cv2.COLOR_RGB2GRAY)
+    grey = _grey(_small(pixels, _PAPER_PX))
     return bool(np.median(grey) < DARK_GROUND)
 
 
@@ -58,9 +64,36 @@ def contrast(pixels: Levels) -> Levels:
     found = _mass(pixels)
     for channel in _channels(pixels):
         around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square)
-        np.maximum(found, _share_darker(channel, around), out=found)
+        np.maximum(found, _share_darker(channel, _levels(around)), out=found)
+    found[_table(pixels)] = 0
     # The brightest pixel around is brighter than the paper by the noise.
     return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
+
+
+def _table(pixels: Levels) -> NDArray[np.bool_]:
+    """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
+    grey = _grey(_small(pixels, _TABLE_PX))
+    side = max(3, round(_LINE_REACH * max(grey.shape)))
+    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+    del split
+    nothing = np.zeros(pixels.shape[:2], dtype=np.bool_)
+    edge = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
+    if edge.mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
+        return nothing
+    if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
+        return nothing
+    contours, _ = cv2.findContours(bright, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    sheet = max(contours, key=cv2.contourArea)
+    hull = cv2.convexHull(sheet)
+    area = cv2.contourArea(hull)
+    if area < _SHEET_SHARE * grey.size or cv2.contourArea(sheet) < _CONVEX * area:
+        return nothing
+    inner = np.zeros_like(grey)
+    cv2.drawContours(inner, [hull], -1, 1, -1)
+    inner = _levels(cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1))
+    size = (pixels.shape[1], pixels.shape[0])
+    return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
 
 
 def _channels(pixels: Levels) -> list[Levels]:
@@ -77,13 +110,21 @@ def _share_darker(level: Levels, around: Levels) -> Levels:
 
 def _mass(pixels: Levels) -> Levels:
     """Return the contrast of what is far darker than the paper, 0 elsewhere."""
-    grey = cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY)
+    grey = _grey(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
     paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
     paper = cv2.resize(paper, grey.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    darker = _share_darker(grey, paper)
+    darker = _share_darker(grey, _levels(paper))
     return np.where(darker >= _MASS, darker, 0).astype(np.uint8)
+
+
+def _grey(pixels: Levels) -> Levels:
+    return _levels(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY))
+
+
+def _levels(values: NDArray[Any]) -> Levels:
+    return np.asarray(values, dtype=np.uint8)
 
 
 def _small(pixels: Levels, longest: int) -> Levels:
