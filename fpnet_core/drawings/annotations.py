@@ -237,9 +237,9 @@ def _spans(text: _Text, lines: _Lines) -> list[float]:
     along, across = text.axis, 1 - text.axis
     centre, level = text.middle[along], text.middle[across]
     reach = _REACH * text.height
-    is_near = (lines.low[:, across] > level - reach) & (lines.high[:, across] < level + reach)
-    is_along = np.abs(np.sin(lines.angle - along * np.pi / 2.0)) < _PARALLEL
-    candidates = np.flatnonzero(is_near & is_along)
+    is_near = (lines.low[:, across] < level + reach) & (lines.high[:, across] > level - reach)
+    lines = lines[is_near]
+    candidates = np.flatnonzero(np.abs(np.sin(lines.angle - along * np.pi / 2.0)) < _PARALLEL)
     levels = lines.ends[candidates, :, across].mean(axis=1)
     spans: list[float] = []
     for height in _clusters(levels, _ON_LINE * text.height):

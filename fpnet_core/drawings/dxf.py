@@ -31,7 +31,7 @@ from fpnet_core.drawings.pages import (
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-MAX_ENTITIES = 400_000
+MAX_ENTITIES = 300_000
 """After blocks are exploded; a block that holds itself many times over multiplies."""
 
 _MAX_DEPTH = 12  # blocks in blocks
@@ -82,6 +82,7 @@ def read_dxf(path: Path, options: ReadOptions) -> VectorPage:
         if (layer.is_off() or layer.is_frozen()) and name not in wanted
     )  # fmt: skip
     dashed = {name: _is_dash(layer.dxf.linetype) for name, layer in layers.items()}
+    _refuse_growth(document, path.name)
     reader = _Reader(PageBuilder(path.name), hidden, dashed)
     for entity, layer in _entities(reader, document.modelspace(), '0', '', 0):
         _add(reader, entity, layer)
@@ -111,6 +112,38 @@ def _load(path: Path) -> Any:
     return document
 
 
+def _refuse_growth(document: Any, name: str) -> None:
+    """Refuse blocks that hold each other so often that exploding them would not end."""
+    sizes: dict[str, int] = {}
+
+    def size(container: Any, depth: int) -> int:
+        total = 0
+        for entity in container:
+            total += 1
+            if entity.dxftype() == 'INSERT' and depth < _MAX_DEPTH:
+                total += max(int(entity.mcount), 1) * block_size(str(entity.dxf.name), depth + 1)
+            if total > MAX_ENTITIES:
+                break
+        return total
+
+    def block_size(key: str, depth: int) -> int:
+        if key not in sizes:
+            sizes[key] = MAX_ENTITIES + 1  # while it is being counted: a block within itself
+            block = document.blocks.get(key)
+            sizes[key] = size(block, depth) if block is not None else 0
+        return sizes[key]
+
+    if size(document.modelspace(), 0) > MAX_ENTITIES:
+        raise MapFormatError(_too_large(name))
+
+
+def _too_large(name: str) -> str:
+    return (
+        f'{name} is too large: expected at most {MAX_ENTITIES:,} entities after its blocks are '
+        'exploded; save only the storey that is needed'
+    )
+
+
 def _entities(
     reader: _Reader, container: Any, parent: str, block: str, depth: int
 ) -> Iterator[tuple[Any, str]]:
@@ -118,10 +151,7 @@ def _entities(
     for entity in container:
         reader.count += 1
         if reader.count > MAX_ENTITIES:
-            raise MapFormatError(
-                f'{reader.builder.what} is too large: expected at most {MAX_ENTITIES:,} entities '
-                'after its blocks are exploded; save only the storey that is needed'
-            )
+            raise MapFormatError(_too_large(reader.builder.what))
         own = str(entity.dxf.get('layer', '0'))
         layer = parent if own == '0' and depth else own
         if layer.casefold() in reader.hidden or entity.dxf.get('invisible', 0):

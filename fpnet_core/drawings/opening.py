@@ -80,7 +80,7 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     """
     Return what a file of any readable format holds.
 
-    Vector formats are read in a process of their own, which may take 1.6 GB and 18 s.
+    Vector formats are read in a process of their own, which may take 1.6 GB and 15 s.
 
     Raises
     ------

@@ -31,6 +31,7 @@ MAX_POINTS = 3_000_000
 NO_PAINT: Colour = (0, 0, 0, 0)
 BLACK: Colour = (0, 0, 0, 255)
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)
+_FARTHEST = 1e12  # units from the origin; no building is there, and NaN is nowhere
 _CURVE_STEPS = 12  # straight pieces of a Bezier curve; those of a door are half as long as wide
 _POWERS = np.linspace(0.0, 1.0, _CURVE_STEPS + 1)[:, None]
 _BERNSTEIN = np.hstack([
@@ -182,7 +183,7 @@ class PageBuilder:
         """
         found = False
         for ring in rings:
-            if len(ring.points) < 2 or not np.isfinite(ring.points).all():
+            if len(ring.points) < 2 or not (np.abs(ring.points) < _FARTHEST).all():
                 continue
             found = True
             self._points.append(np.asarray(ring.points, dtype=np.float64))

@@ -39,7 +39,6 @@ from fpnet_core.drawings.pages import (
 )
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.images import MAX_PIXELS
 
 PIXEL_M = 0.0254 / 96.0
 """Length of CSS's pixel on paper [m]."""
@@ -48,6 +47,7 @@ MAX_BYTES = 64 * 2**20
 """Of an SVG after unpacking."""
 
 _MAX_ELEMENTS = 300_000
+_MAX_PATHS = 8 * 2**20  # letters of path data, half a million pieces
 _MAX_DEPTH = 900  # groups in groups; converters from PDF nest one per clip path
 _MAX_ENTITY = 1_000  # letters of an entity; drawing programs keep their namespaces in such
 _CHUNK = 2**20
@@ -65,6 +65,7 @@ _CLIP_SHAPES = frozenset({'path', 'rect', 'circle', 'ellipse', 'polygon', 'polyl
 _GEOMETRY = frozenset({
     'd', 'x', 'y', 'width', 'height', 'cx', 'cy', 'r', 'rx', 'ry', 'points', 'transform',
 })  # fmt: skip
+_MAX_PICTURE = 60_000_000  # pixels of a picture within the file
 _LETTER = 0.55  # of the letters' size, their width
 _CURVE_STEPS = 12
 _SVG = 'http://www.w3.org/2000/svg'
@@ -311,6 +312,14 @@ def _refuse_growth(root: ElementTree.Element, name: str) -> None:
         sizes[key] = total
         return total
 
+    drawn = sum(
+        len(element.get('d', '')) + len(element.get('points', '')) for element in root.iter()
+    )
+    if drawn > _MAX_PATHS:
+        raise MapFormatError(
+            f'{name} is too large: expected at most {_MAX_PATHS // 2**20} MB of paths; remove '
+            'hatches and furniture'
+        )
     if size(root, 0) > _MAX_ELEMENTS:
         raise MapFormatError(
             f'{name} grows to more than {_MAX_ELEMENTS:,} elements when its <use> elements are '
@@ -408,7 +417,10 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
     try:
         pixels = _decoded(base64.b64decode(data, validate=False), builder.what)
     except (OSError, ValueError, SyntaxError) as error:
-        raise MapFormatError(f'{builder.what} holds a damaged picture ({error})') from None
+        detail = (str(error).splitlines() or [''])[0][:80]
+        raise MapFormatError(
+            f'{builder.what} holds a damaged picture ({detail}); save it without pictures'
+        ) from None
     A_page_user = _affine(shape.transform)
     size = _number(shape.width), _number(shape.height)
     scale = np.array([size[0] / pixels.shape[1], size[1] / pixels.shape[0]])
@@ -423,9 +435,13 @@ def _decoded(data: bytes, name: str) -> NDArray[np.uint8]:
     """Return the pixels ``(H, W, 3)`` of a picture on white."""
     from PIL import Image as PilImage
 
+    PilImage.MAX_IMAGE_PIXELS = None  # of this process: the limit is the one below
     with PilImage.open(io.BytesIO(data), formats=('PNG', 'JPEG', 'GIF')) as image:
-        if image.width * image.height > MAX_PIXELS:
-            raise MapFormatError(f'{name} holds a picture of too many pixels; scale it down')
+        if image.width * image.height > _MAX_PICTURE:
+            raise MapFormatError(
+                f'{name} holds a picture of {image.width} x {image.height} pixels: expected at '
+                f'most {_MAX_PICTURE // 1_000_000} million; scale it down'
+            )
         paper = PilImage.new('RGBA', image.size, 'white')
         paper.alpha_composite(image.convert('RGBA'))
         return np.asarray(paper.convert('RGB'))

@@ -9,7 +9,7 @@ use differ by 2.5 at least, so that few doors tell which it is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -42,11 +42,12 @@ _MIN_PAIRED = 0.15  # of the lines' length has a parallel neighbour where walls 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of a drawing: ``length_m`` [m], None if unsure; what was found in ``notes``."""
+    """A unit of a drawing: ``length_m`` [m], None if unsure; ``stated_m`` by the file."""
 
     length_m: float | None
     why: str = ''
     notes: tuple[str, ...] = ()
+    stated_m: float | None = None
 
 
 def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: float) -> Unit:
@@ -81,7 +82,8 @@ def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: fl
     total = sum(math.exp(value - top) for value in logs.values())
     best = max(logs, key=lambda n: logs[n])
     is_plausible = _support(UNITS_M[best], evidence) > -_IMPLAUSIBLE
-    return _worded(best, stated, 1.0 / total if is_plausible else 0.0, len(doors))
+    unit = _worded(best, stated, 1.0 / total if is_plausible else 0.0, len(doors))
+    return replace(unit, stated_m=stated_m)
 
 
 def _worded(best: str, stated: str | None, probability: float, doors: int) -> Unit:

@@ -54,6 +54,10 @@ _WALL_SHARE = 0.03  # of all lines' length, for layers named after walls to be b
 _DOOR_SHARE = 0.5  # of a path's length that draws a door, for all of it to be the door's symbol
 _SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the paper itself
 _UNIT_ERROR = 0.01  # of buildings whose drawing is in true units, as built
+_SOME_DOORS = 3  # that leave no doubt that a building is drawn
+_FEWEST_LINES = 4
+_LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
+_BUILDING_M = (2.5, 3_000.0)
 _LIST = 6  # layers that a sentence names
 
 
@@ -101,7 +105,33 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         paper_m=_times(page.paper_m, canvas),
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
         notes=(*page.notes, *choice.notes, *unit.notes, *notes),
+        doubts=_doubts(page, unit, pieces[is_line], len(doors.width)),
     )
+
+
+def _doubts(page: VectorPage, unit: Unit, lines: Pieces, doors: int) -> tuple[str, ...]:
+    """Return why this is no floorplan: a part of a machine, a mesh, a sketch of a few lines."""
+    doubts = []
+    if page.is_scan or page.pictures or doors >= _SOME_DOORS:
+        return ()
+    if len(lines.ends) < _FEWEST_LINES:
+        doubts.append(f'only {len(lines.ends)} lines are drawn')
+    elif _dominant_share(lines) < _LEAST_DOMINANT:
+        doubts.append('its lines run in all directions: no walls')
+    if unit.stated_m is not None and unit.length_m is None and len(lines.ends):
+        size_m = _size(lines, page) * unit.stated_m
+        if not _BUILDING_M[0] < size_m < _BUILDING_M[1]:
+            doubts.append(f'it is {size_m:.3g} m long in the unit that it states: no building')
+    return tuple(doubts)
+
+
+def _dominant_share(lines: Pieces) -> float:
+    """Return the share of the lines' length along the two upright directions that have most."""
+    dx, dy = (lines.ends[:, 1] - lines.ends[:, 0]).T
+    angle = np.mod(np.degrees(np.arctan2(dy, dx)), 90.0)
+    counts = np.bincount((angle / 2.0).astype(int) % 45, lines.length, 45)
+    around = counts + np.roll(counts, 1) + np.roll(counts, -1)
+    return float(around.max() / counts.sum())
 
 
 def _painted(
