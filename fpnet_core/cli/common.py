@@ -246,6 +246,14 @@ def say(text: str, json_path: Path | None) -> None:
     typer.echo(text, err=str(json_path) == '-')
 
 
+def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[str]:
+    """Return ``--config`` and ``--set`` as they were typed."""
+    given = [] if config is None else ['--config', str(config)]
+    for setting in settings or ():
+        given += ['--set', setting]
+    return given
+
+
 def with_scale_of(reading: Reading, tree: FpnetConfig) -> FpnetConfig:
     """
     Return the configuration with an unknown scale searched as one.

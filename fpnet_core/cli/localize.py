@@ -92,7 +92,8 @@ def command(
     source = open_scans(common.check_input(recording))
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
-    given = ['--poses', str(poses)] if poses else []
+    given = common.typed_settings(config, settings)
+    given += ['--poses', str(poses)] if poses else []
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
     result = _localize(source, reading, tree, asked, said.storey)
     run = result.run

@@ -65,7 +65,8 @@ def command(
     stated = reading.scale.is_known, states_scale(submap)
     matcher = LearnedMatcher(tree.matcher)
     result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
-    asked = said.asked(('fpnet', 'match', '--submap', str(submap), '--plan'), plan)
+    given = common.typed_settings(config, settings)
+    asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, '--plan'), plan)
     causes = _causes(result, matcher, tree, reading, asked, said.storey)
     report = _report(result, reading, sub.grid, *stated)
     report['causes'] = [cause.as_json() for cause in causes]

@@ -59,6 +59,12 @@ class Asked:
         kept = [pair for pair in self.options if pair[0] not in gone]
         return self._line(*self.command, kept=[*kept, (option, value)])
 
+    def flipped(self) -> str:
+        """Return the same command with the drawing flipped, or as it is where it was flipped."""
+        if ('--mirrored', '') not in self.options:
+            return self.again('--mirrored')
+        return self.again(instead_of=('--mirrored',))
+
     def on(self, drawing: str) -> str:
         """Return the same command with another drawing, of which nothing has been said."""
         return replace(self, drawing=drawing, options=()).again()
@@ -236,7 +242,7 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
     if fit is None:
         if found.is_mirrored:
             evidence = "what was seen fits the floorplan's mirror image only"
-            yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.again('--mirrored'))
+            yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
         return
     drawn = found.best.probability if found.best else 0.0
     if fit.probability < _POSSIBLE or (fit.probability <= drawn and not found.is_mirrored):
@@ -247,7 +253,7 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
         f'(p {fit.probability:.2f}), the drawing {_percent(explained)}'
     )
     weight = 1.0 if found.is_mirrored else _tested(fit.probability)
-    yield weight, Cause(CauseKind.MIRRORED, evidence, asked.again('--mirrored'))
+    yield weight, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
 
 
 def _other_plan(found: Findings, asked: Asked) -> _Weighed:

@@ -90,7 +90,8 @@ def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
     assert not report['localized']
     cause = report['causes'][0]
     assert cause['cause'] == 'drawing mirrored'
-    command = f'fpnet localize {bag} --poses {poses} --floorplan {image} --mirrored'
+    command = f'fpnet localize {bag} --set localizer.tick_period_s=10 --poses {poses}'
+    command += f' --floorplan {image} --mirrored'
     assert cause['next'] == command
     assert f'1. drawing mirrored: {cause["evidence"]}\n   next: {command}' in printed
     assert 'Likely causes' in (out / 'report.html').read_text(encoding='utf-8')

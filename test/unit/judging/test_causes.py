@@ -85,6 +85,12 @@ def test_a_mirror_image_that_fits_is_proof():
     assert first(replace(POOR, is_mirrored=True)).kind is CauseKind.MIRRORED
 
 
+def test_a_drawing_that_was_flipped_in_error_is_flipped_back():
+    asked = Asked(('fpnet', 'match', '--plan'), 'p', (('--mirrored', ''), ('--page', '2')))
+    found = replace(TRIED, mirror=Fit(0.99, 0.9, 1.0))
+    assert causes_of(found, asked)[0].next == 'fpnet match --plan p --page 2'
+
+
 def test_a_mirror_image_that_fits_no_better_than_the_drawing_is_no_cause():
     found = replace(TRIED, best=Fit(0.8, 0.9, 1.0), mirror=Fit(0.2, 0.9, 1.0))
     assert CauseKind.MIRRORED not in kinds(found)
