@@ -139,9 +139,6 @@ class SegmentationConfig(Section):
     door_depth_m: float = Field(
         0.2, gt=0.0, le=1.0, description="Extent of a door's region across its opening line."
     )
-    typical_door_width_m: float = Field(
-        0.93, gt=0.3, lt=2.0, description='Most frequent door width, the unit of unknown scales.'
-    )
 
 
 class MatcherConfig(Section):
@@ -173,15 +170,6 @@ class PoseConfig(Section):
 
     scale_tolerance: float = Field(
         0.1, ge=0.0, le=0.5, description='The plan may be drawn this share too large or small.'
-    )
-    sure_scale_confidence: float = Field(
-        0.55, ge=0.0, le=1.0, description='Two maps whose door widths agree this well are "sure".'
-    )
-    sure_scale_tolerance: float = Field(
-        0.35, ge=0.0, le=3.0, description='Scales tried between two maps of sure scale.'
-    )
-    unsure_scale_tolerance: float = Field(
-        1.2, ge=0.0, le=3.0, description='Scales tried between two maps of unsure scale.'
     )
     strain_sigma: float = Field(
         0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'

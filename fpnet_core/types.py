@@ -372,6 +372,36 @@ def status_line(status: Status, probability: float, reason: str) -> str:
     return f'{status.value} (p {probability:.2f}): {reason}'
 
 
+class CauseKind(StrEnum):
+    """Why nothing may be claimed."""
+
+    DRAWING = 'drawing misread'
+    SCALE = 'scale outside what was searched'
+    MIRRORED = 'drawing mirrored'
+    OTHER_PLAN = 'other building or storey'
+    TOO_LITTLE = 'too little seen'
+    DRIFT = 'odometry drift'
+    SELF_SIMILAR = 'plan self-similar'
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A likely reason for having no answer: ``evidence`` in figures, ``next`` what to type."""
+
+    kind: CauseKind
+    evidence: str
+    next: str
+
+    @property
+    def said(self) -> str:
+        """Return the cause and its evidence in one line."""
+        return f'{self.kind.value}: {self.evidence}'
+
+    def as_json(self) -> dict[str, str]:
+        """Return a mapping of plain values."""
+        return {'cause': self.kind.value, 'evidence': self.evidence, 'next': self.next}
+
+
 @dataclass(frozen=True, eq=False)
 class LocalizerOutput:
     """
@@ -383,7 +413,8 @@ class LocalizerOutput:
     all of them, best first, on nominal plan metres.
     ``scale`` is what claimed placements say of the plan's scale, None before the first;
     ``reason`` says in one sentence why the status is what it is, and ``is_mirrored`` that it is
-    because what was seen fits the plan's mirror image only.
+    because what was seen fits the plan's mirror image only. ``causes`` are likely ones of having
+    no answer, as far as one look tells; none while something is claimed.
     """
 
     stamp_ns: int
@@ -400,6 +431,7 @@ class LocalizerOutput:
     scale: PlanScale | None = None
     reason: str = ''
     is_mirrored: bool = False
+    causes: tuple[Cause, ...] = ()
 
     @property
     def said(self) -> str:

@@ -13,8 +13,10 @@ from pydantic import Field
 from std_srvs.srv import Trigger
 
 from fpnet_core.config import Section
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.errors import ConfigError, FpnetError
-from fpnet_core.io.maps import read_map
 from fpnet_core.types import GridMap
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.params import ParameterTree
@@ -25,10 +27,14 @@ from msg_adapters.grids import grid_to_msg
 class FloorplanServerParameters(Section):
     """What to publish, and under which frame."""
 
-    floorplan: str = Field('', description='Map YAML of map_server, or a PNG or PGM image.')
-    resolution_m: float = Field(
-        0.0, ge=0.0, description='Metres per pixel of an image; 0 reads it from the YAML.'
+    floorplan: str = Field(
+        '', description='Map YAML of map_server, or a drawing: image, PDF, SVG, DXF.'
     )
+    resolution_m: float = Field(
+        0.0, ge=0.0, description='Metres per pixel of a drawing; 0: as it says, or estimated.'
+    )
+    storey: int = Field(0, ge=0, description='Of several on one sheet, from 1; 0: the largest.')
+    page: int = Field(0, ge=0, description='Of a PDF, from 1; 0: the first one.')
     frame_id: str = Field('floorplan', description='Frame of the published grid.')
 
 
@@ -44,7 +50,7 @@ class FloorplanServer(ManagedNode):
         self._settings = ParameterTree(
             self,
             FloorplanServerParameters,
-            live=('floorplan', 'resolution_m', 'frame_id'),
+            live=('floorplan', 'resolution_m', 'storey', 'page', 'frame_id'),
         )
 
     def configure(self) -> None:
@@ -60,8 +66,21 @@ class FloorplanServer(ManagedNode):
     def _read(self) -> GridMap:
         parameters = self._settings.value
         if not parameters.floorplan:
-            raise ConfigError('parameter floorplan is empty; set it to a map YAML or an image')
-        return read_map(Path(parameters.floorplan), parameters.resolution_m or None)
+            raise ConfigError('parameter floorplan is empty; set it to a map YAML or a drawing')
+        options = ReadOptions(
+            resolution_m=parameters.resolution_m or None,
+            storey=parameters.storey or None,
+            page=parameters.page or None,
+        )
+        reading = read_plan(Path(parameters.floorplan), options)
+        for doubt in reading.doubts:
+            self.get_logger().warning(f'doubt about how {reading.drawing.name} was read: {doubt}')
+        if not reading.scale.is_known:
+            self.get_logger().warning(
+                f'{said_of_scale(reading.scale)}: nobody states it, so set localizer.scale_policy '
+                'of the localizer to unknown'
+            )
+        return reading.grid
 
     def _publish(self) -> None:
         parameters = self._settings.value

@@ -135,6 +135,7 @@ class Monitor(Node):
                     'status': tick.status.value,
                     'probability': tick.probability,
                     'reason': tick.reason,
+                    'causes': [cause.as_json() for cause in tick.causes],
                     **tick.values,
                 }
                 for tick in self.ticks

@@ -19,8 +19,10 @@ from launch import LaunchDescription
 def _arguments() -> list[DeclareLaunchArgument]:
     share = FindPackageShare('fpnet_ros')
     rows = (
-        ('floorplan', None, 'Map YAML or image of the floorplan.'),
-        ('resolution_m', '0.0', 'Metres per pixel of an image; 0 reads it from the YAML.'),
+        ('floorplan', None, 'Map YAML or drawing of the floorplan.'),
+        ('resolution_m', '0.0', 'Metres per pixel of a drawing; 0: as it says, or estimated.'),
+        ('storey', '0', 'Of several on one sheet, from 1; 0: the largest.'),
+        ('page', '0', 'Of a PDF, from 1; 0: the first one.'),
         ('floorplan_frame', 'floorplan', 'Frame of the drawing; map: its scale is trusted.'),
         ('points', '/points', 'Topic of the lidar clouds.'),
         ('base_frame', '', 'Frame whose pose is wanted; empty: that of the clouds.'),
@@ -64,6 +66,8 @@ def generate_launch_description() -> LaunchDescription:
                 {
                     'floorplan': _value('floorplan', str),
                     'resolution_m': _value('resolution_m', float),
+                    'storey': _value('storey', int),
+                    'page': _value('page', int),
                     'frame_id': _value('floorplan_frame', str),
                 },
             ],

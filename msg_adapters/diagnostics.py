@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import json
 from typing import Any
 
 import numpy as np
 
-from fpnet_core.types import LocalizerOutput, Status, status_line
+from fpnet_core.types import Cause, CauseKind, LocalizerOutput, Status, status_line
 from msg_adapters.stamps import header_to_msg
 
 OK, WARN, ERROR = b'\x00', b'\x01', b'\x02'
@@ -33,7 +34,8 @@ class LocalizerReport:
     The status of one tick and its reason, and figures by name (milliseconds, seconds, counts).
 
     ``is_mirrored`` says that the floorplan has to be flipped. ``warning`` says what is wrong
-    beside the status, as scans that are dropped; empty: nothing.
+    beside the status, as scans that are dropped; empty: nothing. ``causes`` are the likely ones
+    of having no pose.
     """
 
     status: Status
@@ -43,6 +45,7 @@ class LocalizerReport:
     reason: str = ''
     is_mirrored: bool = False
     warning: str = ''
+    causes: tuple[Cause, ...] = ()
 
     @property
     def is_trouble(self) -> bool:
@@ -79,6 +82,7 @@ def report_of_output(
         output.reason,
         output.is_mirrored,
         warning,
+        output.causes,
     )
 
 
@@ -91,6 +95,7 @@ def report_to_msg(report: LocalizerReport, name: str) -> Any:
         'reason': report.reason,
         'mirrored': _TRUE if report.is_mirrored else _FALSE,
         'warning': report.warning,
+        'causes': json.dumps([cause.as_json() for cause in report.causes]),
     }
     level = _LEVELS[report.status]
     if report.warning or report.is_mirrored:
@@ -117,10 +122,21 @@ def report_from_msg(msg: Any) -> LocalizerReport:
             reason=entries.pop('reason'),
             is_mirrored=entries.pop('mirrored') == _TRUE,
             warning=entries.pop('warning'),
+            causes=_causes_from_json(entries.pop('causes')),
             values={key: float(value) for key, value in entries.items()},
         )
     except (KeyError, ValueError) as error:
         raise ValueError(f"{msg.name}: not a localizer's status: {error}") from None
+
+
+def _causes_from_json(text: str) -> tuple[Cause, ...]:
+    try:
+        return tuple(
+            Cause(CauseKind(each['cause']), each['evidence'], each['next'])
+            for each in json.loads(text)
+        )
+    except TypeError as error:
+        raise ValueError(f'causes: {error}') from None
 
 
 def health_to_msg(name: str, warning: str, values: Mapping[str, float]) -> Any:

@@ -70,6 +70,9 @@ COMMANDS = {
     'match': Subcommand(
         'fpnet_core.cli.match', 'Find the transform between a floorplan and a robot map.'
     ),
+    'plan': Subcommand(
+        'fpnet_core.cli.plan', 'Read a drawing as a floorplan: PDF, DXF, scan or picture.'
+    ),
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
     ),
@@ -78,6 +81,9 @@ COMMANDS = {
     ),
     'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
     'train-judge': Subcommand('fpnet_core.cli.train_judge', 'Train the judge of placements.'),
+    'train-scale': Subcommand(
+        'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
+    ),
 }
 
 

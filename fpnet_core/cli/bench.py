@@ -10,6 +10,7 @@ from fpnet_core.cli import (
     bench_calibration,
     bench_localization,
     bench_matching,
+    bench_scale,
     bench_segmentation,
     bench_simulator,
 )
@@ -18,6 +19,7 @@ app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=Tr
 app.command('calibration')(bench_calibration.command)
 app.command('matching')(bench_matching.command)
 app.command('localization')(bench_localization.command)
+app.command('scale')(bench_scale.command)
 app.command('segmentation')(bench_segmentation.command)
 app.command('simulator')(bench_simulator.command)
 

@@ -13,21 +13,13 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.config import FpnetConfig
     from fpnet_core.evaluation.plan_check import PlanCheck
-    from fpnet_core.types import GridMap
 
 
+@common.reads_drawing
 def command(
-    plan: Annotated[
-        Path, typer.Argument(metavar='PLAN', help='Floorplan image or map_server YAML.')
-    ],
-    resolution_m: Annotated[
-        float | None,
-        typer.Option(
-            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
-        ),
-    ] = None,
+    plan: Annotated[Path, typer.Argument(metavar='PLAN', help=common.DRAWING_HELP)],
+    said: common.DrawingOptions,
     tours: Annotated[
         int, typer.Option('--tours', min=0, help='Simulated drives; each takes up to a minute.')
     ] = 2,
@@ -43,9 +35,10 @@ def command(
     """
     Tell whether a floorplan will serve before a robot moves.
 
-    Segments it, estimates its scale from door widths, finds rooms that look like others by
-    matching the plan with itself, drives simulated robots through it until they are localised,
-    and says in sentences what to do. With --out the folder gets report.html and check.json.
+    Exits 1 where it was misread or its scale is unsure, with the cause and what to type next.
+    Else it finds rooms that look like others by matching the plan with itself, drives simulated
+    robots through it until they are localised, and says in sentences what to do. With --out the
+    folder gets report.html and check.json.
 
     Example: fpnet check-plan my_plan.png --tours 3 --out out/check
 
@@ -54,9 +47,13 @@ def command(
     tree = common.load(config, settings, seed)
     from fpnet_core.evaluation.plan_check import check_plan
 
-    grid, is_given = _read(common.check_input(plan), resolution_m, tree)
+    reading = said.read(plan, tree)
+    asked = said.asked(('fpnet', 'check-plan'), plan)
     with common.progress('checking', total=tours + 1.0) as advance:
-        check = check_plan(grid, tree, tours, tree.seed, is_given, advance)
+        check = check_plan(reading, tree, tours, tree.seed, asked, advance)
+    common.say(f'{plan.name}: {reading.how}', json_path)
+    for note in reading.notes:
+        common.say(note, json_path)
     for line in _lines(check):
         common.say(line, json_path)
     if json_path is not None:
@@ -76,28 +73,24 @@ def command(
 
         write_plan_report(out / 'report.html', plan.name, check)
         common.write_json(out / 'check.json', check.as_json())
-
-
-def _read(path: Path, resolution_m: float | None, tree: FpnetConfig) -> tuple[GridMap, bool]:
-    """Return the floorplan in metres, and whether its scale was given."""
-    from fpnet_core.io import read_map, states_scale
-    from fpnet_core.segmentation import segment_unknown_scale
-
-    grid = read_map(path, resolution_m)
-    if resolution_m is not None or states_scale(path):
-        return grid, True
-    _, scale = segment_unknown_scale(grid, tree.segmentation)
-    return read_map(path, grid.resolution * scale.factor), False
+    if not check.is_readable:
+        raise typer.Exit(1)
 
 
 def _lines(check: PlanCheck) -> Iterator[str]:
+    for refusal in check.refusals:
+        yield f'not fit to use: {refusal.why}\n   next: {refusal.next}'
+    from fpnet_core.drawings.wording import said_of_scale
+
     segmentation, similarity = check.segmentation, check.similarity
     rooms = segmentation.rooms
     area_m2 = sum(room.area_m2 for room in rooms)
     yield (
         f'{len(rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors at '
-        f'{segmentation.grid.resolution:.4f} m per pixel'
+        f'{said_of_scale(check.drawn)}'
     )
+    if any(not refusal.is_scale for refusal in check.refusals):
+        return
     yield (
         f'rooms that look like another place: {len(similarity.alone)} from inside, '
         f'{len(similarity.with_neighbours)} even with the rooms behind their doors'

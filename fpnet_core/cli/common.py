@@ -1,12 +1,21 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What all subcommands share: the common options, configuration, progress bars, JSON output."""
+"""
+What all subcommands share: the common options, configuration, progress bars, JSON output.
+
+Every command that takes a drawing is decorated with :func:`reads_drawing`: the options that say
+something about a drawing have their one home here, and so has what they are turned into.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, fields
+import functools
+import inspect
 import json
+import math
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -17,6 +26,9 @@ from fpnet_core.errors import ConfigError, FpnetError
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading, ReadOptions
+    from fpnet_core.judging.causes import Asked
+    from fpnet_core.types import Cause
 
 Item = TypeVar('Item')
 
@@ -45,6 +57,150 @@ JsonOption = Annotated[
     Path | None,
     typer.Option('--json', metavar='FILE', help='Write the result as JSON; - for stdout.'),
 ]
+
+DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
+
+
+@dataclass(frozen=True)
+class DrawingOptions:
+    """What was said of a drawing on the command line, its fields' names those of the options."""
+
+    resolution: Annotated[
+        float | None,
+        typer.Option('--resolution', min=1e-6, help='Metres per pixel of the drawing.'),
+    ] = None
+    length: Annotated[
+        str | None,
+        typer.Option(
+            '--length',
+            metavar='X1,Y1,X2,Y2=M',
+            help='Two places on the drawing in pixels and the metres between them, which gives '
+            'its scale: 120,80,520,80=6.0.',
+        ),
+    ] = None
+    crop: Annotated[
+        str | None,
+        typer.Option(
+            '--crop', metavar='L,T,R,B', help='Read this part of the drawing only, in pixels.'
+        ),
+    ] = None
+    storey: Annotated[
+        int | None,
+        typer.Option('--storey', min=1, help='Which of several storeys on one sheet, from 1.'),
+    ] = None
+    page: Annotated[
+        int | None, typer.Option('--page', min=1, help='Page of a PDF or storey of an IFC.')
+    ] = None
+    layer: Annotated[
+        list[str] | None,
+        typer.Option('--layer', metavar='NAME', help='Layer of a DXF with walls; repeatable.'),
+    ] = None
+    mirrored: Annotated[
+        bool, typer.Option('--mirrored', help='The drawing is a mirror image: flip it.')
+    ] = False
+
+    def read(self, path: Path, tree: FpnetConfig) -> Reading:
+        """Return the drawing read as a plan, flipped where that was asked for."""
+        from fpnet_core.drawings.read import read_plan
+
+        reading = read_plan(check_input(path), self.as_read_options(), tree)
+        return reading.flipped() if self.mirrored else reading
+
+    def as_read_options(self) -> ReadOptions:
+        """Return them as the reader takes them; ConfigError where one is malformed."""
+        from fpnet_core.drawings.types import ReadOptions
+
+        if self.resolution is not None and self.length is not None:
+            raise ConfigError('--resolution and --length both state the scale; give one of them')
+        return ReadOptions(
+            self.resolution,
+            None if self.length is None else parse_length(self.length),
+            None if self.crop is None else parse_crop(self.crop),
+            self.storey,
+            self.page,
+            tuple(self.layer or ()),
+        )
+
+    def asked(self, command: Sequence[str], path: Path) -> Asked:
+        """Return what was typed; ``command`` are the words before the drawing."""
+        from fpnet_core.judging.causes import Asked
+
+        return Asked(tuple(command), str(path), tuple(self._pairs()))
+
+    def _pairs(self) -> Iterator[tuple[str, str]]:
+        for field in fields(self):
+            value, option = getattr(self, field.name), f'--{field.name}'
+            if value is True:
+                yield option, ''
+            elif value not in (None, False):
+                yield from ((option, str(each)) for each in _listed(value))
+
+
+def _listed(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def reads_drawing(command: Callable[..., None]) -> Callable[..., None]:
+    """
+    Give a command the options of a drawing; it takes them together, as ``said``.
+
+    They come before its last parameters, which are the ones that all commands share.
+    """
+    own = inspect.signature(command, eval_str=True)
+    hints = inspect.get_annotations(DrawingOptions, eval_str=True)
+    options = [
+        inspect.Parameter(
+            field.name, inspect.Parameter.KEYWORD_ONLY, default=field.default,
+            annotation=hints[field.name],
+        )
+        for field in fields(DrawingOptions)
+    ]  # fmt: skip
+
+    @functools.wraps(command)
+    def wrapper(**values: Any) -> None:
+        said = DrawingOptions(**{field.name: values.pop(field.name) for field in options_of})
+        command(**values, said=said)
+
+    options_of = fields(DrawingOptions)
+    kept = [
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, parameter in own.parameters.items()
+        if name != 'said'
+    ]
+    first = sum(parameter.default is inspect.Parameter.empty for parameter in kept)
+    parameters = [*kept[:first], *options, *kept[first:]]
+    wrapper.__annotations__ = {each.name: each.annotation for each in parameters}
+    wrapper.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return wrapper
+
+
+def parse_length(text: str) -> tuple[float, float, float, float, float]:
+    """Turn ``120,80,520,80=6.0`` into its five numbers; ConfigError where it is none."""
+    places, _, metres = text.partition('=')
+    numbers = _numbers(places, 4)
+    length = _numbers(metres.removesuffix('m'), 1)
+    if numbers is None or length is None:
+        raise ConfigError(f'--length {text}: expected X1,Y1,X2,Y2=METRES, as 120,80,520,80=6.0')
+    x1, y1, x2, y2 = numbers
+    return x1, y1, x2, y2, length[0]
+
+
+def parse_crop(text: str) -> tuple[int, int, int, int]:
+    """Turn ``40,60,900,700`` into its four numbers; ConfigError where it is none."""
+    numbers = _numbers(text, 4)
+    if numbers is None:
+        raise ConfigError(f'--crop {text}: expected LEFT,TOP,RIGHT,BOTTOM, as 40,60,900,700')
+    left, top, right, bottom = map(round, numbers)
+    return left, top, right, bottom
+
+
+def _numbers(text: str, count: int) -> list[float] | None:
+    """Return so many finite numbers between commas; None where they are not that."""
+    try:
+        numbers = [float(word) for word in text.split(',')]
+    except ValueError:
+        return None
+    return numbers if len(numbers) == count and all(map(math.isfinite, numbers)) else None
 
 
 def load(
@@ -88,6 +244,49 @@ def write_json(path: Path, result: Mapping[str, Any]) -> None:
 def say(text: str, json_path: Path | None) -> None:
     """Print a line for people: on stdout, or on stderr where ``--json -`` has stdout."""
     typer.echo(text, err=str(json_path) == '-')
+
+
+def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[str]:
+    """Return ``--config`` and ``--set`` as they were typed."""
+    given = [] if config is None else ['--config', str(config)]
+    for setting in settings or ():
+        given += ['--set', setting]
+    return given
+
+
+def with_scale_of(reading: Reading, tree: FpnetConfig) -> FpnetConfig:
+    """
+    Return the configuration with an unknown scale searched as one.
+
+    Whoever has set ``localizer.scale_policy`` means it.
+    """
+    from fpnet_core.config import parse_config
+
+    if reading.scale.is_known or 'scale_policy' in tree.localizer.model_fields_set:
+        return tree
+    values = tree.model_dump()
+    values['localizer']['scale_policy'] = 'unknown'
+    return parse_config(values)
+
+
+def say_reading(reading: Reading, json_path: Path | None) -> None:
+    """Print what a user should know of how a drawing was read; nothing for a stated map."""
+    from fpnet_core.drawings.wording import said_of_scale
+
+    if not reading.scale.is_known:
+        say(f'{reading.drawing.name}: {said_of_scale(reading.scale)}', json_path)
+    for note in reading.notes:
+        say(note, json_path)
+    for doubt in reading.doubts:
+        say(f'doubt about how {reading.drawing.name} was read: {doubt}', json_path)
+
+
+def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:
+    """Print why there is no answer and what to type next, the likeliest cause first."""
+    if causes:
+        say('likely causes, and what to do:', json_path)
+    for number, cause in enumerate(causes, start=1):
+        say(f'{number}. {cause.said}\n   next: {cause.next}', json_path)
 
 
 def check_input(path: Path) -> Path:

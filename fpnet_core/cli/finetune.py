@@ -13,19 +13,15 @@ from fpnet_core.cli import common
 from fpnet_core.cli.train import fit_and_calibrate
 
 
+@common.reads_drawing
 def command(
-    plan: Annotated[
-        Path, typer.Option('--plan', metavar='FILE', help='Floorplan image or its YAML.')
-    ],
+    plan: Annotated[Path, typer.Option('--plan', metavar='FILE', help=common.DRAWING_HELP)],
     out: Annotated[Path, typer.Option('--out', metavar='DIR', help='Folder of pairs and run.')],
+    said: common.DrawingOptions,
     count: Annotated[
         int, typer.Option('--count', min=20, help='Robot maps to simulate in the building.')
     ] = 800,
     epochs: Annotated[int, typer.Option('--epochs', min=1, help='Passes over the pairs.')] = 4,
-    resolution_m: Annotated[
-        float | None,
-        typer.Option('--resolution', min=0.005, max=1.0, help='Metres per pixel of a bare image.'),
-    ] = None,
     seed: common.SeedOption = 0,
     device: common.DeviceOption = 'cpu',
 ) -> None:
@@ -36,17 +32,18 @@ def command(
 
     Example: fpnet finetune --plan my_plan.png --out runs/mine
     """
-    common.check_input(plan)
+    reading = said.read(plan, common.load(None))
+    common.say_reading(reading, None)
     from fpnet_core.io.weights import read_weights
     from fpnet_core.sim.dataset import PairDataset
-    from fpnet_core.sim.plan_sources import GivenPlans, read_plans
+    from fpnet_core.sim.plan_sources import GivenPlans
     from fpnet_core.sim.presets import preset
     from fpnet_core.sim.writing import write_pairs
     from fpnet_core.training import parse_training_config
     from fpnet_core.types import FEATURE_SCHEMA
 
     config = preset('default').config
-    source = GivenPlans(read_plans([plan], resolution_m), config.segmentation)
+    source = GivenPlans([(plan.stem, reading.grid)], config.segmentation)
     with common.progress('pairs', total=count) as advance:
         write_pairs(
             out / 'pairs', seed or 0, count, config=config, on_pairs=advance, source=source

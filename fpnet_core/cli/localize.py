@@ -14,14 +14,17 @@ from fpnet_core.cli import common
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
     from fpnet_core.io import ScanSource
+    from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import ReplayResult
     from fpnet_core.report import RunRecord
-    from fpnet_core.types import GridMap, LocalizerOutput, Segmentation
+    from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
 
 
+@common.reads_drawing
 def command(
     recording: Annotated[
         Path,
@@ -29,16 +32,8 @@ def command(
             metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'
         ),
     ],
-    floorplan: Annotated[
-        Path, typer.Option('--floorplan', metavar='F', help='Floorplan image or map_server YAML.')
-    ],
-    resolution_m: Annotated[
-        float | None,
-        typer.Option('--resolution', min=0.001, help='Metres per pixel of a plain image.'),
-    ] = None,
-    mirrored: Annotated[
-        bool, typer.Option('--mirrored', help='The drawing is a mirror image: flip it.')
-    ] = False,
+    floorplan: Annotated[Path, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)],
+    said: common.DrawingOptions,
     truth: Annotated[
         Path | None,
         typer.Option(
@@ -68,9 +63,13 @@ def command(
     """
     Localise a recording on a floorplan, offline.
 
+    The scale of a drawing that states none is estimated, and searched around that estimate as far
+    as it is unsure, unless localizer.scale_policy is set.
+
     A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
     are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
-    and why. fpnet --verbose localize logs every change of status with its reason.
+    and why; where it ends without a pose, the likely causes with the next command.
+    fpnet --verbose localize logs every change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -84,16 +83,19 @@ def command(
     from fpnet_core.evaluation.demo import read_truth
     from fpnet_core.evaluation.runs import summarize_run
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io import PosedScans, open_scans, read_map, read_poses, write_tum
+    from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
 
-    grid = read_map(common.check_input(floorplan), resolution_m)
-    if mirrored:
-        grid = grid.mirrored()
+    reading = said.read(floorplan, tree)
+    tree = common.with_scale_of(reading, tree)
+    common.say_reading(reading, json_path)
     reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
     source = open_scans(common.check_input(recording))
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
-    result = _localize(source, grid, tree)
+    given = common.typed_settings(config, settings)
+    given += ['--poses', str(poses)] if poses else []
+    asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
+    result = _localize(source, reading, tree, asked, said.storey)
     run = result.run
     if tum is not None:
         write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
@@ -102,6 +104,7 @@ def command(
         'status': result.last.status.value,
         'probability': round(result.last.probability, 4),
         'reason': result.last.reason,
+        'causes': [cause.as_json() for cause in result.causes],
         'scans': len(run.odometry),
         'rejected_scans': run.rejected_scans,
         'path_m': round(run.odometry.path_length_m(), 3),
@@ -109,6 +112,7 @@ def command(
     }
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
+    common.say_causes(result.causes, json_path)
     if json_path is not None:
         common.write_json(json_path, figures)
     if out is not None:
@@ -123,25 +127,33 @@ def command(
             reference,
             A_plan_truth,
             figures,
+            result.causes,
         )
         _write_folder(out, record, run)
 
 
 @dataclass(frozen=True, eq=False)
 class _Localized:
-    """A run, the floorplan that it was on, and its last tick."""
+    """A run, the floorplan that it was on, its last tick, and why it has no answer."""
 
     run: ReplayResult
     plan: Segmentation
     last: LocalizerOutput
+    causes: tuple[Cause, ...]
 
 
-def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localized:
-    from fpnet_core.localizer import create_localizer, replay
+def _localize(
+    source: ScanSource, reading: Reading, tree: FpnetConfig, asked: Asked, storey: int | None
+) -> _Localized:
+    from fpnet_core.localizer import Localizer, replay
+    from fpnet_core.localizer.diagnosis import explain_run
+    from fpnet_core.matching.learned import LearnedMatcher
     from fpnet_core.odometry import KissOdometry
+    from fpnet_core.types import Status
 
-    localizer = create_localizer(tree)
-    localizer.set_plan(grid)
+    matcher = LearnedMatcher(tree.matcher)
+    localizer = Localizer(tree, matcher)
+    localizer.set_plan(reading.grid, reading.estimate)
     odometry = KissOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
         run = replay(
@@ -153,7 +165,10 @@ def _localize(source: ScanSource, grid: GridMap, tree: FpnetConfig) -> _Localize
         )
     assert localizer.plan is not None  # it was set above
     last = run.outputs[-1] if run.outputs else localizer.output
-    return _Localized(run, localizer.plan.segmentation, last)
+    causes: tuple[Cause, ...] = ()
+    if last.status is not Status.LOCALIZED:
+        causes = explain_run(run.outputs, reading.grid, matcher, tree, reading, asked, storey)
+    return _Localized(run, localizer.plan.segmentation, last, causes)
 
 
 def _write_folder(out: Path, record: RunRecord, run: ReplayResult) -> None:

@@ -7,22 +7,30 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
+from numpy.typing import NDArray
 import typer
 
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.config import SubmapConfig
+    from fpnet_core.config import FpnetConfig, SubmapConfig
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.geometry import Affine2D
+    from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import MapMatch
-    from fpnet_core.types import GridMap, Submap
+    from fpnet_core.matching import RegionMatcher
+    from fpnet_core.types import Cause, GridMap, Submap
 
 
+@common.reads_drawing
 def command(
-    plan: Annotated[Path, typer.Option('--plan', metavar='IMG', help='Floorplan image or YAML.')],
+    plan: Annotated[Path, typer.Option('--plan', metavar='F', help=common.DRAWING_HELP)],
     submap: Annotated[
         Path,
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
+    said: common.DrawingOptions,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Draw the maps and the match.')
     ] = None,
@@ -35,28 +43,35 @@ def command(
     Find the transform between a floorplan and a robot map.
 
     A map_server YAML and a cloud state their scale; it is trusted within pose.scale_tolerance,
-    see localizer.scale_policy. That of a bare image is unknown, and estimated from its doors.
+    see localizer.scale_policy. That of a drawing or of a bare image is unknown, and estimated.
 
-    The affine maps submap pixels (x right, y down, integer at the pixel's centre) to plan pixels;
-    a cloud's pixels are those of its raster, row 0 at the top. The scale in the JSON is in plan
-    metres per metre of the submap, where a bare image counts 0.05 m per pixel.
+    The affine (the homography, where a perspective was undone) maps submap pixels (x right, y
+    down, integer at the pixel's centre) to the drawing's own pixels; a cloud's pixels are those
+    of its raster, row 0 at the top. The scale in the JSON is in plan metres per metre of the
+    submap, where a robot map without a scale counts 0.05 m per pixel.
 
     Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
 
     Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
     """
     tree = common.load(config, settings, seed)
-    from fpnet_core.io import read_map, states_scale
+    from fpnet_core.io import states_scale
     from fpnet_core.localizer import match_maps
     from fpnet_core.matching.learned import LearnedMatcher
 
-    plan_grid = read_map(common.check_input(plan))
+    reading = said.read(plan, tree)
+    common.say_reading(reading, json_path)
     sub = _read_submap(common.check_input(submap), tree.submap)
-    stated = states_scale(plan), states_scale(submap)
-    result = match_maps(plan_grid, sub, LearnedMatcher(tree.matcher), tree, *stated)
-    report = _report(result, plan_grid, sub.grid, *stated)
-    said = f'{report["status"]} (p {result.probability:.2f}): {result.reason}'
-    common.say(said, json_path)
+    stated = reading.scale.is_known, states_scale(submap)
+    matcher = LearnedMatcher(tree.matcher)
+    result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
+    given = common.typed_settings(config, settings)
+    asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, '--plan'), plan)
+    causes = _causes(result, matcher, tree, reading, asked, said.storey)
+    report = _report(result, reading, sub.grid, *stated)
+    report['causes'] = [cause.as_json() for cause in causes]
+    common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
+    common.say_causes(causes, json_path)
     if json_path is not None:
         common.write_json(json_path, report)
     if plot is not None:
@@ -75,18 +90,33 @@ def _read_submap(path: Path, config: SubmapConfig) -> Submap:
     return submap_from_grid(read_map(path))
 
 
-def _report(
-    result: MapMatch, plan: GridMap, sub: GridMap, plan_is_stated: bool, sub_is_stated: bool
-) -> dict[str, Any]:
-    from fpnet_core.io import pixel_to_xy
+def _causes(
+    result: MapMatch,
+    matcher: RegionMatcher,
+    tree: FpnetConfig,
+    reading: Reading,
+    asked: Asked,
+    storey: int | None,
+) -> tuple[Cause, ...]:
+    """Return why nothing is claimed; none where something is."""
+    from fpnet_core.localizer import MapMatchStatus
+    from fpnet_core.localizer.diagnosis import explain_match
 
-    affine = None
-    if result.A_plan_sub is not None:
-        in_pixels = pixel_to_xy(plan).inv() @ result.A_plan_sub @ pixel_to_xy(sub)
-        affine = in_pixels.matrix[:2].tolist()
+    if result.status is MapMatchStatus.MATCHED:
+        return ()
+    return explain_match(result, matcher, tree, reading, asked, storey)
+
+
+def _report(
+    result: MapMatch, plan: Reading, sub: GridMap, plan_is_stated: bool, sub_is_stated: bool
+) -> dict[str, Any]:
+    from fpnet_core.drawings.plan_files import is_affine
+
+    H = None if result.A_plan_sub is None else _in_pixels(result.A_plan_sub, plan, sub)
     return {
         'status': result.status.value,
-        'affine_plan_from_submap_px': affine,
+        'affine_plan_from_submap_px': H[:2].tolist() if H is not None and is_affine(H) else None,
+        'homography_plan_from_submap_px': None if H is None else H.tolist(),
         'score': round(result.score, 4),
         'probability': round(result.probability, 4),
         'scale': None if result.scale is None else round(result.scale, 4),
@@ -95,3 +125,11 @@ def _report(
         'reason': result.reason,
         'timings_ms': {name: round(ms, 2) for name, ms in result.timings_ms.items()},
     }
+
+
+def _in_pixels(A_plan_sub: Affine2D, plan: Reading, sub: GridMap) -> NDArray[np.float64]:
+    """Return the homography (3, 3) from pixels of the robot's map to those of the drawing."""
+    from fpnet_core.io import pixel_to_xy
+
+    H = np.linalg.inv(plan.H_plan_image) @ A_plan_sub.matrix @ pixel_to_xy(sub).matrix
+    return np.asarray(H / H[2, 2])

@@ -14,28 +14,25 @@ from fpnet_core.cli import common
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
     from fpnet_core.segmentation import ScaleEstimate
     from fpnet_core.types import GridMap, Segmentation, Submap
 
 
+@common.reads_drawing
 def command(
     source: Annotated[
         Path,
         typer.Argument(
             metavar='INPUT',
-            help='Image or map_server YAML; point file; ROS 2 bag, CARMEN log or scan folder.',
+            help='Drawing or map_server YAML; point file; ROS 2 bag, CARMEN log or scan folder.',
         ),
     ],
+    said: common.DrawingOptions,
     as_submap: Annotated[
         bool,
         typer.Option('--submap', help='The image is a robot map: unknown space is not a wall.'),
     ] = False,
-    resolution_m: Annotated[
-        float | None,
-        typer.Option(
-            '--resolution', min=0.001, help='Metres per pixel; default: estimated from doors.'
-        ),
-    ] = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Draw the rooms and doors.')
     ] = None,
@@ -46,39 +43,53 @@ def command(
     """
     Cut a floorplan, robot map or recording into rooms and doors.
 
-    Lengths are metres as the input states them; for an image without a scale they are nominal,
-    and the printed factor, estimated from door widths, makes them true. Exits 1 where no room
-    is found.
+    Lengths are metres as the input states them, and of a drawing that states none, as its rooms
+    and doors tell; --json says between which bounds. Those of a robot map without a scale
+    (--submap) are nominal, and the printed factor makes them true. Exits 1 where no room is
+    found.
 
     Example: fpnet segment plan.png --plot rooms.png --json rooms.json
     """
     tree = common.load(config, settings)
     common.check_input(source)
-    from fpnet_core.io.maps import MAP_SUFFIXES, states_scale
-
-    is_map = source.is_file() and source.suffix.lower() in MAP_SUFFIXES
+    reading = None
     subject: GridMap | Submap
-    subject = _read_map(source, resolution_m, as_submap) if is_map else _read_submap(source, tree)
-    scale_is_known = not is_map or states_scale(source) or resolution_m is not None
+    if as_submap and _is_drawing(source):
+        subject, scale_is_known = _read_robot_map(source, said.resolution)
+    elif _is_drawing(source):
+        reading, scale_is_known = said.read(source, tree), True
+        subject = reading.grid
+        common.say_reading(reading, json_path)
+    else:
+        subject, scale_is_known = _read_submap(source, tree), True
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
     if str(json_path) != '-':
         _print_summary(segmentation, scale, elapsed_ms)
     if json_path is not None:
-        common.write_json(json_path, _report(segmentation, scale, elapsed_ms))
+        common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
     if plot is not None:
         _draw(segmentation, plot)
     if not segmentation.rooms:
         raise typer.Exit(1)
 
 
-def _read_map(path: Path, resolution_m: float | None, as_submap: bool) -> GridMap | Submap:
-    from fpnet_core.io import read_map
+def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, bool]:
+    """Return a robot's map, and whether its scale is known."""
+    from fpnet_core.io import read_map, states_scale
     from fpnet_core.submaps import submap_from_grid
 
-    grid = read_map(path, resolution_m)
-    return submap_from_grid(grid) if as_submap else grid
+    is_stated = resolution_m is not None or states_scale(source)
+    return submap_from_grid(read_map(source, resolution_m)), is_stated
+
+
+def _is_drawing(source: Path) -> bool:
+    """Tell drawings and maps from point files and recordings, which have names of their own."""
+    from fpnet_core.io.clouds import CLOUD_SUFFIXES
+    from fpnet_core.io.scans import is_recording
+
+    return not is_recording(source) and source.suffix.lower() not in CLOUD_SUFFIXES
 
 
 def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
@@ -128,7 +139,8 @@ def _segment(
         segmentation = segment_submap(subject, tree.segmentation)
     else:
         segmentation = segment_floorplan(subject, tree.segmentation)
-    return segmentation, estimate_metres_per_unit(segmentation, tree.segmentation)
+    is_partial = isinstance(subject, Submap)
+    return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
 
 
 def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
@@ -149,8 +161,8 @@ def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms:
     area_m2 = sum(room.area_m2 for room in rooms)
     console.print(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
-        f'door widths suggest a scale factor of {scale.factor:.2f} '
-        f'(confidence {scale.confidence:.2f})',
+        f'doors, rooms and walls suggest a scale factor of {scale.factor:.2f} '
+        f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
         highlight=False,
         soft_wrap=True,
     )
@@ -158,15 +170,22 @@ def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms:
         console.print(segmentation.reason or 'no room was found', highlight=False)
 
 
-def _report(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> dict[str, Any]:
+def _report(
+    segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, reading: Reading | None
+) -> dict[str, Any]:
+    from fpnet_core.drawings.plan_files import as_json, is_affine
     from fpnet_core.io import pixel_to_xy
 
     grid = segmentation.grid
+    affine = pixel_to_xy(grid).matrix
+    if reading is not None:
+        affine = reading.H_plan_image / reading.H_plan_image[2, 2]
     return {
         'frame': grid.frame,
         'resolution_m': grid.resolution,
-        'affine_xy_from_px': pixel_to_xy(grid).matrix[:2].tolist(),
-        'scale': {'factor': scale.factor, 'confidence': scale.confidence},
+        'affine_xy_from_px': affine[:2].tolist() if is_affine(affine) else None,
+        'drawing': None if reading is None else as_json(reading),
+        'scale': {'factor': scale.factor, 'low': scale.low, 'high': scale.high},
         'rooms': [
             {
                 'id': room.id,

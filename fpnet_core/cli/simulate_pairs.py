@@ -53,7 +53,12 @@ def command(
     plans: PlansOption = None,
     resolution_m: Annotated[
         float | None,
-        typer.Option('--resolution', min=0.005, max=1.0, help='Metres per pixel of bare images.'),
+        typer.Option(
+            '--resolution',
+            min=0.005,
+            max=1.0,
+            help='Metres per pixel of the drawings; default: estimated.',
+        ),
     ] = None,
     split: SplitOption = None,
     seed: common.SeedOption = 0,

@@ -5,15 +5,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
 
+if TYPE_CHECKING:
+    from fpnet_core.types import GridMap
 
+
+@common.reads_drawing
 def command(
+    said: common.DrawingOptions,
     out: common.OutOption = None,
     seed: common.SeedOption = None,
     family: Annotated[
@@ -38,12 +43,8 @@ def command(
     plan: Annotated[
         Path | None,
         typer.Option(
-            '--plan', metavar='F', help='Raise the building of this image or map_server YAML.'
+            '--plan', metavar='F', help='Raise the building of this drawing or map_server YAML.'
         ),
-    ] = None,
-    resolution_m: Annotated[
-        float | None,
-        typer.Option('--resolution', min=0.001, help='Metres per pixel of a plain image.'),
     ] = None,
     mesh: Annotated[
         Path | None,
@@ -78,7 +79,6 @@ def command(
     """
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
-    from fpnet_core.io import read_map
     from fpnet_core.sim.fittings import style_named
     from fpnet_core.sim.mesh_worlds import read_mesh
     from fpnet_core.sim.recording import RecordingOptions, make_recording, write_recording
@@ -91,7 +91,7 @@ def command(
     recording = make_recording(
         seed or 0,
         options,
-        floorplan=read_map(common.check_input(plan), resolution_m) if plan else None,
+        floorplan=_read(plan, said, json_path) if plan else None,
         mesh=read_mesh(mesh) if mesh else None,
     )
     with common.progress('casting scans', total=len(recording)) as advance:
@@ -109,3 +109,9 @@ def command(
         f'{summary["family"]}: {summary["rooms"]} rooms, {summary["path_m"]:.0f} m through '
         f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}'
     )
+
+
+def _read(plan: Path, said: common.DrawingOptions, json_path: Path | None) -> GridMap:
+    reading = said.read(plan, common.load(None))
+    common.say_reading(reading, json_path)
+    return reading.grid

@@ -8,12 +8,13 @@ Pixels are (x right, y down) of the drawing as the user sees it, whole numbers a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
@@ -27,6 +28,7 @@ class ScaleSource(StrEnum):
     UNITS = 'units'  # DXF and IFC know their units
     SCALE_BAR = 'scale bar'
     DIMENSIONS = 'dimensions'  # dimension texts and their lines
+    PAPER = 'paper'  # a stated 1:100 and the size of the paper
     ESTIMATED = 'estimated'  # doors, rooms and walls together
     UNKNOWN = 'unknown'
 
@@ -96,7 +98,10 @@ class Drawing:
     A_pixel_image : (2, 3)
         From pixels of the file as stored (before it was turned upright) or, of vector formats,
         its own units (y down for pages and SVG, y up for DXF and IFC) to ``pixels``.
+    paper_m : metres of paper per pixel, where the format has a paper size; None where not
+    door_px : widths of the door leaves that a vector drawing shows, in pixels
     notes : what was noticed on opening, a sentence each
+    doubts : reasons not to take the file for a floorplan, a sentence each
     """
 
     pixels: NDArray[np.uint8]
@@ -106,7 +111,10 @@ class Drawing:
     labels: tuple[Label, ...] = ()
     scale: DrawingScale | None = None
     A_pixel_image: Array = field(default_factory=lambda: np.eye(2, 3))
+    paper_m: float | None = None
+    door_px: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -164,6 +172,23 @@ class Reading:
     dropped: tuple[Dropped, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+
+    @property
+    def estimate(self) -> ScaleEstimate | None:
+        """True metres per metre of ``grid`` as estimated; None where somebody states them."""
+        if self.scale.is_known:
+            return None
+        metres = self.scale.resolution_m
+        return ScaleEstimate(1.0, self.scale.low_m / metres, self.scale.high_m / metres)
+
+    def flipped(self) -> Reading:
+        """Return the reading of a drawing that is a mirror image, flipped."""
+        pose = self.grid.T_frame_grid.matrix
+        width_m = self.grid.shape[1] * self.grid.resolution
+        turned = np.array([[-1.0, 0.0, width_m], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        H = pose @ turned @ np.linalg.inv(pose) @ self.H_plan_image
+        how = f'{self.how}, flipped'
+        return replace(self, grid=self.grid.mirrored(), H_plan_image=H, how=how)
 
     @property
     def is_readable(self) -> bool:

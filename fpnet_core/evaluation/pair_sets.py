@@ -10,13 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.errors import FpnetError
+from fpnet_core.io import read_map
 from fpnet_core.sim.dataset import PairDataset
 from fpnet_core.sim.pairs import MatchingPair, generate_pair
-from fpnet_core.sim.plan_sources import GivenPlans, read_plans
+from fpnet_core.sim.plan_sources import GivenPlans, find_plans
 from fpnet_core.sim.presets import in_split, preset
 
 SEED = 9001
 """Seed of the benchmark's pairs; data sets for training must have another one."""
+
+REAL_PLAN_M = 0.05
+"""Edge of a pixel of the real floorplans, as their publication has it."""
 
 PRESETS = {
     'tours': 'default',
@@ -52,7 +56,8 @@ def generated_pairs(
     if chosen.needs_plans:
         if plans is None:
             raise FpnetError(f'the set {name} samples real floorplans; give --plans FOLDER')
-        source = GivenPlans(in_split(read_plans([plans], None), split), chosen.config.segmentation)
+        drawn = [(path.stem, read_map(path, REAL_PLAN_M)) for path in find_plans([plans])]
+        source = GivenPlans(in_split(drawn, split), chosen.config.segmentation)
     total = chosen.pair_count(0 if source is None else len(source)) or DEFAULT_PAIRS
     count = min(limit or DEFAULT_PAIRS, total)
     for index in np.linspace(0, total - 1, count).round().astype(int).tolist():

@@ -11,11 +11,21 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.types import DrawingScale, Reading
+from fpnet_core.drawings.wording import is_sure, said_of_scale
 from fpnet_core.errors import ConfigError
+from fpnet_core.evaluation.plan_gate import Refusal, refusals_of
 from fpnet_core.evaluation.runs import WRONG_POSITION_M
 from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
-from fpnet_core.localizer import create_finder, create_localizer, prepare_plan
-from fpnet_core.segmentation import ScaleEstimate, estimate_metres_per_unit
+from fpnet_core.judging.causes import Asked
+from fpnet_core.localizer import create_finder, create_localizer
+from fpnet_core.localizer.sides import plan_side
+from fpnet_core.segmentation import (
+    STATED_SCALE,
+    ScaleEstimate,
+    estimate_metres_per_unit,
+    segment_floorplan,
+)
 from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_core.sim.sensors import sensor_named
 from fpnet_core.types import GridMap, Segmentation, Status
@@ -23,8 +33,7 @@ from fpnet_core.types import GridMap, Segmentation, Status
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
 _SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_EVERY_S = 2.0
-_SCALE_OFF = 0.15  # door widths that suggest more than this deserve a word
-_SCALE_SURE = 0.4
+_SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
 _MANY = 0.5  # share of rooms
 
 
@@ -50,25 +59,47 @@ class TourResult:
 
 @dataclass(frozen=True, eq=False)
 class PlanCheck:
-    """All findings on a floorplan; ``advice`` says in sentences what to make of them."""
+    """
+    All findings on a floorplan; ``advice`` says in sentences what to make of them.
+
+    ``scale`` is what its rooms and doors say, in true metres per metre of the segmentation's
+    grid, and ``drawn`` what is known of its drawing's. ``refusals`` speak against using it;
+    where it was misread, nothing else was looked at.
+    """
 
     segmentation: Segmentation
     scale: ScaleEstimate
-    scale_is_given: bool
+    drawn: DrawingScale
     similarity: SelfSimilarity
     tours: tuple[TourResult, ...]
     tour_problem: str = ''
     advice: tuple[str, ...] = ()
+    refusals: tuple[Refusal, ...] = ()
+
+    @property
+    def is_readable(self) -> bool:
+        """Tell whether nothing speaks against using the floorplan."""
+        return not self.refusals
 
     def as_json(self) -> dict[str, Any]:
         """Return a mapping of plain values."""
         rooms = self.segmentation.rooms
         return {
+            'readable': self.is_readable,
+            'reasons': [refusal.as_json() for refusal in self.refusals],
             'rooms': len(rooms),
             'doors': len(self.segmentation.doors),
             'area_m2': round(sum(room.area_m2 for room in rooms), 1),
-            'scale': {'factor': round(self.scale.factor, 3), 'given': self.scale_is_given}
-            | {'confidence': round(self.scale.confidence, 3)},
+            'scale': {
+                'factor': round(self.scale.factor, 3),
+                'low': round(self.scale.low, 3),
+                'high': round(self.scale.high, 3),
+                'given': self.drawn.is_known,
+                'metres_per_pixel': self.drawn.resolution_m,
+                'source': self.drawn.source.value,
+                'sure': is_sure(self.drawn),
+            },
+            'scale_interval': [self.drawn.low_m, self.drawn.high_m],
             'similar_alone': _plain(self.similarity.alone),
             'similar_with_neighbours': _plain(self.similarity.with_neighbours),
             'symmetries': [asdict(twin) for twin in self.similarity.whole],
@@ -84,45 +115,64 @@ def _plain(twins: dict[int, Any]) -> dict[str, list[dict[str, Any]]]:
 
 
 def check_plan(
-    grid: GridMap,
+    reading: Reading,
     config: FpnetConfig,
     tours: int,
     seed: int = 0,
-    scale_is_given: bool = True,
+    asked: Asked | None = None,
     on_step: Callable[[float], None] = lambda _: None,
 ) -> PlanCheck:
     """
     Check a floorplan before a robot moves.
 
+    One that was misread is looked at no further: whatever else might be said is about a title
+    block.
+
     Parameters
     ----------
-    grid : in metres, given or estimated from door widths
+    reading : the drawing as it was read
     config : the configuration tree of the localizer that will use it
     tours : number of simulated drives
     seed : of the drives
-    scale_is_given : the user stated the metres; otherwise they come from door widths
+    asked : what was typed, for the next commands
     on_step : is told of finished steps, ``tours + 1`` in all
 
-    Raises
-    ------
-    MapFormatError
-        If the drawing holds no room.
     """
-    plan = prepare_plan(grid, config)
-    segmentation = plan.segmentation
-    scale = estimate_metres_per_unit(segmentation, config.segmentation)
-    similarity = self_similarity(plan, create_finder(config))
-    on_step(1.0)
+    segmentation = segment_floorplan(reading.grid, config.segmentation)
+    told = estimate_metres_per_unit(segmentation) if segmentation.rooms else STATED_SCALE
+    refusals = refusals_of(reading, segmentation, asked or Asked(), told)
+    check = PlanCheck(
+        segmentation,
+        told,
+        reading.scale,
+        SelfSimilarity({}, {}, ()),
+        (),
+        refusals=refusals,
+    )
+    if all(refusal.is_scale for refusal in refusals):
+        similarity = self_similarity(plan_side(segmentation), create_finder(config))
+        check = replace(check, similarity=similarity)
+        on_step(1.0)
+        check = _driven(check, reading.grid, config, range(seed, seed + tours), on_step)
+    return replace(check, advice=tuple(_advice(check)))
+
+
+def _driven(
+    check: PlanCheck,
+    grid: GridMap,
+    config: FpnetConfig,
+    seeds: range,
+    on_step: Callable[[float], None],
+) -> PlanCheck:
     results: list[TourResult] = []
     problem = ''
-    for number in range(tours):
+    for seed in seeds:
         try:
-            results.append(drive_tour(grid, config, seed + number))
+            results.append(drive_tour(grid, config, seed))
         except ConfigError as error:
             problem = str(error)
         on_step(1.0)
-    check = PlanCheck(segmentation, scale, scale_is_given, similarity, tuple(results), problem)
-    return replace(check, advice=tuple(_advice(check)))
+    return replace(check, tours=tuple(results), tour_problem=problem)
 
 
 def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
@@ -176,26 +226,29 @@ def expected_path_m(tours: tuple[TourResult, ...]) -> float | None:
 
 
 def _advice(check: PlanCheck) -> list[str]:
+    if not all(refusal.is_scale for refusal in check.refusals):
+        return []
     said = [*_on_scale(check), *_on_doors(check), *_on_twins(check), *_on_tours(check)]
-    if not said:
+    if not said and not check.refusals:
         said = ['Nothing speaks against this floorplan.']
     return said
 
 
 def _on_scale(check: PlanCheck) -> list[str]:
-    factor, is_sure = check.scale.factor, check.scale.confidence >= _SCALE_SURE
-    if not check.scale_is_given:
-        metres = check.segmentation.grid.resolution
-        certainty = 'agree well' if is_sure else 'do not agree well, so measure a wall'
+    scale, drawn = check.scale, check.drawn
+    if not drawn.is_known:
         return [
-            f'The scale was estimated from door widths: {metres:.4f} m per pixel. The widths '
-            f'{certainty}; give the true value with --resolution or in a map_server YAML.'
+            f'Nobody states the scale of this drawing; it is {said_of_scale(drawn)}. A localizer '
+            'searches all scales between these, and finds its way sooner where you give one '
+            'length: --length X1,Y1,X2,Y2=METRES.'
         ]
-    if is_sure and abs(np.log(factor)) > _SCALE_OFF:
-        size = 'small' if factor > 1.0 else 'large'
+    is_off = max(scale.factor, 1.0 / scale.factor) > _SCALE_OFF
+    if is_off and not scale.low <= 1.0 <= scale.high:
+        size = 'small' if scale.factor > 1.0 else 'large'
         return [
-            f'Door widths suggest that the plan is drawn too {size}: true metres are about '
-            f'{factor:.2f} times those on the plan. Check its resolution.'
+            f'Doors, rooms and walls suggest that the plan is drawn too {size}: true metres are '
+            f'about {scale.factor:.2f} times those on the plan ({scale.low:.2f} to '
+            f'{scale.high:.2f} with 90 %). Check its resolution.'
         ]
     return []
 

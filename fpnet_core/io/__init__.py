@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fpnet_core.io.bags import BagReader, BagWriter
     from fpnet_core.io.clouds import read_cloud
-    from fpnet_core.io.images import outside_as_unknown
     from fpnet_core.io.maps import pixel_to_xy, read_map, states_scale, write_map
+    from fpnet_core.io.outside import outside_as_unknown
     from fpnet_core.io.pointcloud2 import CloudArrays, PointField, decode_points, encode_points
     from fpnet_core.io.posed_scans import PosedScans
     from fpnet_core.io.scans import Scan, ScanSource, open_scans
@@ -57,7 +57,7 @@ _MODULE_OF = {
     'decode_points': 'pointcloud2',
     'encode_points': 'pointcloud2',
     'open_scans': 'scans',
-    'outside_as_unknown': 'images',
+    'outside_as_unknown': 'outside',
     'pixel_to_xy': 'maps',
     'read_cloud': 'clouds',
     'read_map': 'maps',

@@ -11,6 +11,8 @@ rasters here are as stored, row 0 at the top.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 import warnings
 
@@ -20,6 +22,7 @@ from PIL import Image
 from scipy import ndimage
 
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 MAX_PIXELS = 100_000_000
@@ -38,9 +41,6 @@ _FILL_SHARE = 0.02  # of the image has a shade that fills walls or furniture
 _FILL_TOLERANCE = 4  # grey levels around such a shade, for blurred edges
 _BLOB_SHARE = 0.5  # of a level's pixels survive an opening if they form areas, not lines
 _WALL_DEPTH_M = 0.4  # occupied deeper than this behind a surface says nothing: unknown
-_EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
-_OUTSIDE_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
-_MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
 
 
 def load_pixels(path: Path) -> NDArray[np.float32]:
@@ -54,13 +54,27 @@ def load_pixels(path: Path) -> NDArray[np.float32]:
     MapFormatError
         If the file is missing, no image, damaged, empty or larger than ``MAX_PIXELS``.
     """
+    with opened_image(path) as image:
+        return _to_array(image)
+
+
+@contextmanager
+def opened_image(path: Path) -> Iterator[Image.Image]:
+    """
+    Open an image whose pixels are not decoded yet, for the time of a ``with`` block.
+
+    Raises
+    ------
+    MapFormatError
+        As :func:`load_pixels`; for errors inside the block, too.
+    """
     try:
         with warnings.catch_warnings():
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
             with Image.open(path, formats=_FORMATS) as image:
                 _check_size(image, path)
-                return _to_array(image)
+                yield image
     except Image.DecompressionBombError:
         raise MapFormatError(_too_large(path, 'more pixels')) from None
     except MapFormatError:
@@ -201,49 +215,3 @@ def _unknown_level(
         if ndimage.binary_opening(mask, np.ones((5, 5))).sum() > _BLOB_SHARE * mask.sum():
             return float(level)
     return None
-
-
-def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[np.int8]:
-    """
-    Return ``cells (H, W)`` with the free space around a building turned unknown.
-
-    Drawings are often on white paper. What is reachable from the border through openings wider
-    than ``_EXIT_WIDTH_M`` is outside. The cells come back unchanged if the border is not mostly
-    free, or if the building is so open that nothing would be left.
-    """
-    free = cells == FREE
-    border = np.concatenate([free[0], free[-1], free[:, 0], free[:, -1]])
-    if border.mean() < _OUTSIDE_BORDER_SHARE:
-        return cells
-    # One free pixel all around joins what the building's walls cut off at the image's edge.
-    padded = np.pad(free, 1, constant_values=True)
-    reach_px = 0.5 * _EXIT_WIDTH_M / resolution_m
-    clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
-    core, _ = ndimage.label(clearance > reach_px)
-    if core[0, 0] == 0:
-        return cells
-    core = core == core[0, 0]
-    outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
-    margin = int(reach_px) + 2
-    inside = free & ~outside[margin:-margin, margin:-margin]
-    inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)
-    if np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
-        return cells
-    result = cells.copy()
-    result[free & ~inside] = UNKNOWN
-    return result
-
-
-def _crumbs(
-    inside: NDArray[np.bool_],
-    outside: NDArray[np.bool_],
-    clearance: NDArray[np.float64],
-    reach_px: float,
-) -> NDArray[np.bool_]:
-    """Return the niches of the outer wall: parts open to the outside, too narrow for a room."""
-    labels, count = ndimage.label(inside)
-    touching = np.unique(labels[ndimage.binary_dilation(outside) & inside])
-    widest = ndimage.maximum(clearance, labels, np.arange(count + 1))
-    narrow = touching[np.asarray(widest)[touching] <= reach_px]
-    niches: NDArray[np.bool_] = np.isin(labels, narrow[narrow > 0])
-    return niches

@@ -14,6 +14,8 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import (
+    Cause,
+    CauseKind,
     GridMap,
     LocalizerOutput,
     MatchResult,
@@ -44,6 +46,10 @@ def write_output(path: Path | str, output: LocalizerOutput) -> None:
         'probability': np.array(output.probability),
         'why': np.array(output.reason),
         'is_mirrored': np.array(output.is_mirrored),
+        'causes': np.array(
+            [(cause.kind.value, cause.evidence, cause.next) for cause in output.causes],
+            dtype=np.str_,
+        ).reshape(-1, 3),
         'timing_names': np.array(list(output.timings_ms), dtype=np.str_),
         'timings_ms': np.array(list(output.timings_ms.values()), dtype=np.float64),
         **_estimates_to_arrays(output.estimates),
@@ -106,9 +112,13 @@ def _output_from_arrays(arrays: Arrays) -> LocalizerOutput:
             zip(arrays['timing_names'].tolist(), arrays['timings_ms'].tolist(), strict=True)
         ),
         scale=_scale_from_arrays(arrays) if 'scale_stretch' in arrays else None,
-        # Files of older versions have neither.
+        # Files of older versions have none of these.
         reason=str(arrays.get('why', '')),
         is_mirrored=bool(arrays.get('is_mirrored', False)),
+        causes=tuple(
+            Cause(CauseKind(kind), evidence, following)
+            for kind, evidence, following in arrays.get('causes', np.zeros((0, 3))).tolist()
+        ),
     )
 
 

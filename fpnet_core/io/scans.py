@@ -110,6 +110,13 @@ def open_scans(
     )
 
 
+def is_recording(path: Path | str) -> bool:
+    """Tell whether a path is named as a recording of scans is, or is a folder."""
+    path = Path(path)
+    is_log = path.name.lower().endswith(_CARMEN_SUFFIXES)
+    return path.is_dir() or is_log or path.suffix.lower() in _BAG_SUFFIXES
+
+
 def _is_bag(path: Path) -> bool:
     if path.is_file():
         return path.suffix.lower() in _BAG_SUFFIXES

@@ -3,9 +3,9 @@
 """
 The floorplan as the localizer holds it: in working metres, with its scale and its mirror image.
 
-Working metres are the drawing's nominal ones, unless its scale is unknown: then doors suggest how
-long a true metre is, and everything inside the localizer is in metres so estimated. What comes
-out is in nominal metres again.
+Working metres are the drawing's nominal ones, unless its scale is unknown: then rooms and doors
+suggest how long a true metre is, and everything inside the localizer is in metres so estimated.
+What comes out is in nominal metres again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fpnet_core.localizer.sides import (
     rescaled_rooms,
 )
 from fpnet_core.pose import MapSide
-from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate, segment_unknown_scale
 from fpnet_core.types import GridMap, PlanScale
 
 
@@ -36,8 +36,10 @@ class Floorplan:
     One floorplan and what has been learned about it.
 
     ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
-    rooms and doors of the last two are the same ones, in the same order. Without doors to ask both
-    are one.
+    rooms and doors of the last two are the same ones, in the same order. Where the scale is stated
+    both are one.
+
+    ``estimate`` is what is known of the scale where it is unknown; None asks rooms and doors.
 
     Raises
     ------
@@ -45,13 +47,16 @@ class Floorplan:
         If the drawing holds no room.
     """
 
-    def __init__(self, grid: GridMap, config: FpnetConfig) -> None:
+    def __init__(
+        self, grid: GridMap, config: FpnetConfig, estimate: ScaleEstimate | None = None
+    ) -> None:
         self.given = grid
         self._config = config
-        self._factor, confidence = 1.0, 0.0
-        if config.localizer.scale_policy == 'unknown':
-            doors = segment_unknown_scale(grid, config.segmentation)[1]
-            self._factor, confidence = doors.factor, doors.confidence
+        if config.localizer.scale_policy != 'unknown':
+            estimate = STATED_SCALE
+        if estimate is None:
+            estimate = segment_unknown_scale(grid, config.segmentation)[1]
+        self._factor = estimate.factor
         self.working = prepare_plan(rescaled(grid, self._factor), config)
         self.nominal = self.working
         if self._factor != 1.0:
@@ -59,7 +64,7 @@ class Floorplan:
             nominal = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
             self.nominal = plan_side(replace(rooms, grid=nominal))
         policy = config.localizer.scale_policy
-        self.scale = ScaleTracker(policy, config.pose, confidence)
+        self.scale = ScaleTracker(policy, config.pose, estimate)
         self._mirrored: MapSide | None = None
 
     @property

@@ -19,6 +19,7 @@ from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew, waiting
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
+from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_waiting
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
@@ -37,7 +38,7 @@ from fpnet_core.localizer.state import (
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
-from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, MatchResult, Status, Submap
 
@@ -93,16 +94,19 @@ class Localizer:
         """The newest tick's output."""
         return self._output
 
-    def set_plan(self, grid: GridMap) -> None:
+    def set_plan(self, grid: GridMap, scale: ScaleEstimate | None = None) -> None:
         """
         Take a floorplan, replacing the old one; the submap is kept.
+
+        ``scale`` is what is known of its scale, and asked where the configuration calls that
+        unknown; None takes what its rooms and doors say.
 
         Raises
         ------
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = Floorplan(grid, self._config)
+        plan = Floorplan(grid, self._config, scale)
         with self._lock:
             self._plan = plan
             self._forget_placements()
@@ -257,7 +261,8 @@ class Localizer:
             return LocalizerOutput(now_ns, Status.NO_PLAN, submap=submap, reason=NO_PLAN)
         seen_m2 = 0.0 if submap is None else submap.free_area_m2
         why = waiting(seen_m2, self._config.localizer.min_explored_m2)
-        return LocalizerOutput(now_ns, Status.WAITING, submap=submap, reason=why)
+        causes = causes_of_waiting(submap, self._config)
+        return LocalizerOutput(now_ns, Status.WAITING, submap=submap, reason=why, causes=causes)
 
     def _solve(
         self,
@@ -282,6 +287,7 @@ class Localizer:
             if self._hint is not None:
                 agreeing = self._hint.agreeing(verdict.placements, A_submap_odom)
                 verdict = self._finder.judge.narrowed(verdict, agreeing)
+            search = plan.scale.search
             belief = self._tracker.update(
                 verdict,
                 sub.evidence,
@@ -289,7 +295,7 @@ class Localizer:
                 mirrored,
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
-                scales=plan.scale.search.bounds,
+                scales=search.bounds,
             )
             self._tracked = belief.judged.take(slice(_FOLLOWED)) @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
@@ -300,7 +306,8 @@ class Localizer:
                 _log.warning('the robot is not where it was taken to be; starting anew')
                 self._start_anew(CONTRADICTED)
         A_plan_odom = None if A is None else plan.to_nominal(A)
-        return _output(plan, submap, sub, result.match, judged, belief, A_plan_odom, timer)
+        look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
+        return _output(plan, submap, look, result.match, judged, belief, A_plan_odom, timer)
 
     def _placed(
         self,
@@ -376,7 +383,7 @@ def _follow_scale(plan: Floorplan, belief: Belief, sub: MapSide) -> None:
 def _output(
     plan: Floorplan,
     submap: Submap,
-    sub: MapSide,
+    look: Compared,
     match: MatchResult,
     judged: Placements,
     belief: Belief,
@@ -394,11 +401,12 @@ def _output(
         probability=belief.probability,
         estimates=estimates,
         match=match,
-        segmentation=sub.segmentation,
-        graph=sub.graph,
+        segmentation=look.sub.segmentation,
+        graph=look.sub.graph,
         submap=submap,
         timings_ms=timer.timings_ms,
         scale=plan.nominal_scale(),
         reason=belief.reason,
         is_mirrored=belief.is_mirrored,
+        causes=causes_of_look(look, belief.status, belief.is_mirrored),
     )

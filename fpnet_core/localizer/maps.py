@@ -15,11 +15,12 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.judging import Judge, Look, Verdict, reason_of
 from fpnet_core.localizer.finder import Comparison, Finder
-from fpnet_core.localizer.scale import ScaleSearch, door_scale_search, first_search
+from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
 from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.segmentation import (
+    STATED_SCALE,
     ScaleEstimate,
     segment_floorplan,
     segment_submap,
@@ -41,7 +42,7 @@ class CutMap:
     """
     A map cut into rooms, in its nominal metres, and what is known of its scale.
 
-    ``scale`` is in true metres per nominal metre: stated, or estimated from door widths.
+    ``scale`` is in true metres per nominal metre: stated, or estimated from rooms and doors.
     ``free_area_m2`` is nominal, too.
     """
 
@@ -61,7 +62,8 @@ class MapMatch:
     ``score`` is the raster agreement in [0, 1], ``probability`` that of the best placement
     against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
     one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
-    from door widths.
+    from rooms and doors; ``search`` are the scales that were tried between them, ``area_m2`` is
+    the robot's free space, and ``sub_is_stated`` says that its map is in metres.
     """
 
     status: MapMatchStatus
@@ -72,6 +74,9 @@ class MapMatch:
     plan: MapSide
     sub: MapSide
     comparison: Comparison
+    search: ScaleSearch
+    area_m2: float
+    sub_is_stated: bool
     timings_ms: dict[str, float]
     reason: str
 
@@ -83,12 +88,16 @@ class MapMatch:
         return float(np.sqrt(abs(np.linalg.det(self.A_best.linear))))
 
 
-_STATED = ScaleEstimate(1.0, 1.0)
-
-
-def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> CutMap:
+def cut_plan(
+    grid: GridMap,
+    config: FpnetConfig,
+    is_metric: bool = False,
+    estimate: ScaleEstimate | None = None,
+) -> CutMap:
     """
     Cut a floorplan into rooms; ``is_metric`` says that its scale was stated.
+
+    ``estimate`` is what is known of a scale that was not; None asks the rooms and doors.
 
     Raises
     ------
@@ -97,7 +106,10 @@ def cut_plan(grid: GridMap, config: FpnetConfig, is_metric: bool = False) -> Cut
     """
     is_stated = is_metric and config.localizer.scale_policy != 'unknown'
     if is_stated:
-        segmentation, scale = segment_floorplan(grid, config.segmentation), _STATED
+        segmentation, scale = segment_floorplan(grid, config.segmentation), STATED_SCALE
+    elif estimate is not None:
+        segmentation = segment_floorplan(grid, config.segmentation, estimate.factor)
+        scale = estimate
     else:
         segmentation, scale = segment_unknown_scale(grid, config.segmentation)
     if not segmentation.rooms:
@@ -112,7 +124,7 @@ def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) 
     """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
     trimmed = _trimmed(submap)
     if is_metric:
-        segmentation, scale = segment_submap(trimmed, config.segmentation), _STATED
+        segmentation, scale = segment_submap(trimmed, config.segmentation), STATED_SCALE
     else:
         segmentation, scale = segment_unknown_scale(trimmed, config.segmentation)
     return CutMap(segmentation, scale, is_metric, submap.free_area_m2)
@@ -125,13 +137,14 @@ def match_maps(
     config: FpnetConfig,
     plan_is_metric: bool = False,
     sub_is_metric: bool = False,
+    plan_scale: ScaleEstimate | None = None,
 ) -> MapMatch:
     """
-    Place ``submap`` on ``plan``.
+    Place ``submap`` on ``plan``; of its scale ``plan_scale`` may be known where none was stated.
 
     A stated scale is trusted as the localizer trusts it (``localizer.scale_policy``). Where one
-    is unknown, door widths give that map a first metric scale; placements are then searched over
-    a range around it, which is wide where few doors agree.
+    is unknown, rooms and doors give that map a first metric scale and an interval; placements are
+    searched over what the intervals of both sides hold possible.
 
     Raises
     ------
@@ -141,7 +154,7 @@ def match_maps(
     timer = StageTimer()
     with timer.stage('total'):
         with timer.stage('segment_plan'):
-            plan_cut = cut_plan(plan, config, plan_is_metric)
+            plan_cut = cut_plan(plan, config, plan_is_metric, plan_scale)
         with timer.stage('segment_submap'):
             sub_cut = cut_robot_map(submap, config, sub_is_metric)
         finder = Finder(matcher, Judge.configured(config.localizer), config)
@@ -151,7 +164,7 @@ def match_maps(
 @dataclass(frozen=True, eq=False)
 class ScaledPair:
     """
-    Both maps in metres, as stated or as far as doors tell, and the scales to try between them.
+    Both maps in metres, as stated or as far as rooms and doors tell, and the scales to try.
 
     The factors are metres per nominal metre of each side; ``area_m2`` is the robot's free space.
     """
@@ -166,7 +179,7 @@ class ScaledPair:
 
 def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
     """Bring a plan and a robot's map to metres."""
-    plan_factor, sub_factor = _metres_per_unit(plan, sub)
+    plan_factor, sub_factor = plan.scale.factor, sub.scale.factor
     return ScaledPair(
         plan_side(rescaled_rooms(plan.segmentation, plan_factor)),
         _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
@@ -198,31 +211,19 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
         plan=pair.plan,
         sub=pair.sub,
         comparison=comparison,
+        search=pair.search,
+        area_m2=pair.area_m2,
+        sub_is_stated=sub.is_stated,
         timings_ms=timer.timings_ms,
         reason=_reason(comparison.verdict, pair.sub, pair.search, status, finder.config),
     )
 
 
-def _metres_per_unit(plan: CutMap, sub: CutMap) -> tuple[float, float]:
-    """
-    Return both factors from nominal metres to those that the maps are compared in.
-
-    Where doors speak on one side only, and nothing was stated, the nominal scales are the best
-    guess of the ratio.
-    """
-    if sub.is_stated or plan.is_stated:
-        return plan.scale.factor, sub.scale.factor
-    if plan.scale.confidence > 0.0 and sub.scale.confidence > 0.0:
-        return plan.scale.factor, sub.scale.factor
-    known = plan if plan.scale.confidence > 0.0 else sub
-    return known.scale.factor, known.scale.factor
-
-
 def _search(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaleSearch:
-    """Return the scales to try: what was stated is trusted, doors as far as they agree."""
+    """Return the scales to try: what was stated is trusted, estimates as far as they go."""
     if plan.is_stated and sub.is_stated:
-        return first_search(config.localizer.scale_policy, config.pose, 0.0)
-    return door_scale_search(min(plan.scale.confidence, sub.scale.confidence), config.pose)
+        return first_search(config.localizer.scale_policy, config.pose)
+    return estimated_search(plan.scale, sub.scale, config.pose)
 
 
 def _submap_side(segmentation: Segmentation) -> MapSide:

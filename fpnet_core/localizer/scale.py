@@ -19,11 +19,14 @@ from numpy.typing import NDArray
 from fpnet_core.config import PoseConfig, ScalePolicy
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import Freedom
+from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import PlanScale
 
 Array = NDArray[np.float64]
 
 _SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+_INTERVALS_TRIED = 1.25  # times the 90 % interval: one scale in ten lies outside of it
+_MOST_TRIED = 2.2  # beyond this factor nothing is tried, however little is known
 _KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
 _LOCK_TICKS = 5  # claimed ticks whose estimates are compared
 _LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
@@ -83,15 +86,21 @@ def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
     return replace(search, bounds=(float(factors[0]), float(factors[-1])))
 
 
-def door_scale_search(confidence: float, config: PoseConfig) -> ScaleSearch:
+def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig) -> ScaleSearch:
     """
-    Return the search around a scale that door widths suggest: many doors narrow it.
+    Return the search between two maps that were brought to metres by their scales' medians.
 
-    Nobody has stated that scale, and placements that fit beyond what is tried are good ones.
+    Both intervals are combined as independent ones are. Nobody has stated these scales, and
+    placements that fit beyond what is tried are good ones.
     """
-    sure = confidence >= config.sure_scale_confidence
-    tolerance = config.sure_scale_tolerance if sure else config.unsure_scale_tolerance
-    return ScaleSearch.of_factors(allowed_scales(tolerance), config.strain_sigma)
+    smaller = np.hypot(np.log(plan.high / plan.factor), np.log(sub.factor / sub.low))
+    larger = np.hypot(np.log(plan.factor / plan.low), np.log(sub.high / sub.factor))
+    down, up = (
+        int(np.ceil(min(_INTERVALS_TRIED * reach, np.log(_MOST_TRIED)) / _SCALE_STEP - 0.5))
+        for reach in (smaller, larger)
+    )
+    factors = np.exp(_SCALE_STEP * np.arange(-down, up + 1))
+    return ScaleSearch.of_factors(factors, config.strain_sigma)
 
 
 class ScaleTracker:
@@ -102,17 +111,17 @@ class ScaleTracker:
     ----------
     policy
         ``trusted`` tries the stated scale only; ``approximate`` all within ``scale_tolerance``;
-        ``unknown`` all within the tolerance around what door widths suggest.
+        ``unknown`` what the drawing's ``estimate`` holds possible.
     config
-        Tolerances and strain.
-    door_confidence
-        In [0, 1], how well the drawing's doors agree on its scale; only ``unknown`` asks.
+        Tolerance and strain.
+    estimate
+        What the drawing's rooms and doors say of its scale; only ``unknown`` asks.
     """
 
     def __init__(
-        self, policy: ScalePolicy, config: PoseConfig, door_confidence: float = 0.0
+        self, policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
     ) -> None:
-        self._wide = first_search(policy, config, door_confidence)
+        self._wide = first_search(policy, config, estimate)
         self._is_fixed = policy == 'trusted'
         self._seen: deque[Array] = deque(maxlen=_LOCK_TICKS)
         self.estimate: PlanScale | None = None
@@ -151,13 +160,15 @@ class ScaleTracker:
         return float(np.std([np.diag(s) for s in self._seen], axis=0).max() / mean.max())
 
 
-def first_search(policy: ScalePolicy, config: PoseConfig, door_confidence: float) -> ScaleSearch:
-    """Return the search that a policy begins with; ``unknown`` asks how well doors agree."""
+def first_search(
+    policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
+) -> ScaleSearch:
+    """Return the search that a policy begins with; ``unknown`` asks the plan's ``estimate``."""
     if policy == 'trusted':
         return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.strain_sigma))
     if policy == 'approximate':
         return tolerant_search(config.scale_tolerance, config)
-    return door_scale_search(door_confidence, config)
+    return estimated_search(estimate, STATED_SCALE, config)
 
 
 def _extent_m(A_plan_submap: Affine2D, walls: Array) -> float:

@@ -25,7 +25,7 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         'rooms': str(len(check.segmentation.rooms)),
         'doors': str(len(check.segmentation.doors)),
         'area [m²]': f'{sum(room.area_m2 for room in check.segmentation.rooms):.0f}',
-        'metres per pixel': f'{check.segmentation.grid.resolution:.4f}',
+        'metres per pixel': f'{check.drawn.resolution_m:.4f}',
         'scale factor from doors': f'{check.scale.factor:.2f}',
         'rooms like another': str(len(similarity.alone)),
         'even with neighbours': str(len(similarity.with_neighbours)),
@@ -44,6 +44,7 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         summary='What to know before a robot drives on this floorplan.',
         tiles=list(tiles.items()),
         advice=check.advice,
+        refusals=check.refusals,
         rooms=rooms,
         tours=check.tours,
     )

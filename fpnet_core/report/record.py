@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fpnet_core.evaluation.runs import pose_errors
 from fpnet_core.geometry import Affine2D
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput, Segmentation
+from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 NS_PER_S = 1e9
 
@@ -27,7 +27,7 @@ class RunRecord:
     ``outputs`` are all ticks in time order, ``published`` every pose given out, plan frame,
     nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
     truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
-    shown in their order, by name.
+    shown in their order, by name; ``causes`` are likely ones of having no answer, best first.
     """
 
     title: str
@@ -38,6 +38,7 @@ class RunRecord:
     truth: PlanarTrajectory | None = None
     A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
     figures: Mapping[str, Any] = field(default_factory=dict)
+    causes: tuple[Cause, ...] = ()
 
     @property
     def start_ns(self) -> int:

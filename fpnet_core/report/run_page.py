@@ -21,6 +21,7 @@ from fpnet_core.report.page import write_page
 from fpnet_core.report.record import RunRecord
 
 _PUBLISHED_SAMPLES = 3000
+_ELSEWHERE = ('reason', 'causes')  # sentences, which have their own place on the page
 _UNITS = ('m', 's', 'ms', 'deg')
 
 
@@ -54,6 +55,7 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
         title=record.title,
         summary=record.summary,
         figures_shown=_shown(record),
+        causes=record.causes,
         data=data,
     )
 
@@ -63,7 +65,7 @@ def _shown(record: RunRecord) -> list[tuple[str, str]]:
     return [
         (_named(name), _text(value))
         for name, value in record.figures.items()
-        if value is not None and name != 'reason'  # a sentence; the summary has it
+        if value is not None and name not in _ELSEWHERE
     ]
 
 

@@ -5,6 +5,7 @@
 from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.incremental import SubmapSegmenter
 from fpnet_core.segmentation.scale import (
+    STATED_SCALE,
     ScaleEstimate,
     estimate_metres_per_unit,
     segment_unknown_scale,
@@ -12,6 +13,7 @@ from fpnet_core.segmentation.scale import (
 from fpnet_core.segmentation.submap import segment_submap
 
 __all__ = [
+    'STATED_SCALE',
     'ScaleEstimate',
     'SubmapSegmenter',
     'estimate_metres_per_unit',

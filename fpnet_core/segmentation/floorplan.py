@@ -6,13 +6,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.images import outside_as_unknown
+from fpnet_core.io.outside import border_of, is_on_paper, outside_as_unknown
 from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
@@ -20,8 +19,6 @@ from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
-# A drawing whose border is free over more than this share is on white paper.
-_PAPER_BORDER_SHARE = 0.5
 # A closed space nowhere as wide as this is no room [m].
 _MIN_ROOM_WIDTH_M = 0.5
 # A hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
@@ -79,30 +76,12 @@ def segment_floorplan(
     full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
     full = _drop(full, _thin(full, scene.clearance))
     if on_paper:
-        full = _drop(full, np.unique(_border(full)))
+        full = _drop(full, np.unique(border_of(full)))
     return assemble(grid, full, openings, config, metres_per_unit)
-
-
-def is_on_paper(free: Mask) -> bool:
-    """Tell whether the outside of a drawing is free, so that its border mostly is."""
-    return bool(_border(free).mean() > _PAPER_BORDER_SHARE)
-
-
-def interior(free: Mask) -> Mask:
-    """Return ``free (H, W)`` without the paper around a drawing."""
-    if not is_on_paper(free):
-        return free
-    _, pieces = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
-    outside = np.unique(_border(pieces))
-    return free & ~np.isin(pieces, outside)
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:
     return Segmentation(grid, np.zeros(grid.shape, dtype=np.int32), (), (), reason)
-
-
-def _border(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def _framed(blocked: Mask) -> Mask:

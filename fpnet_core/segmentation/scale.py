@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The metric scale of a drawing, from the one length that buildings agree on: door widths."""
+"""The metric scale of a drawing or a map that nobody has stated: doors, rooms and walls tell."""
 
 from __future__ import annotations
 
@@ -8,96 +8,100 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation.floorplan import interior, segment_floorplan
+from fpnet_core.io.outside import interior
+from fpnet_core.segmentation.floorplan import segment_floorplan
+from fpnet_core.segmentation.scale_figures import scale_figures
+from fpnet_core.segmentation.scale_model import Side, packaged_scale_model, quantiles
 from fpnet_core.segmentation.scene import Mask, clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 
-# Standard deviation of the density over the logarithm of widths (about 8 percent of a width).
-_BANDWIDTH = 0.08
-# Widths are compared on this many points between the narrowest and the widest.
-_GRID_POINTS = 400
-# Doors at which half of the confidence that numbers can give is reached.
-_DOORS_FOR_HALF = 3.0
+SURE_FACTOR = 1.1
+"""A scale is sure whose 90 % interval ends within this factor of the estimate, on both sides."""
+
+# What is stated of a scale: its median, and the interval that holds it with 90 %.
+_STATED = (0.05, 0.5, 0.95)
 # In every building about one free cell in five is further than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
 # Clutter: pieces that extend over less than this share of the map's diagonal.
 _SPECK_SHARE = 0.02
-# By how much, in its logarithm, the scale is off that a segmentation was made with: openings of
-# twice a door's width are no doors, however many there are.
-_EXPECTED_SPREAD = 0.7
 # The loop of scale and segmentation stops below this relative change, which is far less than the
 # segmentation's thresholds notice, or after so many rounds.
-_CONVERGED = 0.06
-_MAX_ROUNDS = 4
+_CONVERGED = 0.1
+_MAX_ROUNDS = 3
 
 
 @dataclass(frozen=True)
 class ScaleEstimate:
-    """True metres per nominal metre, and in [0, 1] how sure that is; 0 where there is no door."""
+    """True metres per nominal metre: the median, and the 90 % interval ``low`` to ``high``."""
 
     factor: float
-    confidence: float
+    low: float
+    high: float
+
+    @property
+    def is_sure(self) -> bool:
+        """Tell whether the interval lies within ten per cent of the estimate."""
+        return self.high <= self.factor * SURE_FACTOR and self.low >= self.factor / SURE_FACTOR
+
+
+STATED_SCALE = ScaleEstimate(1.0, 1.0, 1.0)
+"""What is known of a map that states its metres."""
 
 
 def estimate_metres_per_unit(
-    segmentation: Segmentation,
-    config: SegmentationConfig | None = None,
-    expected: float | None = None,
+    segmentation: Segmentation, metres_per_unit: float = 1.0, is_partial: bool = False
 ) -> ScaleEstimate:
     """
-    Return the factor that makes the most frequent door width a typical one.
+    Return the factor that makes nominal metres true ones, as far as rooms, doors and walls tell.
 
-    Multiply nominal metres by the factor to get true ones. No door gives factor 1 with
-    confidence 0. ``expected`` is the factor that the segmentation was made with: widths that
-    would make it very wrong count less.
+    Parameters
+    ----------
+    segmentation : rooms and doors in nominal metres
+    metres_per_unit : the factor that the segmentation was made with
+    is_partial : it is a robot's map, not a drawing
     """
-    typical_m = (config or SegmentationConfig()).typical_door_width_m
-    widths = np.array([portal.width_m for portal in segmentation.portals])
-    if widths.size == 0:
-        return ScaleEstimate(1.0, 0.0)
-    mode, share = _mode(widths, None if expected is None else typical_m / expected)
-    return ScaleEstimate(typical_m / mode, share * widths.size / (widths.size + _DOORS_FOR_HALF))
-
-
-def _mode(widths: NDArray[np.float64], expected: float | None) -> tuple[float, float]:
-    """Return the densest width, near the expected one, and the share of widths around it."""
-    logs = np.log(widths)
-    at = np.linspace(logs.min(), logs.max(), _GRID_POINTS)
-    weight = np.exp(-0.5 * ((at[:, None] - logs) / _BANDWIDTH) ** 2)
-    density = weight.sum(axis=1)
-    if expected is not None:
-        density *= np.exp(-0.5 * ((at - np.log(expected)) / _EXPECTED_SPREAD) ** 2)
-    best = float(at[int(np.argmax(density))])
-    return float(np.exp(best)), float(np.mean(np.abs(logs - best) < 2.0 * _BANDWIDTH))
+    side: Side = 'map' if is_partial else 'plan'
+    figures = scale_figures(segmentation, metres_per_unit)
+    posterior = packaged_scale_model().posterior(figures, side)
+    low, median, high = metres_per_unit * np.exp(quantiles(posterior, _STATED))
+    return ScaleEstimate(float(median), float(low), float(high))
 
 
 def segment_unknown_scale(
-    source: GridMap | Submap, config: SegmentationConfig
+    source: GridMap | Submap, config: SegmentationConfig, max_rounds: int = _MAX_ROUNDS
 ) -> tuple[Segmentation, ScaleEstimate]:
     """
     Segment a drawing or a map whose scale is unknown, and estimate that scale.
 
-    The segmentation's thresholds need a scale and the scale needs its doors: both are repeated
+    The segmentation's thresholds need a scale and the scale needs its rooms: both are repeated
     until the scale stays. The first guess comes from the clearance, of which one cell in five
-    has more than about 1.2 m in any building. The regions stay in nominal metres.
+    has more than about 1.2 m in any building. The regions stay in nominal metres. Fewer
+    ``max_rounds`` are faster and do for a look.
     """
-    factor = _first_guess(source)
-    segmentation = _segment(source, config, factor)
-    estimate = estimate_metres_per_unit(segmentation, config, factor)
-    for _ in range(_MAX_ROUNDS - 1):
-        if estimate.confidence == 0.0 or abs(estimate.factor / factor - 1.0) < _CONVERGED:
+    factor = first_guess(source)
+    for number in range(max_rounds):
+        segmentation = segment_at(source, config, factor)
+        estimate = estimate_metres_per_unit(segmentation, factor, isinstance(source, Submap))
+        if abs(np.log(estimate.factor / factor)) < _CONVERGED or number == max_rounds - 1:
             break
         factor = estimate.factor
-        segmentation = _segment(source, config, factor)
-        estimate = estimate_metres_per_unit(segmentation, config, factor)
     return segmentation, estimate
 
 
-def _first_guess(source: GridMap | Submap) -> float:
+def segment_at(
+    source: GridMap | Submap, config: SegmentationConfig, metres_per_unit: float
+) -> Segmentation:
+    """Segment a drawing or a robot's map whose nominal metres are so many true ones."""
+    if isinstance(source, Submap):
+        return segment_submap(source, config, metres_per_unit)
+    return segment_floorplan(source, config, metres_per_unit)
+
+
+def first_guess(source: GridMap | Submap) -> float:
+    """Return the factor to true metres that the clearance suggests, by about a third."""
     grid = source.grid if isinstance(source, Submap) else source
     free = _without_specks(interior(grid.cells == FREE))
     if not free.any() or free.all():
@@ -114,9 +118,3 @@ def _without_specks(free: Mask) -> Mask:
     specks = extent < _SPECK_SHARE * np.hypot(*free.shape)
     specks[0] = False
     return np.asarray(free | specks[components])
-
-
-def _segment(source: GridMap | Submap, config: SegmentationConfig, factor: float) -> Segmentation:
-    if isinstance(source, Submap):
-        return segment_submap(source, config, factor)
-    return segment_floorplan(source, config, factor)

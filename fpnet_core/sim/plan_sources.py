@@ -13,8 +13,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import YAML_SUFFIXES
 from fpnet_core.sim.config import SimConfig
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.plans.traced import plan_from_grid
@@ -156,14 +158,12 @@ def read_plans(
     paths: Sequence[Path], resolution_m: float | None = None
 ) -> list[tuple[str, GridMap]]:
     """
-    Read floorplans: images, map_server YAML files, or all of either in folders.
-
-    An image that a YAML of the same name describes is read once, through the YAML.
+    Read the drawings in some files and folders, through the reader that all commands share.
 
     Parameters
     ----------
-    paths : files and folders
-    resolution_m : edge of a pixel of bare images; None: 0.05
+    paths : files and folders, see :func:`find_plans`
+    resolution_m : edge of a pixel; None takes what each drawing says, or its rooms and doors
 
     Returns
     -------
@@ -172,20 +172,32 @@ def read_plans(
     Raises
     ------
     MapFormatError
-        If a file is missing or no map, or a folder holds none.
+        If a file is missing or no drawing, or a folder holds none.
+    """
+    said = ReadOptions(resolution_m=resolution_m)
+    return [(path.stem, read_plan(path, said).grid) for path in find_plans(paths)]
+
+
+def find_plans(paths: Sequence[Path]) -> list[Path]:
+    """
+    Return the drawings among some files and folders.
+
+    An image that a YAML of the same name describes is named once, as the YAML.
+
+    Raises
+    ------
+    MapFormatError
+        If a folder holds none.
     """
     found: list[Path] = []
     for path in paths:
         found += _maps_in(path) if path.is_dir() else [path]
-    described = {
-        path.with_suffix('') for path in found if path.suffix.lower() in ('.yaml', '.yml')
-    }
-    files = [
+    described = {path.with_suffix('') for path in found if path.suffix.lower() in YAML_SUFFIXES}
+    return [
         path
         for path in found
-        if path.suffix.lower() in ('.yaml', '.yml') or path.with_suffix('') not in described
+        if path.suffix.lower() in YAML_SUFFIXES or path.with_suffix('') not in described
     ]
-    return [(path.stem, read_map(path, resolution_m)) for path in files]
 
 
 def _maps_in(folder: Path) -> list[Path]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.types import LocalizerOutput, Status
+from fpnet_core.types import Cause, CauseKind, LocalizerOutput, Status
 from msg_adapters.diagnostics import (
     diagnostics_to_msg,
     health_to_msg,
@@ -25,6 +25,7 @@ def test_every_status_survives_the_round_trip(received, status):
         timings_ms={'total': 41.5},
         reason='explains 30 % of the walls: another building?',
         is_mirrored=status is Status.SEARCHING,
+        causes=(Cause(CauseKind.SCALE, 'fits at 1.5 "times"', 'fpnet localize'),),
     )
     sent = report_of_output(output, {'dropped_scans': 3.0}, 'no cloud for 4 s')
     msg = received(report_to_msg(sent, '/localizer'))
@@ -36,6 +37,7 @@ def test_every_status_survives_the_round_trip(received, status):
     assert report.reason == output.reason
     assert report.is_mirrored == output.is_mirrored
     assert report.warning == 'no cloud for 4 s'
+    assert report.causes == output.causes
     assert report.values == {'total_ms': 41.5, 'hypotheses': 0.0, 'dropped_scans': 3.0}
 
 

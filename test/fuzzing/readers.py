@@ -121,6 +121,22 @@ def _write_map(folder: Path) -> Path:
     return folder / 'map.yaml'
 
 
+def _write_plan(folder: Path) -> Path:
+    from fpnet_core.drawings.plan_files import write_plan
+    from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
+
+    scale = DrawingScale(0.05, 0.04, 0.07, ScaleSource.ESTIMATED, 'doors')
+    drawing = Drawing(np.full((12, 16, 3), 255, np.uint8), 'sheet.png', 'png')
+    write_plan(Reading(_grid(), scale, np.eye(3), 'dark walls', drawing), folder / 'plan.yaml')
+    return folder / 'plan.yaml'
+
+
+def _read_plan(path: Path) -> object:
+    from fpnet_core.drawings.read import read_plan
+
+    return read_plan(path)
+
+
 # --- configuration
 
 
@@ -495,6 +511,7 @@ READERS: tuple[Reader, ...] = (
         _read_map,
     ),
     Reader('map YAML', 'map.yaml', _write_map, _read_map, _YAML, '*.yaml'),
+    Reader('plan records', 'plan.json', _write_plan, _read_plan, _TEXT, '*.json'),
     Reader('configuration', 'fpnet.yaml', _write_config, _read_config, _YAML),
     *(
         Reader('bags', kind, _bag_writer(storage), _read_scans, damages, pattern)

@@ -23,6 +23,7 @@ DOCUMENTS = ('README.md', 'docs/tutorial.md')
 _SMALL_NETWORK = '--epochs 1 --set network.width=8 --set network.layers=1'
 
 RUN = {
+    'fpnet plan my_plan.png --out out/plan.yaml': '',
     'fpnet check-plan my_plan.png --out out/check': '--tours 0',
     'fpnet check-plan drive/floorplan.yaml --tours 0 --out out/check': '',
     'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',

@@ -3,8 +3,10 @@
 """``fpnet localize`` from a bag of raw clouds to poses on the floorplan, through KISS-ICP."""
 
 import json
+import shlex
 
 import numpy as np
+from PIL import Image, ImageOps
 import pytest
 
 from fpnet_core.cli import main
@@ -66,6 +68,37 @@ def test_the_poses_written_are_those_that_were_judged(localized):
     written = PlanarTrajectory.from_transforms(poses.stamps_ns, poses.T_frame_body)
     position, _ = pose_errors(written, on_plan)
     assert np.median(position) == pytest.approx(summary['median_position_error_m'], abs=1e-3)
+
+
+def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
+    localized, tmp_path, capsys
+):
+    """The floorplan as a bare image, flipped: what is printed names the cause and what to type."""
+    folder, _, _ = localized
+    image = tmp_path / 'flipped.png'
+    with Image.open(folder / 'drive' / 'floorplan.png') as drawn:
+        ImageOps.mirror(drawn.convert('L').point(lambda grey: 255 if grey > 250 else 0)).save(
+            image
+        )
+    bag = folder / 'drive' / 'bag'
+    poses = folder / 'drive' / 'truth.tum'
+    out = tmp_path / 'out'
+    options = ('--poses', poses, '--set', 'localizer.tick_period_s=10')
+    assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 0
+    printed = capsys.readouterr().out
+    report = json.loads((out / 'run.json').read_text())
+    assert not report['localized']
+    cause = report['causes'][0]
+    assert cause['cause'] == 'drawing mirrored'
+    command = f'fpnet localize {bag} --set localizer.tick_period_s=10 --poses {poses}'
+    command += f' --floorplan {image} --mirrored'
+    assert cause['next'] == command
+    assert f'1. drawing mirrored: {cause["evidence"]}\n   next: {command}' in printed
+    assert 'Likely causes' in (out / 'report.html').read_text(encoding='utf-8')
+    assert run_cli(*shlex.split(command)[1:], '--json', tmp_path / 'flipped.json') == 0
+    flipped = json.loads((tmp_path / 'flipped.json').read_text())
+    assert flipped['localized']
+    assert flipped['causes'] == []
 
 
 def test_bad_recordings_end_in_one_line(localized, tmp_path, capsys):

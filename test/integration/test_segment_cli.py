@@ -99,13 +99,32 @@ def test_an_image_of_known_resolution(tmp_path, suffix):
     assert_is_the_building(result)
 
 
-def test_an_image_without_a_scale_gets_one_from_its_doors(tmp_path):
+def test_an_image_without_a_scale_gets_one_from_its_rooms_and_doors(tmp_path):
     write_image(tmp_path / 'plan.png')
     result = segment(tmp_path / 'plan.png')
     assert len(result['rooms']) == len(ROOMS) + 1
-    largest_m2 = max(room['area_m2'] for room in result['rooms']) * result['scale']['factor'] ** 2
-    assert largest_m2 == pytest.approx(8.8 * 5.8, rel=0.25)
-    assert result['scale']['confidence'] > 0.5
+    scale = result['drawing']['scale']
+    assert scale['interval'][0] < RESOLUTION_M < scale['interval'][1]
+    assert scale['metres_per_pixel'] == pytest.approx(RESOLUTION_M, rel=0.3)
+    largest_m2 = max(room['area_m2'] for room in result['rooms'])
+    true_m2 = 8.8 * 5.8 * (scale['metres_per_pixel'] / RESOLUTION_M) ** 2
+    assert largest_m2 == pytest.approx(true_m2, rel=0.08)
+
+
+def test_a_robot_map_without_a_scale_has_a_factor(tmp_path):
+    write_image(tmp_path / 'map.png')
+    result = segment(tmp_path / 'map.png', '--submap')
+    assert result['drawing'] is None
+    assert result['resolution_m'] == RESOLUTION_M
+    assert result['scale']['low'] < 1.0 < result['scale']['high']
+
+
+def test_places_of_a_drawing_are_its_own_pixels(tmp_path):
+    write_image(tmp_path / 'plan.png')
+    result = segment(tmp_path / 'plan.png', '--length', '0,100,100,100=5')
+    affine = np.array(result['affine_xy_from_px'])
+    assert affine[:, :2] @ (100.0, 0.0) == pytest.approx((5.0, 0.0), abs=1e-6)
+    assert affine[:, :2] @ (0.0, 100.0) == pytest.approx((0.0, -5.0), abs=1e-6)
 
 
 def test_a_map_server_yaml_keeps_its_frame(tmp_path):
@@ -154,7 +173,7 @@ def broken(folder):
     (folder / 'bag').mkdir()
     return {
         'missing.png': 'does not exist',
-        'empty.png': 'no readable image',
+        'empty.png': 'empty.png is empty',
         'cut.png': 'no readable image',
         'huge.png': 'at most 100 million pixels',
         'no.yaml': 'no.yaml',

@@ -11,6 +11,7 @@ import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.io import write_map
+from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 
 def run(*arguments):
@@ -33,15 +34,57 @@ def test_json_has_stdout_for_itself_and_the_folder_gets_the_page(tmp_path, capsy
     assert Image.open(tmp_path / 'plan_check.png').width > 900
 
 
-def test_a_bare_image_is_measured_by_its_doors(tmp_path, capsys):
+def bare_image(folder):
     """The planted building at 5 cm per pixel, of which the file says nothing."""
-    write_map(plan_grid(), tmp_path / 'plan.yaml')
-    (tmp_path / 'plan.yaml').unlink()
-    assert run(tmp_path / 'plan.png', '--tours', 0) == 0
-    said = capsys.readouterr().out
-    assert 'The scale was estimated from door widths' in said
-    metres = float(said.split(' m per pixel')[0].split()[-1])
-    assert metres == pytest.approx(0.05, rel=0.15)
+    write_map(plan_grid(), folder / 'plan.yaml')
+    (folder / 'plan.yaml').unlink()
+    return folder / 'plan.png'
+
+
+def test_a_bare_image_is_measured_by_its_rooms_and_doors(tmp_path, capsys):
+    assert run(bare_image(tmp_path), '--tours', 0, '--json', '-') == 0
+    printed = capsys.readouterr()
+    assert 'Nobody states the scale of this drawing' in printed.err
+    report = json.loads(printed.out)
+    assert report['readable']
+    assert report['reasons'] == []
+    assert not report['scale']['given']
+    low, high = report['scale_interval']
+    assert low < 0.05 < high
+    assert report['scale']['metres_per_pixel'] == pytest.approx(0.05, rel=0.3)
+
+
+def test_a_length_is_a_scale(tmp_path, capsys):
+    length = '100,100,300,100=10'
+    assert run(bare_image(tmp_path), '--tours', 0, '--length', length, '--json', '-') == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report['scale']['given']
+    assert report['scale_interval'] == pytest.approx([0.05, 0.05])
+
+
+def test_a_drawing_that_is_misread_is_refused_and_says_what_to_do(tmp_path, capsys):
+    """A sheet with a frame around much paper and no walls worth the name."""
+    cells = np.full((400, 600), FREE, np.int8)
+    cells[[0, -1]] = OCCUPIED
+    cells[:, [0, -1]] = OCCUPIED
+    write_map(GridMap(cells, 0.1), tmp_path / 'sheet.yaml')
+    assert run(tmp_path / 'sheet.yaml', '--tours', 2, '--json', '-') == 1
+    printed = capsys.readouterr()
+    report = json.loads(printed.out)
+    assert not report['readable']
+    assert [reason['reason'] for reason in report['reasons']] == ['it is one room of 2380 m2']
+    assert 'fpnet plan ' in report['reasons'][0]['next']
+    assert report['tours'] == report['advice'] == []
+    assert 'not fit to use: it is one room of 2380 m2' in printed.err
+
+
+def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
+    grid = plan_grid()
+    write_map(GridMap(grid.cells, 0.01), tmp_path / 'plan.yaml')
+    assert run(tmp_path / 'plan.yaml', '--tours', 0, '--json', '-') == 1
+    report = json.loads(capsys.readouterr().out)
+    assert 'those of a building at 0.0' in report['reasons'][0]['reason']
+    assert '--length X1,Y1,X2,Y2=METRES' in report['reasons'][0]['next']
 
 
 def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):

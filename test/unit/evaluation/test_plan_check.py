@@ -9,6 +9,7 @@ from planted import plan_grid
 import pytest
 
 from fpnet_core.config import load_config
+from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import ConfigError
 from fpnet_core.evaluation import plan_check
 from fpnet_core.evaluation.plan_check import (
@@ -19,12 +20,16 @@ from fpnet_core.evaluation.plan_check import (
     expected_path_m,
     room_note,
 )
+from fpnet_core.evaluation.plan_gate import refusals_of
 from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
+from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import create_finder, prepare_plan
-from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.localizer.sides import rescaled, rescaled_rooms
+from fpnet_core.segmentation import ScaleEstimate, segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 CONFIG = load_config(None, {})
+ASKED = Asked(('fpnet', 'check-plan'), 'plan.png')
 CELL_M = 0.05
 # x0, y0, x1, y1 [m]: a corridor; three equal rooms above it; below one that differs.
 CORRIDOR = (0, 4, 15, 6)
@@ -106,10 +111,20 @@ def test_a_simulated_drive_ends_with_a_right_claim():
     assert not tour.is_wrong
 
 
+def stated(metres):
+    return DrawingScale(metres, metres, metres, ScaleSource.STATED)
+
+
+def reading_of(grid, scale=None, doubts=()):
+    blank = Drawing(np.full((2, 2, 3), 255, np.uint8), 'plan.png', 'png')
+    scale = scale or stated(grid.resolution)
+    return Reading(grid, scale, np.eye(3), 'dark walls on light paper', blank, doubts=doubts)
+
+
 def checked(monkeypatch, tour, **options):
     monkeypatch.setattr(plan_check, 'drive_tour', tour)
     monkeypatch.setattr(plan_check, 'self_similarity', lambda *_: SelfSimilarity({}, {}, ()))
-    return check_plan(plan_grid(), CONFIG, **options)
+    return check_plan(reading_of(plan_grid()), CONFIG, **options)
 
 
 def test_a_good_plan_is_said_to_be_found_soon(monkeypatch):
@@ -142,16 +157,70 @@ def test_a_plan_that_allows_no_drive_has_advice(monkeypatch):
 
 def test_what_is_wrong_is_said():
     segmentation = prepare_plan(storey((CORRIDOR, *EQUAL), DOORS[:2]), CONFIG).segmentation
-    base = PlanCheck(segmentation, ScaleEstimate(2.0, 0.9), True, SelfSimilarity({}, {}, ()), ())
+    base = PlanCheck(
+        segmentation, ScaleEstimate(2.0, 1.8, 2.2), stated(CELL_M), SelfSimilarity({}, {}, ()), ()
+    )
 
     def said(**changes):
         return ' '.join(plan_check._advice(replace(base, **changes)))
 
     assert 'drawn too small: true metres are about 2.00 times' in said()
     assert 'no door was found' in said()
-    assert 'estimated from door widths: 0.0500 m per pixel' in said(scale_is_given=False)
+    guess = DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED)
+    assert 'it is 0.05 m per pixel (0.04 to 0.06), estimated, unsure' in said(drawn=guess)
+    assert 'drawn too' not in said(scale=ScaleEstimate(1.3, 0.9, 1.6))
+    assert 'too large' in said(scale=ScaleEstimate(0.8, 0.7, 0.9))
     lost = TourResult(0, 50.0, None, None)
     wrong = TourResult(1, 50.0, 9.0, 20.0)
     assert 'In 0 of 1 simulated drives of up to 50 m' in said(tours=(lost,))
     assert '1 of 2 simulated drives ended in a wrong place' in said(tours=(lost, wrong))
     assert expected_path_m((lost, wrong)) is None
+
+
+@pytest.mark.parametrize(
+    ('factor', 'word'), [(0.1, 'middle room has 0.'), (8.0, 'door is 7'), (1.0, '')]
+)
+def test_a_scale_of_no_building_speaks_against_a_plan(factor, word):
+    grid = rescaled(plan_grid(), factor)
+    found = refusals_of(
+        reading_of(grid), segment_floorplan(plan_grid(), CONFIG.segmentation), ASKED
+    )
+    assert found == ()
+    segmentation = rescaled_rooms(segment_floorplan(plan_grid(), CONFIG.segmentation), factor)
+    found = refusals_of(reading_of(grid), segmentation, ASKED)
+    assert all(refusal.is_scale for refusal in found)
+    assert word in ' '.join(refusal.why for refusal in found)
+    assert bool(found) == bool(word)
+
+
+def test_only_a_scale_that_nobody_can_search_is_refused():
+    segmentation = segment_floorplan(plan_grid(), CONFIG.segmentation)
+    for high_m, count in ((0.09, 0), (0.2, 1)):
+        guess = DrawingScale(0.05, 0.04, high_m, ScaleSource.ESTIMATED)
+        found = refusals_of(reading_of(plan_grid(), guess), segmentation, ASKED)
+        assert len(found) == count
+    assert found[0].next == (
+        'measure one length: fpnet check-plan plan.png --length X1,Y1,X2,Y2=METRES'
+    )
+
+
+def test_doubts_of_the_reader_are_refusals_and_nothing_else_is_said(monkeypatch):
+    monkeypatch.setattr(plan_check, 'self_similarity', lambda *_: pytest.fail('looked further'))
+    check = check_plan(reading_of(plan_grid(), doubts=('No door was found.',)), CONFIG, 2)
+    assert [refusal.why for refusal in check.refusals] == ['No door was found']
+    assert check.advice == check.tours == ()
+    assert not check.is_readable
+
+
+@pytest.mark.parametrize(
+    ('rooms', 'doors', 'word'),
+    [
+        ((CORRIDOR, *EQUAL), (), 'rooms and no door'),
+        (((0, 0, 30, 18),), (), ''),
+    ],
+)
+def test_what_no_building_is_like_is_refused(rooms, doors, word):
+    segmentation = segment_floorplan(storey(rooms, doors), CONFIG.segmentation)
+    found = refusals_of(reading_of(storey(rooms, doors)), segmentation, ASKED)
+    assert bool(found) == bool(word)
+    assert word in ' '.join(refusal.why for refusal in found)

@@ -11,6 +11,8 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.io.runs import read_output, write_output
 from fpnet_core.types import (
+    Cause,
+    CauseKind,
     GridMap,
     LocalizerOutput,
     MatchResult,
@@ -61,6 +63,7 @@ def _output() -> LocalizerOutput:
         scale=PlanScale(np.array([[1.1, 0.01], [0.01, 0.95]]), 0.02, True),
         reason='91 % of 140 m of wall explained; no rival was found',
         is_mirrored=True,
+        causes=(Cause(CauseKind.DRIFT, 'walls turn', 'fpnet localize'),),
     )
 
 
@@ -91,11 +94,11 @@ def test_a_tick_of_an_older_version_can_be_read(tmp_path):
     path = tmp_path / 'tick.npz'
     write_output(path, _output())
     with np.load(path) as file:
-        newer = {'estimate_probability', 'why', 'is_mirrored'}
+        newer = {'estimate_probability', 'why', 'is_mirrored', 'causes'}
         arrays = {name: file[name] for name in file if name not in newer}
     np.savez(path, **arrays)
     output = read_output(path)
-    assert (output.reason, output.is_mirrored) == ('', False)
+    assert (output.reason, output.is_mirrored, output.causes) == ('', False, ())
     read, written = output.estimates, _output().estimates
     assert np.isnan(read.probability).all()
     np.testing.assert_array_equal(read.score, written.score)

@@ -11,8 +11,9 @@ from fpnet_core.config import PoseConfig, load_config
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.scale import ScaleTracker
+from fpnet_core.localizer.scale import ScaleTracker, estimated_search
 from fpnet_core.localizer.sides import rescaled
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import MatchResult, Status
 
 CONFIG = PoseConfig()
@@ -26,16 +27,38 @@ def placement(stretch, yaw=0.7):
 
 
 def test_policies_widen_the_search():
+    estimate = ScaleEstimate(1.0, 0.8, 1.25)
     counts = [
-        len(ScaleTracker(policy, CONFIG).search)
+        len(ScaleTracker(policy, CONFIG, estimate).search)
         for policy in ('trusted', 'approximate', 'unknown')
     ]
     assert counts[0] == 1 < counts[1] < counts[2]
 
 
-def test_doors_that_agree_narrow_an_unknown_scale():
-    sure, unsure = (len(ScaleTracker('unknown', CONFIG, c).search) for c in (0.9, 0.1))
-    assert sure < unsure
+@pytest.mark.parametrize(('low', 'high'), [(0.9, 1.1), (0.95, 1.3), (0.5, 1.05)])
+def test_an_unknown_scale_is_searched_as_far_as_its_interval_and_somewhat_further(low, high):
+    """Plan metres per true metre: the inverse of true metres per nominal metre."""
+    factors = ScaleTracker('unknown', CONFIG, ScaleEstimate(2.0, 2.0 * low, 2.0 * high)).search
+    refined = np.exp(0.03)
+    assert 1 / (1.2 * high**1.4) < factors.factors.min() < refined / high
+    assert 1.2 / low**1.4 > factors.factors.max() > 1 / low / refined
+    assert np.isclose(factors.factors, 1.0).any()
+
+
+def test_intervals_of_two_maps_add_like_independent_errors():
+    known, plan, sub = ScaleEstimate(1, 1, 1), ScaleEstimate(3, 2.7, 3.3), ScaleEstimate(7, 6, 8)
+    both = estimated_search(plan, sub, CONFIG).log_range
+    one, other = (
+        estimated_search(*pair, CONFIG).log_range for pair in ((plan, known), (known, sub))
+    )
+    assert both == pytest.approx(np.hypot(one, other), abs=0.12)
+    assert max(one, other) < both < one + other
+
+
+def test_nothing_known_of_a_scale_does_not_search_forever():
+    wide = estimated_search(ScaleEstimate(1, 0.1, 10), ScaleEstimate(1, 0.1, 10), CONFIG)
+    assert 2.0 < wide.factors.max() < 2.5
+    assert len(wide) < 32
 
 
 def test_a_trusted_scale_is_never_asked_for():

@@ -6,7 +6,9 @@ import re
 
 from PIL import Image
 
+from fpnet_core.drawings.types import DrawingScale, ScaleSource
 from fpnet_core.evaluation.plan_check import PlanCheck, TourResult
+from fpnet_core.evaluation.plan_gate import Refusal
 from fpnet_core.evaluation.self_similarity import SelfSimilarity, Twin
 from fpnet_core.report.plan_page import write_plan_report
 from fpnet_core.segmentation import ScaleEstimate
@@ -18,15 +20,17 @@ TWIN = Twin(0, 3, 180.0, 0.97)
 def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
     check = PlanCheck(
         made_up_run.plan,
-        ScaleEstimate(1.25, 0.9),
-        True,
+        ScaleEstimate(1.25, 1.1, 1.4),
+        DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED),
         SelfSimilarity({0: (TWIN,)}, {}, ()),
         (TourResult(7, 40.0, 6.5, 0.1), TourResult(8, 41.0, None, None)),
         advice=('Draw <doors> open.',),
+        refusals=(Refusal('it has no <door>', 'fpnet plan a.png'),),
     )
     write_plan_report(tmp_path / 'new' / 'report.html', 'a & b.png', check)
     text = (tmp_path / 'new' / 'report.html').read_text(encoding='utf-8')
     assert 'Draw &lt;doors&gt; open.' in text
+    assert 'it has no &lt;door&gt;.<br>Next: <code>fpnet plan a.png</code>' in text
     assert 'Floorplan check: a &amp; b.png' in text
     assert 'from inside looks like room 3' in text
     assert re.search(r'<td>8</td><td>41.0</td>\s*<td>not found</td>', text)

@@ -17,7 +17,7 @@ from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks
 from fpnet_core.report.pictures import grid_picture
 from fpnet_core.report.record import best_placement_errors, published_errors
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import OCCUPIED, GridMap, LocalizerOutput, Status
+from fpnet_core.types import OCCUPIED, Cause, CauseKind, GridMap, LocalizerOutput, Status
 
 MAX_BYTES = 10_000_000
 MOVING = ('placement_0', 'placement_2', 'matches', 'published', 'robot')
@@ -212,3 +212,12 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
         )
         assert drawn == 2
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
+
+
+def test_a_run_without_a_pose_names_its_causes(made_up_run, report, tmp_path):
+    causes = (Cause(CauseKind.MIRRORED, 'fits <flipped>', 'fpnet localize a --mirrored'),)
+    write_run_report(tmp_path / 'report.html', replace(made_up_run, causes=causes))
+    text = (tmp_path / 'report.html').read_text(encoding='utf-8')
+    assert '<b>drawing mirrored</b>: fits &lt;flipped&gt;.' in text
+    assert '<code>fpnet localize a --mirrored</code>' in text
+    assert 'Likely causes' not in report.read_text(encoding='utf-8')

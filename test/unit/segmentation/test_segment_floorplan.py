@@ -9,6 +9,7 @@ import pytest
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import (
+    ScaleEstimate,
     estimate_metres_per_unit,
     segment_floorplan,
     segment_unknown_scale,
@@ -18,10 +19,7 @@ from fpnet_core.types import (
     OCCUPIED,
     UNKNOWN,
     GridMap,
-    Portal,
-    Region,
     RegionLabel,
-    Segmentation,
 )
 
 CONFIG = SegmentationConfig()
@@ -154,7 +152,7 @@ def test_unknown_scale_is_recovered_from_the_doors(scale):
     segmentation, estimate = segment_unknown_scale(grid, CONFIG)
     assert len(segmentation.rooms) == len(ROOMS)
     assert estimate.factor * scale == pytest.approx(1.0, rel=0.12)
-    assert estimate.confidence > 0.5
+    assert estimate.low < 1.0 / scale < estimate.high
     largest = max(area_of(box) for box in ROOMS)
     assert segmentation.rooms[0].area_m2 == pytest.approx(largest * scale**2, rel=0.06)
 
@@ -173,30 +171,32 @@ def test_clutter_changes_no_scale(seed):
     assert estimate.factor == pytest.approx(1.0, rel=0.12)
 
 
-def test_scale_of_a_plan_without_doors_is_not_claimed():
+def test_scale_of_a_plan_without_doors_is_wide_and_never_sure():
     grid = GridMap(draw(SE2.from_xy_yaw(2.0, 2.0, 0.3), [rectangle(0, 0, 5, 4)]), RESOLUTION_M)
     estimate = estimate_metres_per_unit(segment_floorplan(grid, CONFIG))
-    assert (estimate.factor, estimate.confidence) == (1.0, 0.0)
+    assert estimate.high > 1.4 * estimate.low
+    assert not estimate.is_sure
 
 
-def with_doors(widths):
-    """Two rooms and doors of the given widths between them, however many."""
-    grid = GridMap(np.full((10, 10), FREE), 1.0)
-    square = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
-    labels = [RegionLabel.ROOM] * 2 + [RegionLabel.DOOR] * len(widths)
-    regions = [Region(k, label, square, square.mean(0), 16.0) for k, label in enumerate(labels)]
-    portals = [
-        Portal(2 + k, (0, 1), np.array([[0.0, k], [width, k]])) for k, width in enumerate(widths)
-    ]
-    return Segmentation(grid, np.zeros((10, 10), np.int32), tuple(regions), tuple(portals))
+def test_an_empty_map_says_nothing_of_its_scale():
+    grid = GridMap(np.full((20, 20), UNKNOWN), RESOLUTION_M)
+    estimate = estimate_metres_per_unit(segment_floorplan(grid, CONFIG))
+    assert estimate.factor == pytest.approx(1.0)
+    assert estimate.low < 1 / 3 < 3 < estimate.high
 
 
-def test_many_wide_openings_are_not_taken_for_doors_of_a_smaller_drawing():
-    segmentation = with_doors([0.9] * 6 + [2.0] * 9)
-    assert estimate_metres_per_unit(segmentation, CONFIG).factor == pytest.approx(0.465, rel=0.05)
-    near = estimate_metres_per_unit(segmentation, CONFIG, expected=1.1)
-    assert near.factor == pytest.approx(0.93 / 0.9, rel=0.05)
-    assert near.confidence < 0.4
+def test_the_scale_does_not_depend_on_the_nominal_one():
+    """Twice the nominal metres, half the factor: figures are ratios of lengths."""
+    grid, _ = office(20.0)
+    twice = GridMap(grid.cells, 2.0 * RESOLUTION_M, grid.T_frame_grid)
+    one, other = (segment_unknown_scale(g, CONFIG)[1] for g in (grid, twice))
+    assert other.factor == pytest.approx(0.5 * one.factor, rel=1e-6)
+    assert (other.low, other.high) == pytest.approx((0.5 * one.low, 0.5 * one.high), rel=1e-6)
+
+
+@pytest.mark.parametrize(('low', 'high', 'is_sure'), [(1.9, 2.1, True), (1.7, 2.1, False)])
+def test_a_scale_is_sure_within_ten_per_cent(low, high, is_sure):
+    assert ScaleEstimate(2.0, low, high).is_sure is is_sure
 
 
 @pytest.mark.parametrize('value', [FREE, OCCUPIED, UNKNOWN])

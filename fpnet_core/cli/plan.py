@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet plan``: a drawing of any kind as a map_server map, and how it was read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+
+@common.reads_drawing
+def command(
+    drawing: Annotated[Path, typer.Argument(metavar='DRAWING', help=common.DRAWING_HELP)],
+    said: common.DrawingOptions,
+    out: Annotated[
+        Path,
+        typer.Option(
+            '--out', metavar='FILE', help='The map to write; its image and record lie beside it.'
+        ),
+    ] = Path('plan.yaml'),
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Read a drawing as a floorplan and write it as a map of map_server.
+
+    Beside plan.yaml and plan.png lie plan.json (from pixels of the drawing to metres, scale with
+    its interval and where it is from, how it was read, what was left out, storeys, doubts) and
+    plan_reading.png, the reading drawn over the drawing. Every command reads plan.yaml as it
+    reads the drawing, with the same scale and as surely.
+
+    Look at the picture. Where it is wrong: --crop or --storey for another part of the sheet,
+    --length or --resolution for its scale.
+
+    Example: fpnet plan sheet.pdf --page 2 --out plan.yaml
+
+    Example: fpnet plan phone.jpg --length 120,80,520,80=6.0 --crop 40,60,900,700 --out plan.yaml
+    """
+    tree = common.load(config, settings)
+    from fpnet_core.drawings.plan_files import as_json, write_plan
+    from fpnet_core.drawings.wording import said_of
+    from fpnet_core.segmentation import segment_floorplan
+    from fpnet_core.viz.reading import save_reading
+
+    picture = _checked(out, drawing)
+    reading = said.read(drawing, tree)
+    segmentation = segment_floorplan(reading.grid, tree.segmentation)
+    record = write_plan(reading, out)
+    save_reading(reading, segmentation, picture)
+    for line in said_of(reading, segmentation):
+        common.say(line, json_path)
+    common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
+    if json_path is not None:
+        figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
+        common.write_json(json_path, as_json(reading) | figures)
+
+
+def _checked(out: Path, drawing: Path) -> Path:
+    """Return where the picture goes; ConfigError for files that must not be written."""
+    from fpnet_core.io.maps import YAML_SUFFIXES
+
+    if out.suffix.lower() not in YAML_SUFFIXES:
+        raise ConfigError(f'--out {out}: expected a YAML file, as {out.with_suffix(".yaml")}')
+    picture = out.with_name(f'{out.stem}_reading.png')
+    written = {path.resolve() for path in (out, out.with_suffix('.png'), picture)}
+    if drawing.resolve() in written:
+        raise ConfigError(
+            f'--out {out} would overwrite the drawing {drawing}; write to another folder, as '
+            f'--out {Path("out") / out.name}'
+        )
+    return picture

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The choice between readings: what today's rules read well, else the most plausible way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.building import cells_of, inside_of_lines
+from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
+from fpnet_core.drawings.plausible import features, probability
+from fpnet_core.drawings.sheet import find_building
+from fpnet_core.drawings.straighten import map_points
+from fpnet_core.drawings.tones import Levels, is_dark_ground
+from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
+from fpnet_core.drawings.view import view_of
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io.images import interpret
+from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.types import OCCUPIED, GridMap, Segmentation
+
+Box = tuple[int, int, int, int]
+
+_FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
+_SURE = 0.97  # a reading so plausible is taken without a look at others
+_PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
+_MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
+_COLOURED = 24  # levels between channels that a scanner's noise does not make
+_COLOUR_SHARE = 2e-3  # of a picture has colour
+_SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """
+    The reading that was chosen.
+
+    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
+    them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
+    ``dropped`` are in the drawing's pixels.
+    """
+
+    cells: NDArray[np.int8]
+    H_cell_pixel: Array
+    segmentation: Segmentation
+    probability: float
+    how: str
+    storeys: tuple[Box, ...] = ()
+    chosen: int = 0
+    dropped: tuple[Dropped, ...] = ()
+    is_straightened: bool = False
+
+
+def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
+    """
+    Return the reading of ``drawing`` that looks most like a building.
+
+    Raises
+    ------
+    MapFormatError
+        If no reading shows one.
+    """
+    plain = None if options.storey else _plain(drawing, options, config)
+    if plain is not None and plain.probability > _PLAIN_SURE:
+        return plain
+    pixels = drawing.pixels
+    is_dark = is_dark_ground(pixels)
+    found = _most_plausible(255 - pixels if is_dark else pixels, options, config)
+    if is_dark and (found is None or found[1] < _PLAIN_SURE):
+        found = max(
+            filter(None, [found, _most_plausible(pixels, options, config)]),
+            key=lambda pair: pair[1],
+            default=None,
+        )
+    if plain is not None and (found is None or plain.probability >= found[1]):
+        return plain
+    if found is None:
+        raise MapFormatError(
+            f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
+            'with walls that stand out from the paper'
+        )
+    return _finished(*found)
+
+
+def _most_plausible(
+    pixels: Levels, options: ReadOptions, config: SegmentationConfig
+) -> tuple[Candidate, float] | None:
+    best: tuple[Candidate, float] | None = None
+    for candidate in candidates(view_of(pixels, options.crop), options.storey, config):
+        chance = probability(candidate.features)
+        if best is None or chance > best[1]:
+            best = candidate, chance
+        if chance > _SURE:
+            break
+    return best
+
+
+def _finished(candidate: Candidate, chance: float) -> Found:
+    """Return a candidate at the resolution of the map."""
+    view, factor = candidate.view.finer(_FINAL_PX)
+    recipe = candidate.recipe.scaled(factor)
+    size = (view.levels.shape[1], view.levels.shape[0])
+    near = candidate.belongs.astype(np.uint8)
+    belongs = cv2.resize(near, size, interpolation=cv2.INTER_NEAREST) > 0
+    levels = np.where(belongs, view.levels, 0).astype(np.uint8)
+    cells = cells_of(recipe.walls(levels), inside_of_lines(levels > recipe.level))
+    if cells is None:
+        raise MapFormatError('the drawing shows no building that is closed')
+    sheet = candidate.sheet
+    to_pixel = np.asarray(np.linalg.inv(candidate.sheet_view.H_view_pixel), np.float64)
+    return Found(
+        cells=cells,
+        H_cell_pixel=view.H_view_pixel,
+        segmentation=candidate.segmentation,
+        probability=chance,
+        how=recipe.how,
+        storeys=tuple(_boxed(to_pixel, box) for box in sheet.boxes),
+        chosen=sheet.chosen,
+        dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in sheet.dropped),
+        is_straightened=view.is_straightened,
+    )
+
+
+def _boxed(H: Array, box: Box) -> Box:
+    """Return the box around ``box`` mapped by ``H``."""
+    left, top, right, bottom = box
+    corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], float)
+    mapped = map_points(H, corners)
+    first, last = np.rint(mapped.min(axis=0)).astype(int), np.rint(mapped.max(axis=0)).astype(int)
+    return int(first[0]), int(first[1]), int(last[0]), int(last[1])
+
+
+def _plain(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+    """Return what :func:`fpnet_core.io.images.interpret` reads, of a picture without a sheet."""
+    left, top, right, bottom = options.crop or (0, 0, *drawing.pixels.shape[1::-1])
+    grey = _grey(drawing.pixels[top:bottom, left:right])
+    if grey is None:
+        return None
+    try:
+        cells, segmentation = _interpreted(grey, options.resolution_m, config)
+        sheet = find_building(cells == OCCUPIED)
+    except MapFormatError:
+        return None
+    box = sheet.boxes[sheet.chosen]
+    if len(sheet.boxes) > 1 or any(not _is_within(d.box, box) for d in sheet.dropped):
+        return None
+    H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+    chance = probability(features(segmentation))
+    return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
+
+
+def _interpreted(
+    grey: Levels, resolution_m: float | None, config: SegmentationConfig
+) -> tuple[NDArray[np.int8], Segmentation]:
+    """Return the cells of a picture and its rooms, at the scale that its doors tell."""
+    nominal = resolution_m or NOMINAL_M
+    cells = interpret(grey, nominal)
+    segmentation, scale = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
+    if resolution_m is None and abs(np.log(scale.factor)) > _SAME_SCALE:
+        nominal *= scale.factor
+        cells = interpret(grey, nominal)
+        segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
+    return cells, segmentation
+
+
+def _grey(pixels: Levels) -> Levels | None:
+    """Return the grey levels (H, W) of a picture of modest size; None if it has colours."""
+    if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
+        return None
+    if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
+        return None
+    weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+
+
+def _is_within(inner: Box, outer: Box) -> bool:
+    return (
+        inner[0] >= outer[0]
+        and inner[1] >= outer[1]
+        and inner[2] <= outer[2]
+        and inner[3] <= outer[3]
+    )

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Pixels of a drawing that comes as an image, upright and on white."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageOps
+
+from fpnet_core.drawings.types import Array, Drawing
+from fpnet_core.io.images import opened_image
+
+_ORIENTATION = 0x0112  # the EXIF tag that says how a camera was held
+_LEVELS_OF_16_BIT = 257.0  # 65535 / 255
+
+
+def open_image(path: Path) -> Drawing:
+    """
+    Open a PNG, PGM, JPEG, BMP or TIFF image.
+
+    A camera's orientation is applied, transparent places become white, palettes, 16-bit and
+    floating-point levels become 8-bit colours.
+
+    Raises
+    ------
+    MapFormatError
+        If the file is missing, no image, damaged or larger than
+        :data:`fpnet_core.io.images.MAX_PIXELS`.
+    """
+    with opened_image(path) as image:
+        turn = image.getexif().get(_ORIENTATION, 1)
+        kind = (image.format or path.suffix.lstrip('.')).lower()
+        A_pixel_image = _upright(turn, image.width, image.height)
+        pixels = _on_white(ImageOps.exif_transpose(image))
+    notes = () if turn == 1 else ('The photograph was turned upright, as its camera says.',)
+    return Drawing(pixels, path.name, kind, A_pixel_image=A_pixel_image, notes=notes)
+
+
+def _upright(turn: int, width: int, height: int) -> Array:
+    """Return the affine (2, 3) from stored pixels to upright ones, for an EXIF orientation."""
+    right, bottom = width - 1.0, height - 1.0
+    affine = {
+        2: [[-1, 0, right], [0, 1, 0]],
+        3: [[-1, 0, right], [0, -1, bottom]],
+        4: [[1, 0, 0], [0, -1, bottom]],
+        5: [[0, 1, 0], [1, 0, 0]],
+        6: [[0, -1, bottom], [1, 0, 0]],
+        7: [[0, -1, bottom], [-1, 0, right]],
+        8: [[0, 1, 0], [-1, 0, right]],
+    }.get(turn, [[1, 0, 0], [0, 1, 0]])
+    return np.array(affine, dtype=np.float64)
+
+
+def _on_white(image: Image.Image) -> NDArray[np.uint8]:
+    """Return the image's colours (H, W, 3) where it is opaque, white behind what is not."""
+    if image.mode.startswith('I') or image.mode == 'F':
+        levels = np.asarray(image, dtype=np.float32)
+        grey = levels * 255.0 if image.mode == 'F' else levels / _LEVELS_OF_16_BIT
+        return np.repeat(np.clip(grey, 0.0, 255.0).astype(np.uint8)[..., None], 3, axis=2)
+    if 'A' in image.getbands() or 'transparency' in image.info:
+        opaque = image.convert('RGBA')
+        paper = Image.new('RGBA', opaque.size, 'white')
+        image = Image.alpha_composite(paper, opaque)
+    return np.array(image.convert('RGB'))

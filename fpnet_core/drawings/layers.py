@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the name of a layer says about what is on it.
+
+The words are those of the AIA, ISO 13567 and BS 1192 layer standards and of offices that name
+layers in their own language.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+import re
+import unicodedata
+
+
+class Role(StrEnum):
+    """What is drawn on a layer."""
+
+    WALL = 'wall'
+    WINDOW = 'window'
+    DOOR = 'door'
+    OTHER = 'other'  # furniture, texts, dimensions, axes, frames, ...
+    UNKNOWN = 'unknown'
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+_NOTES = _words(
+    'text texte texto testo anno annotation annotations dim dims dimension dimensions cota cotas '
+    'cote cotes cotation quote bemassung mass masse mase tag tags iden ident note notes label '
+    'labels beschriftung title titl legend legende schriftfeld defpoints viewport viewports vport '
+    'revcloud revision symb symbol symbols'
+)
+_DOORS = _words(
+    'door doors tuer tur tueren turen porte portes puerta puertas porta portas porte deur deuren '
+    'drzwi dor dorr dorrar ovi ovet kapi dveri usa usi doorswing'
+)
+_WINDOWS = _words(
+    'window windows wind glaz glazing glass fenster fenetre fenetres ventana ventanas janela '
+    'janelas finestra finestre raam ramen kozijn okno okna vindu vindue fonster ikkuna pencere '
+    'curtain curtainwall vitrage vidrio vitre fassade facade ventanal'
+)
+_WALLS = _words(
+    'wall walls wand waende wande mauer mauern mur murs muro muros muri pared paredes parede '
+    'tabique tabiques tabiqueria cloison cloisons partition partitions alvenaria vegg vegger vagg '
+    'vaggar seina seinat sciana sciany stena steny duvar perete pereti drywall masonry brick '
+    'mauerwerk beton concrete col cols column columns pillar pillars pilar pilares stutze stuetze '
+    'stutzen poteau poteaux colonna colonne kolom shearwall murature muratura gips gipskarton '
+    'trockenbau tragend'
+)
+_OTHERS = _words(
+    'furn furniture mobel moebel mobiliar mobilier mobiliario mobili mueble muebles meubel mebel '
+    'casework cabinet cabinets desk desks chair chairs table tables seat seating bed beds sofa '
+    'fixt fixture fixtures sanit sanitary sanitaer sanitar plumb plumbing wc toilet toilets bath '
+    'kitchen kuche kueche cuisine cocina appl appliance equip eqpm equipment ausstattung plant '
+    'plants planting tree trees veg vegetation landscape car cars parking people person electr '
+    'electrical elektro light lights lite lighting power hvac mech duct pipe pipes heating fire '
+    'sprinkler grid grids axis axes axe achse achsen raster eje ejes hatch hatches patt pattern '
+    'fill fills schraffur sombreado rayure area areas room rooms raum raeume zone zones space '
+    'spaces frame border rahmen rand cadre north nord compass scale logo site contour contours '
+    'topo survey property clng ceiling decke roof dach stair stairs strs treppe treppen escalier '
+    'escaliers escalera escaleras scala scale trap lift lifts elevator ascensor aufzug elev floor '
+    'flor flooring hidden dashed cloud image images xref ref reference construction handrail '
+    'railing rail hrail tile tiles pavement piso carpet section sections cut people furnishing'
+)
+_STEMS = (  # of words that are compounds or inflected, and of languages without spaces
+    (Role.DOOR, ('tuer', 'door', 'двер', '门', '門', 'ドア', '문')),
+    (Role.WINDOW, ('fenster', 'window', 'окн', '窗', '窓', '창')),
+    (Role.WALL, ('wand', 'waende', 'wande', 'wall', 'mauer', 'стен', 'колонн', '墙', '牆', '壁',
+                 '柱', '벽')),
+    (Role.OTHER, ('mobel', 'moebel', 'furni', 'мебель', '家具', 'text', 'bemass', 'treppe')),
+)  # fmt: skip
+_WORDS = (
+    (Role.OTHER, _NOTES),
+    (Role.DOOR, _DOORS),
+    (Role.WINDOW, _WINDOWS),
+    (Role.WALL, _WALLS),
+    (Role.OTHER, _OTHERS),
+)
+_CAMEL = re.compile(r'(?<=[a-zà-ÿ])(?=[A-Z])')
+_LETTERS = re.compile(r'[^\W\d_]+')
+
+
+def layer_role(name: str) -> Role:
+    """Return what the name of a layer, block or group says; ``UNKNOWN`` where it says nothing."""
+    words = {_plain(word) for word in _LETTERS.findall(_CAMEL.sub(' ', name))}
+    words |= {word[:-1] for word in words if word.endswith('s') and len(word) > 4}
+    for role, known in _WORDS:
+        if words & known:
+            return role
+    for role, stems in _STEMS:
+        if any(stem in word for word in words for stem in stems):
+            return role
+    return Role.UNKNOWN
+
+
+def _plain(word: str) -> str:
+    """Return a word in lower case without accents."""
+    spread = unicodedata.normalize('NFKD', word.casefold())
+    return unicodedata.normalize('NFC', ''.join(c for c in spread if not unicodedata.combining(c)))

@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Open any drawing: by what its first bytes say it is, whatever its name says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+import re
+
+from fpnet_core.drawings.types import Drawing, ReadOptions
+from fpnet_core.errors import MapFormatError
+
+_HEAD_BYTES = 4096
+_DXF = re.compile(rb'\A(?:\xef\xbb\xbf)?\s*(?:999\r?\n[^\n]*\n\s*)*0\s*\r?\n\s*SECTION\s*\r?\n')
+_SVG = re.compile(rb'<(?:\w+:)?svg[\s>]')
+_IMAGES = (
+    b'\x89PNG', b'\xff\xd8\xff', b'BM', b'II*\0', b'MM\0*', b'P1', b'P2', b'P3', b'P4', b'P5',
+    b'P6',
+)  # fmt: skip
+_SUFFIXES = {
+    'pdf': ('.pdf', '.ai'),
+    'svg': ('.svg', '.svgz'),
+    'dxf': ('.dxf',),
+    'ifc': ('.ifc',),
+    'image': (
+        '.png', '.jpg', '.jpeg', '.jpe', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.pbm', '.pnm',
+    ),
+}  # fmt: skip
+_BY_CONTENT = (
+    (
+        b'AC10',
+        'an AutoCAD drawing (DWG): convert it to DXF with the ODA File Converter or LibreCAD',
+    ),
+    (
+        b'AC1.',
+        'an AutoCAD drawing (DWG): convert it to DXF with the ODA File Converter or LibreCAD',
+    ),
+    (b'GIF8', 'a GIF: convert it to PNG, as with ImageMagick'),
+    (b'RIFF', 'a WebP picture: convert it to PNG, as with ImageMagick'),
+    (b'%!PS', 'PostScript: convert it to PDF with Ghostscript (ps2pdf) or Inkscape'),
+    (b'\xc5\xd0\xd3\xc6', 'PostScript: convert it to PDF with Ghostscript (ps2pdf) or Inkscape'),
+    (b'AutoCAD-DWF', 'a DWF: print it to PDF with Autodesk Design Review'),
+    (b'(DWF V', 'a DWF: print it to PDF with Autodesk Design Review'),
+    (b'7z\xbc\xaf', 'an archive: unpack it first'),
+    (b'Rar!', 'an archive: unpack it first'),
+)
+_BY_SUFFIX = {
+    '.dwg': 'an AutoCAD drawing: convert it to DXF with the ODA File Converter or LibreCAD',
+    '.dwf': 'a DWF: print it to PDF with Autodesk Design Review',
+    '.dgn': 'a MicroStation drawing: save it as DXF with MicroStation or the ODA File Converter',
+    '.rvt': 'a Revit model: export it as IFC or print the storey to PDF with Revit',
+    '.skp': 'a SketchUp model: export it as IFC or DXF with SketchUp',
+    '.3dm': 'a Rhino model: export it as DXF with Rhino',
+    '.pln': 'an ArchiCAD model: export it as IFC or DXF with ArchiCAD',
+    '.vsd': 'a Visio drawing: export it as SVG or PDF with Visio or LibreOffice Draw',
+    '.vsdx': 'a Visio drawing: export it as SVG or PDF with Visio or LibreOffice Draw',
+    '.doc': 'a Word document: print it to PDF with LibreOffice',
+    '.docx': 'a Word document: print it to PDF with LibreOffice',
+    '.odt': 'a text document: print it to PDF with LibreOffice',
+    '.odg': 'a drawing of LibreOffice: export it as SVG or PDF with LibreOffice Draw',
+    '.ppt': 'a presentation: print it to PDF with LibreOffice',
+    '.pptx': 'a presentation: print it to PDF with LibreOffice',
+    '.xlsx': 'a spreadsheet: print it to PDF with LibreOffice',
+    '.ifczip': 'a packed IFC: unpack it first',
+    '.ifcxml': 'IFC in XML: convert it to .ifc with IfcConvert',
+    '.sh3d': 'a Sweet Home 3D home: export it as SVG or PDF with Sweet Home 3D',
+    '.eps': 'PostScript: convert it to PDF with Ghostscript (ps2pdf) or Inkscape',
+    '.heic': 'a HEIC photograph: convert it to JPEG with heif-convert or ImageMagick',
+    '.heif': 'a HEIF photograph: convert it to JPEG with heif-convert or ImageMagick',
+    '.avif': 'an AVIF picture: convert it to PNG with ImageMagick',
+    '.webp': 'a WebP picture: convert it to PNG with ImageMagick',
+    '.gif': 'a GIF: convert it to PNG with ImageMagick',
+    '.zip': 'an archive: unpack it first',
+}
+_READ = 'PNG, JPEG, TIFF, BMP, PGM, PDF, SVG, DXF or IFC'
+
+
+def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  # noqa: B008
+    """
+    Return what a file of any readable format holds.
+
+    Vector formats are read in a process of their own, which may take 1.6 GB and 15 s.
+
+    Raises
+    ------
+    MapFormatError
+        In one line: if the file is missing, empty, a folder, damaged, encrypted, too large, or of
+        a format that is not read, with a program that converts it.
+    """
+    path = Path(path)
+    kind = drawing_kind(path)
+    if kind == 'image':
+        from fpnet_core.drawings.images import open_image
+
+        drawing = open_image(path)
+    else:
+        from fpnet_core.drawings.worker import read_apart
+
+        drawing = read_apart(path, kind, options)
+    suffix = path.suffix.lower()
+    others = [
+        suffix for other, suffixes in _SUFFIXES.items() if other != kind for suffix in suffixes
+    ]
+    if suffix in others:
+        note = f'it is named {suffix}, but holds {_worded(kind)}'
+        drawing = replace(drawing, notes=(*drawing.notes, note))
+    return drawing
+
+
+def _worded(kind: str) -> str:
+    return 'an image' if kind == 'image' else kind.upper()
+
+
+def drawing_kind(path: Path) -> str:
+    """
+    Return ``image``, ``pdf``, ``svg``, ``dxf`` or ``ifc``.
+
+    Raises
+    ------
+    MapFormatError
+        If the file is missing, empty, a folder, or none of these.
+    """
+    head = _head(path)
+    if b'%PDF-' in head[:1024]:
+        return 'pdf'
+    if head.startswith(b'AutoCAD Binary DXF') or _DXF.match(head):
+        return 'dxf'
+    if b'ISO-10303-21' in head[:1024] and path.suffix.lower() not in ('.stp', '.step'):
+        return 'ifc'
+    if head.startswith(_IMAGES):
+        return 'image'
+    is_packed = head.startswith(b'\x1f\x8b') and path.suffix.lower() == '.svgz'
+    if is_packed or _SVG.search(_as_bytes(head)):
+        return 'svg'
+    raise MapFormatError(_refusal(path, head))
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise MapFormatError(f'{path} is a folder: expected a drawing; name a file in it')
+        if path.exists() and not path.is_file():
+            raise MapFormatError(
+                f'{path} is no regular file: expected a drawing; name another file'
+            )
+        with path.open('rb') as stream:
+            head = stream.read(_HEAD_BYTES)
+    except FileNotFoundError:
+        raise MapFormatError(
+            f'{path} does not exist: expected a drawing; check its name'
+        ) from None
+    except (OSError, ValueError) as error:
+        detail = error.strerror if isinstance(error, OSError) else error
+        raise MapFormatError(f'{path} cannot be read ({detail}); check the file') from None
+    if not head.strip(b'\0 \r\n\t'):
+        raise MapFormatError(f'{path} is empty: expected a drawing; copy or export it again')
+    return head
+
+
+def _as_bytes(head: bytes) -> bytes:
+    """Return text without the zeros of UTF-16."""
+    return head.replace(b'\0', b'') if head[:2] in (b'\xff\xfe', b'\xfe\xff') else head
+
+
+def _refusal(path: Path, head: bytes) -> str:
+    """Return one line on a file that is not read."""
+    what = next((text for magic, text in _BY_CONTENT if head.startswith(magic)), None)
+    if head[4:8] == b'ftyp':
+        what = 'a HEIC or AVIF picture: convert it to JPEG with heif-convert or ImageMagick'
+    what = what or _BY_SUFFIX.get(path.suffix.lower())
+    if what is None and path.suffix.lower() in _all_suffixes():
+        what = f'no {path.suffix[1:].upper()} file inside, whatever its name says: export it again'
+    if what is None and head.startswith(b'PK'):
+        what = 'an archive: unpack it first'
+    if what is None:
+        what = f'of a format that is not read: expected {_READ}'
+    return f'{path} is {what}'
+
+
+def _all_suffixes() -> tuple[str, ...]:
+    return tuple(suffix for suffixes in _SUFFIXES.values() for suffix in suffixes)

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A reading as files: a map_server map, and beside it how it came from the drawing.
+
+The map alone says how long a metre is, but not how surely, and not where the user's own pixels
+are. Both are in a JSON file of its name; who reads the map again gets them back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io import write_map
+
+_VERSION = 1
+_MARK = 'fpnet_plan'  # tells these files from any other JSON beside a map
+_MAX_BYTES = 1_000_000  # numerical: longer ones are no record of a reading
+_AFFINE = 1e-9  # numerical: a last row as near to (0, 0, 1) is that of an affine map
+_SAME = 1e-6  # numerical: share by which two figures differ after they were written
+
+
+def write_plan(reading: Reading, yaml_path: Path | str) -> Path:
+    """Write the map with its image, and its record, whose path is returned."""
+    yaml_path = Path(yaml_path)
+    write_map(reading.grid, yaml_path)
+    record = record_path(yaml_path)
+    text = json.dumps(as_json(reading), indent=2, allow_nan=False)
+    record.write_text(text + '\n', encoding='utf-8')
+    return record
+
+
+def record_path(yaml_path: Path) -> Path:
+    """Return where the record of a map is: beside it, as JSON."""
+    return yaml_path.with_suffix('.json')
+
+
+def is_affine(H: NDArray[np.float64]) -> bool:
+    """Tell whether a homography (3, 3) leaves parallels parallel."""
+    return bool(np.allclose(H[2] / H[2, 2], (0.0, 0.0, 1.0), atol=_AFFINE))
+
+
+def as_json(reading: Reading) -> dict[str, Any]:
+    """Return all of a reading but its map, as plain values."""
+    height, width = reading.drawing.pixels.shape[:2]
+    return {
+        _MARK: _VERSION,
+        'drawing': reading.drawing.name,
+        'format': reading.drawing.format,
+        'pixels': [width, height],
+        'H_plan_image': reading.H_plan_image.tolist(),
+        'cell_m': reading.grid.resolution,
+        'scale': scale_as_json(reading.scale),
+        'how': reading.how,
+        'storeys': [list(map(int, box)) for box in reading.storeys],
+        'dropped': [
+            {'what': each.what, 'box': list(map(int, each.box))} for each in reading.dropped
+        ],
+        'notes': list(reading.notes),
+        'doubts': list(reading.doubts),
+    }
+
+
+def scale_as_json(scale: DrawingScale) -> dict[str, Any]:
+    """Return a scale as plain values: metres per pixel, their interval, who says so and why."""
+    return {
+        'metres_per_pixel': float(scale.resolution_m),
+        'interval': [float(scale.low_m), float(scale.high_m)],
+        'source': scale.source.value,
+        'why': scale.why,
+    }
+
+
+def recorded(yaml_path: Path | str, cell_m: float) -> tuple[DrawingScale, tuple[str, ...]] | None:
+    """
+    Return what the record beside a map says of its scale, and the doubts that were had.
+
+    The scale is that of the map's own pixels. None where there is no record, or where somebody
+    has since stated another scale in the map, whose cells now are ``cell_m``.
+
+    Raises
+    ------
+    MapFormatError
+        If there is a record, and it is damaged.
+    """
+    path = record_path(Path(yaml_path))
+    values = _read(path)
+    if values is None:
+        return None
+    try:
+        written_m, scale = float(values['cell_m']), _scale_of(values['scale'])
+        doubts = tuple(str(doubt) for doubt in values['doubts'])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise MapFormatError(
+            f'{path} is a damaged record of a floorplan ({error}); remove it, or run fpnet plan '
+            'again'
+        ) from None
+    if not math.isclose(written_m, cell_m, rel_tol=_SAME):
+        return None
+    cells = cell_m / scale.resolution_m
+    return replace(
+        scale, resolution_m=cell_m, low_m=scale.low_m * cells, high_m=scale.high_m * cells
+    ), doubts
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the values of a record; None where there is none."""
+    try:
+        if not path.is_file() or path.stat().st_size > _MAX_BYTES:
+            return None
+        values = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+    return values if isinstance(values, dict) and _MARK in values else None
+
+
+def _scale_of(values: dict[str, Any]) -> DrawingScale:
+    low, high = map(float, values['interval'])
+    metres = float(values['metres_per_pixel'])
+    if not 0.0 < low <= metres <= high < math.inf:
+        raise ValueError(f'scale: {low:g} <= {metres:g} <= {high:g} m per pixel does not hold')
+    return DrawingScale(metres, low, high, ScaleSource(values['source']), str(values['why']))

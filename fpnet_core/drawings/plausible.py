@@ -1,0 +1,162 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How much a reading looks like a building, in figures that need no scale.
+
+A logistic regression on these figures and their squares weighs them; it was fitted on readings
+of generated sheets whose truth is known, by ``fpnet train-readings``.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+import json
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
+
+Array = NDArray[np.float64]
+
+WEIGHTS_NAME = 'readings.json'
+_CLIP = 4.0  # standard deviations: what is further off says no more
+_SURELY_FINE = 0.9  # no single figure is held against a reading so plausible
+
+FEATURES = (
+    'rooms', 'largest', 'door_to_room', 'doored', 'doors', 'square', 'squarest', 'door_spread',
+    'ink', 'wall_to_door', 'specks', 'used', 'small', 'long', 'closed', 'spread',
+)  # fmt: skip
+
+
+_MOST_DOUBTED = 0.3  # readings less plausible than this are doubted
+_GIANT_SHARE = 0.8  # of all area in one room, where there are others
+_FEW_ROOMS = 2
+_MANY_SPECKS = 40.0  # per room
+_DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
+_INK_SHARE = 0.6  # of a building is wall
+
+
+def probability(figures: Array) -> float:
+    """Return how surely a reading with ``figures (F,)`` shows the rooms of its drawing."""
+    mean, std, weight, bias = _model()
+    score = float(powers((figures - mean) / std) @ weight + bias)
+    return float(1.0 / (1.0 + np.exp(-score)))
+
+
+def powers(scaled: Array) -> Array:
+    """Return figures (..., F), scaled to unit variance, and their squares (..., 2 F)."""
+    clipped = np.clip(scaled, -_CLIP, _CLIP)
+    return np.concatenate([clipped, np.square(clipped)], axis=-1)
+
+
+@cache
+def _model() -> tuple[Array, Array, Array, float]:
+    """Return mean, standard deviation, weights and bias as they are shipped."""
+    file = resources.files('fpnet_core.weights') / WEIGHTS_NAME
+    stored = json.loads(file.read_text(encoding='utf-8'))
+    mean, std, weight = (np.array(stored[key]) for key in ('mean', 'std', 'weight'))
+    return mean, std, weight, float(stored['bias'])
+
+
+def doubts_of(segmentation: Segmentation, chance: float) -> list[str]:
+    """
+    Return reasons not to believe a reading, a sentence each; none for a plausible one.
+
+    ``chance`` is its :func:`probability`.
+    """
+    said = [sentence for is_so, sentence in _findings(segmentation) if is_so]
+    if chance < _MOST_DOUBTED and not said:
+        said.append(
+            f'The rooms do not look like those of a building (plausibility {chance:.2f}): lines '
+            'that are no walls may part them, or walls may have been missed.'
+        )
+    return said if chance < _SURELY_FINE else []
+
+
+def _findings(segmentation: Segmentation) -> list[tuple[bool, str]]:
+    figures = dict(zip(FEATURES, features(segmentation).tolist(), strict=True))
+    rooms = len(segmentation.rooms)
+    if rooms == 0:
+        return [(True, f'No room was found: {segmentation.reason or "nothing is enclosed"}.')]
+    low, high = np.log(_DOOR_TO_ROOM)
+    ratio = figures['door_to_room']
+    specks = np.expm1(figures['specks'])
+    return [
+        (rooms < _FEW_ROOMS, 'Only one room was found: walls were missed, or it is no floorplan.'),
+        (
+            rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE,
+            f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
+            'or the paper was taken for a room.',
+        ),
+        (not segmentation.portals, 'No door was found: no building has rooms without doors.'),
+        (
+            bool(segmentation.portals) and not low < ratio < high,
+            f'Doors are {np.exp(ratio):.2f} times as wide as a typical room: no building is so.',
+        ),
+        (
+            figures['ink'] > _INK_SHARE,
+            f'{100.0 * figures["ink"]:.0f} % of the building is wall: fills or hatching were '
+            'taken for walls.',
+        ),
+        (
+            specks > _MANY_SPECKS,
+            f'{specks:.0f} specks per room were taken for walls: texts, patterns or noise.',
+        ),
+    ]
+
+
+def features(segmentation: Segmentation) -> Array:
+    """Return the figures (F,) of a reading, in the order of ``FEATURES``; zeros without rooms."""
+    rooms = segmentation.rooms
+    if not rooms:
+        return np.zeros(len(FEATURES))
+    grid = segmentation.grid
+    area = np.array([room.area_m2 for room in rooms])
+    width = np.array([portal.width_m for portal in segmentation.portals])
+    doored = {room for portal in segmentation.portals for room in portal.rooms}
+    sides = np.array([_sides(room.polygon) for room in rooms])
+    square = area / np.maximum(sides.prod(axis=1), area)
+    median = float(np.median(area))
+    door = float(np.median(width)) if width.size else np.sqrt(median)
+    occupied, free = (int(np.count_nonzero(grid.cells == k)) for k in (OCCUPIED, FREE))
+    return np.array([
+        np.log(len(rooms)),
+        area.max() / area.sum(),
+        np.log(door / np.sqrt(median)),
+        sum(room.id in doored for room in rooms) / len(rooms),
+        np.log((len(width) + 1) / len(rooms)),
+        float(np.mean(square)),
+        float(np.average(square, weights=area)),
+        float(np.std(np.log(width))) if width.size else 1.0,
+        occupied / (occupied + free),
+        np.log(_wall_width(grid) * grid.resolution / door),
+        np.log1p(_specks(grid, door) / len(rooms)),
+        area.sum() / (free * grid.resolution**2),
+        float(np.mean(area < 0.15 * median)),
+        float(np.log(np.median(sides.max(axis=1) / sides.min(axis=1)))),
+        float(not width.size),
+        float(np.std(np.log(area))),
+    ])  # fmt: skip
+
+
+def _sides(ring: Array) -> tuple[float, float]:
+    _, size, _ = cv2.minAreaRect(ring.astype(np.float32))
+    return max(size[0], 1e-6), max(size[1], 1e-6)
+
+
+def _wall_width(grid: GridMap) -> float:
+    """Return the mean width of walls in cells: twice their area over their outline."""
+    walls = (grid.cells == OCCUPIED).astype(np.uint8)
+    outline = walls - cv2.erode(walls, np.ones((3, 3), np.uint8))
+    return 2.0 * float(walls.sum() + 1) / float(outline.sum() + 1)
+
+
+def _specks(grid: GridMap, door: float) -> int:
+    """Count the pieces of ink that are shorter than a door is wide."""
+    walls = (grid.cells == OCCUPIED).astype(np.uint8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(walls, connectivity=8)
+    extent = stats[1:, 2:4].max(axis=1, initial=0) * grid.resolution
+    return int(np.count_nonzero(extent < door))

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The reader: from any drawing to a map, what is known of its scale, and how it was read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig, SegmentationConfig
+from fpnet_core.drawings.choosing import Found, choose
+from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.plan_files import recorded
+from fpnet_core.drawings.plausible import doubts_of
+from fpnet_core.drawings.scaling import resolve_scale
+from fpnet_core.drawings.types import (
+    Drawing,
+    DrawingScale,
+    Reading,
+    ReadOptions,
+    ScaleSource,
+)
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+
+Length = tuple[float, float, float, float, float]
+
+_LEAST_CROP_PX = 16
+_DEFAULTS = ReadOptions()
+
+
+def read_plan(
+    path: Path | str, options: ReadOptions = _DEFAULTS, config: FpnetConfig | None = None
+) -> Reading:
+    """
+    Read a drawing of a building as a map.
+
+    Parameters
+    ----------
+    path
+        A map_server YAML, whose thresholds are meant, or any format that
+        :func:`fpnet_core.drawings.opening.open_drawing` opens.
+    options
+        What the user says about it.
+    config
+        How rooms are cut, by which readings are compared; the defaults if None.
+
+    Raises
+    ------
+    MapFormatError
+        If the file cannot be read, an option does not fit it, or it shows no building.
+    """
+    path, config = Path(path), config or FpnetConfig()
+    if path.suffix.lower() in YAML_SUFFIXES:
+        return _as_stated(path, options)
+    return read_drawing(open_drawing(path, options), options, config.segmentation)
+
+
+def _as_stated(path: Path, options: ReadOptions) -> Reading:
+    """Return a map_server map exactly as its thresholds say."""
+    _refuse_parts(path, options)
+    grid = read_map(path, options.resolution_m)
+    scale, doubts = _stated_scale(path, options, grid.resolution)
+    if scale.resolution_m != grid.resolution:
+        grid = read_map(path, scale.resolution_m)
+    shades = np.select([grid.cells == FREE, grid.cells == OCCUPIED], [254, 0], 205).astype(
+        np.uint8
+    )
+    pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
+    drawing = Drawing(pixels, path.name, 'map_server', scale=scale)
+    A = pixel_to_xy(grid).matrix
+    how = 'a map_server map as its thresholds say'
+    return Reading(grid, scale, A, how, drawing, doubts=doubts)
+
+
+def _stated_scale(
+    path: Path, options: ReadOptions, cell_m: float
+) -> tuple[DrawingScale, tuple[str, ...]]:
+    """Return a map's scale, and doubts that were had when it was read from a drawing."""
+    if options.length is not None:
+        x1, y1, x2, y2, metres = _checked_length(options.length)
+        stated_m, source = metres / float(np.hypot(x2 - x1, y2 - y1)), ScaleSource.LENGTH
+        return DrawingScale(stated_m, stated_m, stated_m, source, f'a length of {metres:g} m'), ()
+    found = recorded(path, cell_m) if options.resolution_m is None else None
+    if found is not None:
+        return found
+    by = '--resolution' if options.resolution_m else path.name
+    return DrawingScale(cell_m, cell_m, cell_m, ScaleSource.STATED, f'stated by {by}'), ()
+
+
+def _refuse_parts(path: Path, options: ReadOptions) -> None:
+    """Refuse what would change a map that is meant as it is."""
+    for name in ('crop', 'storey', 'page', 'layers'):
+        if getattr(options, name):
+            raise MapFormatError(
+                f'{path} is a map of map_server, which is taken as it is: {name} does not apply; '
+                'name the drawing that it was made from'
+            )
+
+
+def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Reading:
+    """
+    Read an opened drawing; see :func:`read_plan`.
+
+    Raises
+    ------
+    MapFormatError
+        If an option does not fit the drawing, or it shows no building.
+    """
+    _check_options(drawing, options)
+    found = choose(drawing, options, config)
+    scale, cell_m = resolve_scale(drawing, options, found, config)
+    grid = GridMap(found.cells[::-1], cell_m)
+    A_pixel_image = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]])
+    return Reading(
+        grid=grid,
+        scale=scale,
+        H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel @ A_pixel_image,
+        how=found.how,
+        drawing=drawing,
+        storeys=found.storeys,
+        dropped=found.dropped,
+        notes=(*drawing.notes, *_notes(found, options)),
+        doubts=tuple(doubts_of(found.segmentation, found.probability)),
+    )
+
+
+def _notes(found: Found, options: ReadOptions) -> list[str]:
+    notes = []
+    if found.is_straightened:
+        notes.append('The sheet lay askew or was photographed at an angle; that was undone.')
+    if len(found.storeys) > 1 and options.storey is None:
+        notes.append(
+            f'The sheet shows {len(found.storeys)} buildings or storeys; number '
+            f'{found.chosen + 1}, the largest, was taken. Choose another one with --storey.'
+        )
+    return notes
+
+
+def _check_options(drawing: Drawing, options: ReadOptions) -> None:
+    if options.resolution_m is not None and not options.resolution_m > 0.0:
+        raise MapFormatError(
+            f'resolution must be positive metres per pixel, got {options.resolution_m}'
+        )
+    if options.crop is not None:
+        height, width = drawing.pixels.shape[:2]
+        left, top, right, bottom = options.crop
+        is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
+        if not is_inside or min(right - left, bottom - top) < _LEAST_CROP_PX:
+            raise MapFormatError(
+                f'{drawing.name}: crop {options.crop} does not fit; expected left, top, right, '
+                f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
+            )
+    if options.length is not None:
+        _checked_length(options.length)
+
+
+def _checked_length(length: Length) -> Length:
+    x1, y1, x2, y2, metres = length
+    if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
+        raise MapFormatError(
+            f'length {length}: expected two places in pixels and a positive number of metres '
+            'between them'
+        )
+    return length

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What is ink on a drawing: darker than its surroundings, whatever the colour and the shading.
+
+A line stands out from what is beside it, be that paper, a coloured fill or the shadow of a hand;
+a fill does not. Levels of contrast are 0 to 255, as a share of the brightness around.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Levels = NDArray[np.uint8]
+
+DARK_GROUND = 100
+"""Drawings whose paper is darker than this grey level are light lines on dark."""
+
+_REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
+_LEAST_REACH_PX = 9
+_DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: noise grows there
+_MASS = 150  # so much darker than the paper is ink even where it fills an area
+_PAPER_PX = 96  # the paper's brightness is looked at in so small a picture
+_PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
+_TABLE_PX = 320  # a sheet on a table is looked for in so small a picture
+_LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
+_BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
+_BRIGHTER = 1.3  # times as bright as the table is the sheet
+_SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
+_NOISE_SIGMAS = 4.0
+_FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
+_TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
+_DARKEST = 255
+_CUTS = (0.3, 0.12)  # shares of the darkest tone from which on a reading takes ink
+_TONE_BLUR = 6.0  # levels: tones that are nearer to each other are one
+_TONE_SHARE = 0.08  # of the lines have a tone that counts
+_APART = 14.0  # levels between two readings
+_MAX_TONES = 3
+
+
+def is_dark_ground(pixels: Levels) -> bool:
+    """Tell whether ``pixels (H, W, 3)`` show light lines on a dark ground."""
+    grey = _grey(_small(pixels, _PAPER_PX))
+    return bool(np.median(grey) < DARK_GROUND)
+
+
+def contrast(pixels: Levels) -> Levels:
+    """
+    Return how much darker (H, W) each pixel is than what lies around it, 0 to 255.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3)
+        Dark lines on a lighter ground. The channel with the most contrast counts, so that
+        yellow lines on white are lines.
+    """
+    reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
+    square = np.ones((reach, reach), np.uint8)
+    found = _mass(pixels)
+    for channel in _channels(pixels):
+        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square)
+        np.maximum(found, _share_darker(channel, _levels(around)), out=found)
+    found[_table(pixels)] = 0
+    # The brightest pixel around is brighter than the paper by the noise.
+    return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
+
+
+def _table(pixels: Levels) -> NDArray[np.bool_]:
+    """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
+    grey = _grey(_small(pixels, _TABLE_PX))
+    side = max(3, round(_LINE_REACH * max(grey.shape)))
+    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
+    del split
+    nothing = np.zeros(pixels.shape[:2], dtype=np.bool_)
+    edge = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
+    if edge.mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
+        return nothing
+    if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
+        return nothing
+    contours, _ = cv2.findContours(bright, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    sheet = max(contours, key=cv2.contourArea)
+    hull = cv2.convexHull(sheet)
+    area = cv2.contourArea(hull)
+    if area < _SHEET_SHARE * grey.size or cv2.contourArea(sheet) < _CONVEX * area:
+        return nothing
+    inner = np.zeros_like(grey)
+    cv2.drawContours(inner, [hull], -1, 1, -1)
+    inner = _levels(cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1))
+    size = (pixels.shape[1], pixels.shape[0])
+    return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
+
+
+def _channels(pixels: Levels) -> list[Levels]:
+    red, green, blue = (np.ascontiguousarray(pixels[..., k]) for k in range(3))
+    if np.array_equal(red, green) and np.array_equal(red, blue):
+        return [red]
+    return [red, green, blue]
+
+
+def _share_darker(level: Levels, around: Levels) -> Levels:
+    gap = cv2.subtract(around, level).astype(np.float32)
+    return np.asarray(255.0 * gap / np.maximum(around, _DARK_FLOOR), dtype=np.uint8)
+
+
+def _mass(pixels: Levels) -> Levels:
+    """Return the contrast of what is far darker than the paper, 0 elsewhere."""
+    grey = _grey(pixels)
+    small = _small(grey, _PAPER_PX)
+    side = max(3, round(_PAPER_REACH * max(small.shape)))
+    paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
+    paper = cv2.resize(paper, grey.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    darker = _share_darker(grey, _levels(paper))
+    return np.where(darker >= _MASS, darker, 0).astype(np.uint8)
+
+
+def _grey(pixels: Levels) -> Levels:
+    return _levels(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY))
+
+
+def _levels(values: NDArray[Any]) -> Levels:
+    return np.asarray(values, dtype=np.uint8)
+
+
+def _small(pixels: Levels, longest: int) -> Levels:
+    factor = min(1.0, longest / max(pixels.shape[:2]))
+    size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]
+    return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+@dataclass(frozen=True)
+class Tone:
+    """What is darker than ``level`` is ink; ``name`` says which lines those are."""
+
+    name: str
+    level: float
+
+
+def inks(levels: Levels) -> list[Tone]:
+    """
+    Return readings of which contrast is ink, most usual first.
+
+    ``levels (H, W)`` are those of :func:`contrast`. Nothing drawn gives an empty list.
+    """
+    least = max(_FAINTEST, _NOISE_SIGMAS * _noise(levels))
+    count = np.bincount(levels.ravel(), minlength=256)
+    darker = count[::-1].cumsum()[::-1]  # pixels of at least that contrast
+    first = int(least) + 1
+    if first > _DARKEST or not darker[first]:
+        return []
+    ridge = levels[(levels >= first) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))]
+    cuts = _cuts(np.bincount(ridge, minlength=256).astype(np.float64), least)
+    return [Tone(_name(k, len(cuts)), level) for k, level in enumerate(cuts)]
+
+
+def _cuts(count: NDArray[np.float64], least: float) -> list[float]:
+    """Return levels from which on lines count: below the faintest tone that matters, then on."""
+    mass = np.cumsum(count[::-1])[::-1] / count.sum()
+    top = int(np.flatnonzero(mass >= 1.0 - _TOP_SHARE)[-1])
+    smooth = cv2.GaussianBlur(count[None], (0, 0), _TONE_BLUR, borderType=cv2.BORDER_REFLECT)[0]
+    valleys = np.flatnonzero((smooth[1:-1] < smooth[:-2]) & (smooth[1:-1] <= smooth[2:])) + 1
+    edges = np.array([0, *valleys, 256])
+    shares = np.add.reduceat(count, edges[:-1]) / count.sum()
+    cuts = [float(max(least, _CUTS[0] * top))]
+    for k in range(1, len(shares)):
+        level = float(edges[k])
+        has_both = shares[:k].sum() > _TONE_SHARE and shares[k:].sum() > _TONE_SHARE
+        if has_both and level > least and all(abs(level - cut) > _APART for cut in cuts):
+            cuts.append(level)
+    faint = float(max(least, _CUTS[1] * top))
+    if cuts[0] - faint > _APART:
+        cuts.append(faint)
+    return cuts[:_MAX_TONES]
+
+
+def _name(place: int, count: int) -> str:
+    return 'all lines' if place == 0 else f'lines of tone {place} of {count - 1}'
+
+
+def _noise(levels: Levels) -> float:
+    """Return the standard deviation of the paper's contrast, from its lower half."""
+    paper = levels[levels < np.quantile(levels, 0.7) + 1]
+    return float(np.sqrt(np.mean(np.square(paper.astype(np.float64)))))

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A drawing's contrast, straightened and at a workable size, with the way back to its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.straighten import find_straightening, straightened_size
+from fpnet_core.drawings.tones import Levels, contrast
+from fpnet_core.drawings.types import Array
+
+Box = tuple[int, int, int, int]
+
+WORK_PX = 1800
+"""The longer side of the picture that a sheet is read in."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """
+    Contrast ``levels (H, W)`` and where they are from.
+
+    ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened``
+    tells that it is more than a smaller picture. ``pixels (H, W, 3)`` are the drawing's, with
+    dark and light exchanged where it is light on dark.
+    """
+
+    levels: Levels
+    H_view_pixel: Array
+    pixels: Levels
+    is_straightened: bool
+
+    def cropped(self, box: Box) -> View:
+        """Return the part within ``box`` (left, top, right, bottom)."""
+        left, top, right, bottom = box
+        move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+        levels = np.ascontiguousarray(self.levels[top:bottom, left:right])
+        return View(levels, move @ self.H_view_pixel, self.pixels, self.is_straightened)
+
+    def finer(self, longest: int) -> tuple[View, float]:
+        """Return the same part with its longer side up to ``longest``, and by which factor."""
+        centre = np.array([self.levels.shape[1], self.levels.shape[0]]) / 2.0
+        factor = min(longest / max(self.levels.shape), self._reduction(centre))
+        if factor < _WORTH_IT:
+            return self, 1.0
+        H = _shrinking(factor) @ self.H_view_pixel
+        size = [max(1, round(side * factor)) for side in self.levels.shape[::-1]]
+        pixels = cv2.warpPerspective(self.pixels, H, size, borderMode=cv2.BORDER_REPLICATE)
+        levels = contrast(np.asarray(pixels, dtype=np.uint8))
+        return View(levels, H, self.pixels, self.is_straightened), factor
+
+    def _reduction(self, centre: Array) -> float:
+        """Return how many of the drawing's pixels are one of the view's, at a place."""
+        back = np.linalg.inv(self.H_view_pixel)
+        steps = centre + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+        lifted = np.column_stack([steps, np.ones(3)]) @ back.T
+        places = lifted[:, :2] / lifted[:, 2:]
+        return float(np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))
+
+
+_WORTH_IT = 1.2  # a view that is less finer shows nothing new
+
+
+def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:
+    """
+    Return the view of a drawing with dark lines on a lighter ground.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3)
+    crop : what of it to look at, in pixels
+    straighten : undo turn and perspective
+    """
+    left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
+    part = pixels[top:bottom, left:right]
+    factor = min(1.0, WORK_PX / max(part.shape[:2]))
+    size = [max(1, round(side * factor)) for side in part.shape[1::-1]]
+    small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
+    levels = contrast(np.asarray(small, dtype=np.uint8))
+    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+    scale = _shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ move
+    H = find_straightening(levels) if straighten else np.eye(3)
+    is_straightened = not np.array_equal(H, np.eye(3))
+    if is_straightened:
+        levels = np.asarray(
+            cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
+        )
+    return View(levels, H @ scale, pixels, is_straightened)
+
+
+def _shrinking(factor: float | tuple[float, float]) -> NDArray[np.float64]:
+    """Return the affine (3, 3) between pixel centres of a picture and of it resized."""
+    x, y = (factor, factor) if isinstance(factor, float) else factor
+    return np.array([[x, 0.0, 0.5 * x - 0.5], [0.0, y, 0.5 * y - 0.5], [0.0, 0.0, 1.0]])

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is said to a person of how a drawing was read."""
+
+from __future__ import annotations
+
+from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
+from fpnet_core.segmentation.scale import SURE_FACTOR
+from fpnet_core.types import Segmentation
+
+
+def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
+    """Return what is to be said of a reading, a line each: how, what, scale, notes, doubts."""
+    area_m2 = sum(room.area_m2 for room in segmentation.rooms)
+    dropped = sorted({each.what for each in reading.dropped})
+    return [
+        f'{reading.drawing.name}: {reading.how}',
+        f'{len(segmentation.rooms)} rooms, {area_m2:.0f} m2, {len(segmentation.doors)} doors',
+        said_of_scale(reading.scale),
+        *([f'left out: {", ".join(dropped)}'] if dropped else []),
+        *reading.notes,
+        *(f'doubt: {doubt}' for doubt in reading.doubts),
+    ]
+
+
+def is_sure(scale: DrawingScale) -> bool:
+    """Tell whether a scale may be called sure: its interval ends within ten per cent."""
+    return (
+        scale.source is not ScaleSource.UNKNOWN
+        and scale.high_m <= SURE_FACTOR * scale.resolution_m
+        and scale.low_m >= scale.resolution_m / SURE_FACTOR
+    )
+
+
+def said_of_scale(scale: DrawingScale) -> str:
+    """Return metres per pixel, how surely, who says so and why."""
+    said = f'{scale.resolution_m:.4g} m per pixel'
+    if scale.low_m < scale.high_m:
+        said += f' ({scale.low_m:.3g} to {scale.high_m:.3g})'
+    if scale.source is ScaleSource.UNKNOWN:
+        return f'scale unknown, taken as {said}'
+    unsure = '' if is_sure(scale) else ', unsure'
+    return f'{said}, {scale.why or scale.source.value}{unsure}'

@@ -1,0 +1,365 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Why a run has no answer: likely causes, the likeliest first, each with figures and what to type.
+
+A reason (:mod:`fpnet_core.judging.reasons`) says what decided one look. A cause is what a person
+can do something about. Those that were put to the test come first: a drawing that fits once it is
+flipped or drawn at another scale needs no further explanation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+import math
+import shlex
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.judging.judge import Verdict
+from fpnet_core.types import Cause, CauseKind
+
+_PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
+"""Numerical: how probable a placement of another look is for its cause to be proved, likely, or
+worth a word."""
+
+_FEW_WALLS_M = 25.0  # physical: the walls of one room
+_MUCH_SHARE = 0.25  # numerical: of the plan's floor; who has seen as much has seen enough
+_MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
+_WELL = 0.8  # numerical: a right placement explains so much of the walls, as a rule
+_AS_WELL = 0.04  # numerical: shares of walls that differ by less tell nothing apart
+_AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
+_SAME_SCALE = 0.03  # numerical: a scale that differs by less would have been found
+_CONTRADICTED = 0.5  # numerical: walls seen again on less than this share of the first ones
+
+_TESTED = 0.97
+"""Numerical: least weight of a cause that was proved."""
+
+_WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """
+    What somebody typed, from which the next command is made.
+
+    ``command`` are the words without what concerns the drawing, ``drawing`` the file, ``options``
+    what was said of it: pairs of an option and its value, empty for a flag.
+    """
+
+    command: tuple[str, ...] = ('fpnet', 'localize', 'INPUT', '--floorplan')
+    drawing: str = 'PLAN'
+    options: tuple[tuple[str, str], ...] = ()
+
+    def again(self, option: str = '', value: str = '', instead_of: tuple[str, ...] = ()) -> str:
+        """Return the same command with one option more, or another value of it."""
+        gone = {option, *instead_of}
+        kept = [pair for pair in self.options if pair[0] not in gone]
+        return self._line(*self.command, kept=[*kept, (option, value)])
+
+    def flipped(self) -> str:
+        """Return the same command with the drawing flipped, or as it is where it was flipped."""
+        if ('--mirrored', '') not in self.options:
+            return self.again('--mirrored')
+        return self.again(instead_of=('--mirrored',))
+
+    def on(self, drawing: str) -> str:
+        """Return the same command with another drawing, of which nothing has been said."""
+        return replace(self, drawing=drawing, options=()).again()
+
+    def look(self, command: str, *more: str) -> str:
+        """Return ``fpnet COMMAND`` on the drawing as it was read."""
+        return self._line('fpnet', command, kept=[*self.options], more=more)
+
+    def _line(self, *words: str, kept: list[tuple[str, str]], more: tuple[str, ...] = ()) -> str:
+        said = [word for pair in kept for word in pair if word]
+        return shlex.join([*words, self.drawing, *said, *more])
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best placement of a look: its probability, share of the walls explained, mean scale."""
+
+    probability: float
+    explained: float
+    scale: float
+
+    @classmethod
+    def of(cls, verdict: Verdict) -> Fit | None:
+        """Return that of a verdict, None where there is no placement."""
+        if not len(verdict.placements):
+            return None
+        explained = float(_explained(verdict)[0])
+        return cls(verdict.best, explained, float(verdict.placements.scale[0]))
+
+
+@dataclass(frozen=True)
+class DoubleWalls:
+    """
+    How walls that were seen again lie beside where they were first seen.
+
+    They are ``shift_m`` and ``turn_deg`` off after ``path_m`` of driving; ``before`` and ``after``
+    are the shares of them on first walls before and after that is undone.
+    """
+
+    shift_m: float
+    turn_deg: float
+    path_m: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class TurningWalls:
+    """Walls whose direction turns steadily, by ``turn_deg`` in all over ``path_m``."""
+
+    turn_deg: float
+    path_m: float
+
+
+@dataclass(frozen=True)
+class Findings:
+    """
+    What is known of a run without an answer.
+
+    Parameters
+    ----------
+    walls_m, seen_m2 : walls and floor seen
+    plan_m2 : floor of the plan; 0 where there is none yet
+    needed_m2 : floor that a first look takes
+    best : of the search as it was configured
+    alike : shares of the walls that the best and all places like it explain, best first
+    scales : smallest and largest that was searched, in ``best``'s unit
+    resolution_m : of the drawing's pixels, in the metres that ``scales`` refer to
+    is_mirrored : the mirror image alone fits, as was decided over time
+    rescaled : best over a much wider range of scales; None where nobody has looked
+    mirror : best on the plan's mirror image; None where nobody has looked
+    doubts : what speaks against the reading of the drawing
+    storeys, storey : on the sheet, and which of them it was
+    drift : None where the walls agree with each other, as far as they were seen twice
+    contradictions : looks at which the newest walls did not fit a claim
+    says_scale : the drawing's resolution can be told from what was found: the robot's map is
+        in metres
+    """
+
+    walls_m: float
+    seen_m2: float
+    plan_m2: float = 0.0
+    needed_m2: float = 0.0
+    best: Fit | None = None
+    alike: tuple[float, ...] = ()
+    scales: tuple[float, float] = (0.0, math.inf)
+    resolution_m: float = 0.0
+    is_mirrored: bool = False
+    rescaled: Fit | None = None
+    mirror: Fit | None = None
+    doubts: tuple[str, ...] = ()
+    storeys: int = 1
+    storey: int | None = None
+    drift: DoubleWalls | TurningWalls | None = None
+    contradictions: int = 0
+    says_scale: bool = True
+
+    @property
+    def has_seen_much(self) -> bool:
+        """Tell whether a right plan would have been recognised by now."""
+        share = self.seen_m2 / self.plan_m2 if self.plan_m2 else 0.0
+        return self.walls_m >= _FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
+
+
+def alike(verdict: Verdict) -> tuple[float, ...]:
+    """Return the shares of the walls that the best placement and all like it explain."""
+    if not len(verdict.placements):
+        return ()
+    shares, p = _explained(verdict), verdict.placements.probability
+    near = (shares >= shares[0] - _AS_WELL) & (p >= _POSSIBLE * p[0])
+    return tuple(sorted((float(share) for share in shares[near]), reverse=True))
+
+
+def causes_of(found: Findings, asked: Asked | None = None) -> tuple[Cause, ...]:
+    """Return the likely causes, the likeliest first; at least one."""
+    asked = asked or Asked()
+    weighed = [each for of in _EVERY for each in of(found, asked)]
+    ranked = sorted(weighed, key=lambda each: (-each[0], _LISTED[each[1].kind]))
+    if ranked and ranked[0][0] >= _TESTED:
+        # What was proved leaves nothing for guesses to explain.
+        ranked = [ranked[0], *(each for each in ranked[1:] if each[1].kind not in _GUESSES)]
+    return tuple(cause for _, cause in ranked) or (_undecided(found, asked),)
+
+
+_Weighed = Iterator[tuple[float, Cause]]
+
+
+def _drawing(found: Findings, asked: Asked) -> _Weighed:
+    if found.doubts:
+        look = f'{asked.look("plan", "--out", "out/plan.yaml")} and look at out/plan_reading.png'
+        evidence = '; '.join(doubt.rstrip('.') for doubt in found.doubts)
+        yield _WEIGHTS[CauseKind.DRAWING], Cause(CauseKind.DRAWING, evidence, look)
+
+
+def _scale(found: Findings, asked: Asked) -> _Weighed:
+    fit = found.rescaled
+    low, high = found.scales
+    if fit is not None:
+        is_outside = not low * (1.0 - _SAME_SCALE) <= fit.scale <= high * (1.0 + _SAME_SCALE)
+        if is_outside and fit.probability >= _POSSIBLE:
+            yield _tested(fit.probability), _scale_found(found, fit, asked)
+        return
+    best, edge = found.best, 1.0 + _AT_EDGE
+    if best is None or not 0.0 < low * edge**2 < high < math.inf:
+        return
+    if low * edge < best.scale < high / edge:
+        return
+    limit = 'least' if best.scale <= low * edge else 'most'
+    evidence = (
+        f'the walls fit best at {best.scale:.2f} times the stated scale, the {limit} that was '
+        f'searched ({low:.2f} to {high:.2f})'
+    )
+    once = asked.again('--set', 'localizer.scale_policy=unknown')
+    yield 0.3, Cause(CauseKind.SCALE, evidence, once)
+
+
+def _scale_found(found: Findings, fit: Fit, asked: Asked) -> Cause:
+    low, high = found.scales
+    evidence = (
+        f'{_percent(fit.explained)} of {_metres(found.walls_m)} of wall fit at {fit.scale:.2f} '
+        f'times the scale that was taken (p {fit.probability:.2f}); searched were {low:.2f} to '
+        f'{high:.2f}'
+    )
+    if not found.says_scale:
+        again = asked.again('--set', 'localizer.scale_policy=unknown')
+        return Cause(CauseKind.SCALE, evidence, again)
+    metres = found.resolution_m / fit.scale
+    evidence += f', and {metres:.3g} m per pixel would fit'
+    once = asked.again('--resolution', f'{metres:.3g}', instead_of=('--length',))
+    return Cause(CauseKind.SCALE, evidence, once)
+
+
+def _mirrored(found: Findings, asked: Asked) -> _Weighed:
+    fit = found.mirror
+    if fit is None:
+        if found.is_mirrored:
+            evidence = "what was seen fits the floorplan's mirror image only"
+            yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
+        return
+    drawn = found.best.probability if found.best else 0.0
+    if fit.probability < _POSSIBLE or (fit.probability <= drawn and not found.is_mirrored):
+        return
+    explained = found.best.explained if found.best else 0.0
+    evidence = (
+        f'the mirror image explains {_percent(fit.explained)} of {_metres(found.walls_m)} of wall '
+        f'(p {fit.probability:.2f}), the drawing {_percent(explained)}'
+    )
+    weight = 1.0 if found.is_mirrored else _tested(fit.probability)
+    yield weight, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
+
+
+def _other_plan(found: Findings, asked: Asked) -> _Weighed:
+    explained = found.best.explained if found.best else 0.0
+    if found.walls_m < _FEW_WALLS_M or explained >= _WELL:
+        return
+    tried = [
+        *(['at other scales'] if found.rescaled else []),
+        *(['mirrored'] if found.mirror else []),
+    ]
+    nor = f', nor does it fit {" or ".join(tried)}' if tried else ''
+    evidence = (
+        f'the best place explains {_percent(explained)} of {_metres(found.walls_m)} of wall '
+        f'(a right one: {_percent(_WELL)} or more){nor}'
+    )
+    again = asked.on('OTHER_PLAN')
+    if found.storeys > 1:
+        evidence += f'; the sheet holds {found.storeys} storeys'
+        again = asked.again('--storey', str(1 if found.storey != 1 else 2))
+    weight = (0.6 if found.has_seen_much else 0.35) + 0.2 * min(1.0, (_WELL - explained) / 0.3)
+    yield weight, Cause(CauseKind.OTHER_PLAN, evidence, again)
+
+
+def _too_little(found: Findings, asked: Asked) -> _Weighed:
+    if found.seen_m2 < found.needed_m2:
+        evidence = (
+            f'{math.floor(found.seen_m2)} m2 of floor, and a first look takes '
+            f'{math.ceil(found.needed_m2)} m2'
+        )
+        yield 1.0, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
+        return
+    if found.has_seen_much:
+        return
+    of = f' of the {round(found.plan_m2)} m2 on the plan' if found.plan_m2 else ''
+    evidence = f'{_metres(found.walls_m)} of wall and {round(found.seen_m2)} m2{of}'
+    weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < _FEW_WALLS_M else 0.5
+    yield weight, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
+
+
+def _drift(found: Findings, asked: Asked) -> _Weighed:
+    better = asked.again('--poses', 'POSES.tum')
+    drift = found.drift
+    if isinstance(drift, DoubleWalls):
+        evidence = (
+            f'walls seen again after {_metres(drift.path_m)} lie {drift.shift_m:.1f} m and '
+            f'{drift.turn_deg:.0f} degrees beside the first ones ({_percent(drift.before)} of '
+            f'them agree, {_percent(drift.after)} once moved there)'
+        )
+        yield 0.84, Cause(CauseKind.DRIFT, evidence, better)
+    elif isinstance(drift, TurningWalls):
+        evidence = (
+            f'the walls turn steadily, by {drift.turn_deg:.0f} degrees over '
+            f'{_metres(drift.path_m)}: a round building, or odometry that turns'
+        )
+        yield 0.82, Cause(CauseKind.DRIFT, evidence, better)
+    elif found.contradictions:
+        evidence = f'at {found.contradictions} looks the newest walls did not fit a pose claimed'
+        yield 0.81, Cause(CauseKind.DRIFT, evidence, better)
+
+
+def _self_similar(found: Findings, asked: Asked) -> _Weighed:
+    if len(found.alike) < 2 or found.alike[0] < _WELL:
+        return
+    shares = ', '.join(_percent(share) for share in found.alike[:4])
+    more = f' and {len(found.alike) - 4} more' if len(found.alike) > 4 else ''
+    evidence = (
+        f'{len(found.alike)} places explain the {_metres(found.walls_m)} of wall alike: '
+        f'{shares}{more}'
+    )
+    look = f'{asked.look("check-plan", "--plot", "alike.png")} and drive to where rooms differ'
+    yield 0.55, Cause(CauseKind.SELF_SIMILAR, evidence, look)
+
+
+def _undecided(found: Findings, asked: Asked) -> Cause:
+    """Return what is left to say where nothing speaks against the plan."""
+    explained = f'{_percent(found.best.explained)} of ' if found.best else ''
+    evidence = f'nothing speaks against the plan, and {explained}{_metres(found.walls_m)} of wall '
+    evidence += 'fit: more of them would decide'
+    return Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
+
+
+def _drive_on(asked: Asked) -> str:
+    return f'drive through at least two rooms and a corridor, then: {asked.again()}'
+
+
+def _tested(probability: float) -> float:
+    """Return the weight of a cause that was put to the test, by the ``probability`` it led to."""
+    if probability >= _PROVED:
+        return _TESTED + (1.0 - _TESTED) * probability
+    return 0.75 if probability >= _LIKELY else 0.3
+
+
+def _explained(verdict: Verdict) -> NDArray[np.float64]:
+    """Return the share of the walls that each placement explains, bent or not, ``(C,)``."""
+    figures = verdict.evidence
+    return np.maximum(figures.of('support'), figures.of('bent_support')).astype(np.float64)
+
+
+def _percent(share: float) -> str:
+    return f'{round(100 * share)} %'
+
+
+def _metres(length_m: float) -> str:
+    return f'{round(length_m)} m'
+
+
+_GUESSES = (CauseKind.OTHER_PLAN, CauseKind.SELF_SIMILAR, CauseKind.TOO_LITTLE)
+_EVERY = (_drawing, _scale, _mirrored, _other_plan, _too_little, _drift, _self_similar)
+_LISTED = {kind: place for place, kind in enumerate(CauseKind)}

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Why a run or a match has no answer: what was seen is looked at once more, offline.
+
+The same search is made over a much wider range of scales and on the drawing's mirror image; what
+they find is the proof that one look of a running localizer cannot afford.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.types import Reading
+from fpnet_core.judging import Judge, Verdict
+from fpnet_core.judging.causes import Asked, Findings, Fit, alike, causes_of
+from fpnet_core.judging.reasons import CONTRADICTED
+from fpnet_core.localizer.drift import drift_of
+from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.maps import MapMatch
+from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
+from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.pose import MapSide
+from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.types import Cause, GridMap, LocalizerOutput, Status, Submap
+
+_WIDEST = 2.0  # numerical: scales from a third to three times what was taken; beyond is no plan
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """
+    One comparison of a submap with a plan, in working metres, and its verdict.
+
+    ``area_m2`` is the floor seen, ``search`` the scales that were tried.
+    """
+
+    plan: MapSide
+    sub: MapSide
+    area_m2: float
+    search: ScaleSearch
+    verdict: Verdict
+
+
+def explain_run(
+    outputs: Sequence[LocalizerOutput],
+    plan: GridMap,
+    matcher: RegionMatcher,
+    config: FpnetConfig,
+    reading: Reading | None = None,
+    asked: Asked | None = None,
+    storey: int | None = None,
+) -> tuple[Cause, ...]:
+    """
+    Return the likely causes of a run's having no answer, the likeliest first.
+
+    Parameters
+    ----------
+    outputs : all ticks of the run, in time order
+    plan : the floorplan, as the localizer was given it
+    matcher, config : as the localizer's
+    reading : how the plan was read; None where nobody knows
+    asked : what was typed, for the next commands
+    storey : of the sheet, as it was asked for
+    """
+    seen = [output.submap for output in outputs if output.submap is not None]
+    found = Findings(
+        0.0,
+        0.0,
+        needed_m2=config.localizer.min_explored_m2,
+        contradictions=sum(output.reason == CONTRADICTED for output in outputs),
+        is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
+    )
+    if seen:
+        largest = max(seen, key=lambda submap: submap.free_area_m2)
+        found = replace(found, drift=drift_of(outputs))
+        estimate = None if reading is None else reading.estimate
+        floorplan = Floorplan(plan, config, estimate)
+        found = _looked_at(found, largest, floorplan, matcher, config)
+    return causes_of(_of_reading(found, reading, storey), asked)
+
+
+def explain_match(
+    match: MapMatch,
+    matcher: RegionMatcher,
+    config: FpnetConfig,
+    reading: Reading | None = None,
+    asked: Asked | None = None,
+    storey: int | None = None,
+) -> tuple[Cause, ...]:
+    """Return the likely causes of a match's having no answer; parameters as of a run."""
+    finder = Finder(matcher, Judge.configured(config.localizer), config)
+    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated)
+    look = Compared(match.plan, match.sub, match.area_m2, match.search, match.comparison.verdict)
+    found = _of_tests(_of_look(found, look), look, finder)
+    return causes_of(_of_reading(found, reading, storey), asked)
+
+
+def causes_of_look(look: Compared, status: Status, is_mirrored: bool) -> tuple[Cause, ...]:
+    """Return the likely causes as far as one look tells; none where something is claimed."""
+    if status is Status.LOCALIZED:
+        return ()
+    return causes_of(_of_look(Findings(0.0, 0.0, is_mirrored=is_mirrored), look))
+
+
+def causes_of_waiting(submap: Submap | None, config: FpnetConfig) -> tuple[Cause, ...]:
+    """Return the cause of a tick that has seen too little for a look."""
+    seen_m2 = 0.0 if submap is None else submap.free_area_m2
+    return causes_of(Findings(0.0, seen_m2, needed_m2=config.localizer.min_explored_m2))
+
+
+def _looked_at(
+    found: Findings,
+    submap: Submap,
+    floorplan: Floorplan,
+    matcher: RegionMatcher,
+    config: FpnetConfig,
+) -> Findings:
+    """Return ``found`` with what a fresh search of one submap says, and wider ones."""
+    finder = Finder(matcher, Judge.configured(config.localizer), config)
+    timer = StageTimer()
+    sub = prepare_submap(submap, SubmapSegmenter(config.segmentation), timer)
+    working, search, area_m2 = floorplan.working, floorplan.scale.search, submap.free_area_m2
+    if area_m2 < found.needed_m2:
+        plan_m2 = working.evidence.free_area_m2
+        return replace(found, walls_m=sub.evidence.wall_length_m, seen_m2=area_m2, plan_m2=plan_m2)
+    verdict = finder.find(working, sub, area_m2, search, timer).verdict
+    look = Compared(working, sub, area_m2, search, verdict)
+    return _of_tests(_of_look(found, look), look, finder)
+
+
+def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
+    if reading is None:
+        return found
+    cells_per_pixel = reading.scale.resolution_m / reading.grid.resolution
+    return replace(
+        found,
+        doubts=reading.doubts,
+        storeys=max(1, len(reading.storeys)),
+        storey=storey,
+        resolution_m=found.resolution_m * cells_per_pixel,
+    )
+
+
+def _of_look(found: Findings, look: Compared) -> Findings:
+    factors = look.search.factors
+    return replace(
+        found,
+        walls_m=look.sub.evidence.wall_length_m,
+        seen_m2=look.area_m2,
+        plan_m2=look.plan.evidence.free_area_m2,
+        best=Fit.of(look.verdict),
+        alike=alike(look.verdict),
+        scales=(float(factors.min()), float(factors.max())),
+        resolution_m=look.plan.segmentation.grid.resolution,
+    )
+
+
+def _of_tests(found: Findings, look: Compared, finder: Finder) -> Findings:
+    """Return ``found`` with what wider scales and the mirror image lead to."""
+    factors = allowed_scales(_WIDEST)
+    wide = ScaleSearch.of_factors(factors, finder.config.pose.strain_sigma)
+    mirror = prepare_plan(look.plan.segmentation.grid.mirrored(), finder.config)
+    sub, area_m2 = look.sub, look.area_m2
+    rescaled = finder.find(look.plan, sub, area_m2, wide, StageTimer()).verdict
+    mirrored = finder.find(mirror, sub, area_m2, look.search, StageTimer()).verdict
+    # The two compete as equals here: that drawings are rarely mirrored is for the reader to weigh.
+    contest = finder.judge.against_mirror(mirrored, look.verdict, 0.0)
+    return replace(found, rescaled=Fit.of(rescaled), mirror=Fit.of(contest))

@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a run itself tells of odometry drift: walls that lie double, and walls that turn.
+
+Who comes back to a place sees the same walls twice. Who does not can only tell that the walls'
+direction, which buildings keep, turns with every metre; of drift in position alone such a run's
+maps say nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Placements
+from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.pose import FINE, ROUGH, Freedom, MapEvidence, map_evidence, refine, wall_support
+from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
+
+Array = NDArray[np.float64]
+
+_AWAY_M = 10.0  # physical: who has driven so far since is back, not still there
+_BACK_WITHIN_M = 2.5  # physical: how near, so that drift of metres is seen as well
+_FEWEST = 60  # numerical: returns that tell a place
+_KNOWN_WITHIN_M = 1.5  # physical: returns further from all first walls show something new
+_KNOWN_SHARE = 0.6  # numerical: of the returns, so that the place is surely seen again
+_SIGMA_M = 0.2  # physical: walls agree within about this
+_LOOKS = 12  # numerical: places compared, spread over the run
+_FIT = 0.7  # numerical: share of the walls on first ones once they are moved there
+_GAIN = 0.12  # numerical: where moving them brings so much, they were double
+_TWICE = 2  # numerical: looks that say so; one alone may be a door that has been shut
+_CELL_M = 0.1  # numerical: of the raster on which walls show their direction
+_FEWEST_DIRECTIONS = 5  # numerical: looks that tell a turn from a step
+_LEAST_STRENGTH = 0.4  # numerical: walls without a common direction tell nothing
+_LEAST_TURN_RAD = math.radians(8.0)  # physical: wings of a building are further apart
+_STEADY = 0.15  # numerical: of the whole turn, by which directions may lie beside a steady one
+_RIGID = Freedom(strain_sigma=1e-4, stretch=np.eye(2))
+_SHIFTS_M = (-1.0, 0.0, 1.0)  # starts of the alignment
+_TURNS_RAD = tuple(math.radians(turn) for turn in (-12.0, -6.0, 0.0, 6.0, 12.0))
+
+
+def drift_of(outputs: Sequence[LocalizerOutput]) -> DoubleWalls | TurningWalls | None:
+    """Return what a run's walls tell of drift; None where they tell of none."""
+    submaps = _last_piece([output.submap for output in outputs if output.submap is not None])
+    return _double_walls(submaps) or _turning_walls(submaps)
+
+
+def _double_walls(submaps: Sequence[Submap]) -> DoubleWalls | None:
+    """Return how far apart the same walls were seen; None where they agree or none were."""
+    pairs = list(_returns(submaps))
+    if not pairs:
+        return None
+    chosen = np.unique(np.linspace(0, len(pairs) - 1, _LOOKS).astype(np.int64))
+    found = [_between(*pairs[index]) for index in chosen]
+    double = [drift for drift in found if drift is not None]
+    if len(double) < _TWICE:
+        return None
+    return max(double, key=lambda drift: drift.after - drift.before)
+
+
+def _turning_walls(submaps: Sequence[Submap]) -> TurningWalls | None:
+    """Return by how much the walls' direction turns; None where it stays, or comes in steps."""
+    seen = [(_path_m(s.path_xy)[-1], _direction(s)) for s in submaps if len(s.path_xy)]
+    known = np.array([(path, way) for path, way in seen if way is not None]).reshape(-1, 2)
+    if len(known) < _FEWEST_DIRECTIONS:
+        return None
+    path, way = known[:, 0], np.unwrap(known[:, 1], period=math.pi / 2)
+    slope, offset = np.polyfit(path, way, 1)
+    turn, beside = abs(slope) * np.ptp(path), np.std(way - slope * path - offset)
+    if turn < _LEAST_TURN_RAD or beside > _STEADY * turn:
+        return None
+    return TurningWalls(math.degrees(turn), float(np.ptp(path)))
+
+
+def _direction(submap: Submap) -> float | None:
+    """Return where the newest walls run to modulo 90 degrees [rad]; None where nowhere at all."""
+    if len(submap.recent_xy) < _FEWEST:
+        return None
+    low = submap.recent_xy.min(axis=0) - _CELL_M
+    rc = np.floor((submap.recent_xy - low) / _CELL_M).astype(np.int64)[:, ::-1]
+    cells = np.full(rc.max(axis=0) + 2, FREE, dtype=np.int8)
+    cells[rc[:, 0], rc[:, 1]] = OCCUPIED
+    seen = map_evidence(GridMap(cells, _CELL_M, submap.T_odom_submap))
+    return seen.orientation if seen.orientation_strength >= _LEAST_STRENGTH else None
+
+
+def _last_piece(submaps: list[Submap]) -> list[Submap]:
+    """Return the submaps since the localizer last started anew."""
+    first = len(submaps) - 1
+    while first > 0 and submaps[first - 1].id < submaps[first].id:
+        first -= 1
+    return submaps[max(first, 0) :]
+
+
+def _returns(submaps: Sequence[Submap]) -> Iterator[tuple[Submap, Submap, float]]:
+    """Yield submaps before and after the robot had been away, and the path between [m]."""
+    paths = [_path_m(submap.path_xy) for submap in submaps]
+    for index, later in enumerate(submaps):
+        if not len(later.path_xy):
+            continue
+        path = paths[index]
+        near = np.linalg.norm(later.path_xy - later.path_xy[-1], axis=1) < _BACK_WITHIN_M
+        been = np.flatnonzero(near & (path < path[-1] - _AWAY_M))
+        if not len(been):
+            continue
+        # The newest of the maps from before the robot came back: it knows the place best.
+        before = [k for k in range(index) if _is_between(paths[k][-1:], path, been)]
+        if before:
+            yield submaps[before[-1]], later, float(path[-1] - paths[before[-1]][-1])
+
+
+def _is_between(end: Array, path: Array, been: NDArray[np.int64]) -> bool:
+    return bool(len(end) and path[been[-1]] + _BACK_WITHIN_M <= end[0] <= path[-1] - _AWAY_M)
+
+
+def _between(first: Submap, later: Submap, path_m: float) -> DoubleWalls | None:
+    walls = map_evidence(first.grid)
+    T_first_later = first.T_odom_submap.inv() @ later.T_odom_submap
+    seen = T_first_later.apply(later.recent_xy)
+    seen = seen[_distance(walls, seen) <= _KNOWN_WITHIN_M]
+    if len(seen) < max(_FEWEST, _KNOWN_SHARE * len(later.recent_xy)):
+        return None
+    at = T_first_later.apply(later.path_xy[-1:])[0]
+    moved = refine(walls, seen, _starts(at), _RIGID, ROUGH)
+    moved = refine(walls, seen, moved, _RIGID, FINE)
+    support = wall_support(walls, seen, moved, _SIGMA_M)
+    before = float(wall_support(walls, seen, _still(), _SIGMA_M)[0])
+    best = int(support.argmax())
+    after = float(support[best])
+    if after < _FIT or after - before < _GAIN:
+        return None
+    shift = moved.linear[best] @ at + moved.translation[best] - at
+    turn_deg = abs(math.degrees(math.remainder(float(moved.heading[best]), math.tau)))
+    return DoubleWalls(float(np.hypot(*shift)), turn_deg, path_m, before, after)
+
+
+def _still() -> Placements:
+    return Placements(np.eye(2)[None], np.zeros((1, 2)))
+
+
+def _starts(at: Array) -> Placements:
+    """Return small moves about the robot at ``at (2,)``."""
+    turns = np.array(
+        [[[math.cos(t), -math.sin(t)], [math.sin(t), math.cos(t)]] for t in _TURNS_RAD]
+    )
+    shifts = np.array([(x, y) for x in _SHIFTS_M for y in _SHIFTS_M])
+    linear = np.repeat(turns, len(shifts), axis=0)
+    return Placements(linear, at - linear @ at + np.tile(shifts, (len(turns), 1)))
+
+
+def _distance(walls: MapEvidence, points: Array) -> Array:
+    """Return the distance of points ``(P, 2)`` to the nearest wall [m]; infinite off the map."""
+    rc = np.rint(points @ walls.A_rc_xy[:, :2].T + walls.A_rc_xy[:, 2]).astype(np.int64)
+    inside = ((rc >= 0) & (rc < walls.wall_distance.shape)).all(axis=1)
+    distance = np.full(len(points), np.inf)
+    distance[inside] = walls.wall_distance[rc[inside, 0], rc[inside, 1]]
+    return distance
+
+
+def _path_m(path_xy: Array) -> Array:
+    steps = np.linalg.norm(np.diff(path_xy, axis=0), axis=1)
+    return np.concatenate([np.zeros(min(1, len(path_xy))), np.cumsum(steps)])

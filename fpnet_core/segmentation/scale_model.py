@@ -1,0 +1,155 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How long the reference length of a map truly is: a learned density over its logarithm.
+
+A few small networks of different seeds see the figures and answer with a mixture of normal
+densities each; the mean of their densities, with a share of it smeared out for buildings unlike
+any that was learned from, is the posterior of the scale. Drawings and robots' maps have networks
+of their own. All figures but counts are ratios of lengths, so that the answer moves with the
+nominal scale, whatever that is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
+
+Array = NDArray[np.float64]
+Side = Literal['plan', 'map']
+
+SCALE_SCHEMA = 1
+"""Grows when a figure changes its meaning."""
+
+SCALE_NAME = 'scale.safetensors'
+
+CLIP = 3.0
+"""Figures are standardised and held to so many standard deviations: nothing unseen counts more."""
+
+COMPONENTS = 3
+"""Normal densities of each network's mixture."""
+
+LOG_SIGMA_SHIFT, LOG_SIGMA_RANGE = -1.0, (-3.5, 1.0)
+"""Logarithms of the components' standard deviations, in those of the target: where they start."""
+
+GRID = np.linspace(-1.6, 1.6, 321)
+"""Logarithms of true over assumed metres at which a posterior is held; a hundredth apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScaleModel:
+    """
+    ``tensors`` of the networks for drawings, ``plan.NAME``, and for robots' maps, ``map.NAME``.
+
+    Letters: ``D`` figures, ``m`` networks, ``h`` width, ``K`` components. ``mean`` and ``spread
+    (D,)`` standardise the figures, ``target (2,)`` the answer; ``first (m, h, D)``, ``second
+    (m, h, h)``, ``mixture (m, 3 K, h)`` and ``direct (m, D)`` are the layers, their biases called
+    alike; ``tail (2,)`` are share and standard deviation of what is smeared out.
+    """
+
+    tensors: dict[str, NDArray[np.float32]]
+
+    def posterior(self, figures: ScaleFigures, side: Side) -> Array:
+        """
+        Return probabilities over :data:`GRID`; all the same where nothing was measured.
+
+        ``figures`` are of a drawing (``plan``) or of a robot's ``map``.
+        """
+        if figures.reference is None:
+            return np.full(len(GRID), 1.0 / len(GRID))
+        t = {
+            name.partition('.')[2]: value.astype(np.float64)
+            for name, value in self.tensors.items()
+            if name.startswith(f'{side}.')
+        }
+        x = np.clip(np.nan_to_num((figures.values - t['mean']) / t['spread']), -CLIP, CLIP)
+        logs = np.array(
+            [_log_density(t, m, x, figures.reference) for m in range(len(t['direct']))]
+        )
+        density = np.exp(logs - logs.max()).sum(axis=0)
+        return smeared(density / density.sum(), *t['tail'].tolist())
+
+
+def _log_density(t: dict[str, Array], m: int, x: Array, reference: float) -> Array:
+    """Return one network's log density at :data:`GRID`."""
+    hidden = _silu(t['first'][m] @ x + t['first_bias'][m])
+    hidden = _silu(t['second'][m] @ hidden + t['second_bias'][m])
+    out = (t['mixture'][m] @ hidden + t['mixture_bias'][m]).reshape(3, COMPONENTS)
+    log_sigma = np.clip(out[2] + LOG_SIGMA_SHIFT, *LOG_SIGMA_RANGE)
+    centre, unit = t['target']
+    mean = out[1] + t['direct'][m] @ x + t['direct_bias'][m]
+    z = ((GRID[:, None] + reference - centre) / unit - mean) / np.exp(log_sigma)
+    return np.asarray(logsumexp(out[0] - logsumexp(out[0]) - log_sigma - 0.5 * z**2, axis=1))
+
+
+def smeared(density: Array, share: float, sigma: float) -> Array:
+    """Return ``density (..., G)`` over :data:`GRID`, a ``share`` of it blurred by ``sigma``."""
+    apart = (GRID[:, None] - GRID) / sigma
+    kernel = np.exp(-0.5 * apart**2)
+    blurred = density @ (kernel / kernel.sum(axis=1, keepdims=True))
+    mixed = (1.0 - share) * density + share * blurred
+    return np.asarray(mixed / mixed.sum(axis=-1, keepdims=True))
+
+
+def quantiles(density: Array, at: tuple[float, ...]) -> Array:
+    """Return the logarithms ``(len(at),)`` below which ``density (G,)`` has these shares."""
+    return np.interp(at, np.cumsum(density) - 0.5 * density, GRID)
+
+
+def _silu(x: Array) -> Array:
+    return np.asarray(x / (1.0 + np.exp(-x)))
+
+
+def read_scale_model(path: Path | None = None) -> ScaleModel:
+    """
+    Read trained weights; None reads the packaged ones.
+
+    Raises
+    ------
+    WeightsError
+        If a file is missing or damaged, or was made for other figures.
+    """
+    return model_of(read_weights(path, SCALE_SCHEMA, SCALE_NAME))
+
+
+@lru_cache(maxsize=1)
+def packaged_scale_model() -> ScaleModel:
+    """Return the packaged model, read once."""
+    return read_scale_model()
+
+
+def model_of(weights: Weights) -> ScaleModel:
+    """Return the model that a checkpoint holds."""
+    network = weights.manifest['network']
+    if network.get('figures') != list(FIGURES):
+        raise WeightsError(
+            'scale weights: figures differ from those of this version; train again with '
+            'fpnet train-scale'
+        )
+    members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
+    found = {name: value.shape for name, value in weights.tensors.items()}
+    check_shapes(SCALE_NAME, found, shapes(members, width))
+    return ScaleModel(weights.tensors)
+
+
+def shapes(members: int, width: int) -> dict[str, tuple[int, ...]]:
+    """Return the shape of every tensor."""
+    size, out = len(FIGURES), 3 * COMPONENTS
+    one = {
+        'mean': (size,), 'spread': (size,), 'target': (2,), 'tail': (2,),
+        'first': (members, width, size), 'first_bias': (members, width),
+        'second': (members, width, width), 'second_bias': (members, width),
+        'mixture': (members, out, width), 'mixture_bias': (members, out),
+        'direct': (members, size), 'direct_bias': (members,),
+    }  # fmt: skip
+    return {f'{side}.{name}': shape for side in ('plan', 'map') for name, shape in one.items()}

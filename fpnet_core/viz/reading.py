@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A reading drawn over the drawing that it came from: rooms, doors, what was left out, scale."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.types import Reading
+from fpnet_core.drawings.wording import said_of
+from fpnet_core.types import OCCUPIED, Segmentation
+from fpnet_core.viz.segmentation import label_xy, region_colour
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+_LONG_SIDE_IN = 12.0
+_DPI = 130
+_PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
+_DOOR, _DROPPED, _STOREY = (0.85, 0.1, 0.1), (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
+_WALL = (20, 60, 140)  # red, green, blue
+_NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
+_BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
+_BAR_SHARE = 0.2  # of the picture's width, at most
+_LINE = 120  # characters of a title's line
+
+
+def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
+    """Write the picture; ``segmentation`` is that of the reading's grid."""
+    from matplotlib.figure import Figure
+
+    height, width = reading.drawing.pixels.shape[:2]
+    inch = _LONG_SIDE_IN / max(height, width)
+    figure = Figure(figsize=(width * inch + 0.4, height * inch + 1.3), layout='constrained')
+    ax = figure.add_subplot()
+    draw_reading(ax, reading, segmentation)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+
+
+def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
+    """Draw a reading over its drawing, in the drawing's pixels, y down."""
+    pixels = reading.drawing.pixels
+    height, width = pixels.shape[:2]
+    to_pixel = _H_pixel_plan(reading)
+    ax.imshow(_with_walls(_paled(pixels), reading, to_pixel))
+    for room in segmentation.rooms:
+        outline = _mapped(to_pixel, room.polygon)
+        ax.fill(*outline.T, color=region_colour(room.id), alpha=0.5, linewidth=0)
+        x, y = _mapped(to_pixel, np.array([label_xy(room)]))[0]
+        ax.annotate(f'{room.area_m2:.0f}', (x, y), ha='center', va='center', fontsize=6)
+    for portal in segmentation.portals:
+        ax.plot(*_mapped(to_pixel, portal.ends).T, color=_DOOR, linewidth=1.8)
+    for dropped in reading.dropped:
+        is_large = dropped.box[2] - dropped.box[0] >= _NAMED_SHARE * width
+        _box(ax, dropped.box, _DROPPED, dropped.what if is_large else '', '--')
+    if len(reading.storeys) > 1:
+        for number, box in enumerate(reading.storeys, start=1):
+            _box(ax, box, _STOREY, f'storey {number}', '-')
+    _scale_bar(ax, to_pixel, segmentation, (height, width))
+    ax.set_xlim(-0.5, width - 0.5)
+    ax.set_ylim(height - 0.5, -0.5)
+    said = '\n'.join(fill(line, _LINE) for line in said_of(reading, segmentation))
+    ax.set_title(said, fontsize=9, loc='left')
+
+
+def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    pale = 255.0 - _PALE * (255.0 - pixels.astype(np.float32))
+    return np.asarray(np.rint(pale), dtype=np.uint8)
+
+
+def _with_walls(pixels: NDArray[np.uint8], reading: Reading, to_pixel: Array) -> NDArray[np.uint8]:
+    """Return the picture with what was taken for walls in one colour."""
+    grid = reading.grid
+    A_plan_cell = grid.T_frame_grid.matrix @ np.diag([grid.resolution, grid.resolution, 1.0])
+    # OpenCV's whole numbers are the middles of cells.
+    A_plan_cell = A_plan_cell @ np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    size = pixels.shape[1], pixels.shape[0]
+    walls = (grid.cells == OCCUPIED).astype(np.float32)
+    share = cv2.warpPerspective(walls, to_pixel @ A_plan_cell, size)[..., None]
+    mixed = (1.0 - share) * pixels + share * np.array(_WALL, np.float32)
+    return np.asarray(np.rint(mixed), dtype=np.uint8)
+
+
+def _H_pixel_plan(reading: Reading) -> Array:
+    """Return the homography from metres of the plan to the drawing's upright pixels."""
+    A_pixel_image = np.vstack([reading.drawing.A_pixel_image, [0.0, 0.0, 1.0]])
+    return np.asarray(A_pixel_image @ np.linalg.inv(reading.H_plan_image))
+
+
+def _mapped(H: Array, points: Array) -> Array:
+    homogeneous = points @ H[:, :2].T + H[:, 2]
+    return np.asarray(homogeneous[:, :2] / homogeneous[:, 2:])
+
+
+def _box(
+    ax: Axes,
+    box: tuple[int, int, int, int],
+    colour: tuple[float, float, float],
+    name: str,
+    style: str,
+) -> None:
+    left, top, right, bottom = box
+    x, y = [left, right, right, left, left], [top, top, bottom, bottom, top]
+    ax.plot(x, y, color=colour, linewidth=1.0, linestyle=style)
+    ax.annotate(name, (left, top), color=colour, fontsize=7, va='bottom')
+
+
+def _scale_bar(
+    ax: Axes, to_pixel: Array, segmentation: Segmentation, shape: tuple[int, int]
+) -> None:
+    """Draw a bar of a round number of metres into the lower left corner."""
+    height, width = shape
+    middle = segmentation.grid.rc_to_xy(np.array(segmentation.grid.shape) / 2.0)
+    ends = _mapped(to_pixel, middle + np.array([[0.0, 0.0], [1.0, 0.0]]))
+    pixels_per_m = float(np.linalg.norm(ends[1] - ends[0]))
+    fitting = [metres for metres in _BAR_M if metres * pixels_per_m <= _BAR_SHARE * width]
+    metres = fitting[-1] if fitting else _BAR_M[0]
+    left, y = 0.02 * width, 0.98 * height
+    ax.plot([left, left + metres * pixels_per_m], [y, y], color='black', linewidth=3)
+    ax.annotate(f'{metres:g} m', (left, y), xytext=(0, 4), textcoords='offset points', fontsize=8)

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet plan`` and the options that say something about a drawing."""
+
+import json
+
+import numpy as np
+from PIL import Image
+from planted import plan_grid
+import pytest
+
+from fpnet_core.cli import common, main
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import ScaleSource
+from fpnet_core.errors import ConfigError
+from fpnet_core.io import pixel_to_xy
+from fpnet_core.types import FREE
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main(list(map(str, arguments)))
+    return ended.value.code or 0
+
+
+@pytest.fixture
+def drawing(tmp_path):
+    """The planted building at 5 cm per pixel, of which the file says nothing."""
+    pixels = np.where(plan_grid().cells == FREE, 255, 0).astype(np.uint8)[::-1]
+    Image.fromarray(pixels).save(tmp_path / 'sheet.png')
+    return tmp_path / 'sheet.png'
+
+
+def test_it_writes_a_map_a_record_and_a_picture(drawing, tmp_path, capsys):
+    out = tmp_path / 'out' / 'plan.yaml'
+    assert run('plan', drawing, '--length', '0,0,200,0=10', '--out', out, '--json', '-') == 0
+    printed = capsys.readouterr()
+    report = json.loads(printed.out)
+    assert 'sheet.png: ' in printed.err
+    assert 'a length of 10 m' in printed.err
+    assert (report['rooms'], report['doors']) == (7, 6)
+    assert report['scale']['source'] == 'length'
+    record = json.loads((out.parent / 'plan.json').read_text())
+    assert record == {key: report[key] for key in record}
+    assert Image.open(out.parent / 'plan_reading.png').width > 900
+    again = read_plan(out)
+    assert again.grid.resolution == pytest.approx(0.05)
+    assert again.scale.source is ScaleSource.LENGTH
+
+
+def test_every_command_reads_the_map_as_it_reads_the_drawing(drawing, tmp_path):
+    out = tmp_path / 'out' / 'plan.yaml'
+    assert run('plan', drawing, '--out', out) == 0
+    first, again = read_plan(drawing), read_plan(out)
+    np.testing.assert_array_equal(first.grid.cells, again.grid.cells)
+    assert first.grid.resolution == again.grid.resolution
+    assert again.scale.source is ScaleSource.ESTIMATED
+    assert again.estimate.low == pytest.approx(first.estimate.low)
+    rooms = []
+    for source in (drawing, out):
+        assert run('segment', source, '--json', tmp_path / 'rooms.json') == 0
+        rooms.append(json.loads((tmp_path / 'rooms.json').read_text())['rooms'])
+    assert rooms[0] == rooms[1]
+
+
+def test_a_mirrored_drawing_is_flipped(drawing, tmp_path):
+    assert run('plan', drawing, '--mirrored', '--out', tmp_path / 'out.yaml') == 0
+    flipped, plain = read_plan(tmp_path / 'out.yaml'), read_plan(drawing)
+    np.testing.assert_array_equal(flipped.grid.cells, plain.grid.cells[:, ::-1])
+    record = json.loads((tmp_path / 'out.json').read_text())
+    at = np.array(record['H_plan_image']) @ [100.0, 50.0, 1.0]
+    x, y = pixel_to_xy(plain.grid).apply([100.0, 50.0])
+    width_m = plain.grid.shape[1] * plain.grid.resolution
+    np.testing.assert_allclose(at[:2] / at[2], [width_m - x, y], atol=1e-6)
+
+
+@pytest.mark.parametrize('name', ['sheet.yaml', 'plan.png', 'plan'])
+def test_the_drawing_is_never_overwritten(drawing, tmp_path, capsys, name):
+    before = drawing.read_bytes()
+    assert run('plan', drawing, '--out', tmp_path / name) == 1
+    assert capsys.readouterr().err.count('\n') == 1
+    assert drawing.read_bytes() == before
+
+
+def test_a_record_is_no_part_of_a_drawing_that_was_asked_for(drawing, tmp_path, capsys):
+    assert run('plan', drawing, '--resolution', 0.05, '--length', '0,0,9,9=1') == 1
+    assert 'give one of them' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('text', 'length'),
+    [
+        ('120,80,520,80=6.0', (120.0, 80.0, 520.0, 80.0, 6.0)),
+        ('1.5,2,3,4=7m', (1.5, 2.0, 3.0, 4.0, 7.0)),
+    ],
+)
+def test_a_length_is_two_places_and_metres(text, length):
+    assert common.parse_length(text) == length
+
+
+@pytest.mark.parametrize(
+    'text', ['', '1,2,3,4', '1,2,3=4', '1,2,3,4=', '1,2,3,4=a', '1,2,3,4=1,2', 'nan,2,3,4=1']
+)
+def test_what_is_no_length_is_one_line(text):
+    with pytest.raises(ConfigError, match='120,80,520,80=6'):
+        common.parse_length(text)
+
+
+def test_a_crop_is_four_numbers():
+    assert common.parse_crop('40,60,900,700') == (40, 60, 900, 700)
+    for text in ('', '1,2,3', 'a,b,c,d', '1,2,3,4,5', 'inf,0,1,1'):
+        with pytest.raises(ConfigError, match='40,60,900,700'):
+            common.parse_crop(text)
+
+
+def test_what_was_typed_is_typed_again(tmp_path):
+    said = common.DrawingOptions(resolution=0.05, page=2, layer=['A', 'B c'], mirrored=True)
+    asked = said.asked(('fpnet', 'plan'), tmp_path / 'a.dxf')
+    assert asked.again() == (
+        f"fpnet plan {tmp_path / 'a.dxf'} --resolution 0.05 --page 2 --layer A --layer 'B c' "
+        '--mirrored'
+    )
+    assert '--resolution 0.06' in asked.again('--resolution', '0.06')
+    assert '0.05' not in asked.again('--resolution', '0.06')
+
+
+def test_an_unknown_scale_is_searched_unless_somebody_decides(drawing):
+    reading = common.DrawingOptions().read(drawing, common.load(None))
+    free, set_ = common.load(None), common.load(None, ['localizer.scale_policy=trusted'])
+    assert common.with_scale_of(reading, free).localizer.scale_policy == 'unknown'
+    assert common.with_scale_of(reading, set_).localizer.scale_policy == 'trusted'
+    stated = common.DrawingOptions(resolution=0.05).read(drawing, free)
+    assert common.with_scale_of(stated, free) is free

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Likely causes of having no answer: their order, words and commands."""
+
+from dataclasses import replace
+
+import pytest
+
+from fpnet_core.judging.causes import (
+    Asked,
+    DoubleWalls,
+    Findings,
+    Fit,
+    TurningWalls,
+    causes_of,
+)
+from fpnet_core.types import CauseKind
+
+ASKED = Asked(('fpnet', 'localize', 'my drive', '--floorplan'), 'plan.png', (('--page', '2'),))
+POOR = Findings(
+    140.0, 90.0, 400.0, 12.0, Fit(0.02, 0.55, 1.02), (0.55, 0.54), (0.9, 1.1), 0.05
+)  # fmt: skip
+TRIED = replace(POOR, rescaled=Fit(0.01, 0.58, 1.7), mirror=Fit(0.03, 0.56, 1.0))
+
+
+def kinds(found):
+    return [cause.kind for cause in causes_of(found, ASKED)]
+
+
+def first(found):
+    return causes_of(found, ASKED)[0]
+
+
+def test_another_building_says_what_was_tried():
+    assert first(TRIED).evidence == (
+        'the best place explains 55 % of 140 m of wall (a right one: 80 % or more), nor does it '
+        'fit at other scales or mirrored'
+    )
+    assert first(TRIED).next == "fpnet localize 'my drive' --floorplan OTHER_PLAN"
+    assert first(POOR).evidence.endswith('(a right one: 80 % or more)')
+
+
+def test_a_sheet_of_several_storeys_offers_the_next():
+    found = replace(TRIED, storeys=3, storey=1)
+    assert first(found).evidence.endswith('the sheet holds 3 storeys')
+    assert first(found).next == (
+        "fpnet localize 'my drive' --floorplan plan.png --page 2 --storey 2"
+    )
+
+
+def test_a_scale_that_fits_is_what_to_type():
+    found = replace(TRIED, rescaled=Fit(0.99, 0.86, 1.6))
+    assert kinds(found) == [CauseKind.SCALE]
+    assert first(found).evidence == (
+        '86 % of 140 m of wall fit at 1.60 times the scale that was taken (p 0.99); searched '
+        'were 0.90 to 1.10, and 0.0312 m per pixel would fit'
+    )
+    assert first(found).next == (
+        "fpnet localize 'my drive' --floorplan plan.png --page 2 --resolution 0.0312"
+    )
+    said = Asked(('fpnet', 'match', '--plan'), 'p', (('--length', '0,0,9,9=6'),))
+    assert causes_of(found, said)[0].next == 'fpnet match --plan p --resolution 0.0312'
+
+
+def test_two_maps_without_a_scale_tell_none():
+    found = replace(TRIED, rescaled=Fit(0.99, 0.86, 1.6), says_scale=False)
+    assert 'per pixel' not in first(found).evidence
+    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
+
+
+def test_a_scale_that_was_searched_is_no_cause():
+    assert CauseKind.SCALE not in kinds(replace(TRIED, rescaled=Fit(0.99, 0.86, 1.08)))
+
+
+def test_the_edge_of_what_was_searched_is_a_hint_only():
+    found = replace(POOR, best=Fit(0.02, 0.55, 1.1))
+    assert kinds(found) == [CauseKind.OTHER_PLAN, CauseKind.SCALE]
+    assert 'the most that was searched (0.90 to 1.10)' in causes_of(found)[1].evidence
+
+
+def test_a_mirror_image_that_fits_is_proof():
+    found = replace(TRIED, mirror=Fit(0.99, 0.9, 1.0))
+    assert kinds(found) == [CauseKind.MIRRORED]
+    assert first(found).next.endswith('plan.png --page 2 --mirrored')
+    assert first(replace(POOR, is_mirrored=True)).kind is CauseKind.MIRRORED
+
+
+def test_a_drawing_that_was_flipped_in_error_is_flipped_back():
+    asked = Asked(('fpnet', 'match', '--plan'), 'p', (('--mirrored', ''), ('--page', '2')))
+    found = replace(TRIED, mirror=Fit(0.99, 0.9, 1.0))
+    assert causes_of(found, asked)[0].next == 'fpnet match --plan p --page 2'
+
+
+def test_a_mirror_image_that_fits_no_better_than_the_drawing_is_no_cause():
+    found = replace(TRIED, best=Fit(0.8, 0.9, 1.0), mirror=Fit(0.2, 0.9, 1.0))
+    assert CauseKind.MIRRORED not in kinds(found)
+
+
+@pytest.mark.parametrize('found', [POOR, TRIED, replace(TRIED, drift=TurningWalls(40.0, 30.0))])
+def test_a_doubtful_reading_comes_before_every_guess(found):
+    found = replace(found, doubts=('no door was found', 'one room holds 95 % of the floor'))
+    assert first(found).kind is CauseKind.DRAWING
+    assert first(found).evidence == 'no door was found; one room holds 95 % of the floor'
+    assert first(found).next == (
+        'fpnet plan plan.png --page 2 --out out/plan.yaml and look at out/plan_reading.png'
+    )
+    proved = replace(found, mirror=Fit(0.99, 0.9, 1.0))
+    assert kinds(proved)[:2] == [CauseKind.MIRRORED, CauseKind.DRAWING]
+
+
+def test_little_comes_before_another_building():
+    assert kinds(replace(POOR, walls_m=20.0, seen_m2=20.0)) == [CauseKind.TOO_LITTLE]
+    found = replace(POOR, walls_m=40.0, seen_m2=40.0)
+    assert set(kinds(found)) == {CauseKind.TOO_LITTLE, CauseKind.OTHER_PLAN}
+    assert first(replace(POOR, seen_m2=9.5)).evidence == (
+        '9 m2 of floor, and a first look takes 12 m2'
+    )
+
+
+def test_drift_comes_before_another_building():
+    double = replace(TRIED, drift=DoubleWalls(0.83, 5.7, 42.0, 0.45, 0.96))
+    assert kinds(double) == [CauseKind.DRIFT, CauseKind.OTHER_PLAN]
+    assert first(double).evidence == (
+        'walls seen again after 42 m lie 0.8 m and 6 degrees beside the first ones (45 % of them '
+        'agree, 96 % once moved there)'
+    )
+    assert first(replace(TRIED, drift=TurningWalls(40.0, 30.0))).kind is CauseKind.DRIFT
+    assert first(replace(TRIED, contradictions=3)).kind is CauseKind.DRIFT
+
+
+def test_places_alike_are_counted():
+    found = replace(TRIED, best=Fit(0.4, 0.91, 1.0), alike=(0.91, 0.9, 0.89, 0.89, 0.88))
+    assert kinds(found) == [CauseKind.SELF_SIMILAR]
+    assert first(found).evidence == (
+        '5 places explain the 140 m of wall alike: 91 %, 90 %, 89 %, 89 % and 1 more'
+    )
+    assert first(found).next.startswith('fpnet check-plan plan.png --page 2 --plot alike.png')
+
+
+def test_there_is_always_a_cause():
+    assert len(causes_of(Findings(0.0, 0.0))) == 1
+    fits = replace(TRIED, best=Fit(0.9, 0.9, 1.0), alike=(0.9,))
+    assert 'nothing speaks against the plan' in first(fits).evidence

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Runs that fail for a known cause, and what they say of it."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from planted import plan_grid
+from planted_drive import recorded
+import pytest
+
+from fpnet_core.config import load_config
+from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
+from fpnet_core.evaluation.localization.cases import plain_cases
+from fpnet_core.evaluation.localization.scenes import make_plan
+from fpnet_core.geometry import SE2
+from fpnet_core.io import Scan
+from fpnet_core.judging.causes import Asked, DoubleWalls, TurningWalls
+from fpnet_core.localizer import Localizer, match_maps, replay
+from fpnet_core.localizer.diagnosis import explain_match, explain_run
+from fpnet_core.localizer.drift import drift_of
+from fpnet_core.localizer.sides import rescaled
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
+
+CONFIG = load_config()
+ASKED = Asked(('fpnet', 'localize', 'drive', '--floorplan'), 'plan.png')
+TICK_S = 3.0
+
+
+@pytest.fixture(scope='module')
+def matcher():
+    return LearnedMatcher(CONFIG.matcher)
+
+
+@pytest.fixture(scope='module')
+def other_plan():
+    return make_plan(plain_cases(0)[3])
+
+
+def drive_on(plan, matcher, scans=None):
+    localizer = Localizer(CONFIG, matcher)
+    localizer.set_plan(plan)
+    given = recorded() if scans is None else scans
+    source = [Scan(stamp, points, T_odom_sensor=pose) for points, pose, stamp in given]
+    return replay(source, localizer, TICK_S, None)
+
+
+def explained(run, plan, matcher, reading=None):
+    assert run.outputs[-1].status is not Status.LOCALIZED
+    return explain_run(run.outputs, plan, matcher, CONFIG, reading, ASKED)
+
+
+def turning(degrees_per_m):
+    """Scans with odometry that turns more than the robot does."""
+    poses, given = [np.eye(4)], recorded()
+    for (_, before, _), (_, after, _) in pairwise(given):
+        step = np.linalg.inv(before) @ after
+        turn_rad = np.deg2rad(degrees_per_m) * np.linalg.norm(step[:2, 3])
+        poses.append(poses[-1] @ step @ SE2.from_xy_yaw(0.0, 0.0, turn_rad).as_matrix4())
+    return [(points, pose, stamp) for pose, (points, _, stamp) in zip(poses, given, strict=True)]
+
+
+def test_a_plan_of_another_building(matcher, other_plan):
+    causes = explained(drive_on(other_plan, matcher), other_plan, matcher)
+    assert causes[0].kind is CauseKind.OTHER_PLAN
+    assert 'nor does it fit at other scales or mirrored' in causes[0].evidence
+    assert causes[0].next == 'fpnet localize drive --floorplan OTHER_PLAN'
+
+
+def test_a_mirrored_plan(matcher):
+    plan = plan_grid().mirrored()
+    causes = explained(drive_on(plan, matcher), plan, matcher)
+    assert [cause.kind for cause in causes] == [CauseKind.MIRRORED]
+    assert causes[0].next == 'fpnet localize drive --floorplan plan.png --mirrored'
+
+
+@pytest.mark.parametrize('factor', [1.5, 0.6])
+def test_a_plan_at_another_scale(matcher, factor):
+    plan = rescaled(plan_grid(), factor)
+    causes = explained(drive_on(plan, matcher), plan, matcher)
+    assert causes[0].kind is CauseKind.SCALE
+    *_, metres = causes[0].next.split()
+    assert float(metres) == pytest.approx(plan_grid().resolution, rel=0.03)
+    assert causes[0].next == f'fpnet localize drive --floorplan plan.png --resolution {metres}'
+
+
+def test_a_drawing_with_doubts(matcher):
+    """Walls that were taken for paper; the reading says so, and the run finds nothing."""
+    grid = plan_grid()
+    kept = np.random.default_rng(0).random(grid.shape) < 0.9
+    kept &= ~np.roll(grid.cells == OCCUPIED, 40, axis=0)
+    plan = replace(grid, cells=np.where(kept & (grid.cells == OCCUPIED), 0, grid.cells))
+    plan = replace(plan, cells=np.roll(plan.cells, 25, axis=1) | plan.cells)
+    reading = Reading(
+        plan,
+        DrawingScale(0.05, 0.04, 0.06, ScaleSource.ESTIMATED),
+        np.eye(3),
+        'dark walls on light paper',
+        Drawing(np.full((2, 2, 3), 255, np.uint8), 'plan.png', 'png'),
+        doubts=('one room holds 95 % of the floor',),
+    )
+    causes = explained(drive_on(plan, matcher), plan, matcher, reading)
+    assert causes[0].kind is CauseKind.DRAWING
+    assert causes[0].evidence == 'one room holds 95 % of the floor'
+    assert causes[0].next.startswith('fpnet plan plan.png --out out/plan.yaml')
+
+
+def test_a_stump_of_a_drive(matcher):
+    run = drive_on(plan_grid(), matcher, recorded()[:2])
+    causes = explained(run, plan_grid(), matcher)
+    assert causes[0].kind is CauseKind.TOO_LITTLE
+    assert causes[0].next.endswith('fpnet localize drive --floorplan plan.png')
+
+
+def test_a_drive_that_has_hardly_begun(matcher):
+    """The lidar sees half a room, which is less than a first look takes."""
+    nearby = [(points[np.hypot(*points[:, :2].T) < 1.5], *rest) for points, *rest in recorded()]
+    run = drive_on(plan_grid(), matcher, nearby[:2])
+    assert run.outputs[-1].status is Status.WAITING
+    assert [cause.kind for cause in run.outputs[-1].causes] == [CauseKind.TOO_LITTLE]
+    assert 'a first look takes 12 m2' in run.outputs[-1].causes[0].evidence
+    causes = explained(run, plan_grid(), matcher)
+    assert [cause.kind for cause in causes] == [CauseKind.TOO_LITTLE]
+
+
+def test_a_run_without_a_scan(matcher):
+    assert explain_run((), plan_grid(), matcher, CONFIG)[0].kind is CauseKind.TOO_LITTLE
+
+
+def test_odometry_that_turns(matcher):
+    run = drive_on(plan_grid(), matcher, turning(2.5))
+    causes = explained(run, plan_grid(), matcher)
+    assert causes[0].kind is CauseKind.DRIFT
+    assert causes[0].next == 'fpnet localize drive --floorplan plan.png --poses POSES.tum'
+
+
+def submaps_of(scans, every=5):
+    """Return ticks that have seen the scans and compared them with nothing."""
+    builder, outputs = SubmapBuilder(CONFIG.submap), []
+    for index, (points, pose, stamp_ns) in enumerate(scans):
+        builder.add_scan(points, pose, stamp_ns)
+        if index % every == every - 1:
+            outputs.append(LocalizerOutput(stamp_ns, Status.WAITING, submap=builder.take()))
+    return outputs
+
+
+def test_walls_seen_again_lie_where_they_were_or_beside():
+    there = recorded()[: len(recorded()) // 2]
+    last_ns = there[-1][2]
+    back = [(p, pose, last_ns + k * 200_000_000) for k, (p, pose, _) in enumerate(there[::-1], 1)]
+    assert drift_of(submaps_of(there + back)) is None
+    moved = SE2.from_xy_yaw(0.8, -0.5, 0.1).as_matrix4()
+    beside = [(points, moved @ pose, stamp) for points, pose, stamp in back]
+    drift = drift_of(submaps_of(there + beside))
+    assert isinstance(drift, DoubleWalls)
+    assert drift.turn_deg == pytest.approx(np.rad2deg(0.1), abs=1.0)
+    assert drift.after > drift.before
+
+
+def test_walls_that_turn_with_every_metre():
+    drift = drift_of(submaps_of(turning(2.5)))
+    assert isinstance(drift, TurningWalls)
+    assert drift.turn_deg == pytest.approx(2.5 * drift.path_m, rel=0.25)
+    assert drift_of(submaps_of(recorded())) is None
+    assert drift_of([]) is None
+
+
+def test_a_claim_needs_no_cause(matcher):
+    run = drive_on(plan_grid(), matcher)
+    assert run.outputs[-1].status is Status.LOCALIZED
+    assert run.outputs[-1].causes == ()
+    assert any(output.causes for output in run.outputs)
+
+
+def test_two_maps_say_why_they_do_not_match(matcher, other_plan):
+    run = drive_on(plan_grid(), matcher)
+    seen = submap_from_grid(run.outputs[-1].submap.grid)
+    for plan, kind in (
+        (other_plan, CauseKind.OTHER_PLAN),
+        (plan_grid().mirrored(), CauseKind.MIRRORED),
+        (rescaled(plan_grid(), 1.5), CauseKind.SCALE),
+    ):
+        match = match_maps(plan, seen, matcher, CONFIG, True, True)
+        causes = explain_match(match, matcher, CONFIG, asked=ASKED)
+        assert causes[0].kind is kind

@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What speaks of a scale, and the posterior that is made of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.weights import Weights, read_weights
+from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures, scale_figures
+from fpnet_core.segmentation.scale_model import (
+    GRID,
+    SCALE_NAME,
+    SCALE_SCHEMA,
+    model_of,
+    quantiles,
+    read_scale_model,
+    smeared,
+)
+from fpnet_core.types import (
+    FREE,
+    OCCUPIED,
+    GridMap,
+    Portal,
+    Region,
+    RegionLabel,
+    Segmentation,
+)
+
+CELL_M = 0.1
+
+
+def two_rooms(door_widths=(0.9, 0.95), wall_cells=4):
+    """Rooms of 5 x 4 m and 3 x 4 m, a wall and doors between them, however many."""
+    cells = np.full((60, 100 + wall_cells), OCCUPIED, np.int8)
+    labels = np.zeros(cells.shape, np.int32)
+    for number, (first, width) in enumerate(((10, 50), (60 + wall_cells, 30)), 1):
+        labels[10:50, first : first + width] = number
+    cells[labels > 0] = FREE
+    square = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+    areas = [20.0, 12.0] + [0.2] * len(door_widths)
+    kinds = [RegionLabel.ROOM] * 2 + [RegionLabel.DOOR] * len(door_widths)
+    regions = tuple(
+        Region(k, kind, square, square.mean(0), area)
+        for k, (kind, area) in enumerate(zip(kinds, areas, strict=True))
+    )
+    portals = tuple(
+        Portal(2 + k, (0, 1), np.array([[0.0, k], [width, k]]))
+        for k, width in enumerate(door_widths)
+    )
+    return Segmentation(GridMap(cells, CELL_M), labels, regions, portals)
+
+
+def length(figures, name):
+    return np.exp(figures.values[FIGURES.index(name)] + figures.reference)
+
+
+def test_lengths_are_measured_in_metres():
+    figures = scale_figures(two_rooms())
+    assert length(figures, 'door_50') == pytest.approx(np.sqrt(0.9 * 0.95), rel=1e-6)
+    assert length(figures, 'side_50') == pytest.approx(np.sqrt(np.sqrt(20.0 * 12.0)), rel=1e-6)
+    assert length(figures, 'width_25') == pytest.approx(3.0 * (4.0 / 3.0) ** 0.25, rel=0.05)
+    assert length(figures, 'wall_25') == pytest.approx(0.4, rel=0.15)
+    assert figures.values[FIGURES.index('log_doors')] == pytest.approx(np.log(3.0))
+
+
+def test_lines_of_a_cell_say_nothing_of_walls():
+    figures = scale_figures(two_rooms(wall_cells=1))
+    assert np.isnan(figures.values[FIGURES.index('wall_50')])
+    assert figures.values[FIGURES.index('has_walls')] == 0.0
+
+
+def test_another_nominal_scale_moves_the_reference_only():
+    one, other = (scale_figures(two_rooms(), factor) for factor in (1.0, 1.7))
+    counted = FIGURES.index('door_mode'), FIGURES.index('door_agreement')
+    keep = np.setdiff1d(np.arange(len(FIGURES)), counted)  # the mode looks near true metres
+    kept = [f.values[keep] for f in (one, other)]
+    known = ~np.isnan(kept[0]) & ~np.isnan(kept[1])
+    assert known.sum() > 15
+    np.testing.assert_allclose(kept[0][known], kept[1][known], atol=1e-6)
+    assert other.reference - one.reference == pytest.approx(np.log(1.7))
+
+
+@pytest.mark.parametrize('side', ['plan', 'map'])
+def test_a_posterior_is_a_distribution_that_moves_with_the_reference(side):
+    model, figures = read_scale_model(), scale_figures(two_rooms())
+    moved = replace(figures, reference=figures.reference + 0.3)
+    one, other = (model.posterior(f, side) for f in (figures, moved))
+    assert one.sum() == pytest.approx(1.0)
+    assert (one >= 0.0).all()
+    shift = quantiles(one, (0.05, 0.5, 0.95)) - quantiles(other, (0.05, 0.5, 0.95))
+    np.testing.assert_allclose(shift, 0.3, atol=0.02)
+
+
+def test_wider_doors_are_a_smaller_true_scale():
+    model = read_scale_model()
+    narrow, wide = (
+        quantiles(model.posterior(scale_figures(two_rooms(widths)), 'plan'), (0.5,))[0]
+        for widths in ((0.7,) * 6, (1.2,) * 6)
+    )
+    assert wide < narrow - 0.05
+
+
+def test_what_lies_far_beyond_the_grid_is_at_its_edge():
+    figures = scale_figures(two_rooms(), 60.0)
+    posterior = read_scale_model().posterior(figures, 'plan')
+    assert np.isfinite(posterior).all()
+    assert quantiles(posterior, (0.5,))[0] < -1.2
+
+
+def test_nothing_measured_is_anything_possible():
+    nothing = ScaleFigures(np.full(len(FIGURES), np.nan), None)
+    posterior = read_scale_model().posterior(nothing, 'plan')
+    np.testing.assert_allclose(posterior, 1.0 / len(GRID))
+
+
+def test_smearing_widens_and_keeps_the_middle():
+    sharp = np.where(np.abs(GRID - 0.2) < 0.005, 1.0, 0.0)
+    wide = smeared(sharp, 0.5, 0.2)
+    assert wide.sum() == pytest.approx(1.0)
+    low, median, high = quantiles(wide, (0.05, 0.5, 0.95))
+    assert median == pytest.approx(0.2, abs=0.01)
+    assert high - low == pytest.approx(2 * 1.2816 * 0.2, rel=0.05)  # half of it: ten per cent out
+
+
+def test_weights_for_other_figures_are_refused():
+    weights = read_weights(None, SCALE_SCHEMA, SCALE_NAME)
+    network = weights.manifest['network'] | {'figures': ['door_mode']}
+    with pytest.raises(WeightsError, match='train-scale'):
+        model_of(Weights(weights.tensors, weights.manifest | {'network': network}))
