@@ -22,7 +22,7 @@ from fpnet_core.drawings.view import view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import interpret
 from fpnet_core.segmentation import segment_unknown_scale
-from fpnet_core.types import OCCUPIED, GridMap, Segmentation
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Box = tuple[int, int, int, int]
 
@@ -32,6 +32,8 @@ _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
+_JUDGED_PX = 1200  # the longer side of a picture in which a plain reading is judged
+_ROUNDS = 2  # of scale and segmentation: enough to judge
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
 
@@ -142,30 +144,36 @@ def _plain(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     if grey is None:
         return None
     try:
-        cells, segmentation = _interpreted(grey, options.resolution_m, config)
+        cells = interpret(grey, options.resolution_m or NOMINAL_M)
         sheet = find_building(cells == OCCUPIED)
     except MapFormatError:
         return None
     box = sheet.boxes[sheet.chosen]
     if len(sheet.boxes) > 1 or any(not _is_within(d.box, box) for d in sheet.dropped):
         return None
+    segmentation, factor = _rooms_of(cells, options.resolution_m or NOMINAL_M, config)
+    if options.resolution_m is None and abs(np.log(factor)) > _SAME_SCALE:
+        cells = interpret(grey, NOMINAL_M * factor)
+        segmentation, _ = _rooms_of(cells, NOMINAL_M * factor, config)
     H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
     chance = probability(features(segmentation))
     return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
 
 
-def _interpreted(
-    grey: Levels, resolution_m: float | None, config: SegmentationConfig
-) -> tuple[NDArray[np.int8], Segmentation]:
-    """Return the cells of a picture and its rooms, at the scale that its doors tell."""
-    nominal = resolution_m or NOMINAL_M
-    cells = interpret(grey, nominal)
-    segmentation, scale = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
-    if resolution_m is None and abs(np.log(scale.factor)) > _SAME_SCALE:
-        nominal *= scale.factor
-        cells = interpret(grey, nominal)
-        segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
-    return cells, segmentation
+def _rooms_of(
+    cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
+) -> tuple[Segmentation, float]:
+    """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
+    stride = -(-max(cells.shape) // _JUDGED_PX)
+    rows, cols = (-(-side // stride) for side in cells.shape)
+    padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
+    padded[: cells.shape[0], : cells.shape[1]] = cells
+    blocks = padded.reshape(rows, stride, cols, stride)
+    wall, free = (blocks == OCCUPIED).any(axis=(1, 3)), (blocks == FREE).all(axis=(1, 3))
+    coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+    grid = GridMap(coarse[::-1], cell_m * stride)
+    segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
+    return segmentation, scale.factor
 
 
 def _grey(pixels: Levels) -> Levels | None:

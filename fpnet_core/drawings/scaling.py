@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 
 from fpnet_core.config import SegmentationConfig
@@ -36,13 +38,24 @@ def resolve_scale(
         cell_m = metres / float(np.hypot(*(ends[1] - ends[0])))
         scale = _exact(cell_m * cells_per_pixel, ScaleSource.LENGTH, f'a length of {metres:g} m')
         return scale, cell_m
-    if drawing.scale is not None:
-        return drawing.scale, drawing.scale.resolution_m / cells_per_pixel
+    known = drawing.scale or _annotated(drawing)
+    if known is not None:
+        return known, known.resolution_m / cells_per_pixel
     cell_m = _estimated(found, config)
     metres = cell_m * cells_per_pixel
     low, high = metres / (1.0 + _SPREAD), metres * (1.0 + _SPREAD)
     why = 'estimated from the widths of doors'
     return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), cell_m
+
+
+def _annotated(drawing: Drawing) -> DrawingScale | None:
+    """Return what scale bars and dimension texts of a vector drawing say."""
+    try:
+        module = import_module('fpnet_core.drawings.annotations')
+    except ModuleNotFoundError:  # comes with the readers of vector formats
+        return None
+    scale: DrawingScale | None = module.annotated_scale(drawing)
+    return scale
 
 
 def _exact(metres: float, source: ScaleSource, why: str) -> DrawingScale:
