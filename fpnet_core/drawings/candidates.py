@@ -17,8 +17,9 @@ from fpnet_core.drawings.sheet import NoBuildingError, Sheet, find_building, mar
 from fpnet_core.drawings.strokes import Mask, Recipe, recipes
 from fpnet_core.drawings.tones import inks
 from fpnet_core.drawings.types import Array
-from fpnet_core.drawings.view import View
+from fpnet_core.drawings.view import View, shrinking
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io import pixel_to_xy
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, GridMap, Segmentation
 
@@ -48,6 +49,15 @@ class Candidate:
     sheet: Sheet
     segmentation: Segmentation
     features: Array
+
+    @property
+    def H_plan_pixel(self) -> Array:
+        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
+        grid = self.segmentation.grid
+        rows, cols = grid.shape
+        height, width = self.view.levels.shape
+        H_look_view = shrinking((cols / width, rows / height))
+        return np.asarray(pixel_to_xy(grid).matrix @ H_look_view @ self.view.H_view_pixel)
 
 
 def candidates(view: View, storey: int | None, config: SegmentationConfig) -> Iterator[Candidate]:
@@ -83,7 +93,7 @@ def candidates(view: View, storey: int | None, config: SegmentationConfig) -> It
 def _is_filled(cells: NDArray[np.int8], ground: Mask | None) -> bool:
     """Tell whether what walls enclose is not far less than what all lines do."""
     free = np.count_nonzero(cells == FREE)
-    return ground is None or free > _LEAST_SHARE * np.count_nonzero(ground)
+    return ground is None or bool(free > _LEAST_SHARE * np.count_nonzero(ground))
 
 
 def _is_new(walls: Mask, seen: list[Mask]) -> bool:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -18,8 +19,9 @@ from fpnet_core.drawings.sheet import find_building
 from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.tones import Levels, is_dark_ground
 from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
-from fpnet_core.drawings.view import view_of
+from fpnet_core.drawings.view import shrinking, view_of
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io import pixel_to_xy
 from fpnet_core.io.images import interpret
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
@@ -67,7 +69,7 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     MapFormatError
         If no reading shows one.
     """
-    plain = None if options.storey else _plain(drawing, options, config)
+    plain = None if options.storey else _plain(drawing.pixels, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
     pixels = drawing.pixels
@@ -87,6 +89,26 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
             'with walls that stand out from the paper'
         )
     return _finished(*found)
+
+
+def all_readings(
+    pixels: Levels, options: ReadOptions, config: SegmentationConfig
+) -> Iterator[tuple[Segmentation, Array]]:
+    """
+    Read pixels (H, W, 3) in every way that :func:`choose` may choose from.
+
+    Yields the rooms in nominal metres and the map (3, 3) from pixels to those.
+    """
+    plain = _plain(pixels, options, config)
+    if plain is not None:
+        grid = plain.segmentation.grid
+        stride = -(-max(plain.cells.shape) // _JUDGED_PX)
+        H = shrinking(1.0 / stride) @ plain.H_cell_pixel
+        yield plain.segmentation, pixel_to_xy(grid).matrix @ H
+    dark = is_dark_ground(pixels)
+    view = view_of(255 - pixels if dark else pixels, options.crop)
+    for candidate in candidates(view, options.storey, config):
+        yield candidate.segmentation, candidate.H_plan_pixel
 
 
 def _most_plausible(
@@ -137,10 +159,10 @@ def _boxed(H: Array, box: Box) -> Box:
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
 
 
-def _plain(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
     """Return what :func:`fpnet_core.io.images.interpret` reads, of a picture without a sheet."""
-    left, top, right, bottom = options.crop or (0, 0, *drawing.pixels.shape[1::-1])
-    grey = _grey(drawing.pixels[top:bottom, left:right])
+    left, top, right, bottom = options.crop or (0, 0, *pixels.shape[1::-1])
+    grey = _grey(pixels[top:bottom, left:right])
     if grey is None:
         return None
     try:
