@@ -84,6 +84,9 @@ COMMANDS = {
     'train-scale': Subcommand(
         'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
     ),
+    'train-readings': Subcommand(
+        'fpnet_core.cli.train_readings', 'Fit what weighs the readings of a drawing.'
+    ),
 }
 
 
