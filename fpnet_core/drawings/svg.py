@@ -371,8 +371,8 @@ def _add(
             builder, [clips[k] for k in clean.clips.get(number, ()) if k in clips]
         )
         paint = Paint(
-            fill=_colour(shape.fill, values.get('fill-opacity')),
-            stroke=_colour(shape.stroke, values.get('stroke-opacity')),
+            fill=_colour(shape.fill),
+            stroke=_colour(shape.stroke),
             width=_number(shape.stroke_width),
             is_dashed=_is_dashed(values.get('stroke-dasharray')),
             is_even_odd=values.get('fill-rule') == 'evenodd',
@@ -403,10 +403,10 @@ def _clip_of(builder: PageBuilder, clips: list[tuple[Array, ...]]) -> tuple[Box,
 
 
 def _is_box(points: Array) -> bool:
-    """Tell whether every piece of a ring is along an axis and on the ring's box."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    on_edge = np.isclose(points, low) | np.isclose(points, high)
-    return len(points) <= 5 and bool(on_edge.all())
+    """Tell whether a ring fills its box."""
+    x, y = (points - points[0]).T
+    area = 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+    return bool(np.isclose(area, np.ptp(x) * np.ptp(y)))
 
 
 def _add_picture(builder: PageBuilder, shape: Any) -> None:
@@ -455,11 +455,10 @@ def _number(value: Any, default: float = 0.0) -> float:
     return number if np.isfinite(number) else default
 
 
-def _colour(colour: Any, opacity: Any) -> Colour:
+def _colour(colour: Any) -> Colour:
     if colour is None or colour.value is None:
         return NO_PAINT
-    alpha = round(255 * float(np.clip(_number(opacity, 1.0), 0.0, 1.0)))
-    return colour.red, colour.green, colour.blue, colour.alpha * alpha // 255
+    return colour.red, colour.green, colour.blue, colour.alpha
 
 
 def _is_dashed(dashes: Any) -> bool:

@@ -58,7 +58,9 @@ def read_apart(path: Path, kind: str, options: ReadOptions) -> Drawing:
     MapFormatError
         If the reader refuses it, takes too much time or memory, or dies of it.
     """
-    request = json.dumps({'path': str(path.absolute()), 'kind': kind, 'options': asdict(options)})
+    request = json.dumps({
+        'path': str(path.absolute()), 'kind': kind, 'options': asdict(options), 'cpu_s': CPU_S,
+    })  # fmt: skip
     root = str(Path(__file__).resolve().parents[2])
     places = [root, *filter(None, [os.environ.get('PYTHONPATH')])]
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(places), 'OMP_NUM_THREADS': '1'}
@@ -104,12 +106,12 @@ def main() -> None:
     for descriptor in (1, 2):  # libraries print
         os.dup2(null, descriptor)
     request = json.loads(sys.argv[1])
-    _limit()
+    _limit(request['cpu_s'])
     sys.exit(_answer(request, out))
 
 
-def _limit() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 2))
+def _limit(cpu_s: int) -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 2))
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
