@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     EVERYWHERE,
     NO_PAINT,
@@ -91,7 +92,7 @@ def read_pdf(path: Path, options: ReadOptions) -> VectorPage:
         number, note = _page_number(document, path, options)
         page = document[number]
     except pypdfium2.PdfiumError as error:
-        raise MapFormatError(_refusal(path, str(error))) from None
+        raise MapFormatError(_refusal(path, detail_of(error))) from None
     result = _read_page(page, path.name)
     return replace(result, notes=(*result.notes, note)) if note else result
 
@@ -99,7 +100,7 @@ def read_pdf(path: Path, options: ReadOptions) -> VectorPage:
 def _refusal(path: Path, detail: str) -> str:
     if 'password' in detail.lower():
         return f'{path.name} is encrypted: expected a PDF without a password; save it without one'
-    return f'{path.name} is a damaged PDF ({detail[:100]}); print it to a new PDF file'
+    return f'{path.name} is a damaged PDF ({detail}); print it to a new PDF file'
 
 
 def _page_number(document: Any, path: Path, options: ReadOptions) -> tuple[int, str]:

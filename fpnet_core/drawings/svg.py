@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     EVERYWHERE,
     NO_PAINT,
@@ -167,7 +168,7 @@ def _parse(data: bytes, name: str) -> ElementTree.Element:
     def entity(key: str, is_parameter: int, value: str | None, *_: str | None) -> None:
         if is_parameter or value is None or '&' in value or len(value) > _MAX_ENTITY:
             raise MapFormatError(
-                f'{name} defines the entity {key[:40]!r}, which grows or refers to another file; '
+                f'{name} defines the entity {key[:40]!a}, which grows or refers to another file; '
                 'save it as plain SVG'
             )
 
@@ -179,7 +180,9 @@ def _parse(data: bytes, name: str) -> ElementTree.Element:
         parser.Parse(data, True)
         return builder.close()
     except (expat.ExpatError, AssertionError, ValueError, LookupError) as error:
-        raise MapFormatError(f'{name} is a damaged SVG ({error}); save it again') from None
+        raise MapFormatError(
+            f'{name} is a damaged SVG ({detail_of(error)}); save it again'
+        ) from None
 
 
 def _tag(name: str) -> str:
@@ -192,7 +195,7 @@ def _local(element: ElementTree.Element) -> str:
 
 def _cleaned(root: ElementTree.Element, name: str) -> _Clean:
     if _local(root) != 'svg':
-        raise MapFormatError(f'{name} is XML, but no SVG: its root is <{_local(root)[:40]}>')
+        raise MapFormatError(f'{name} is XML, but no SVG: its root is {_local(root)[:40]!a}')
     clean = _Clean(root)
     clean.by_id = {element.get('id', ''): element for element in root.iter()}
     _clean_element(clean, root, '', ())
@@ -333,8 +336,9 @@ def _shapes(text: str, name: str) -> Any:
     try:
         return SVG.parse(io.StringIO(text), ppi=96.0, reify=True)
     except Exception as error:  # svgelements raises many kinds on damaged attributes
-        detail = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise MapFormatError(f'{name} is a damaged SVG ({detail}); save it again') from None
+        raise MapFormatError(
+            f'{name} is a damaged SVG ({detail_of(error)}); save it again'
+        ) from None
 
 
 def _sheet(shapes: Any) -> tuple[float, float, float, float] | None:
@@ -417,9 +421,8 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
     try:
         pixels = _decoded(base64.b64decode(data, validate=False), builder.what)
     except (OSError, ValueError, SyntaxError) as error:
-        detail = (str(error).splitlines() or [''])[0][:80]
         raise MapFormatError(
-            f'{builder.what} holds a damaged picture ({detail}); save it without pictures'
+            f'{builder.what} holds a damaged picture ({detail_of(error)}); save it without'
         ) from None
     A_page_user = _affine(shape.transform)
     size = _number(shape.width), _number(shape.height)

@@ -22,6 +22,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -140,9 +141,9 @@ def _answer(request: dict[str, Any], out: BinaryIO) -> int:
 
 
 def _damaged(request: dict[str, Any], error: Exception) -> str:
-    detail = (str(error).splitlines() or [''])[0][:100]
     kind, name = request['kind'].upper(), Path(request['path']).name
-    return f'{name} is a damaged {kind} file ({type(error).__name__}: {detail}); export it anew'
+    detail = f'{type(error).__name__}: {detail_of(error)}'
+    return f'{name} is a damaged {kind} file ({detail}); export it anew'
 
 
 def _tuples(value: Any) -> Any:

@@ -109,8 +109,7 @@ def test_units_without_doors_are_not_guessed_against_the_header():
     walls = double_walls(0.15)
     assert resolve_unit(walls, walls, 1.0, 12.0).length_m == 1.0
     # 10 m of walls of 15 mm as stated, or 100 m of walls of 15 cm: nobody knows.
-    thin = pieces(*[np.multiply(line, 800.0) for line in ([(0, 0), (12, 0)], [(0, 5), (12, 5)])],
-                  *[np.add(np.multiply(line, 800.0), 15.0) for line in ([(0, 0), (12, 0)],
-                                                                       [(0, 5), (12, 5)])])  # fmt: skip
+    faces = [np.array([(0.0, y), (9600.0, y)]) for y in (0.0, 4000.0)]
+    thin = pieces(*faces, *[face + 15.0 for face in faces])
     assert wall_thickness(thin) == pytest.approx(15.0)
     assert resolve_unit(thin, thin, 0.001, 10_000.0).length_m is None
