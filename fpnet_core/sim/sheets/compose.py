@@ -30,6 +30,7 @@ from fpnet_core.sim.sheets.scene import (
     Array,
     Box,
     Colour,
+    Dimension,
     Letters,
     Mark,
     Pen,
@@ -309,6 +310,8 @@ def inverted(scene: Scene) -> Scene:
 def _inverted(mark: Mark) -> Mark:
     if isinstance(mark, Area | Letters):
         return replace(mark, colour=_opposite(mark.colour))
+    if isinstance(mark, Dimension):
+        return replace(mark, colour=_opposite(mark.colour), pen=_inverted_pen(mark.pen))
     return replace(mark, pen=_inverted_pen(mark.pen))
 
 

@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
 from fpnet_core.sim.sheets.looks import Look
-from fpnet_core.sim.sheets.scene import Array, Letters, Mark, Role, circles, lines_of
+from fpnet_core.sim.sheets.scene import Array, Dimension, Letters, Mark, Role, circles, lines_of
 from fpnet_core.sim.sheets.storeys import PlacedStorey
 from fpnet_core.sim.symbols import room_labels
 from fpnet_core.sim.types import PlanRoom
@@ -20,6 +21,7 @@ LETTER_ASPECT = 0.85
 _LINE_PITCH = 1.7  # from line to line over the height of a capital
 _LINES_SHOWN = ((0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2), (1, 2))
 _TIGHT = 0.65  # letters may shrink to this share to fit into a room
+_DIMENSION_PEN_MM = 0.13
 _DIMENSION_MM, _ROW_MM, _TICK_MM = 2.0, 9.0, 2.0
 _EDGE_M = 1.2  # rooms whose edge is so near to a side of the building are seen from there
 _SHORTEST_DIMENSION_M = 0.8
@@ -104,28 +106,15 @@ def _stations(storey: PlacedStorey, axis: int, side: float) -> Array:
 def _dimension_row(
     stations: Array, at: float, axis: int, look: Look, number: Number
 ) -> list[Mark]:
-    """Return one row of dimensions along an axis (0 is x) with ticks, extensions and numbers."""
-    tick = look.mm(_TICK_MM)
+    """Return one row of dimensions along an axis (0 is x) below or left of what is measured."""
     height = max(look.mm(_DIMENSION_MM), 0.8 * look.letter_m)
-
-    def place(along: float, across: float) -> Array:
-        return np.array([along, across] if axis == 0 else [across, along])
-
-    first, last = float(stations[0]), float(stations[-1])
-    lines = [np.stack([place(first, at), place(last, at)])]
-    for x in stations.tolist():
-        lines.append(
-            np.stack([place(x - tick / 2, at - tick / 2), place(x + tick / 2, at + tick / 2)])
-        )
-        lines.append(np.stack([place(x, at - tick), place(x, at + 2.0 * tick)]))
-    marks = lines_of(Role.DIMENSION, lines, look.pen(0.13))
-    for a, b in zip(stations[:-1].tolist(), stations[1:].tolist(), strict=True):
-        text = number(b - a)
-        if len(text) * LETTER_ASPECT * height > b - a:
-            continue
-        x, y = place((a + b) / 2.0, at + (1.0 if axis == 0 else -1.0) * 0.9 * height).tolist()
-        angle = 0.0 if axis == 0 else np.pi / 2.0
-        marks.append(Letters(Role.DIMENSION, text, (x, y), height, look.letters, look.font, angle))
+    tick, pen = look.mm(_TICK_MM), look.pen(_DIMENSION_PEN_MM)
+    marks: list[Mark] = []
+    for a, b in pairwise(stations.tolist()):
+        text = number(b - a) if len(number(b - a)) * LETTER_ASPECT * height < b - a else ''
+        start, end = ((a, at), (b, at)) if axis == 0 else ((at, a), (at, b))
+        feet = (0.0, 2.0 * tick) if axis == 0 else (2.0 * tick, 0.0)
+        marks.append(Dimension(start, end, feet, text, height, tick, pen, look.letters, look.font))
     return marks
 
 

@@ -18,7 +18,7 @@ from matplotlib.path import Path as Outline
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.sim.sheets.scene import Arcs, Area, Array, Letters, Lines, Mark, Pen, Scene
+from fpnet_core.sim.sheets.scene import Arcs, Area, Array, Letters, Lines, Pen, Scene, Stroke
 
 _INCH_MM, _POINT_IN = 25.4, 1.0 / 72.0
 CAPITAL_SHARE = 0.72
@@ -58,12 +58,12 @@ def _figure(scene: Scene, dots_per_inch: float) -> Figure:
     axes.set_xlim(0.0, scene.size_m[0])
     axes.set_ylim(0.0, scene.size_m[1])
     points_per_m = 1e3 / scene.denominator / _INCH_MM / _POINT_IN
-    for order, mark in enumerate(scene.marks):
+    for order, mark in enumerate(scene.strokes):
         _paint(axes, mark, points_per_m, order)
     return figure
 
 
-def _paint(axes: Axes, mark: Mark, points_per_m: float, order: int) -> None:
+def _paint(axes: Axes, mark: Stroke, points_per_m: float, order: int) -> None:
     if isinstance(mark, Lines):
         lines = [np.vstack([line, line[:1]]) if mark.is_closed else line for line in mark.lines]
         axes.add_collection(

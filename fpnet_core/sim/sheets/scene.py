@@ -102,7 +102,29 @@ class Letters:
     is_bold: bool = False
 
 
-Mark = Lines | Arcs | Area | Letters
+@dataclass(frozen=True)
+class Dimension:
+    """
+    A length with its number: between ``a`` and ``b``, which lie on its line [m].
+
+    ``feet`` is how far towards what is measured the extension lines reach [m], ``tick_m`` the
+    size of the strokes across the line's ends. A ``text`` that does not fit is empty.
+    """
+
+    a: tuple[float, float]
+    b: tuple[float, float]
+    feet: tuple[float, float]
+    text: str
+    height_m: float
+    tick_m: float
+    pen: Pen
+    colour: Colour
+    font: str
+    role: Role = Role.DIMENSION
+
+
+Stroke = Lines | Arcs | Area | Letters
+Mark = Stroke | Dimension
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +142,11 @@ class Scene:
     paper: Colour | None = (1.0, 1.0, 1.0)
 
     @property
+    def strokes(self) -> list[Stroke]:
+        """All marks as lines, arcs, areas and texts."""
+        return [stroke for mark in self.marks for stroke in strokes_of(mark)]
+
+    @property
     def size_mm(self) -> tuple[float, float]:
         """Width and height of the paper itself [mm]."""
         width, height = (1e3 * side / self.denominator for side in self.size_m)
@@ -131,6 +158,26 @@ def circles(role: Role, centre: Array, radius_m: float | Array, pen: Pen) -> Arc
     centre = np.asarray(centre, np.float64).reshape(-1, 2)
     radius = np.broadcast_to(np.asarray(radius_m, np.float64), len(centre)).copy()
     return Arcs(role, centre, radius, np.tile([0.0, 2.0 * np.pi], (len(centre), 1)), pen)
+
+
+def strokes_of(mark: Mark) -> list[Stroke]:
+    """Return what is drawn of a mark: a dimension is lines and a number, others are themselves."""
+    if not isinstance(mark, Dimension):
+        return [mark]
+    a, b, feet = (np.array(point) for point in (mark.a, mark.b, mark.feet))
+    along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
+    across = np.array([-along[1], along[0]])
+    slant = 0.5 * mark.tick_m * (along + across)
+    ends = [np.stack([end - slant, end + slant]) for end in (a, b)]
+    feet_lines = [np.stack([end, end + feet]) for end in (a, b)]
+    strokes: list[Stroke] = [Lines(mark.role, (np.stack([a, b]), *ends, *feet_lines), mark.pen)]
+    if mark.text:
+        x, y = ((a + b) / 2.0 + 0.9 * mark.height_m * across).tolist()
+        angle = float(np.arctan2(along[1], along[0]))
+        strokes.append(
+            Letters(mark.role, mark.text, (x, y), mark.height_m, mark.colour, mark.font, angle)
+        )
+    return strokes
 
 
 def box_ring(box: Box) -> Array:

@@ -99,6 +99,7 @@ class Sheet:
             'drawn_at': f'1:{self.look.denominator}',
             'size_px': [self.pixels.shape[1], self.pixels.shape[0]],
             'resolution_m': self.resolution_m(),
+            'rooms': sum(len(room_rings(storey.plan)) for storey in self.storeys),
             'H_image_page': self.H_image_page.tolist(),
             'storeys': [self._storey_truth(index) for index in range(len(self.storeys))],
             'beside': [
