@@ -19,7 +19,7 @@ def command(
         Literal['clean', 'office', 'brochure', 'scan', 'phone'],
         typer.Option(
             '--kind',
-            help='A bare plan, a CAD plot, a coloured sheet, or one of them scanned or photographed.',
+            help='A bare plan, a CAD plot, a coloured sheet, or paper scanned or photographed.',
         ),
     ] = 'office',
     json_path: common.JsonOption = None,
