@@ -9,9 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from fpnet_core.sim.sheets.looks import Look
+from fpnet_core.sim.sheets.looks import Look, Trait
 from fpnet_core.sim.sheets.scene import Array, Dimension, Letters, Mark, Role, circles, lines_of
-from fpnet_core.sim.sheets.storeys import PlacedStorey
+from fpnet_core.sim.sheets.storeys import PlacedStorey, stair_rooms
 from fpnet_core.sim.symbols import room_labels
 from fpnet_core.sim.types import PlanRoom
 
@@ -36,12 +36,15 @@ def room_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
     shown = _LINES_SHOWN[int(rng.integers(len(_LINES_SHOWN)))]
     marks: list[Mark] = []
     labels = room_labels(storey.on_page, rng, int(rng.integers(5)))
-    for room, label in zip(storey.on_page.rooms, labels, strict=True):
+    has_stairs = (
+        {number for _, number in stair_rooms(storey)} if Trait.STAIRS in look.traits else ()
+    )
+    for number, (room, label) in enumerate(zip(storey.on_page.rooms, labels, strict=True)):
         lines = [label.text.split('\n')[i] for i in shown]
         longest = max(len(line) for line in lines)
         width_m = 2.0 * _half_chord_m(room, label.xy)
         height = min(look.letter_m, 0.9 * width_m / (longest * LETTER_ASPECT))
-        if height < _TIGHT * look.letter_m:
+        if height < _TIGHT * look.letter_m or number in has_stairs:
             continue
         top = label.xy[1] + height * _LINE_PITCH * (len(lines) - 1) / 2.0
         for row, line in enumerate(lines):

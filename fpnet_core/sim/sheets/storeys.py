@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
+from fpnet_core.sim.sheets.furnishing import furnish_symbols
 from fpnet_core.sim.sheets.looks import Look, Trait
 from fpnet_core.sim.sheets.scene import (
     Arcs,
@@ -22,13 +22,11 @@ from fpnet_core.sim.sheets.scene import (
     Colour,
     Mark,
     Role,
-    circles,
     lines_of,
 )
 from fpnet_core.sim.symbols import (
     Leaves,
     door_leaves,
-    furniture_outlines,
     outer_edges,
     windows,
 )
@@ -41,8 +39,6 @@ _TREAD_M = 0.28
 _STAIR_AREA_M2, _LIFT_AREA_M2 = (7.0, 30.0), (1.5, 5.0)
 _SQUARE = 0.95  # of its smallest rectangle that a room of stairs covers
 _COLUMN_M, _COLUMN_EVERY_M = 0.4, 5.4
-_ROUND_TABLE_M = (0.4, 0.7)
-_NOTHING = shapely.Polygon()
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +100,13 @@ def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
     marks = _wall_marks(walls, look, rng)
     marks += _pane_marks(panes, look)
     marks += _door_marks(storey, look)
-    stairs = _stair_rooms(storey) if Trait.STAIRS in look.traits else []
-    for number, room in stairs:
-        marks += _stairs(room, look, rng) if number == 0 else _lift(room, look)
+    stairs = stair_rooms(storey) if Trait.STAIRS in look.traits else []
+    for is_lift, number in stairs:
+        room = storey.rooms[number]
+        marks += _lift(room, look) if is_lift else _stairs(room, look, rng)
     if Trait.FURNITURE in look.traits:
-        marks += _furniture(storey, look, rng, [room for _, room in stairs])
+        taken = [number for _, number in stairs]
+        marks += furnish_symbols(storey.on_page, taken, look.pen(_THIN_PEN_MM), rng)
     if Trait.COLUMNS in look.traits:
         marks += _columns(storey, look)
     return marks
@@ -236,16 +234,16 @@ def _thresholds(storey: PlacedStorey) -> list[Array]:
     return lines
 
 
-def _stair_rooms(storey: PlacedStorey) -> list[tuple[int, Array]]:
-    """Return up to two rooms that may be stairs (0) and a closet that may be a lift (1)."""
+def stair_rooms(storey: PlacedStorey) -> list[tuple[bool, int]]:
+    """Return the numbers of up to two rooms that are stairs, and closets that are lifts (True)."""
     polygons = polygons_from_rings(storey.rooms)
     areas = shapely.area(polygons)
     squareness = areas / np.maximum(shapely.area(shapely.oriented_envelope(polygons)), 1e-9)
     kinds = np.array([room.kind == 'room' for room in storey.plan.rooms])
-    found: list[tuple[int, Array]] = []
-    for number, (low, high) in enumerate((_STAIR_AREA_M2, _LIFT_AREA_M2)):
+    found: list[tuple[bool, int]] = []
+    for is_lift, (low, high) in ((False, _STAIR_AREA_M2), (True, _LIFT_AREA_M2)):
         fits = np.flatnonzero(kinds & (areas > low) & (areas < high) & (squareness > _SQUARE))
-        found += [(number, storey.rooms[i]) for i in fits[:: max(1, len(fits) - 1)][:2]]
+        found += [(is_lift, int(i)) for i in fits[:: max(1, len(fits) - 1)][:2]]
     return found
 
 
@@ -294,33 +292,6 @@ def arrow_head(start: Array, end: Array, length_m: float) -> list[Array]:
     across = np.array([-along[1], along[0]])
     back = end - length_m * along
     return [np.stack([end, back + side * 0.4 * length_m * across]) for side in (-1.0, 1.0)]
-
-
-def _furniture(
-    storey: PlacedStorey, look: Look, rng: np.random.Generator, taken: Sequence[Array]
-) -> list[Mark]:
-    """Return furniture that stands in the rooms, round tables among it."""
-    polygons = polygons_from_rings(storey.rooms)
-    is_free = ~np.isin(np.arange(len(polygons)), _numbers(storey.rooms, taken))
-    inside = shapely.union_all(shapely.buffer(polygons[is_free], -0.05))
-    shapely.prepare(inside)
-    pieces = furniture_outlines(storey.on_page, rng)
-    fits = shapely.contains(inside, polygons_from_rings(list(pieces)))
-    pen = look.pen(_THIN_PEN_MM)
-    marks = lines_of(Role.FURNITURE, list(pieces[fits]), pen, is_closed=True)
-    middles = shapely.get_coordinates(shapely.centroid(polygons[is_free]))
-    radii = rng.uniform(*_ROUND_TABLE_M, len(middles))
-    others = shapely.union_all(polygons_from_rings(list(pieces[fits]))) if fits.any() else _NOTHING
-    discs = shapely.buffer(shapely.points(middles), radii + 0.3)
-    stands = shapely.contains(inside, discs) & ~shapely.intersects(discs, others)
-    stands &= rng.random(len(middles)) < 0.5
-    if stands.any():
-        marks.append(circles(Role.FURNITURE, middles[stands], radii[stands], pen))
-    return marks
-
-
-def _numbers(rooms: Sequence[Array], taken: Sequence[Array]) -> list[int]:
-    return [i for i, room in enumerate(rooms) if any(room is other for other in taken)]
 
 
 def _columns(storey: PlacedStorey, look: Look) -> list[Mark]:
