@@ -171,7 +171,9 @@ def _print(report: dict[str, Any]) -> None:
         table.add_row(name, str(figures['sheets']), within, holds, str(figures['sure']), wrong)
     console.print(table)
     if 'bormann' in report:
-        table = Table('walls', 'as black', 'F1', 'marked', title='real plans [%]')
+        table = Table(
+            'walls', 'rooms as black', 'walls as black', 'F1', 'marked', title='real plans [%]'
+        )
         for tone, figures in report['bormann']['tones'].items():
             table.add_row(tone, *map(_percent, figures.values()))
         console.print(table)

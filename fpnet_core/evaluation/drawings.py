@@ -238,7 +238,7 @@ def _compared(sheet: Sheet, found: Segmentation, H_plan_page: NDArray[np.float64
     cell_m = max(_CELL_M, max(width, height) / _MOST_CELLS)
     shape = (int(np.ceil(height / cell_m)), int(np.ceil(width / cell_m)))
     grid = GridMap(np.full(shape, UNKNOWN, np.int8), cell_m, SE2.identity(), 'page')
-    labels = labels_at(found, H_plan_page, grid)
+    labels = labels_at(found.grid, found.labels, H_plan_page, grid)
     each = [room_labels(storey.on_page, grid) for storey in sheet.storeys]
     candidates = [*each]
     if len(each) > 1:
@@ -253,15 +253,18 @@ def _shifted(labels: NDArray[np.int32], by: int) -> NDArray[np.int32]:
 
 
 def labels_at(
-    found: Segmentation, H_plan_page: NDArray[np.float64], grid: GridMap
+    source: GridMap,
+    values: NDArray[np.int32],
+    H_source_grid: NDArray[np.float64],
+    grid: GridMap,
 ) -> NDArray[np.int32]:
-    """Return a segmentation's labels at the cells of another raster (H, W)."""
+    """Return labels ``values (H', W')`` of one raster at the cells (H, W) of another, 0 outside."""
     rows, cols = grid.shape
     xy = grid.rc_to_xy(np.moveaxis(np.indices((rows, cols)), 0, 2))
-    rc = np.rint(found.grid.xy_to_rc(project(H_plan_page, xy))).astype(np.int64)
-    inside = ((rc >= 0) & (rc < found.grid.shape)).all(axis=2)
+    rc = np.rint(source.xy_to_rc(project(H_source_grid, xy))).astype(np.int64)
+    inside = ((rc >= 0) & (rc < source.shape)).all(axis=2)
     labels = np.zeros(grid.shape, np.int32)
-    labels[inside] = found.labels[rc[inside, 0], rc[inside, 1]]
+    labels[inside] = values[rc[inside, 0], rc[inside, 1]]
     return labels
 
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 import time
 from typing import Any
@@ -29,7 +29,7 @@ from fpnet_core.evaluation.segmentation import RESOLUTION_M, read_labels
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.sim.presets import SPLITS
 from fpnet_core.sim.sheets.sheet import local_scale
-from fpnet_core.types import UNKNOWN, GridMap
+from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 
 TONES: dict[str, int | None] = {
     '0': 0,
@@ -43,6 +43,14 @@ TONES: dict[str, int | None] = {
 
 SAME_F1 = 0.95
 """From this agreement on, rooms are those that black walls give."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Labels of ``rooms (H, W)`` and where ``walls (H, W)`` are."""
+
+    rooms: NDArray[np.int32]
+    walls: NDArray[np.bool_]
 
 
 def plan_names(half: str) -> tuple[str, ...]:
@@ -80,15 +88,16 @@ def bench_plans(
     Returns
     -------
     dict for JSON: ``tones`` by name with ``as_black`` (share of plans whose rooms are those of
-    black walls), ``f1_mean`` against hand-drawn labels and ``marked``, and ``scale``
+    black walls), ``walls_as_black`` (share of black walls' cells that are walls), ``f1_mean``
+    against hand-drawn labels and ``marked``, and ``scale``
     """
     names = plan_names(half)
     results: dict[str, list[SheetResult]] = {tone: [] for tone in TONES}
-    same: dict[str, list[bool]] = {tone: [] for tone in TONES}
+    same: dict[str, list[tuple[bool, float]]] = {tone: [] for tone in TONES}
     for name in names:
         image = _image(data / 'bormann' / 'floorplan' / f'{name}.png')
         truth = read_labels(data / 'bormann' / 'room_labels' / f'{name}.png')
-        black: NDArray[np.int32] | None = None
+        black: _Found | None = None
         for label, tone in TONES.items():
             path = folder / f'{name}-{label}.png'
             cv2.imwrite(str(path), redrawn(image, tone))
@@ -96,7 +105,7 @@ def bench_plans(
             path.unlink()
             results[label].append(result)
             black = found if tone == 0 else black
-            same[label].append(_are_same(found, black))
+            same[label].append(_compare(found, black))
             on_done()
     return {
         'plans': len(names),
@@ -118,8 +127,8 @@ def _read(
     truth: NDArray[np.int32],
     config: SegmentationConfig,
     name: str,
-) -> tuple[SheetResult, NDArray[np.int32] | None]:
-    """Return the result and the rooms found on the plan's own pixels, row 0 lowest."""
+) -> tuple[SheetResult, _Found | None]:
+    """Return the result and what was found on the plan's own pixels, row 0 lowest."""
     started = time.perf_counter()
     try:
         reading = read(path)
@@ -132,22 +141,31 @@ def _read(
     H_image_map = np.array([[per_m, 0.0, -0.5], [0.0, -per_m, rows - 0.5], [0.0, 0.0, 1.0]])
     H_plan_map = plan_from_file(reading) @ H_image_map
     grid = GridMap(np.full(truth.shape, UNKNOWN, np.int8), RESOLUTION_M)
-    found = labels_at(segmented(reading, config), H_plan_map, grid)
+    segmentation = segmented(reading, config)
+    rooms = labels_at(segmentation.grid, segmentation.labels, H_plan_map, grid)
+    is_wall = (reading.grid.cells == OCCUPIED).astype(np.int32)
+    walls = labels_at(
+        replace(segmentation, labels=is_wall, regions=(), portals=()), H_plan_map, grid
+    )
     middle = np.array([cols, rows]) * RESOLUTION_M / 2.0
     result = SheetResult.of('real', name, reading, local_scale(H_plan_map, middle))
-    f1 = room_agreement(found, truth).f1
-    return replace(result, f1=f1, seconds=seconds), found
+    f1 = room_agreement(rooms, truth).f1
+    return replace(result, f1=f1, seconds=seconds), _Found(rooms, walls > 0)
 
 
-def _are_same(found: NDArray[np.int32] | None, black: NDArray[np.int32] | None) -> bool:
+def _compare(found: _Found | None, black: _Found | None) -> tuple[bool, float]:
+    """Return whether the rooms are those of black walls, and the share of these walls found."""
     if found is None or black is None:
-        return False
-    return room_agreement(found, black).f1 >= SAME_F1
+        return False, 0.0
+    is_same = room_agreement(found.rooms, black.rooms).f1 >= SAME_F1
+    walls = found.walls[black.walls]
+    return is_same, float(walls.mean()) if walls.size else 0.0
 
 
-def _figures(results: Sequence[SheetResult], same: Sequence[bool]) -> dict[str, Any]:
+def _figures(results: Sequence[SheetResult], same: Sequence[tuple[bool, float]]) -> dict[str, Any]:
     return {
-        'as_black': share(same),
+        'as_black': share(rooms for rooms, _ in same),
+        'walls_as_black': float(np.mean([walls for _, walls in same])),
         'f1_mean': float(np.mean([result.f1 for result in results])),
         'marked': share(result.is_marked for result in results),
     }

@@ -90,7 +90,8 @@ def write_dxf(scene: Scene, path: Path, layers: Mapping[Role, str], style: DxfSt
     -------
     A_file_page : from page metres to drawing units, y up
     """
-    drawing = new('R2010', setup=True)
+    with _without_dates():
+        drawing = new('R2010', setup=True)
     drawing.header['$INSUNITS'] = UNITS[style.unit][0]
     drawing.header['$MEASUREMENT'] = 1
     for name in sorted({*layers.values(), '0'} - {'0'}):

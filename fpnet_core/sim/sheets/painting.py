@@ -31,7 +31,9 @@ def rasterise(scene: Scene, resolution_m: float) -> NDArray[np.uint8]:
     """Return the scene's pixels (H, W, 4): red, green, blue and opacity, row 0 at the top."""
     dots_per_inch = _INCH_MM * 1e-3 * scene.denominator / resolution_m
     with rc_context(_SETTINGS):
-        figure = _figure(scene, dots_per_inch)
+        # matplotlib rounds down to whole pixels, hence the hundredth.
+        pixels = np.round(np.array(scene.size_m) / resolution_m) + 0.01
+        figure = _figure(scene, dots_per_inch, pixels / dots_per_inch)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()  # type: ignore[no-untyped-call]
         shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
@@ -42,15 +44,13 @@ def write_pdf(scene: Scene, path: Path) -> None:
     """Write the scene as a page of its own size, with lines, curves and real text."""
     with rc_context(_SETTINGS):
         # Without dates equal sheets are equal files.
-        _figure(scene, 72.0).savefig(path, format='pdf', metadata={'CreationDate': None})
+        figure = _figure(scene, 1.0 / _POINT_IN, np.array(scene.size_mm) / _INCH_MM)
+        figure.savefig(path, format='pdf', metadata={'CreationDate': None})
 
 
-def _figure(scene: Scene, dots_per_inch: float) -> Figure:
-    """Return a figure of the paper's size whose only axes are metres on the page."""
-    inches = np.array(scene.size_mm) / _INCH_MM
-    # matplotlib rounds down to whole pixels, hence the hundredth.
-    pixels = np.round(inches * dots_per_inch) + 0.01
-    figure = Figure(figsize=tuple(pixels / dots_per_inch), dpi=dots_per_inch)
+def _figure(scene: Scene, dots_per_inch: float, inches: Array) -> Figure:
+    """Return a figure of some size (2,) whose only axes are metres on the page."""
+    figure = Figure(figsize=(float(inches[0]), float(inches[1])), dpi=dots_per_inch)
     figure.patch.set_alpha(0.0 if scene.paper is None else 1.0)
     figure.patch.set_facecolor(scene.paper or (1.0, 1.0, 1.0))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
