@@ -116,7 +116,9 @@ def _read_sheets(
             if plot is not None and not result.is_right:
                 from fpnet_core.viz.drawings import save_reading
 
-                save_reading(plot / f'{result.name}.png', sheet, result, rooms)
+                labels = None if rooms is None else (rooms.found, rooms.true)
+                file = plot / f'{result.name}.png'
+                save_reading(file, sheet.pixels, labels, result.caption)
 
         return bench_sheets(
             _reader(tree), Path(folder), kinds, seeds, tree.segmentation, file_format, on_read
@@ -152,11 +154,10 @@ def _print(report: dict[str, Any]) -> None:
     from rich.table import Table
 
     console = Console()
-    table = Table(
-        'kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 's', title='sheets [%]'
-    )
+    columns = ('kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 'clean plan', 's')
+    table = Table(*columns, title='sheets [%]')
     for name, figures in {**report['kinds'], 'all': report['all']}.items():
-        shares = [figures[key] for key in ('right', 'wrong_marked', 'good_marked')]
+        shares = [figures[key] for key in ('right', 'wrong_marked', 'good_marked', 'clean_right')]
         seconds = figures['seconds_p50']
         cells = [*map(_percent, shares), '-' if seconds is None else f'{seconds:.2f}']
         table.add_row(name, str(figures['sheets']), *cells)

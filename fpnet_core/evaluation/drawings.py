@@ -27,6 +27,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_floorplan, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.sim.floors import room_labels
+from fpnet_core.sim.render import render_plan
 from fpnet_core.sim.sheets import Sheet, SheetKind, draw_sheet
 from fpnet_core.sim.sheets.files import write_picture, write_vector
 from fpnet_core.sim.sheets.sheet import local_scale, project
@@ -59,6 +60,7 @@ class SheetResult:
     ----------
     kind, name : which
     f1 : of rooms, 0 where it was refused
+    clean_f1 : of rooms on the storey's clean floorplan of true scale: what no reader can mend
     refusal : the reader's error, empty where it read something
     doubts : the reader's own
     ratio : of the read scale over the true one; None where it was refused
@@ -70,6 +72,7 @@ class SheetResult:
     kind: str
     name: str
     f1: float = 0.0
+    clean_f1: float | None = None
     refusal: str = ''
     doubts: tuple[str, ...] = ()
     ratio: float | None = None
@@ -91,6 +94,13 @@ class SheetResult:
             high=scale.high_m / scale.resolution_m,
             is_known=scale.is_known,
         )
+
+    @property
+    def caption(self) -> str:
+        """What happened in two lines."""
+        ratio = '-' if self.ratio is None else f'{self.ratio:.2f}'
+        said = self.refusal or '; '.join(self.doubts) or 'no doubts'
+        return f'{self.name}: F1 {self.f1:.2f}, scale times {ratio}\n{said}'
 
     @property
     def is_marked(self) -> bool:
@@ -187,13 +197,15 @@ def read_sheet(
 ) -> tuple[SheetResult, Comparison | None]:
     """Read one sheet from a file in ``folder``; the comparison is None where it was refused."""
     name = f'{sheet.kind.value}-{sheet.seed}'
+    clean_f1 = _clean_f1(sheet, config)
     path, H_file_page = _written(sheet, folder / name, file_format)
     started = time.perf_counter()
     try:
         reading = read(path)
     except FpnetError as error:
         seconds = time.perf_counter() - started
-        return SheetResult(sheet.kind.value, name, refusal=str(error), seconds=seconds), None
+        refused = SheetResult(sheet.kind.value, name, clean_f1=clean_f1, refusal=str(error))
+        return replace(refused, seconds=seconds), None
     finally:
         path.unlink()
     seconds = time.perf_counter() - started
@@ -202,7 +214,17 @@ def read_sheet(
     middle = np.mean([storey.on_page.extent.mean(axis=0) for storey in sheet.storeys], axis=0)
     ratio = local_scale(H_plan_page, middle)
     result = SheetResult.of(sheet.kind.value, name, reading, ratio)
-    return replace(result, f1=rooms.f1, seconds=seconds), rooms
+    return replace(result, f1=rooms.f1, clean_f1=clean_f1, seconds=seconds), rooms
+
+
+def _clean_f1(sheet: Sheet, config: SegmentationConfig) -> float:
+    """Return the best F1 of a storey's rooms on its clean floorplan."""
+    scores = []
+    for storey in sheet.storeys:
+        grid = render_plan(storey.plan, _CELL_M)
+        found = segment_floorplan(grid, config)
+        scores.append(room_agreement(found.labels, room_labels(storey.plan, grid)).f1)
+    return max(scores)
 
 
 def _written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[np.float64]]:
@@ -258,7 +280,7 @@ def labels_at(
     H_source_grid: NDArray[np.float64],
     grid: GridMap,
 ) -> NDArray[np.int32]:
-    """Return labels ``values (H', W')`` of one raster at the cells (H, W) of another, 0 outside."""
+    """Return labels ``values (H', W')`` of a raster at the cells (H, W) of another, else 0."""
     rows, cols = grid.shape
     xy = grid.rc_to_xy(np.moveaxis(np.indices((rows, cols)), 0, 2))
     rc = np.rint(source.xy_to_rc(project(H_source_grid, xy))).astype(np.int64)
@@ -273,7 +295,8 @@ def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
     Return how many of the sheets are right, and how marks and mistakes go together.
 
     ``wrong_marked`` is the share of wrong ones that are marked, ``good_marked`` that of right
-    ones; both are None where there are none.
+    ones; both are None where there are none. ``clean_right`` is the share of storeys whose rooms
+    are found on a clean floorplan: a reader that reads everything has as many.
     """
     right = [result for result in results if result.is_right]
     wrong = [result for result in results if not result.is_right]
@@ -282,6 +305,7 @@ def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
         'right': share(result.is_right for result in results),
         'wrong_marked': share(result.is_marked for result in wrong),
         'good_marked': share(result.is_marked for result in right),
+        'clean_right': share((result.clean_f1 or 0.0) >= GOOD_F1 for result in results),
         'rooms_right': share(result.f1 >= GOOD_F1 for result in results),
         'f1_mean': float(np.mean([result.f1 for result in results])) if results else None,
         'refused': sum(bool(result.refusal) for result in results),
@@ -325,6 +349,7 @@ def _as_json(result: SheetResult) -> dict[str, Any]:
     return {
         'name': result.name,
         'f1': round(result.f1, 3),
+        'clean_f1': None if result.clean_f1 is None else round(result.clean_f1, 3),
         'scale_ratio': None if result.ratio is None else round(result.ratio, 3),
         'interval': [round(result.low, 3), round(result.high, 3)],
         'refusal': result.refusal,

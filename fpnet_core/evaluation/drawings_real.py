@@ -144,9 +144,7 @@ def _read(
     segmentation = segmented(reading, config)
     rooms = labels_at(segmentation.grid, segmentation.labels, H_plan_map, grid)
     is_wall = (reading.grid.cells == OCCUPIED).astype(np.int32)
-    walls = labels_at(
-        replace(segmentation, labels=is_wall, regions=(), portals=()), H_plan_map, grid
-    )
+    walls = labels_at(reading.grid, is_wall, H_plan_map, grid)
     middle = np.array([cols, rows]) * RESOLUTION_M / 2.0
     result = SheetResult.of('real', name, reading, local_scale(H_plan_map, middle))
     f1 = room_agreement(rooms, truth).f1

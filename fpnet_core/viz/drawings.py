@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -13,10 +12,6 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from fpnet_core.viz.segmentation import region_colour
-
-if TYPE_CHECKING:
-    from fpnet_core.evaluation.drawings import Comparison, SheetResult
-    from fpnet_core.sim.sheets import Sheet
 
 _SIDE_PX = 1100  # of either half of the picture
 _CAPTION_PX = 46
@@ -31,11 +26,26 @@ def on_white(pixels: NDArray[np.uint8]) -> Image.Image:
     return image.convert('RGB')
 
 
-def save_reading(path: Path, sheet: Sheet, result: SheetResult, rooms: Comparison | None) -> None:
-    """Write the sheet beside the rooms that were read (coloured) and the true ones (red lines)."""
-    halves = [on_white(sheet.pixels)]
+def save_reading(
+    path: Path,
+    pixels: NDArray[np.uint8],
+    rooms: tuple[NDArray[np.int32], NDArray[np.int32]] | None,
+    caption: str,
+) -> None:
+    """
+    Write a drawing beside the rooms that were read from it.
+
+    Parameters
+    ----------
+    path : image to write
+    pixels : (H, W, 3 or 4) of the drawing
+    rooms : labels (H', W') as read, which are coloured, and true ones, drawn as red lines, both
+        with row 0 lowest; None where nothing was read
+    caption : up to three lines
+    """
+    halves = [on_white(pixels)]
     if rooms is not None:
-        halves.append(_rooms(rooms))
+        halves.append(_rooms(*rooms))
     for half in halves:
         half.thumbnail((_SIDE_PX, _SIDE_PX))
     size = (sum(half.width for half in halves), max(half.height for half in halves) + _CAPTION_PX)
@@ -44,22 +54,18 @@ def save_reading(path: Path, sheet: Sheet, result: SheetResult, rooms: Compariso
     for half in halves:
         shown.paste(half, (left, _CAPTION_PX))
         left += half.width
-    ratio = '-' if result.ratio is None else f'{result.ratio:.2f}'
-    first = f'{result.name}: F1 {result.f1:.2f}, scale times {ratio}'
-    said = result.refusal or '; '.join(result.doubts) or 'no doubts'
-    ImageDraw.Draw(shown).text((4, 4), f'{first}\n{said}', fill='black')
+    ImageDraw.Draw(shown).text((4, 4), caption, fill='black')
     path.parent.mkdir(parents=True, exist_ok=True)
     shown.save(path)
 
 
-def _rooms(rooms: Comparison) -> Image.Image:
-    colours = np.full((int(rooms.found.max()) + 1, 3), 255, np.uint8)
+def _rooms(found: NDArray[np.int32], true: NDArray[np.int32]) -> Image.Image:
+    colours = np.full((int(found.max()) + 1, 3), 255, np.uint8)
     for label in range(1, len(colours)):
         colours[label] = np.round(255.0 * np.array(region_colour(label - 1)))
-    shown = np.ascontiguousarray(colours[rooms.found][::-1])
-    true = np.ascontiguousarray(rooms.true[::-1])
+    shown = np.ascontiguousarray(colours[found][::-1])
     for label in range(1, int(true.max()) + 1):
-        mask = (true == label).astype(np.uint8)
+        mask = np.ascontiguousarray((true[::-1] == label).astype(np.uint8))
         outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
         cv2.drawContours(shown, outlines, -1, _TRUE_LINE, 3)
     return Image.fromarray(shown)
