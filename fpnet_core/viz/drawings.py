@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -15,6 +16,8 @@ from fpnet_core.viz.segmentation import region_colour
 
 _SIDE_PX = 1100  # of either half of the picture
 _CAPTION_PX = 46
+_TILE_PX, _TITLE_PX, _GAP_PX = (460, 360), 18, 10
+_GROUND = (205, 205, 205)
 _TRUE_LINE = (220, 0, 0)
 
 
@@ -24,6 +27,24 @@ def on_white(pixels: NDArray[np.uint8]) -> Image.Image:
     if image.mode == 'RGBA':
         image = Image.alpha_composite(Image.new('RGBA', image.size, 'white'), image)
     return image.convert('RGB')
+
+
+def save_contact_sheet(
+    path: Path, pictures: Sequence[tuple[str, NDArray[np.uint8]]], columns: int
+) -> None:
+    """Write titled pictures (H, W, 3 or 4) side by side, in rows of ``columns``."""
+    rows = -(-len(pictures) // columns)
+    height = _TILE_PX[1] + _TITLE_PX
+    shown = Image.new('RGB', (columns * _TILE_PX[0], rows * height), _GROUND)
+    pen = ImageDraw.Draw(shown)
+    for number, (title, pixels) in enumerate(pictures):
+        left, top = number % columns * _TILE_PX[0], number // columns * height
+        tile = on_white(pixels)
+        tile.thumbnail((_TILE_PX[0] - _GAP_PX, _TILE_PX[1] - _GAP_PX), Image.Resampling.LANCZOS)
+        pen.text((left + _GAP_PX, top + _GAP_PX / 2), title, fill='black')
+        shown.paste(tile, (left + _GAP_PX, top + _TITLE_PX))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    shown.save(path, optimize=True)
 
 
 def save_reading(
