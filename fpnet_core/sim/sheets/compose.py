@@ -17,6 +17,7 @@ from fpnet_core.sim.sheets.colouring import (
     draw_departments,
     fill_marks,
 )
+from fpnet_core.sim.sheets.details import detail_marks
 from fpnet_core.sim.sheets.lettering import (
     axis_marks,
     axis_space_m,
@@ -211,6 +212,7 @@ def _draw_all(
             mine = departments if number == 0 else _also(storey, departments, look, rng)
             sheet.add(fill_marks(storey, mine, look, rng))
         sheet.add(storey_marks(storey, look, rng))
+        sheet.add(detail_marks(storey, look, rng))
         _write(sheet, storey, len(storeys) > 1)
     _surround(sheet, storeys, departments, size, column_m)
 

@@ -9,9 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from fpnet_core.sim.sheets.details import stair_rooms
 from fpnet_core.sim.sheets.looks import Look, Trait
 from fpnet_core.sim.sheets.scene import Array, Dimension, Letters, Mark, Role, circles, lines_of
-from fpnet_core.sim.sheets.storeys import PlacedStorey, stair_rooms
+from fpnet_core.sim.sheets.storeys import PlacedStorey
 from fpnet_core.sim.symbols import room_labels
 from fpnet_core.sim.types import PlanRoom
 
@@ -42,8 +43,12 @@ def room_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
     for number, (room, label) in enumerate(zip(storey.on_page.rooms, labels, strict=True)):
         lines = [label.text.split('\n')[i] for i in shown]
         longest = max(len(line) for line in lines)
-        width_m = 2.0 * _half_chord_m(room, label.xy)
-        height = min(look.letter_m, 0.9 * width_m / (longest * LETTER_ASPECT))
+        across, along = (2.0 * _half_chord_m(room, label.xy, axis) for axis in (0, 1))
+        height = min(
+            look.letter_m,
+            0.9 * across / (longest * LETTER_ASPECT),
+            0.9 * along / (len(lines) * _LINE_PITCH),
+        )
         if height < _TIGHT * look.letter_m or number in has_stairs:
             continue
         top = label.xy[1] + height * _LINE_PITCH * (len(lines) - 1) / 2.0
@@ -53,13 +58,15 @@ def room_letters(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
     return marks
 
 
-def _half_chord_m(room: PlanRoom, xy: tuple[float, float]) -> float:
-    """Return how far a level line reaches from a place in a room to the nearer wall [m]."""
+def _half_chord_m(room: PlanRoom, xy: tuple[float, float], axis: int) -> float:
+    """Return how far a line along x (0) or y (1) reaches from a place to the nearer wall [m]."""
     edges = np.stack([room.polygon, np.roll(room.polygon, -1, axis=0)], axis=1)
-    (x0, y0), (x1, y1) = edges[:, 0].T, edges[:, 1].T
-    crosses = (y0 > xy[1]) != (y1 > xy[1])
-    share = (xy[1] - y0[crosses]) / (y1 - y0)[crosses]
-    reach = np.abs(x0[crosses] + share * (x1 - x0)[crosses] - xy[0])
+    along, across = edges[..., axis], edges[..., 1 - axis]
+    crosses = (across[:, 0] > xy[1 - axis]) != (across[:, 1] > xy[1 - axis])
+    start, step = across[crosses, 0], np.diff(across[crosses], axis=1)[:, 0]
+    share = (xy[1 - axis] - start) / step
+    hit = along[crosses, 0] + share * np.diff(along[crosses], axis=1)[:, 0]
+    reach = np.abs(hit - xy[axis])
     return float(reach.min(initial=np.inf))
 
 

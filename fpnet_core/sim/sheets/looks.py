@@ -33,6 +33,8 @@ class Trait(StrEnum):
     THRESHOLDS = 'thresholds'
     COLUMNS = 'columns'
     STAIRS = 'stairs'
+    TILES = 'tiles'
+    OVERHEAD = 'overhead'  # dashed: beams, the roof's edge
     FURNITURE = 'furniture'
     TEXTS = 'texts'
     DIMENSIONS = 'dimensions'
@@ -70,6 +72,8 @@ _SHARES: dict[SheetKind, dict[Trait, float]] = {
         Trait.THRESHOLDS: 0.15,
         Trait.COLUMNS: 0.25,
         Trait.STAIRS: 0.8,
+        Trait.TILES: 0.12,
+        Trait.OVERHEAD: 0.25,
         Trait.FURNITURE: 0.55,
         Trait.TEXTS: 0.9,
         Trait.DIMENSIONS: 0.6,
@@ -217,11 +221,15 @@ def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Loo
     if is_paper:
         traits -= {*_NO_PRINTS}
     ink, line = _draw_inks(rng, kind)
+    walls = _WALL_LOOKS[int(rng.choice(5, p=_WALLS[kind]))]
+    doors = _DOOR_LOOKS[int(rng.choice(3, p=_DOORS[kind]))]
+    if walls == 'thin' or doors == 'gap':  # a line across the opening would be a wall
+        traits -= {Trait.THRESHOLDS}
     return Look(
         kind=kind,
         traits=frozenset(traits),
-        walls=_WALL_LOOKS[int(rng.choice(5, p=_WALLS[kind]))],
-        doors=_DOOR_LOOKS[int(rng.choice(3, p=_DOORS[kind]))],
+        walls=walls,
+        doors=doors,
         ink=ink,
         line=line,
         letters=line if rng.random() < 0.6 else (0.0, 0.0, 0.0),

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A storey as marks: walls, windows, doors, stairs, columns and furniture."""
+"""A storey as marks: walls, windows and doors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from shapely.geometry.base import BaseGeometry
 
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
-from fpnet_core.sim.sheets.furnishing import furnish_symbols
 from fpnet_core.sim.sheets.looks import Look, Trait
 from fpnet_core.sim.sheets.scene import (
     Arcs,
@@ -32,13 +31,12 @@ from fpnet_core.sim.symbols import (
 )
 from fpnet_core.sim.types import BuildingPlan, polygons_from_rings
 
+MIN_DOUBLE_WALL_PX = 5.0
+"""Two lines with something between them need so many pixels."""
+
 _PROBE_M = 0.05
 _WALL_PEN_MM, _THIN_PEN_MM = 0.35, 0.18
 _PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
-_TREAD_M = 0.28
-_STAIR_AREA_M2, _LIFT_AREA_M2 = (7.0, 30.0), (1.5, 5.0)
-_SQUARE = 0.95  # of its smallest rectangle that a room of stairs covers
-_COLUMN_M, _COLUMN_EVERY_M = 0.4, 5.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,28 +85,20 @@ def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
     thinnest = MIN_WALL_PX * look.resolution_m
     if look.walls == 'thin':
         return max(thinnest, look.mm(_WALL_PEN_MM))
-    lines = 5.0 if look.walls != 'solid' else 1.0  # two lines and something between them
-    return max(plan.wall_m, lines * thinnest / MIN_WALL_PX, thinnest)
+    least = thinnest if look.walls == 'solid' else MIN_DOUBLE_WALL_PX * look.resolution_m
+    return max(plan.wall_m, least)
 
 
 def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return the building's own marks, the lowest first; texts and dimensions are elsewhere."""
-    outer_m = max(look.outer_m, storey.drawn_wall_m) if look.walls != 'thin' else 0.0
-    outer_m = max(outer_m, storey.drawn_wall_m)
+    """Return walls, windows and doors, the lowest first."""
+    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
+    if look.walls != 'thin':
+        outer_m = max(outer_m, look.outer_m)
     panes = _panes(storey, outer_m) if Trait.WINDOWS in look.traits else np.zeros((0, 4, 2))
     walls = _walls(storey, outer_m, panes)
     marks = _wall_marks(walls, look, rng)
     marks += _pane_marks(panes, look)
     marks += _door_marks(storey, look)
-    stairs = stair_rooms(storey) if Trait.STAIRS in look.traits else []
-    for is_lift, number in stairs:
-        room = storey.rooms[number]
-        marks += _lift(room, look) if is_lift else _stairs(room, look, rng)
-    if Trait.FURNITURE in look.traits:
-        taken = [number for _, number in stairs]
-        marks += furnish_symbols(storey.on_page, taken, look.pen(_THIN_PEN_MM), rng)
-    if Trait.COLUMNS in look.traits:
-        marks += _columns(storey, look)
     return marks
 
 
@@ -234,74 +224,9 @@ def _thresholds(storey: PlacedStorey) -> list[Array]:
     return lines
 
 
-def stair_rooms(storey: PlacedStorey) -> list[tuple[bool, int]]:
-    """Return the numbers of up to two rooms that are stairs, and closets that are lifts (True)."""
-    polygons = polygons_from_rings(storey.rooms)
-    areas = shapely.area(polygons)
-    squareness = areas / np.maximum(shapely.area(shapely.oriented_envelope(polygons)), 1e-9)
-    kinds = np.array([room.kind == 'room' for room in storey.plan.rooms])
-    found: list[tuple[bool, int]] = []
-    for is_lift, (low, high) in ((False, _STAIR_AREA_M2), (True, _LIFT_AREA_M2)):
-        fits = np.flatnonzero(kinds & (areas > low) & (areas < high) & (squareness > _SQUARE))
-        found += [(is_lift, int(i)) for i in fits[:: max(1, len(fits) - 1)][:2]]
-    return found
-
-
-def _frame_of(room: Array) -> tuple[Array, Array, Array, float, float]:
-    """Return a rectangle's corner, its unit vectors along and across, and both lengths [m]."""
-    ring = shapely.get_coordinates(shapely.oriented_envelope(shapely.Polygon(room)))[:4]
-    sides = np.roll(ring, -1, axis=0) - ring
-    lengths = np.hypot(*sides.T)
-    first = int(np.argmax(lengths[:2]))
-    along, across = sides[first] / lengths[first], -sides[first - 1] / lengths[first - 1]
-    return ring[first], along, across, float(lengths[first]), float(lengths[first - 1])
-
-
-def _stairs(room: Array, look: Look, rng: np.random.Generator) -> list[Mark]:
-    """Return two flights side by side with treads, an arrow and a dashed break."""
-    corner, along, across, length, width = _frame_of(room)
-    landing = min(1.4, 0.3 * length)
-    at = np.arange(landing, length - landing, _TREAD_M)
-    if not len(at):
-        return []
-    feet = corner + at[:, None] * along
-    treads = np.stack([feet, feet + width * across], axis=1)
-    pen = look.pen(_THIN_PEN_MM)
-    middle = corner + width / 2.0 * across
-    well = np.stack([middle + at[0] * along, middle + at[-1] * along])
-    walk = corner + width * (0.25 if rng.random() < 0.5 else 0.75) * across
-    ends = np.stack([walk + at[0] * along, walk + at[-1] * along])
-    marks = lines_of(Role.STAIRS, list(treads), pen)
-    marks += lines_of(Role.STAIRS, [well], look.pen(_WALL_PEN_MM))
-    return marks + lines_of(Role.STAIRS, [ends, *arrow_head(ends[0], ends[1], look.mm(2.0))], pen)
-
-
-def _lift(room: Array, look: Look) -> list[Mark]:
-    corner, along, across, length, width = _frame_of(room)
-    ring = corner + 0.1 * (along + across)
-    along, across = (length - 0.2) * along, (width - 0.2) * across
-    box = np.stack([ring, ring + along, ring + along + across, ring + across])
-    pen = look.pen(_THIN_PEN_MM)
-    cross = [box[[0, 2]], box[[1, 3]]]
-    return lines_of(Role.STAIRS, [box], pen, is_closed=True) + lines_of(Role.STAIRS, cross, pen)
-
-
 def arrow_head(start: Array, end: Array, length_m: float) -> list[Array]:
     """Return the two strokes (2, 2) of an arrow's head at ``end``."""
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     across = np.array([-along[1], along[0]])
     back = end - length_m * along
     return [np.stack([end, back + side * 0.4 * length_m * across]) for side in (-1.0, 1.0)]
-
-
-def _columns(storey: PlacedStorey, look: Look) -> list[Mark]:
-    """Return square columns on a grid, where they stand well inside large rooms."""
-    polygons = polygons_from_rings(storey.rooms)
-    large = shapely.buffer(polygons[shapely.area(polygons) > 40.0], -1.5)
-    (x0, y0), (x1, y1) = storey.on_page.extent
-    at = np.stack(
-        np.meshgrid(np.arange(x0, x1, _COLUMN_EVERY_M), np.arange(y0, y1, _COLUMN_EVERY_M)), axis=2
-    ).reshape(-1, 2)
-    kept = at[shapely.contains_xy(shapely.union_all(large), *at.T)]
-    square = _COLUMN_M / 2.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    return [Area(Role.WALL, (centre + square,), look.ink) for centre in kept]

@@ -107,16 +107,19 @@ def test_sheets_have_a_usual_number_of_pixels():
 def test_dimensions_say_how_long_things_are():
     look = draw_look(np.random.default_rng(0), SheetKind.OFFICE, 10.0)
     storey = PlacedStorey(PLAN, SE2.identity(), 0.2)
+    total = 9.2 + 2.0 * look.outer_m
     seen = set()
-    for seed in range(8):
+    for seed in range(12):
         marks = dimension_marks(storey, look, np.random.default_rng(seed))
-        lengths = {
-            round(float(np.hypot(*np.subtract(mark.b, mark.a))), 3): mark.text for mark in marks
-        }
-        total = round(9.2 + 2.0 * look.outer_m, 3)
-        seen.add(lengths[total].replace(',', '.'))
         assert all(isinstance(mark, Dimension) for mark in marks)
-    assert seen == {f'{total:.2f}', f'{1e3 * total:.0f}', f'{1e2 * total:.0f}'}
+        lengths = [float(np.hypot(*np.subtract(mark.b, mark.a))) for mark in marks]
+        text = marks[int(np.argmax(lengths))].text
+        unit = 'm' if set(text) & {'.', ','} else 'mm' if len(text) == 5 else 'cm'
+        metres = float(text.replace(',', '.')) / {'m': 1.0, 'cm': 100.0, 'mm': 1000.0}[unit]
+        assert metres == pytest.approx(total, abs=0.006)
+        seen.add(unit + text.strip('0123456789'))
+    assert max(lengths) == pytest.approx(total)
+    assert seen == {'m.', 'm,', 'cm', 'mm'}
 
 
 def test_dimensions_are_drawn_as_lines_with_a_number():
