@@ -31,13 +31,12 @@ from fpnet_core.sim.sheets.scene import (
     Array,
     Box,
     Colour,
-    Dimension,
     Letters,
     Mark,
-    Pen,
     Role,
     Scene,
     box_ring,
+    inverted,
 )
 from fpnet_core.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_marks
 from fpnet_core.sim.types import BuildingPlan
@@ -299,28 +298,3 @@ def _paper(look: Look, rng: np.random.Generator) -> Colour | None:
         return (1.0, 1.0, 1.0)
     r, g, b = rng.uniform(0.92, 1.0, 3).tolist()
     return (r, g, b)
-
-
-def inverted(scene: Scene) -> Scene:
-    """Return a scene with light ink on dark paper."""
-    paper = scene.paper or (1.0, 1.0, 1.0)
-    return replace(
-        scene, paper=_opposite(paper), marks=tuple(_inverted(mark) for mark in scene.marks)
-    )
-
-
-def _inverted(mark: Mark) -> Mark:
-    if isinstance(mark, Area | Letters):
-        return replace(mark, colour=_opposite(mark.colour))
-    if isinstance(mark, Dimension):
-        return replace(mark, colour=_opposite(mark.colour), pen=_inverted_pen(mark.pen))
-    return replace(mark, pen=_inverted_pen(mark.pen))
-
-
-def _inverted_pen(pen: Pen) -> Pen:
-    return replace(pen, colour=_opposite(pen.colour))
-
-
-def _opposite(colour: Colour) -> Colour:
-    r, g, b = (1.0 - value for value in colour)
-    return r, g, b

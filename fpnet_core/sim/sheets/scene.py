@@ -9,7 +9,7 @@ Frame ``page``: true metres at the drawing's scale, x right, y up, origin at the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -189,3 +189,28 @@ def box_ring(box: Box) -> Array:
 def lines_of(role: Role, lines: Sequence[Array], pen: Pen, is_closed: bool = False) -> list[Mark]:
     """Return the lines as a mark, no mark where there is no line."""
     return [Lines(role, tuple(lines), pen, is_closed)] if len(lines) else []
+
+
+def inverted(scene: Scene) -> Scene:
+    """Return a scene with light ink on dark paper."""
+    paper = scene.paper or (1.0, 1.0, 1.0)
+    return replace(
+        scene, paper=_opposite(paper), marks=tuple(_inverted(mark) for mark in scene.marks)
+    )
+
+
+def _inverted(mark: Mark) -> Mark:
+    if isinstance(mark, Area | Letters):
+        return replace(mark, colour=_opposite(mark.colour))
+    if isinstance(mark, Dimension):
+        return replace(mark, colour=_opposite(mark.colour), pen=_inverted_pen(mark.pen))
+    return replace(mark, pen=_inverted_pen(mark.pen))
+
+
+def _inverted_pen(pen: Pen) -> Pen:
+    return replace(pen, colour=_opposite(pen.colour))
+
+
+def _opposite(colour: Colour) -> Colour:
+    r, g, b = (1.0 - value for value in colour)
+    return r, g, b

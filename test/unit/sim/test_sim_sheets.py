@@ -11,11 +11,10 @@ import shapely
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.sheets import SheetKind, draw_sheet
-from fpnet_core.sim.sheets.compose import inverted
 from fpnet_core.sim.sheets.lettering import dimension_marks
 from fpnet_core.sim.sheets.looks import Trait, draw_look
 from fpnet_core.sim.sheets.paper import weather
-from fpnet_core.sim.sheets.scene import Area, Dimension, Letters, strokes_of
+from fpnet_core.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
 from fpnet_core.sim.sheets.sheet import local_scale, project
 from fpnet_core.sim.sheets.storeys import PlacedStorey, hatch, moved_plan, storey_marks
 from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
