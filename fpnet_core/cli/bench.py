@@ -8,6 +8,7 @@ import typer
 
 from fpnet_core.cli import (
     bench_calibration,
+    bench_drawings,
     bench_localization,
     bench_matching,
     bench_scale,
@@ -17,6 +18,7 @@ from fpnet_core.cli import (
 
 app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
 app.command('calibration')(bench_calibration.command)
+app.command('drawings')(bench_drawings.command)
 app.command('matching')(bench_matching.command)
 app.command('localization')(bench_localization.command)
 app.command('scale')(bench_scale.command)

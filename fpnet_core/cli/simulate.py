@@ -14,6 +14,7 @@ from fpnet_core.cli import (
     simulate_gallery,
     simulate_pairs,
     simulate_recording,
+    simulate_sheet,
     simulate_stats,
 )
 
@@ -27,6 +28,7 @@ app.command('recording')(simulate_recording.command)
 app.command('pairs')(simulate_pairs.command)
 app.command('features')(simulate_pairs.features_command)
 app.command('gallery')(simulate_gallery.command)
+app.command('sheet')(simulate_sheet.command)
 app.command('stats')(simulate_stats.command)
 
 DEFAULT_ROOMS = (8, 90)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from fpnet_core.types import GridMap
 
 PAIRS = 9
+SHEETS = 4
+"""Of a kind."""
 CELL_M, FINE_CELL_M = 0.08, 0.04
 """Cell edge of drawings among many, and of one storey in every style."""
 MAX_ROOMS = 45
@@ -31,12 +33,20 @@ def command(
             '--family', metavar='NAME', help='One storey of a layout family in every style.'
         ),
     ] = None,
+    sheets: Annotated[
+        bool, typer.Option('--sheets', help='Sheets as people have them, of every kind.')
+    ] = False,
 ) -> None:
     """
     Draw a sheet of generated floorplans in several styles, and of matching pairs.
 
     Example: fpnet simulate gallery --out sheet.png --seed 1
+
+    Example: fpnet simulate gallery --out sheets.png --sheets
     """
+    if sheets:
+        _draw_sheets(out, seed or 0)
+        return
     from fpnet_core.sim.plans import FAMILIES
     from fpnet_core.sim.styles import STYLES
     from fpnet_core.viz.simulated import save_gallery
@@ -50,6 +60,20 @@ def command(
     drawings = [_draw(name, look, cell_m, seeds[i]) for i, (name, look) in enumerate(shown)]
     scenes = _scenes(seed or 0) if family is None else []
     save_gallery(drawings, scenes, out, columns=6 if family is None else 4)
+    typer.echo(f'written: {out}')
+
+
+def _draw_sheets(out: Path, seed: int) -> None:
+    """Draw sheets of every kind, a row for each."""
+    from fpnet_core.sim.sheets import SheetKind, draw_sheet
+    from fpnet_core.viz.drawings import save_contact_sheet
+
+    wanted = [(kind, seed * SHEETS + i) for kind in SheetKind for i in range(SHEETS)]
+    pictures = [
+        (f'{kind.value}, seed {number}', draw_sheet(number, kind).pixels)
+        for kind, number in common.track(wanted, 'sheets')
+    ]
+    save_contact_sheet(out, pictures, SHEETS)
     typer.echo(f'written: {out}')
 
 

@@ -65,19 +65,27 @@ def room_labels(plan: BuildingPlan, grid: GridMap) -> NDArray[np.int32]:
 
     Labels are 1 and up, 0 outside and in doorways; the pieces of one corridor are one room.
     """
-    seams = nx.Graph(door.rooms for door in plan.doors if door.is_open)
-    seams.add_nodes_from(range(len(plan.rooms)))
     labels = np.zeros(grid.shape, np.int32)
     origin = np.array([grid.T_frame_grid.x, grid.T_frame_grid.y])
-    for label, part in enumerate(nx.connected_components(seams), start=1):
+    for label, rings in enumerate(room_rings(plan), start=1):
+        fill_polygons(labels, [(ring - origin) / grid.resolution for ring in rings], label)
+    return labels
+
+
+def room_rings(plan: BuildingPlan) -> list[list[NDArray[np.float64]]]:
+    """Return for each room the polygons (V, 2) [m] that cover it: a corridor has several."""
+    seams = nx.Graph(door.rooms for door in plan.doors if door.is_open)
+    seams.add_nodes_from(range(len(plan.rooms)))
+    rooms = []
+    for part in nx.connected_components(seams):
         rings = [plan.rooms[i].polygon for i in part]
         rings += [
             door_outline(door, plan.wall_m, plan.wall_m)
             for door in plan.doors
             if door.is_open and door.rooms[0] in part
         ]
-        fill_polygons(labels, [(ring - origin) / grid.resolution for ring in rings], label)
-    return labels
+        rooms.append(rings)
+    return rooms
 
 
 def read_floors(folder: Path, names: Sequence[str] = TUNE_FLOORS) -> list[LabelledFloor]:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,11 +40,32 @@ class Text:
     width_m: float
 
 
-def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array]:
-    """Return the open leaves of all doors as lines (V, 2) [m], with the arcs they sweep."""
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """
+    Door leaves that stand open at a right angle: ``hinge (L, 2)`` and ``length (L, 1)`` [m].
+
+    The unit vectors ``along (L, 2)`` point to where the leaf's tip is when shut, ``normal (L,
+    2)`` to where it is now.
+    """
+
+    hinge: Array
+    along: Array
+    normal: Array
+    length: Array
+
+    @property
+    def tips(self) -> Array:
+        """Where the leaves end (L, 2) [m]."""
+        return self.hinge + self.length * self.normal
+
+
+def door_leaves(plan: BuildingPlan, wall_m: float) -> Leaves:
+    """Return the leaves of all doors in walls that are drawn ``wall_m`` thick."""
     doors = [door for door in plan.doors if not door.is_open]
     if not doors:
-        return []
+        none = np.zeros((0, 2))
+        return Leaves(none, none, none, none[:, :1])
     hinge = np.stack([door.ends[door.hinge] for door in doors])
     along = np.stack([door.ends[1 - door.hinge] for door in doors]) - hinge
     width = np.hypot(*along.T)[:, None]
@@ -55,17 +76,22 @@ def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array
     normal[~shapely.contains_xy(rooms, *probe.T)] *= -1.0
     leaves = np.array([[door.leaves] for door in doors])
     face = hinge + normal * wall_m / 2.0
-    lines = _swept(face, along, normal, width / leaves, with_arcs)
     pairs = leaves[:, 0] == 2
-    other = (face + along * width)[pairs]
-    return lines + _swept(other, -along[pairs], normal[pairs], width[pairs] / 2.0, with_arcs)
+    return Leaves(
+        np.concatenate([face, (face + along * width)[pairs]]),
+        np.concatenate([along, -along[pairs]]),
+        np.concatenate([normal, normal[pairs]]),
+        np.concatenate([width / leaves, width[pairs] / 2.0]),
+    )
 
 
-def _swept(hinge: Array, along: Array, normal: Array, leaf: Array, with_arcs: bool) -> list[Array]:
-    """Return per door the line hinge - tip, and from there the quarter circle to the shut leaf."""
+def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array]:
+    """Return the open leaves of all doors as lines (V, 2) [m], with the arcs they sweep."""
+    leaves = door_leaves(plan, wall_m)
     angle = np.linspace(np.pi / 2.0, 0.0, _ARC_POINTS if with_arcs else 1)[:, None, None]
-    tips = hinge + leaf * (np.cos(angle) * along + np.sin(angle) * normal)
-    return list(np.concatenate([hinge[None], tips]).transpose(1, 0, 2))
+    swept = leaves.length * (np.cos(angle) * leaves.along + np.sin(angle) * leaves.normal)
+    lines = np.concatenate([leaves.hinge[None], leaves.hinge + swept])
+    return list(lines.transpose(1, 0, 2))
 
 
 def outer_edges(rings: list[Array]) -> tuple[Array, Array]:
@@ -100,14 +126,20 @@ def furniture_outlines(plan: BuildingPlan, rng: np.random.Generator) -> Array:
 
 def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:
     """Return one text for most rooms: a number, a name or the area."""
+    storey, kind = int(rng.integers(5)), int(rng.integers(3))
+    labels = room_labels(plan, rng, storey)
+    return [replace(label, text=label.text.split('\n')[kind]) for label in labels]
+
+
+def room_labels(plan: BuildingPlan, rng: np.random.Generator, storey: int) -> list[Text]:
+    """Return three lines for each room of a storey: its number, its name and its area."""
     polygons = polygons_from_rings([room.polygon for room in plan.rooms])
     places = shapely.get_coordinates(shapely.point_on_surface(polygons))
     areas, bounds = shapely.area(polygons), shapely.bounds(polygons)
-    storey, kind = int(rng.integers(5)), int(rng.integers(3))
     texts = []
     for i, (x, y) in enumerate(places.tolist()):
         name = str(rng.choice(_NAMES))
-        text = (f'{storey}.{i:03d}', name, f'{areas[i]:.1f} m2')[kind]
+        text = f'{storey}.{i:03d}\n{name}\n{areas[i]:.1f} m2'
         texts.append(Text(text, (x, y), float(bounds[i, 2] - bounds[i, 0])))
     return texts
 

@@ -53,6 +53,36 @@ def test_a_sheet_of_one_family_shows_every_style(tmp_path):
     assert min(Image.open(out).size) > 300
 
 
+def test_a_sheet_comes_in_every_format(tmp_path, capsys):
+    out, figures = tmp_path / 'sheet', tmp_path / 'figures.json'
+    words = ('sheet', '--out', out, '--seed', 3, '--kind', 'phone', '--json', figures)
+    assert run(*words) == 0
+    assert {f'sheet.{suffix}' for suffix in ('png', 'jpg', 'pdf', 'svg', 'dxf')} <= {
+        path.name for path in out.iterdir()
+    }
+    truth = json.loads(figures.read_text())
+    assert truth['kind'] == 'phone'
+    assert truth == json.loads((out / 'truth.json').read_text())
+    assert f'{truth["rooms"]} rooms' in capsys.readouterr().out
+
+
+def test_the_gallery_shows_sheets_of_every_kind(tmp_path):
+    out = tmp_path / 'sheets.png'
+    assert run('gallery', '--out', out, '--sheets') == 0
+    with Image.open(out) as shown:
+        tiles = np.array(shown.convert('L')).reshape(5, shown.height // 5, 4, shown.width // 4)
+    # Paper and ink in each tile; the ground between them is grey.
+    assert (tiles.max(axis=(1, 3)) > 225).all()
+    assert (tiles.min(axis=(1, 3)) < 60).all()
+
+
+def test_the_drawings_benchmark_refuses_kinds_that_are_none(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(['bench', 'drawings', '--kinds', 'office,napkin'])
+    assert stop.value.code == 1
+    assert "unknown kind 'napkin'; choose of clean,office,brochure" in capsys.readouterr().err
+
+
 def test_stats_compare_with_labelled_drawings(tmp_path, capsys):
     """Ten drawn storeys of two rooms stand in for real ones."""
     grey, labels = np.zeros((120, 220), np.uint8), np.zeros((120, 220), np.uint8)
