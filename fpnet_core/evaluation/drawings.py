@@ -236,8 +236,7 @@ def _written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[
     """Write a sheet and return its file and the map (3, 3) from page metres to its units."""
     if file_format == PICTURE:
         path = stem.with_suffix('.jpg' if sheet.is_photo else '.png')
-        write_picture(sheet, path)
-        return path, sheet.H_image_page
+        return path, write_picture(sheet, path) @ sheet.H_image_page
     path = stem.with_suffix(f'.{file_format}')
     return path, np.array(write_vector(sheet, path)['A_file_page'])
 
