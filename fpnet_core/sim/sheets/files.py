@@ -65,14 +65,18 @@ def write_picture(sheet: Sheet, path: Path) -> Array:
     if image.mode == 'RGBA':
         image = Image.alpha_composite(Image.new('RGBA', image.size, 'white'), image)
     orientation = int(rng.choice([_UPRIGHT, *_HELD], p=_HELD_SHARES))
-    if sheet.kind is not SheetKind.PHONE or orientation == _UPRIGHT:
-        image.convert('RGB').save(path, quality=sheet.jpeg_quality)
-        return np.eye(3)
+    if sheet.kind is SheetKind.PHONE and orientation != _UPRIGHT:
+        return _write_turned(image.convert('RGB'), orientation, path, sheet.jpeg_quality)
+    image.convert('RGB').save(path, quality=sheet.jpeg_quality)
+    return np.eye(3)
+
+
+def _write_turned(image: Image.Image, orientation: int, path: Path, quality: int) -> Array:
+    """Write a JPEG as a camera that is not upright does, and return the way to its pixels."""
     turn, x, y = _HELD[orientation]
     exif = Image.Exif()
     exif[_ORIENTATION_TAG] = orientation
-    turned = image.convert('RGB').transpose(turn)
-    turned.save(path, quality=sheet.jpeg_quality, exif=exif)
+    image.transpose(turn).save(path, quality=quality, exif=exif)
     # An axis that runs backwards begins at the other end.
     last = np.array([image.width - 1.0, image.height - 1.0])
     return np.array(
