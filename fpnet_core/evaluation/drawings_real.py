@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-import time
 from typing import Any
 
 import cv2
@@ -21,6 +20,7 @@ from fpnet_core.evaluation.drawings import (
     SheetResult,
     labels_at,
     plan_from_file,
+    processor_s,
     scale_figures,
     segmented,
     share,
@@ -129,12 +129,12 @@ def _read(
     name: str,
 ) -> tuple[SheetResult, _Found | None]:
     """Return the result and what was found on the plan's own pixels, row 0 lowest."""
-    started = time.perf_counter()
+    started = processor_s()
     try:
         reading = read(path)
     except FpnetError as error:
         return SheetResult('real', name, refusal=str(error)), None
-    seconds = time.perf_counter() - started
+    seconds = processor_s() - started
     rows, cols = truth.shape
     # From metres of the labelled map, row 0 lowest, to pixels of its image, row 0 at the top.
     per_m = 1.0 / RESOLUTION_M

@@ -16,7 +16,9 @@ from fpnet_core.io import write_map
 from fpnet_core.sim.render import render_plan
 from fpnet_core.sim.sheets.dxf import draw_dxf_style, write_dxf
 from fpnet_core.sim.sheets.layers import LAYERINGS, SHARES
+from fpnet_core.sim.sheets.looks import SheetKind
 from fpnet_core.sim.sheets.painting import write_pdf
+from fpnet_core.sim.sheets.scene import Array
 from fpnet_core.sim.sheets.sheet import Sheet
 from fpnet_core.sim.sheets.svg import write_svg
 
@@ -28,18 +30,58 @@ CLEAN_CELL_M = 0.05
 
 _POINTS_PER_MM = 72.0 / 25.4
 _UNITS_PER_MM = (1.0, 96.0 / 25.4)  # SVG in millimetres, and in CSS pixels
-_FILE_STREAM = 1  # of a sheet's seed: how its files are written
+_FILE_STREAM, _PICTURE_STREAM = 1, 2  # of a sheet's seed: how its files are written
+
+_PALETTE_SHARE, _PALETTE_COLOURS = 0.15, 64
+_ORIENTATION_TAG = 0x0112
+_UPRIGHT = 1
+# How the stored picture is turned against the scene for each EXIF orientation, and its x and y
+# axes in the scene's.
+_HELD = {
+    3: (Image.Transpose.ROTATE_180, (-1.0, 0.0), (0.0, -1.0)),
+    6: (Image.Transpose.ROTATE_90, (0.0, 1.0), (-1.0, 0.0)),
+    8: (Image.Transpose.ROTATE_270, (0.0, -1.0), (1.0, 0.0)),
+}
+_HELD_SHARES = (0.6, 0.1, 0.2, 0.1)  # upright, then as above
 
 
-def write_picture(sheet: Sheet, path: Path) -> None:
-    """Write the sheet's pixels as PNG or JPEG; where JPEG has no transparency, on white."""
+def write_picture(sheet: Sheet, path: Path) -> Array:
+    """
+    Write the sheet's pixels as PNG or JPEG; where JPEG has no transparency, on white.
+
+    Some PNGs have a palette, and some phones are held on their side and say so in EXIF.
+
+    Returns
+    -------
+    H_file_image : (3, 3)
+        From the sheet's pixels to those that the file stores.
+    """
+    rng = np.random.default_rng([sheet.seed, _PICTURE_STREAM])
     image = Image.fromarray(sheet.pixels)
     if path.suffix == '.png':
-        image.save(path)
-        return
+        has_palette = image.mode == 'RGB' and not sheet.is_photo and rng.random() < _PALETTE_SHARE
+        (image.quantize(_PALETTE_COLOURS) if has_palette else image).save(path)
+        return np.eye(3)
     if image.mode == 'RGBA':
         image = Image.alpha_composite(Image.new('RGBA', image.size, 'white'), image)
+    orientation = int(rng.choice([_UPRIGHT, *_HELD], p=_HELD_SHARES))
+    if sheet.kind is SheetKind.PHONE and orientation != _UPRIGHT:
+        return _write_turned(image.convert('RGB'), orientation, path, sheet.jpeg_quality)
     image.convert('RGB').save(path, quality=sheet.jpeg_quality)
+    return np.eye(3)
+
+
+def _write_turned(image: Image.Image, orientation: int, path: Path, quality: int) -> Array:
+    """Write a JPEG as a camera that is not upright does, and return the way to its pixels."""
+    turn, x, y = _HELD[orientation]
+    exif = Image.Exif()
+    exif[_ORIENTATION_TAG] = orientation
+    image.transpose(turn).save(path, quality=quality, exif=exif)
+    # An axis that runs backwards begins at the other end.
+    last = np.array([image.width - 1.0, image.height - 1.0])
+    return np.array(
+        [[*row, -float(np.minimum(row, 0.0) @ last)] for row in (x, y)] + [[0.0, 0.0, 1.0]]
+    )
 
 
 def write_vector(sheet: Sheet, path: Path) -> dict[str, Any]:
@@ -79,9 +121,11 @@ def write_sheet(sheet: Sheet, folder: Path, name: str = 'sheet') -> dict[str, An
     ``plan-2.yaml``. Returns what is in ``truth.json``.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    files: dict[str, Any] = {}
     for suffix in PICTURES:
-        write_picture(sheet, folder / f'{name}.{suffix}')
-    files = {suffix: write_vector(sheet, folder / f'{name}.{suffix}') for suffix in VECTORS}
+        H_file_image = write_picture(sheet, folder / f'{name}.{suffix}')
+        files[suffix] = {'H_file_image': H_file_image.tolist()}
+    files |= {suffix: write_vector(sheet, folder / f'{name}.{suffix}') for suffix in VECTORS}
     truth = {**sheet.truth(), 'files': files}
     (folder / 'truth.json').write_text(json.dumps(truth, indent=1) + '\n', encoding='utf-8')
     Image.fromarray(sheet.room_labels().astype(np.uint16)).save(folder / 'rooms.png')

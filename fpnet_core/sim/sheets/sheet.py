@@ -25,6 +25,7 @@ MAX_ROOMS = 60
 MAX_AREA_M2 = 2500.0
 """Larger storeys are no single sheet."""
 
+_IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)
 _SUBPIXEL_BITS = 4
 _MAX_SEED = 2**31
@@ -168,7 +169,11 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
 
 
 def _generate(rng: np.random.Generator) -> BuildingPlan:
-    return generate_plan(rng, max_rooms=MAX_ROOMS, max_area_m2=MAX_AREA_M2)
+    """Draw a storey in one piece: two wings far apart look like two storeys on a sheet."""
+    while True:
+        plan = generate_plan(rng, max_rooms=MAX_ROOMS, max_area_m2=MAX_AREA_M2)
+        if plan.family != _IN_PIECES:
+            return plan
 
 
 def _image_from_page(rows: int, resolution_m: float) -> Array:

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sheets as PDF, SVG and DXF: the same drawing with texts, curves, layers and units."""
 
+from dataclasses import replace
 import json
 from xml.etree import ElementTree as ET
 
 import ezdxf
 from ezdxf import bbox
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 import pypdfium2
 import pytest
 
@@ -20,6 +21,7 @@ from fpnet_core.sim.sheets.files import write_picture, write_sheet, write_vector
 from fpnet_core.sim.sheets.layers import LAYERINGS, SHARES
 from fpnet_core.sim.sheets.looks import Trait
 from fpnet_core.sim.sheets.scene import Arcs, Letters, Role
+from fpnet_core.sim.sheets.sheet import project
 from fpnet_core.sim.sheets.svg import write_svg
 from fpnet_core.types import FREE
 
@@ -160,6 +162,36 @@ def test_a_sheet_is_written_in_every_format_with_its_truth(tmp_path):
     grid = read_map(tmp_path / 'plan.yaml')
     free_m2 = np.count_nonzero(grid.cells == FREE) * grid.resolution**2
     assert free_m2 == pytest.approx(scan.storeys[0].plan.floor_area_m2, rel=0.1)
+
+
+def test_phones_held_on_their_side_say_so(tmp_path):
+    pixels = np.full((90, 140, 3), 230, np.uint8)
+    pixels[20:30, 100:110] = 10
+    phone = replace(draw_sheet(0, 'phone'), pixels=pixels)
+    seen = set()
+    for seed in range(30):
+        path = tmp_path / 'sheet.jpg'
+        H = write_picture(replace(phone, seed=seed), path)
+        with Image.open(path) as stored:
+            seen.add(stored.getexif().get(0x0112, 1))
+            upright = np.array(ImageOps.exif_transpose(stored).convert('L'), float)
+            x, y = np.rint(project(H, np.array([104.5, 24.5]))).astype(int).tolist()
+            assert np.mean(stored.getpixel((x, y))) < 60
+        assert np.abs(upright - pixels[..., 0]).mean() < 6.0
+    assert seen == {1, 3, 6, 8}
+
+
+def test_some_pictures_have_a_palette(tmp_path):
+    sheet, modes = draw_sheet(0, 'brochure'), set()
+    path = tmp_path / 'sheet.png'
+    small = replace(sheet, pixels=np.ascontiguousarray(sheet.pixels[::8, ::8, :3]))
+    for seed in range(20):
+        write_picture(replace(small, seed=seed), path)
+        with Image.open(path) as image:
+            modes.add(image.mode)
+            shown = np.array(image.convert('RGB'), float)
+        assert np.abs(shown - small.pixels).mean() < 4.0
+    assert modes == {'P', 'RGB'}
 
 
 def test_a_jpeg_of_a_transparent_sheet_is_on_white(tmp_path):

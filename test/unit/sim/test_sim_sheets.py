@@ -11,6 +11,7 @@ import shapely
 from fpnet_core.geometry import SE2
 from fpnet_core.sim.plans import generate_plan
 from fpnet_core.sim.sheets import SheetKind, draw_sheet
+from fpnet_core.sim.sheets import sheet as sheet_module
 from fpnet_core.sim.sheets.lettering import dimension_marks
 from fpnet_core.sim.sheets.looks import Trait, draw_look
 from fpnet_core.sim.sheets.paper import weather
@@ -187,6 +188,12 @@ def test_paper_goes_where_the_homography_says(kind):
         dark = shown[y - 4 : y + 5, x - 4 : x + 5].mean()
         around = shown[y - 30 : y - 18, x - 30 : x + 30].mean()
         assert dark < 0.55 * around
+
+
+def test_storeys_are_in_one_piece(monkeypatch):
+    drawn = iter([replace(PLAN, family='disconnected'), PLAN])
+    monkeypatch.setattr(sheet_module, 'generate_plan', lambda *_, **__: next(drawn))
+    assert draw_sheet(0, 'clean').storeys[0].plan is PLAN
 
 
 def test_two_storeys_stand_apart_and_are_both_labelled():
