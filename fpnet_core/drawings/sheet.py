@@ -24,6 +24,9 @@ from fpnet_core.errors import MapFormatError
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
+FRAME = 'frame'
+"""What a frame is called among what was dropped."""
+
 _LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
 _MAX_FRAMES = 4
 _FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames
@@ -81,6 +84,11 @@ class Sheet:
     dropped: tuple[Dropped, ...]
     worth: float
 
+    @property
+    def has_frame(self) -> bool:
+        """Tell whether a frame was found around everything."""
+        return any(dropped.what == FRAME for dropped in self.dropped)
+
 
 class NoBuildingError(MapFormatError):
     """No lines of a sheet enclose anything."""
@@ -115,7 +123,7 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
         )
     grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
-    dropped = [Dropped('frame', _scaled(box, factor)) for box in frames]
+    dropped = [Dropped(FRAME, _scaled(box, factor)) for box in frames]
     dropped += [
         Dropped(_what(other, main), _scaled(other.box, factor))
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
