@@ -29,7 +29,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 Box = tuple[int, int, int, int]
 
 _FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
-_SURE = 0.97  # a reading so plausible is taken without a look at others
+_SURE = 0.93  # a reading so plausible is taken without a look at others
 _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
