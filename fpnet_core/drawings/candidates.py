@@ -120,5 +120,7 @@ def _sheet(view: View, storey: int | None) -> Sheet | None:
             no_storey = error
     if not found and no_storey is not None:
         raise no_storey
+    # Where one tone shows a frame, what the others enclose may be the frame itself.
+    found = [sheet for sheet in found if sheet.has_frame] or found
     most = max((sheet.worth for sheet in found), default=0.0)
     return next((sheet for sheet in found if sheet.worth >= _MOST * most), None)

@@ -29,7 +29,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 Box = tuple[int, int, int, int]
 
 _FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
-_SURE = 0.97  # a reading so plausible is taken without a look at others
+_SURE = 0.93  # a reading so plausible is taken without a look at others
 _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
@@ -69,18 +69,17 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     MapFormatError
         If no reading shows one.
     """
-    plain = None if options.storey else _plain(drawing.pixels, options, config)
+    pictures = _pictures(drawing.pixels)
+    plain = None if options.storey else _best_plain(pictures, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
-    pixels = drawing.pixels
-    is_dark = is_dark_ground(pixels)
-    found = _most_plausible(255 - pixels if is_dark else pixels, options, config)
-    if is_dark and (found is None or found[1] < _PLAIN_SURE):
-        found = max(
-            filter(None, [found, _most_plausible(pixels, options, config)]),
-            key=lambda pair: pair[1],
-            default=None,
-        )
+    found: tuple[Candidate, float] | None = None
+    for picture in pictures:
+        other = _most_plausible(picture, options, config)
+        if other is not None and (found is None or other[1] > found[1]):
+            found = other
+        if found is not None and found[1] > _PLAIN_SURE:
+            break
     if plain is not None and (found is None or plain.probability >= found[1]):
         return plain
     if found is None:
@@ -99,16 +98,28 @@ def all_readings(
 
     Yields the rooms in nominal metres and the map (3, 3) from pixels to those.
     """
-    plain = _plain(pixels, options, config)
-    if plain is not None:
-        grid = plain.segmentation.grid
-        stride = -(-max(plain.cells.shape) // _JUDGED_PX)
-        H = shrinking(1.0 / stride) @ plain.H_cell_pixel
-        yield plain.segmentation, pixel_to_xy(grid).matrix @ H
-    dark = is_dark_ground(pixels)
-    view = view_of(255 - pixels if dark else pixels, options.crop)
-    for candidate in candidates(view, options.storey, config):
-        yield candidate.segmentation, candidate.H_plan_pixel
+    for picture in _pictures(pixels):
+        plain = _plain(picture, options, config)
+        if plain is not None:
+            grid = plain.segmentation.grid
+            stride = -(-max(plain.cells.shape) // _JUDGED_PX)
+            H = shrinking(1.0 / stride) @ plain.H_cell_pixel
+            yield plain.segmentation, pixel_to_xy(grid).matrix @ H
+        for candidate in candidates(view_of(picture, options.crop), options.storey, config):
+            yield candidate.segmentation, candidate.H_plan_pixel
+
+
+def _pictures(pixels: Levels) -> list[Levels]:
+    """Return the pixels, of light lines on dark ground first with both exchanged."""
+    return [255 - pixels, pixels] if is_dark_ground(pixels) else [pixels]
+
+
+def _best_plain(
+    pictures: list[Levels], options: ReadOptions, config: SegmentationConfig
+) -> Found | None:
+    found = (_plain(picture, options, config) for picture in pictures)
+    known = [plain for plain in found if plain is not None]
+    return max(known, key=lambda plain: plain.probability, default=None)
 
 
 def _most_plausible(

@@ -31,7 +31,7 @@ FEATURES = (
 )  # fmt: skip
 
 
-_MOST_DOUBTED = 0.3  # readings less plausible than this are doubted
+_MOST_DOUBTED = 0.25  # readings less plausible than this are doubted
 _GIANT_SHARE = 0.8  # of all area in one room, where there are others
 _FEW_ROOMS = 2
 _MANY_SPECKS = 40.0  # per room

@@ -24,13 +24,17 @@ from fpnet_core.errors import MapFormatError
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
+FRAME = 'frame'
+"""What a frame is called among what was dropped."""
+
 _LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
 _MAX_FRAMES = 4
 _FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames
 _FRAME_INSET = 0.02  # of a frame's sides: where lines would cross that are attached to it
 _DRAWN_SIDE = 0.75  # of each side of a frame is drawn
-_BLANK_SIDE = 0.5  # of three sides of a frame in one piece has nothing attached
-_BLANK_WORST = 0.3  # of its fourth side
+_BLANK_SIDE = 0.35  # of three sides of a frame in one piece has nothing attached
+_BLANK_WORST = 0.25  # of its fourth side
+_FACE_DEPTH, _FOLLOWED_SIDES = 0.04, 3  # how near to how many sides a wall's other face is
 _FRAMED_INK = 0.2  # of all ink lies inside a frame and is not the frame
 _BLOT_SHARE = 0.045  # of the longer side: what is as thick as this is a table under the sheet
 _REACHES = (0.006, 0.012, 0.024)  # of the sheet's longer side: half the gaps within a building
@@ -38,15 +42,17 @@ _REACH = 0.014  # of the building's
 _MOST = 0.5  # of what the widest reach joins is a building, not a part of it
 _ROOM_SHARE = 1e-3  # of a cluster's area: smaller holes are no rooms
 _WING_GAP = 0.03  # of the building's longer side
-_WING_AREA, _STOREY_AREA = 0.06, 0.3  # of the building's
+_WING_AREA, _STOREY_AREA = 0.12, 0.3  # of the building's
 _STOREY_ROOMS, _WING_ROOMS = 4, 2
 _STOREY_ROOM_SHARE = 0.25  # of the building's rooms: tables have fewer cells
 _CORE_SHARE = 0.07  # of the building's longer side: texts in rooms are shorter
 _MARGIN = 0.01  # of the longer side is kept around a building
 _DASH_SHARE = 0.012  # of the longer side: shorter pieces are letters and dashes
 _HALL_SHARES = (0.04, 0.12, 0.6)  # of the sheet: larger spaces between lines may be no rooms
-_HELD = 0.4  # of all lines lie in the building, or rooms may be larger
+_HELD = 0.4  # of all lines lie in the building, or rooms may be larger,
+_MANY_ROOMS = 7  # unless it has so many already
 _HOLDS_MORE = 1.5  # times as many lines lie in a building with larger rooms
+_JOINED, _RECTANGLE = 0.12, 0.93  # or a rectangle fills them, and so much of their outline
 _SURROUNDED = 0.33  # unless the building lies around so much of their outline
 _INWARD = np.array([1, 1, -1, -1])  # which way the sides of a box move where it shrinks
 _TEXT_SHARE = 0.06  # of the longer side: lower clusters are texts
@@ -77,6 +83,11 @@ class Sheet:
     belongs: Mask
     dropped: tuple[Dropped, ...]
     worth: float
+
+    @property
+    def has_frame(self) -> bool:
+        """Tell whether a frame was found around everything."""
+        return any(dropped.what == FRAME for dropped in self.dropped)
 
 
 class NoBuildingError(MapFormatError):
@@ -112,7 +123,7 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
         )
     grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
-    dropped = [Dropped('frame', _scaled(box, factor)) for box in frames]
+    dropped = [Dropped(FRAME, _scaled(box, factor)) for box in frames]
     dropped += [
         Dropped(_what(other, main), _scaled(other.box, factor))
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
@@ -200,10 +211,27 @@ def _outermost_frame(ink: Mask, labels: NDArray[np.int32], stats: NDArray[np.int
         window = np.s_[top : top + height, left : left + width]
         own = labels[window] == label
         inset = max(3, round(_FRAME_INSET * max(width, height)))
-        others = (ink[window] & ~own)[inset:-inset, inset:-inset]
-        if others.sum() > _FRAMED_INK * ink.sum() and _is_bare(own, inset):
+        others = ink[window] & ~own
+        is_around = others[inset:-inset, inset:-inset].sum() > _FRAMED_INK * ink.sum()
+        if is_around and _is_bare(own, inset) and _stands_apart(others):
             return int(label)
     return None
+
+
+def _stands_apart(others: Mask) -> bool:
+    """
+    Tell whether ``others``, what a rectangle goes around, does not follow it closely.
+
+    The outer face of a wall of two lines is a rectangle, too. A frame of two lines follows a
+    frame.
+    """
+    depth = max(3, round(_FACE_DEPTH * max(others.shape)))
+    strips = [others[:depth].any(0), others[-depth:].any(0)]
+    strips += [others[:, :depth].any(1), others[:, -depth:].any(1)]
+    if sum(strip.mean() > _DRAWN_SIDE for strip in strips) < _FOLLOWED_SIDES:
+        return True
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(others.astype(np.uint8))
+    return _outermost_frame(others, _ints(labels), _ints(stats)) is not None
 
 
 def _is_bare(own: Mask, inset: int) -> bool:
@@ -260,7 +288,7 @@ def _well_grouped(ink: Mask) -> tuple[NDArray[np.int32], list[Cluster]]:
         held = ink[_ground(np.isin(found[0], main.labels))].sum() / max(ink.sum(), 1)
         if best is None or held > _HOLDS_MORE * most:
             best, most = found, held
-        if most > _HELD:
+        if most > _HELD or main.rooms >= _MANY_ROOMS:
             break
     if best is None:
         raise NoBuildingError(
@@ -345,9 +373,20 @@ def _with_halls(
     for label in large[(large > 0) & (large != holes[0, 0])]:
         space = (holes == label).astype(np.uint8)
         rim = cv2.dilate(space, _disc(2)) > space
-        if solid[rim].mean() > _SURROUNDED:
+        touching = float(solid[rim].mean())
+        if touching > _SURROUNDED or (touching > _JOINED and _is_rectangle(space)):
             solid |= space
     return solid
+
+
+def _is_rectangle(space: NDArray[np.uint8]) -> bool:
+    """Tell whether a space, of a hundredth of the sheet or more, is one: a plain room."""
+    contours, _ = cv2.findContours(space, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    outline = max(contours, key=cv2.contourArea)
+    _, (width, height), _ = cv2.minAreaRect(outline)
+    area = cv2.contourArea(outline)
+    is_room = area < _HALL_SHARES[1] * space.size
+    return bool(is_room and area > _RECTANGLE * max(width * height, 1.0))
 
 
 def _owners(
