@@ -131,6 +131,13 @@ def test_letters_and_words_of_a_line_are_joined():
     assert sorted(label.text for label in found) == ['12', '6.25 m', 'A']
 
 
+def test_numbers_of_a_scale_bar_stay_apart():
+    words = [Label('Office', (0.0, 50.0 * k, 40.0, 50.0 * k + 8.0)) for k in range(1, 6)]
+    numbers = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('012')]
+    found = merge_labels([*words, *numbers])
+    assert sorted(label.text for label in found)[:3] == ['0', '1', '2']
+
+
 ENCRYPTED = (
     b'%PDF-1.4\n1 0 obj<</Type/Catalog/Pages 2 0 R>>endobj\n'
     b'2 0 obj<</Type/Pages/Kids[]/Count 0>>endobj\n'
