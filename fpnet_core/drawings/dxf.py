@@ -149,7 +149,11 @@ def _entities(
     reader: _Reader, container: Any, parent: str, block: str, depth: int
 ) -> Iterator[tuple[Any, str]]:
     """Yield what is visible in a container, blocks exploded, with the layer that it counts to."""
+    from ezdxf.entities.dxfgfx import DXFGraphic
+
     for entity in container:
+        if not isinstance(entity, DXFGraphic):  # of a kind that ezdxf does not know
+            continue
         reader.count += 1
         if reader.count > MAX_ENTITIES:
             raise MapFormatError(_too_large(reader.builder.what))

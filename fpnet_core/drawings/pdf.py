@@ -49,6 +49,7 @@ _MIN_WIDTH_PX = 2.0  # of lines, as painted
 _RULED = 0.02  # of the page's diagonal, for a line to count for its being a drawing
 _SCAN_LINES = 400  # that a page with a scan counts for
 _JOIN = 0.6  # of the letters' height between texts of one line
+_LETTERED = 0.6  # of the texts are single letters in files that write each letter by itself
 _LEVEL = 0.6  # of the smaller letters, in which texts of one line overlap
 _ALIKE = 2.2  # the larger letters to the smaller ones, as of an f and an e
 _LONGEST_GAP = 4.0  # of a text's height, behind which a line has ended
@@ -362,13 +363,19 @@ def _mark_text(get: Any, *what: Any) -> str:
 
 
 def merge_labels(labels: list[Label]) -> list[Label]:
-    """Return labels with those joined that stand close together in a line: letters and words."""
+    """
+    Return labels with those joined that stand close together in a line: letters and words.
+
+    Numbers stay apart where the file writes words as a whole: those of a scale bar stand close.
+    """
+    single = sum(len(label.text) == 1 for label in labels)
+    is_whole = single < _LETTERED * len(labels)
     for axis in (0, 1):
-        labels = _merged(labels, axis)
+        labels = _merged(labels, axis, is_whole)
     return labels
 
 
-def _merged(labels: list[Label], axis: int) -> list[Label]:
+def _merged(labels: list[Label], axis: int, is_whole: bool) -> list[Label]:
     """Join along x (``axis`` 0, to the right) or along y (1, upwards: texts that are turned)."""
     across = 1 - axis
     result: list[Label] = []
@@ -380,7 +387,14 @@ def _merged(labels: list[Label], axis: int) -> list[Label]:
         if size <= 0.0 or is_level:
             result.append(label)
             continue
-        at = next((k for k, last in enumerate(growing) if _follows(last, label, axis)), None)
+        at = next(
+            (
+                k for k, last in enumerate(growing)
+                if _follows(last, label, axis)
+                and not (is_whole and last.text[-1].isdigit() and label.text[0].isdigit())
+            ),
+            None,
+        )  # fmt: skip
         if at is None:
             growing.append(label)
         else:

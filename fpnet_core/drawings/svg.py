@@ -334,11 +334,14 @@ def _shapes(text: str, name: str) -> Any:
     from svgelements import SVG
 
     try:
-        return SVG.parse(io.StringIO(text), ppi=96.0, reify=True)
+        shapes = SVG.parse(io.StringIO(text), ppi=96.0, reify=True)
     except Exception as error:  # svgelements raises many kinds on damaged attributes
         raise MapFormatError(
             f'{name} is a damaged SVG ({detail_of(error)}); save it again'
         ) from None
+    if not isinstance(shapes, SVG):
+        raise MapFormatError(f'{name} is an SVG of another namespace; save it again')
+    return shapes
 
 
 def _sheet(shapes: Any) -> tuple[float, float, float, float] | None:

@@ -31,7 +31,7 @@ _STATED = 0.9  # of files mean the unit that they state
 _SURE = 0.95  # probability at which a unit is believed
 # Typical length [m], spread of its logarithm, and nats that it may speak against a unit at most.
 _DOOR = (0.9, 0.22, 10.0)  # width of a leaf
-_WALL = (0.17, 0.55, 6.0)  # thickness of a wall
+_WALL = (0.17, 0.55, 3.0)  # thickness of a wall
 _BUILDING = (40.0, 1.1, 6.0)  # long side of a building
 _IMPLAUSIBLE = 5.0  # nats against the best unit: the drawing is in none of them
 _MIN_DOORS = 2
@@ -52,7 +52,7 @@ class Unit:
 
 def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: float) -> Unit:
     """
-    Return the unit of a CAD drawing.
+    Return the unit of a CAD drawing; only doors speak for another one than the file states.
 
     Parameters
     ----------
@@ -87,19 +87,18 @@ def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: fl
 
 
 def _worded(best: str, stated: str | None, probability: float, doors: int) -> Unit:
-    if probability < _SURE:
+    if probability < _SURE or (best != stated and doors < _MIN_DOORS):
         said = (
             f'states {stated}, which neither doors nor walls bear out'
             if stated
             else ('states no unit')
         )
         return Unit(None, '', (f'the file {said}: its scale is taken as unknown',))
-    shown = f'{doors} doors' if doors >= _MIN_DOORS else 'the size of the building and its walls'
     if best == stated:
         return Unit(UNITS_M[best], f'units are {best}, as the file states')
     said = f'states {stated}' if stated else 'states no unit'
-    note = f'the file {said}, but {shown} say that a unit is one {best}'
-    return Unit(UNITS_M[best], f'units are {best}, by {shown}', (note,))
+    note = f'the file {said}, but {doors} doors say that a unit is one {best}'
+    return Unit(UNITS_M[best], f'units are {best}, by {doors} doors', (note,))
 
 
 def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, float]]]) -> float:

@@ -3,8 +3,8 @@
 """
 From a vector page to a drawing: what is a wall as far as is known, at a resolution for reading.
 
-Texts, doors, dashed lines and layers of furniture are left out of the pixels; all lines and texts
-are kept beside them, since dimensions and scale bars are among them.
+Texts, doors, hatches, dashed lines and layers of furniture are left out of the pixels; all lines
+and texts are kept beside them, since dimensions and scale bars are among them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.doors import Doors, find_doors
+from fpnet_core.drawings.doors import find_doors
+from fpnet_core.drawings.hatching import find_hatching
 from fpnet_core.drawings.layers import Role, layer_role
 from fpnet_core.drawings.pages import (
     Array,
@@ -51,7 +52,7 @@ _MARGIN = 0.02  # of the long side, white around what is drawn
 _CORE = (0.01, 0.99)  # share of the lines' length between which the drawing certainly is
 _REACH = 0.6  # of the core's size that the drawing may reach on either side; beyond are strays
 _WALL_SHARE = 0.03  # of all lines' length, for layers named after walls to be believed
-_DOOR_SHARE = 0.5  # of a path's length that draws a door, for all of it to be the door's symbol
+_SYMBOL_SHARE = 0.5  # of a path's length that draws a door or hatch, for all of it to be one
 _SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the paper itself
 _UNIT_ERROR = 0.01  # of buildings whose drawing is in true units, as built
 _SOME_DOORS = 3  # that leave no doubt that a building is drawn
@@ -90,8 +91,9 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
     unit = _unit(page, pieces, is_line)
     page = replace(page, unit_m=unit.length_m)
     doors = find_doors(pieces, unit.length_m, _size(pieces, page))
-    is_line = is_line & ~doors.is_door
-    is_path = choice.is_path & ~_symbols(pieces, doors, len(page.width))
+    is_symbol = doors.is_door | find_hatching(pieces, _styles(page), _size(pieces, page))
+    is_line = is_line & ~is_symbol
+    is_path = choice.is_path & ~_symbols(pieces, is_symbol, len(page.width))
     is_line &= is_path[pieces.path]
     canvas, notes = _canvas(page, pieces, is_line, is_path)
     pixels = _painted(page, pieces, canvas, is_path, is_line)
@@ -229,11 +231,17 @@ def _listed(layers: tuple[str, ...] | list[str]) -> str:
     return f'{shown} and {len(layers) - _LIST} more' if len(layers) > _LIST else shown
 
 
-def _symbols(pieces: Pieces, doors: Doors, count: int) -> NDArray[np.bool_]:
-    """Tell which paths draw a door and little else: its leaf's edges and its sector as well."""
+def _styles(page: VectorPage) -> NDArray[np.int64]:
+    """Return a number for each path's outline: its colour, width and layer."""
+    style = np.column_stack([page.stroke, page.width.round(6), page.layer])
+    return np.unique(style, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _symbols(pieces: Pieces, is_symbol: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Tell which paths draw a door or hatch and little else: a leaf's edges, a door's sector."""
     length = np.bincount(pieces.path, pieces.length, count)
-    of_doors = np.bincount(pieces.path, pieces.length * doors.is_door, count)
-    symbols: NDArray[np.bool_] = of_doors > _DOOR_SHARE * length
+    of_symbols = np.bincount(pieces.path, pieces.length * is_symbol, count)
+    symbols: NDArray[np.bool_] = of_symbols > _SYMBOL_SHARE * length
     return symbols
 
 

@@ -84,6 +84,18 @@ def test_turned_pages_are_upright(tmp_path, turn, place):
     assert levels(open_drawing(tmp_path / 'a.pdf'), [place]) == 0
 
 
+def test_names_of_layers(tmp_path):
+    content = (
+        b'/OC /L1 BDC 10 10 m 400 10 l 400 300 l 10 300 l h S EMC '
+        b'/OC /L2 BDC 100 100 50 50 re f EMC'
+    )
+    layers = b'<</Properties<</L1<</Type/OCG/Name(A-WALL)>>/L2<</Type/OCG/Name(A-FURN)>>>>>>'
+    (tmp_path / 'a.pdf').write_bytes(page(content, more=b'/Resources' + layers))
+    drawing = open_drawing(tmp_path / 'a.pdf')
+    assert drawing.strokes.layers == ('A-WALL', 'A-FURN')
+    assert levels(drawing, [(200, 390), (125, 275)]).tolist() == [0.0, 255.0]
+
+
 def test_forms_and_clipping(tmp_path):
     content = (
         b'q 100 100 m 200 100 l 100 200 l h W n 0 0 500 400 re f Q '
@@ -117,6 +129,13 @@ def test_letters_and_words_of_a_line_are_joined():
     upwards = [Label(c, (100.0, 50.0 - 6 * k, 108.0, 55.0 - 6 * k)) for k, c in enumerate('12')]
     found = merge_labels([*letters, word, far, *upwards])
     assert sorted(label.text for label in found) == ['12', '6.25 m', 'A']
+
+
+def test_numbers_of_a_scale_bar_stay_apart():
+    words = [Label('Office', (0.0, 50.0 * k, 40.0, 50.0 * k + 8.0)) for k in range(1, 6)]
+    numbers = [Label(c, (10.0 + 6 * k, 0.0, 15.0 + 6 * k, 8.0)) for k, c in enumerate('012')]
+    found = merge_labels([*words, *numbers])
+    assert sorted(label.text for label in found)[:3] == ['0', '1', '2']
 
 
 ENCRYPTED = (
