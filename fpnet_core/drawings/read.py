@@ -123,7 +123,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         storeys=found.storeys,
         dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options)),
-        doubts=tuple(doubts_of(found.segmentation, found.probability)),
+        doubts=(*drawing.doubts, *doubts_of(found.segmentation, found.probability)),
     )
 
 
