@@ -3,9 +3,9 @@
 """
 Fitting the scale model: the true length of each map's reference length is to be probable.
 
-Buildings weigh the same however many of their maps there are, and real ones more than generated
-ones, whose doors and rooms have the generator's statistics. What intervals hold is measured with
-each real building left out in turn, and the generated ones in folds.
+Architects weigh the same however many their buildings and maps are, and real ones more than
+generated buildings, whose doors and rooms have the generator's statistics. What intervals hold is
+measured with each real architect left out in turn, and the generated buildings in folds.
 """
 
 from __future__ import annotations
