@@ -31,7 +31,7 @@ def command(
     """
     Gather maps of known scale, real and generated, and fit the scale model to them.
 
-    Prints what its intervals hold with buildings left out in turn, and writes scale.safetensors
+    Prints what its intervals hold with architects left out in turn, and writes scale.safetensors
     with its manifest. Called again, it fits to the samples that it has gathered.
 
     Example: fpnet train-scale --data ../shared/data --out runs/scale

@@ -155,8 +155,11 @@ def _half(floorplan: Path) -> str:
 
 def _architect(source: str, building: str) -> str:
     """Return what a floorplan shares with all others by the same architect."""
-    if source == _ONE_PROJECT:
-        return source
+    return source if source == _ONE_PROJECT else architect_of(building)
+
+
+def architect_of(building: str) -> str:
+    """Return the set of drawings that a real building's drawing belongs to, or its own name."""
     return next((series for series in _SERIES if building.startswith(series)), building)
 
 

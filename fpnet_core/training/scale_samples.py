@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -109,8 +110,8 @@ class ScaleSamples:
         """Count the samples."""
         return len(self.truth)
 
-    def where(self, chosen: NDArray[np.bool_]) -> ScaleSamples:
-        """Return the ``chosen (N,)``."""
+    def where(self, chosen: NDArray[Any]) -> ScaleSamples:
+        """Return the ``chosen``: a mask ``(N,)`` or indices."""
         return ScaleSamples(**{name: value[chosen] for name, value in vars(self).items()})
 
 

