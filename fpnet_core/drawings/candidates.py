@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.building import cells_of, inside_of_lines, reduced
@@ -16,10 +17,11 @@ from fpnet_core.drawings.sheet import NoBuildingError, Sheet, find_building, mar
 from fpnet_core.drawings.strokes import Mask, Recipe, recipes
 from fpnet_core.drawings.tones import inks
 from fpnet_core.drawings.types import Array
-from fpnet_core.drawings.view import View
+from fpnet_core.drawings.view import View, shrinking
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io import pixel_to_xy
 from fpnet_core.segmentation import segment_unknown_scale
-from fpnet_core.types import GridMap, Segmentation
+from fpnet_core.types import FREE, GridMap, Segmentation
 
 NOMINAL_M = 0.05
 """Edge of a cell where nothing is known of the scale; every figure is a ratio then."""
@@ -27,6 +29,7 @@ NOMINAL_M = 0.05
 _ROUNDS = 2  # of scale and segmentation: enough to compare readings
 _SHEET_TONES = 2  # are looked at: the darkest and the faintest
 _MOST = 0.8  # of the largest building that any tone shows is the building
+_LEAST_SHARE = 0.3  # of what all lines enclose is rooms
 _SAME = 0.06  # of the walls differ between readings that are one
 _LOOK_PX = 600  # the longer side of a building that is read to be judged
 
@@ -46,6 +49,15 @@ class Candidate:
     sheet: Sheet
     segmentation: Segmentation
     features: Array
+
+    @property
+    def H_plan_pixel(self) -> Array:
+        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
+        grid = self.segmentation.grid
+        rows, cols = grid.shape
+        height, width = self.view.levels.shape
+        H_look_view = shrinking((cols / width, rows / height))
+        return np.asarray(pixel_to_xy(grid).matrix @ H_look_view @ self.view.H_view_pixel)
 
 
 def candidates(view: View, storey: int | None, config: SegmentationConfig) -> Iterator[Candidate]:
@@ -68,13 +80,20 @@ def candidates(view: View, storey: int | None, config: SegmentationConfig) -> It
         seen.append(walls)
         if recipe.level not in grounds:
             grounds[recipe.level] = inside_of_lines(reduced(levels > recipe.level, factor))
-        cells = cells_of(walls, grounds[recipe.level])
-        if cells is None:
+        ground = grounds[recipe.level]
+        cells = cells_of(walls, ground)
+        if cells is None or not _is_filled(cells, ground):
             continue
         grid = GridMap(cells[::-1], NOMINAL_M)
         segmentation, _ = segment_unknown_scale(grid, config, _ROUNDS)
         figures = features(segmentation)
         yield Candidate(recipe, part, view, belongs, sheet, segmentation, figures)
+
+
+def _is_filled(cells: NDArray[np.int8], ground: Mask | None) -> bool:
+    """Tell whether what walls enclose is not far less than what all lines do."""
+    free = np.count_nonzero(cells == FREE)
+    return ground is None or bool(free > _LEAST_SHARE * np.count_nonzero(ground))
 
 
 def _is_new(walls: Mask, seen: list[Mask]) -> bool:

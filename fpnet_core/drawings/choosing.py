@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -18,11 +19,12 @@ from fpnet_core.drawings.sheet import find_building
 from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.tones import Levels, is_dark_ground
 from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
-from fpnet_core.drawings.view import view_of
+from fpnet_core.drawings.view import shrinking, view_of
 from fpnet_core.errors import MapFormatError
+from fpnet_core.io import pixel_to_xy
 from fpnet_core.io.images import interpret
 from fpnet_core.segmentation import segment_unknown_scale
-from fpnet_core.types import OCCUPIED, GridMap, Segmentation
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Box = tuple[int, int, int, int]
 
@@ -32,6 +34,8 @@ _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
+_JUDGED_PX = 1200  # the longer side of a picture in which a plain reading is judged
+_ROUNDS = 2  # of scale and segmentation: enough to judge
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
 
@@ -65,7 +69,7 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     MapFormatError
         If no reading shows one.
     """
-    plain = None if options.storey else _plain(drawing, options, config)
+    plain = None if options.storey else _plain(drawing.pixels, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
     pixels = drawing.pixels
@@ -85,6 +89,26 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
             'with walls that stand out from the paper'
         )
     return _finished(*found)
+
+
+def all_readings(
+    pixels: Levels, options: ReadOptions, config: SegmentationConfig
+) -> Iterator[tuple[Segmentation, Array]]:
+    """
+    Read pixels (H, W, 3) in every way that :func:`choose` may choose from.
+
+    Yields the rooms in nominal metres and the map (3, 3) from pixels to those.
+    """
+    plain = _plain(pixels, options, config)
+    if plain is not None:
+        grid = plain.segmentation.grid
+        stride = -(-max(plain.cells.shape) // _JUDGED_PX)
+        H = shrinking(1.0 / stride) @ plain.H_cell_pixel
+        yield plain.segmentation, pixel_to_xy(grid).matrix @ H
+    dark = is_dark_ground(pixels)
+    view = view_of(255 - pixels if dark else pixels, options.crop)
+    for candidate in candidates(view, options.storey, config):
+        yield candidate.segmentation, candidate.H_plan_pixel
 
 
 def _most_plausible(
@@ -135,37 +159,43 @@ def _boxed(H: Array, box: Box) -> Box:
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
 
 
-def _plain(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
     """Return what :func:`fpnet_core.io.images.interpret` reads, of a picture without a sheet."""
-    left, top, right, bottom = options.crop or (0, 0, *drawing.pixels.shape[1::-1])
-    grey = _grey(drawing.pixels[top:bottom, left:right])
+    left, top, right, bottom = options.crop or (0, 0, *pixels.shape[1::-1])
+    grey = _grey(pixels[top:bottom, left:right])
     if grey is None:
         return None
     try:
-        cells, segmentation = _interpreted(grey, options.resolution_m, config)
+        cells = interpret(grey, options.resolution_m or NOMINAL_M)
         sheet = find_building(cells == OCCUPIED)
     except MapFormatError:
         return None
     box = sheet.boxes[sheet.chosen]
     if len(sheet.boxes) > 1 or any(not _is_within(d.box, box) for d in sheet.dropped):
         return None
+    segmentation, factor = _rooms_of(cells, options.resolution_m or NOMINAL_M, config)
+    if options.resolution_m is None and abs(np.log(factor)) > _SAME_SCALE:
+        cells = interpret(grey, NOMINAL_M * factor)
+        segmentation, _ = _rooms_of(cells, NOMINAL_M * factor, config)
     H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
     chance = probability(features(segmentation))
     return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
 
 
-def _interpreted(
-    grey: Levels, resolution_m: float | None, config: SegmentationConfig
-) -> tuple[NDArray[np.int8], Segmentation]:
-    """Return the cells of a picture and its rooms, at the scale that its doors tell."""
-    nominal = resolution_m or NOMINAL_M
-    cells = interpret(grey, nominal)
-    segmentation, scale = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
-    if resolution_m is None and abs(np.log(scale.factor)) > _SAME_SCALE:
-        nominal *= scale.factor
-        cells = interpret(grey, nominal)
-        segmentation, _ = segment_unknown_scale(GridMap(cells[::-1], nominal), config)
-    return cells, segmentation
+def _rooms_of(
+    cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
+) -> tuple[Segmentation, float]:
+    """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
+    stride = -(-max(cells.shape) // _JUDGED_PX)
+    rows, cols = (-(-side // stride) for side in cells.shape)
+    padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
+    padded[: cells.shape[0], : cells.shape[1]] = cells
+    blocks = padded.reshape(rows, stride, cols, stride)
+    wall, free = (blocks == OCCUPIED).any(axis=(1, 3)), (blocks == FREE).all(axis=(1, 3))
+    coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+    grid = GridMap(coarse[::-1], cell_m * stride)
+    segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
+    return segmentation, scale.factor
 
 
 def _grey(pixels: Levels) -> Levels | None:

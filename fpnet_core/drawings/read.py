@@ -114,11 +114,10 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(drawing, options, found, config)
     grid = GridMap(found.cells[::-1], cell_m)
-    A_pixel_image = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]])
     return Reading(
         grid=grid,
         scale=scale,
-        H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel @ A_pixel_image,
+        H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel,
         how=found.how,
         drawing=drawing,
         storeys=found.storeys,

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.annotations import annotated_scale
 from fpnet_core.drawings.choosing import Found
 from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import Drawing, DrawingScale, ReadOptions, ScaleSource
@@ -35,8 +36,9 @@ def resolve_scale(
         cell_m = metres / float(np.hypot(*(ends[1] - ends[0])))
         scale = _exact(cell_m * cells_per_pixel, ScaleSource.LENGTH, f'a length of {metres:g} m')
         return scale, cell_m
-    if drawing.scale is not None:
-        return drawing.scale, drawing.scale.resolution_m / cells_per_pixel
+    known = drawing.scale or annotated_scale(drawing)
+    if known is not None:
+        return known, known.resolution_m / cells_per_pixel
     grid = GridMap(found.cells[::-1], _NOMINAL_M)
     _, factor = segment_unknown_scale(grid, config)
     pixel_m = _NOMINAL_M * cells_per_pixel

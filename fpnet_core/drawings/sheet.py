@@ -37,14 +37,16 @@ _REACHES = (0.006, 0.012, 0.024)  # of the sheet's longer side: half the gaps wi
 _REACH = 0.014  # of the building's
 _MOST = 0.5  # of what the widest reach joins is a building, not a part of it
 _ROOM_SHARE = 1e-3  # of a cluster's area: smaller holes are no rooms
-_WING_GAP = 0.02  # of the building's longer side
+_WING_GAP = 0.03  # of the building's longer side
 _WING_AREA, _STOREY_AREA = 0.06, 0.3  # of the building's
 _STOREY_ROOMS, _WING_ROOMS = 4, 2
 _STOREY_ROOM_SHARE = 0.25  # of the building's rooms: tables have fewer cells
 _CORE_SHARE = 0.07  # of the building's longer side: texts in rooms are shorter
 _MARGIN = 0.01  # of the longer side is kept around a building
 _DASH_SHARE = 0.012  # of the longer side: shorter pieces are letters and dashes
-_HALL_SHARE = 0.04  # of the sheet: larger spaces between lines may be no rooms
+_HALL_SHARES = (0.04, 0.12, 0.6)  # of the sheet: larger spaces between lines may be no rooms
+_HELD = 0.4  # of all lines lie in the building, or rooms may be larger
+_HOLDS_MORE = 1.5  # times as many lines lie in a building with larger rooms
 _SURROUNDED = 0.33  # unless the building lies around so much of their outline
 _INWARD = np.array([1, 1, -1, -1])  # which way the sides of a box move where it shrinks
 _TEXT_SHARE = 0.06  # of the longer side: lower clusters are texts
@@ -113,7 +115,7 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
     dropped = [Dropped('frame', _scaled(box, factor)) for box in frames]
     dropped += [
         Dropped(_what(other, main), _scaled(other.box, factor))
-        for other in _grouped(rest, _REACH * max(rest.shape))[1]
+        for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
     return Sheet(
         tuple(_scaled(b.box, factor) for b in buildings),
@@ -243,28 +245,52 @@ def _clusters(ink: Mask) -> tuple[Cluster, list[Cluster], NDArray[np.int32]]:
 
 
 def _well_grouped(ink: Mask) -> tuple[NDArray[np.int32], list[Cluster]]:
-    """Return labels and clusters at the least reach that does not take a building apart."""
-    found = [_grouped(ink, share * max(ink.shape)) for share in _REACHES]
-    worth = [max(map(_likeness, clusters), default=0.0) for _, clusters in found]
-    if max(worth) == 0.0:
+    """
+    Return labels and clusters with spaces as large as it takes to hold most lines.
+
+    Of a few large rooms on a small sheet each may be as large as what a frame encloses.
+    """
+    best: tuple[NDArray[np.int32], list[Cluster]] | None = None
+    most = 0.0
+    for hall in _HALL_SHARES:
+        found = _reached(ink, hall)
+        if found is None:
+            continue
+        main = max(found[1], key=_likeness)
+        held = ink[_ground(np.isin(found[0], main.labels))].sum() / max(ink.sum(), 1)
+        if best is None or held > _HOLDS_MORE * most:
+            best, most = found, held
+        if most > _HELD:
+            break
+    if best is None:
         raise NoBuildingError(
             'the drawing shows no building: no lines enclose anything; expected a floorplan '
             'with walls that stand out from the paper'
         )
+    return best
+
+
+def _reached(ink: Mask, hall: float) -> tuple[NDArray[np.int32], list[Cluster]] | None:
+    """Return labels and clusters at the least reach that does not take a building apart."""
+    found = [_grouped(ink, share * max(ink.shape), hall) for share in _REACHES]
+    worth = [max(map(_likeness, clusters), default=0.0) for _, clusters in found]
+    if max(worth) == 0.0:
+        return None
     least = next(k for k, value in enumerate(worth) if value >= _MOST * max(worth))
     main = max(found[least][1], key=_likeness)
     left, top, right, bottom = main.box
     reach = _REACH * max(right - left, bottom - top)
     if reach <= _REACHES[least] * max(ink.shape):
         return found[least]
-    wider = _grouped(ink, reach)
+    wider = _grouped(ink, reach, hall)
     return wider if wider[1] else found[least]
 
 
-def _grouped(ink: Mask, reach: float) -> tuple[NDArray[np.int32], list[Cluster]]:
+def _grouped(ink: Mask, reach: float, hall: float) -> tuple[NDArray[np.int32], list[Cluster]]:
     """
     Return labels (H, W) of clusters and the clusters, of lines with gaps up to twice ``reach``.
 
+    Spaces smaller than ``hall``, a share of the sheet, may be rooms.
     A cluster is where lines enclose something: single lines between them, as contours of the
     ground and dimensions, are no part of any.
     """
@@ -274,7 +300,7 @@ def _grouped(ink: Mask, reach: float) -> tuple[NDArray[np.int32], list[Cluster]]
     grown = np.asarray(cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by)), np.uint8)
     _, holes, sizes, _ = cv2.connectedComponentsWithStats(1 - grown, connectivity=4)
     holes, sizes = _ints(holes), _ints(sizes)
-    solid = _with_halls(_opened(_filled(grown, holes, sizes), 2 * by), holes, sizes)
+    solid = _with_halls(_opened(_filled(grown, holes, sizes, hall), 2 * by), holes, sizes, hall)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
     own = np.bincount(_owners(_ints(labels), holes, sizes, count), minlength=count)
     clusters = []
@@ -302,25 +328,25 @@ def _disc(radius: int) -> NDArray[np.uint8]:
 
 
 def _filled(
-    grown: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32]
+    grown: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
 ) -> NDArray[np.uint8]:
     """Return ``grown`` with the holes filled that are as small as rooms."""
-    small = sizes[:, cv2.CC_STAT_AREA] < _HALL_SHARE * grown.size
+    small = sizes[:, cv2.CC_STAT_AREA] < hall * grown.size
     small[0] = small[holes[0, 0]] = False
     return np.asarray(grown | small[holes], dtype=np.uint8)
 
 
 def _with_halls(
-    solid: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32]
+    solid: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
 ) -> NDArray[np.uint8]:
     """Return ``solid`` with those larger holes that it surrounds for the most part."""
     solid = solid.copy()
-    large = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] >= _HALL_SHARE * solid.size)
+    large = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] >= hall * solid.size)
     for label in large[(large > 0) & (large != holes[0, 0])]:
-        hall = (holes == label).astype(np.uint8)
-        rim = cv2.dilate(hall, _disc(2)) > hall
+        space = (holes == label).astype(np.uint8)
+        rim = cv2.dilate(space, _disc(2)) > space
         if solid[rim].mean() > _SURROUNDED:
-            solid |= hall
+            solid |= space
     return solid
 
 

@@ -11,13 +11,13 @@ one a drawing follows is seen by the rooms that come out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.tones import Levels, inks
+from fpnet_core.segmentation.distance import cells_to_nearest
 
 Mask = NDArray[np.bool_]
 Array = NDArray[np.float64]
@@ -29,6 +29,7 @@ _GAP_SHARE = 0.1  # of the ink: so large are the gaps in walls of two lines
 _MAX_GAPS = 2  # outer walls and partitions
 _LETTER_SHARE = 0.03  # of the building's longer side: shorter pieces are letters and dashes
 _SOLID, _COLUMN_PX = 0.75, 5  # unless they fill so much of their box, and that is so wide
+_CRACK_SHARES = (0.007, 0.014)  # of the longer side: the thickest wall of two lines
 _KEPT = 0.7  # of the gap of two lines: what is thinner once that is filled is another line
 
 
@@ -37,18 +38,25 @@ class Recipe:
     """
     How walls are made from contrast.
 
-    What is darker than ``level`` is ink; gaps of up to ``fill_px`` between lines are filled,
-    then strokes narrower than ``thin_px`` are left out. ``how`` says it in words.
+    What is darker than ``level`` is ink; gaps of up to ``fill_px`` between lines are filled, and
+    closed spaces nowhere as wide as ``crack_px``; then strokes narrower than ``thin_px`` are left
+    out. ``how`` says it in words.
     """
 
     how: str
     level: float
     fill_px: float = 0.0
     thin_px: float = 0.0
+    crack_px: float = 0.0
 
     def scaled(self, factor: float) -> Recipe:
         """Return the recipe for a picture that is ``factor`` times as large."""
-        return replace(self, fill_px=self.fill_px * factor, thin_px=self.thin_px * factor)
+        return replace(
+            self,
+            fill_px=self.fill_px * factor,
+            thin_px=self.thin_px * factor,
+            crack_px=self.crack_px * factor,
+        )
 
     def walls(self, levels: Levels) -> Mask:
         """Return the walls (H, W) among the contrast ``levels (H, W)``."""
@@ -56,6 +64,8 @@ class Recipe:
         fill, thin = round(self.fill_px), round(self.thin_px)
         if fill > 1:
             ink = np.asarray(cv2.morphologyEx(ink, cv2.MORPH_CLOSE, _disc(fill)), dtype=np.uint8)
+        if self.crack_px > 0.0:
+            ink = _without_cracks(ink, self.crack_px)
         if thin > 1:
             core = cv2.morphologyEx(ink, cv2.MORPH_OPEN, _disc(thin))
             ink = np.asarray(cv2.dilate(core, _disc(3)), dtype=np.uint8) & ink
@@ -72,15 +82,34 @@ def recipes(levels: Levels) -> list[Recipe]:
         for thin in _thinnest_walls(ink):
             name = f'strokes of {tone.name} from {thin:.0f} pixels on'
             found.append(replace(plain, how=name, thin_px=thin))
+        line = _line_width(ink)
+        for share in _CRACK_SHARES:
+            crack = share * max(levels.shape)
+            name = f'outlines of {tone.name}, walls up to {crack:.0f} pixels'
+            found.append(replace(plain, how=name, crack_px=crack, thin_px=line + 2.0))
         for fill, thin in _double_walls(ink):
             name = f'pairs of {tone.name}, {fill:.0f} pixels apart'
             found.append(replace(plain, how=name, fill_px=fill + 1.0, thin_px=_KEPT * thin))
     return found
 
 
+def _without_cracks(ink: NDArray[np.uint8], width: float) -> NDArray[np.uint8]:
+    """Return the ink (H, W) with closed spaces filled that are nowhere as wide as ``width``."""
+    count, labels = cv2.connectedComponents(1 - ink, connectivity=4)
+    is_wide = np.zeros(count, dtype=np.bool_)
+    is_wide[labels[cells_to_nearest(ink > 0) > 0.5 * width]] = True
+    return np.asarray(~is_wide[labels], dtype=np.uint8)
+
+
 def _disc(side: int) -> NDArray[np.uint8]:
     shape = cv2.MORPH_ELLIPSE if side > 3 else cv2.MORPH_RECT
     return np.asarray(cv2.getStructuringElement(shape, (side, side)), dtype=np.uint8)
+
+
+def _line_width(letterless: NDArray[np.uint8]) -> float:
+    """Return the commonest width of strokes."""
+    left = _areas(letterless, cv2.MORPH_OPEN)
+    return float(np.argmax(-np.diff(left)) + 1)
 
 
 def _thinnest_walls(letterless: NDArray[np.uint8]) -> list[float]:
@@ -93,7 +122,9 @@ def _thinnest_walls(letterless: NDArray[np.uint8]) -> list[float]:
     widths = np.log(np.arange(1, len(mass) + 1))
     found = []
     valleys = [
-        k for k in np.flatnonzero(can_part) if mass[k] <= min(mass[k - 1], mass[k + 1 :].max())
+        k
+        for k in np.flatnonzero(can_part)
+        if mass[k] <= min(mass[k - 1], mass[k + 1 :].max(initial=0.0))
     ]
     if valleys:
         found.append(float(valleys[0] + 1))
@@ -123,8 +154,7 @@ def _double_walls(letterless: NDArray[np.uint8]) -> list[tuple[float, float]]:
         if smooth[k] > _GAP_SHARE and smooth[k] >= smooth[k - 1] and smooth[k] > smooth[k + 1]
     ]
     peaks = sorted(sorted(peaks, key=lambda k: -smooth[k])[:_MAX_GAPS])
-    pairs = [(float(k), float(k)) for k in peaks]
-    return pairs + [(float(b), float(a)) for a, b in pairwise(peaks)]
+    return [(float(k), float(peaks[0])) for k in peaks]
 
 
 def without_letters(ink: NDArray[np.uint8]) -> NDArray[np.uint8]:

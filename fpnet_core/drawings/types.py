@@ -151,10 +151,10 @@ class Reading:
     Parameters
     ----------
     grid : in metres of ``scale.resolution_m``, frame ``plan``
-    scale : what is known of it
+    scale : what is known of it, for pixels of the drawing; a cell may be larger than a pixel
     H_plan_image : (3, 3)
-        From the pixels of the user's own image to metres of ``grid``'s frame; a homography, which
-        is affine unless a perspective was undone.
+        From the pixels of the user's own image, upright as in ``drawing.pixels``, to metres of
+        ``grid``'s frame; a homography, which is affine unless a perspective was undone.
     how : the reading that won, in a few words: ``dark walls on light paper``
     storeys : boxes (left, top, right, bottom) [pixels] of the buildings on the sheet, in order
     dropped : what was left out

@@ -48,7 +48,7 @@ class View:
         factor = min(longest / max(self.levels.shape), self._reduction(centre))
         if factor < _WORTH_IT:
             return self, 1.0
-        H = _shrinking(factor) @ self.H_view_pixel
+        H = shrinking(factor) @ self.H_view_pixel
         size = [max(1, round(side * factor)) for side in self.levels.shape[::-1]]
         pixels = cv2.warpPerspective(self.pixels, H, size, borderMode=cv2.BORDER_REPLICATE)
         levels = contrast(np.asarray(pixels, dtype=np.uint8))
@@ -83,7 +83,7 @@ def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) ->
     small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
     levels = contrast(np.asarray(small, dtype=np.uint8))
     move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    scale = _shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ move
+    scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ move
     H = find_straightening(levels) if straighten else np.eye(3)
     is_straightened = not np.array_equal(H, np.eye(3))
     if is_straightened:
@@ -93,7 +93,7 @@ def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) ->
     return View(levels, H @ scale, pixels, is_straightened)
 
 
-def _shrinking(factor: float | tuple[float, float]) -> NDArray[np.float64]:
+def shrinking(factor: float | tuple[float, float]) -> NDArray[np.float64]:
     """Return the affine (3, 3) between pixel centres of a picture and of it resized."""
     x, y = (factor, factor) if isinstance(factor, float) else factor
     return np.array([[x, 0.0, 0.5 * x - 0.5], [0.0, y, 0.5 * y - 0.5], [0.0, 0.0, 1.0]])
