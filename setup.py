@@ -42,6 +42,8 @@ setup(
     extras_require={
         'cluster': ['distributed>=2025.1'],
         'e57': ['pye57>=0.4.1'],
+        'ifc': ['ifcopenshell>=0.8.0'],
+        'plans': ['ezdxf>=1.4.0', 'pypdfium2>=5.0.0', 'svgelements>=1.9.6'],
         'test': ['pytest'],
     },
     zip_safe=False,

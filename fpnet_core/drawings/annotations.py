@@ -52,6 +52,7 @@ _MIDDLE = 0.06  # of the length, how far a text may be off the middle of its lin
 _WINDOW = 0.006  # logarithm, within which votes agree: lines are drawn to the pixel's tenth
 _RANGE = math.log(2_000.0)  # of resolutions that a vote may be for
 _CHANCE = 1e-3  # expected number of scales that would win as many votes by chance
+_TYPICAL_M = 3.5  # length that a dimension gives
 _MIN_VALUES = 3  # different lengths that agree
 _DIFFERENT = 0.03  # lengths that differ less are the same
 _EXACT = 0.01  # half the interval of a scale that dimensions or a bar give
@@ -130,19 +131,17 @@ def dimension_scale(
 ) -> DrawingScale | None:
     """Return the scale that dimensions agree on."""
     votes = [vote for label in labels for vote in _votes(label, lines)]
-    best: tuple[int, float, float] | None = None
+    winners = []
     for unit in ('m', 'cm', 'mm'):
-        chosen = [vote for vote in votes if vote[2] in (unit, '')]
-        winner = _winner(chosen)
-        if winner is None or not _plausible(drawing, winner[1]):
-            continue
-        if best is None or winner[0] > best[0]:
-            best = winner
-    if best is None:
+        winner = _winner([vote for vote in votes if vote[2] in (unit, '')])
+        if winner is not None and _plausible(drawing, winner.resolution_m):
+            winners.append(winner)
+    if not winners:
         return None
-    count, resolution_m, _ = best
-    why = f'{count} dimensions agree'
-    return _scale(resolution_m, _EXACT, ScaleSource.DIMENSIONS, why)
+    # 625 is 6.25 m rather than 0.6 m, and 6250 is so as well: lengths of rooms tell cm from mm.
+    best = max(winners, key=lambda w: (w.count, -abs(math.log(w.typical_m / _TYPICAL_M))))
+    why = f'{best.count} dimensions agree'
+    return _scale(best.resolution_m, _EXACT, ScaleSource.DIMENSIONS, why)
 
 
 def _votes(label: Label, lines: _Lines) -> list[tuple[float, float, str, int]]:
@@ -157,8 +156,17 @@ def _votes(label: Label, lines: _Lines) -> list[tuple[float, float, str, int]]:
     return votes
 
 
-def _winner(votes: list[tuple[float, float, str, int]]) -> tuple[int, float, float] | None:
-    """Return (labels that agree, resolution [m], spread) of the scale with most votes."""
+@dataclass(frozen=True)
+class _Winner:
+    """A scale: how many texts agree on it, and the median of what they say [m]."""
+
+    count: int
+    resolution_m: float
+    typical_m: float
+
+
+def _winner(votes: list[tuple[float, float, str, int]]) -> _Winner | None:
+    """Return the scale with most votes of different lengths, None if chance has as many."""
     if len(votes) < _MIN_VALUES:
         return None
     votes = sorted(votes)
@@ -174,8 +182,8 @@ def _winner(votes: list[tuple[float, float, str, int]]) -> tuple[int, float, flo
     rate = len(votes) * 2.0 * _WINDOW / _RANGE
     if values < _MIN_VALUES or _expected(rate, values) > _CHANCE:
         return None
-    agreed = logs[start:stop]
-    return labels, math.exp(float(np.median(agreed))), float(np.ptp(agreed))
+    typical_m = float(np.median([vote[1] for vote in votes[start:stop]]))
+    return _Winner(labels, math.exp(float(np.median(logs[start:stop]))), typical_m)
 
 
 def _different(values: list[float]) -> int:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     BLACK,
     Array,
@@ -105,9 +106,9 @@ def _load(path: Path) -> Any:
     try:
         document, _ = recover.readfile(path)
     except Exception as error:  # ezdxf raises many kinds on damaged files
-        detail = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise MapFormatError(
-            f'{path.name} is a damaged DXF file ({detail}); save it again as DXF 2010 or later'
+            f'{path.name} is a damaged DXF file ({detail_of(error)}); save it again as DXF 2010 '
+            'or later'
         ) from None
     return document
 

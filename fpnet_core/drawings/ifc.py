@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     BLACK,
     Array,
@@ -98,9 +99,8 @@ def _open(path: Path) -> Any:
     try:
         model = ifcopenshell.open(str(path))
     except Exception as error:  # IfcOpenShell raises many kinds on damaged files
-        detail = (str(error).splitlines() or [type(error).__name__])[0][:120]
         raise MapFormatError(
-            f'{path.name} is a damaged IFC file ({detail}); export it again'
+            f'{path.name} is a damaged IFC file ({detail_of(error)}); export it again'
         ) from None
     return model
 
@@ -119,7 +119,9 @@ def _storeys(model: Any, name: str) -> list[tuple[float, Any]]:
                 height = float(placement.get_local_placement(storey.ObjectPlacement)[2, 3])
             found.append((height * unit_m, storey))
     except Exception as error:
-        raise MapFormatError(f'{name} is a damaged IFC file ({error}); export it again') from None
+        raise MapFormatError(
+            f'{name} is a damaged IFC file ({detail_of(error)}); export it again'
+        ) from None
     if not found:
         raise MapFormatError(f'{name} has no storeys: expected a building; export it as IFC 4')
     return sorted(found, key=lambda pair: pair[0])

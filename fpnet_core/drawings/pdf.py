@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     EVERYWHERE,
     NO_PAINT,
@@ -48,6 +49,9 @@ _MIN_WIDTH_PX = 2.0  # of lines, as painted
 _RULED = 0.02  # of the page's diagonal, for a line to count for its being a drawing
 _SCAN_LINES = 400  # that a page with a scan counts for
 _JOIN = 0.6  # of the letters' height between texts of one line
+_LEVEL = 0.6  # of the smaller letters, in which texts of one line overlap
+_ALIKE = 2.2  # the larger letters to the smaller ones, as of an f and an e
+_LONGEST_GAP = 4.0  # of a text's height, behind which a line has ended
 _SPACE = 0.2  # likewise, for a blank between them
 _TURNED = 1.2  # height to width of a text that is turned
 _LONGEST_TEXT = 2_000  # bytes of a text object that says something short
@@ -88,7 +92,7 @@ def read_pdf(path: Path, options: ReadOptions) -> VectorPage:
         number, note = _page_number(document, path, options)
         page = document[number]
     except pypdfium2.PdfiumError as error:
-        raise MapFormatError(_refusal(path, str(error))) from None
+        raise MapFormatError(_refusal(path, detail_of(error))) from None
     result = _read_page(page, path.name)
     return replace(result, notes=(*result.notes, note)) if note else result
 
@@ -96,7 +100,7 @@ def read_pdf(path: Path, options: ReadOptions) -> VectorPage:
 def _refusal(path: Path, detail: str) -> str:
     if 'password' in detail.lower():
         return f'{path.name} is encrypted: expected a PDF without a password; save it without one'
-    return f'{path.name} is a damaged PDF ({detail[:100]}); print it to a new PDF file'
+    return f'{path.name} is a damaged PDF ({detail}); print it to a new PDF file'
 
 
 def _page_number(document: Any, path: Path, options: ReadOptions) -> tuple[int, str]:
@@ -367,21 +371,24 @@ def merge_labels(labels: list[Label]) -> list[Label]:
 def _merged(labels: list[Label], axis: int) -> list[Label]:
     """Join along x (``axis`` 0, to the right) or along y (1, upwards: texts that are turned)."""
     across = 1 - axis
-    lines: dict[int, list[Label]] = {}
     result: list[Label] = []
+    growing: list[Label] = []
     for label in sorted(labels, key=lambda k: k.box[0] if axis == 0 else -k.box[3]):
         size = label.box[across + 2] - label.box[across]
         length = label.box[axis + 2] - label.box[axis]
-        if size <= 0.0 or (axis == 1 and length < _TURNED * size and len(label.text) > 1):
+        is_level = axis == 1 and length < _TURNED * size and len(label.text) > 1
+        if size <= 0.0 or is_level:
             result.append(label)
             continue
-        middle = 0.5 * (label.box[across] + label.box[across + 2])
-        row = lines.setdefault(round(middle / max(0.5 * size, 1e-6)), [])
-        if row and _follows(row[-1], label, axis, size):
-            row[-1] = _joined(row[-1], label, axis, size)
+        at = next((k for k, last in enumerate(growing) if _follows(last, label, axis)), None)
+        if at is None:
+            growing.append(label)
         else:
-            row.append(label)
-    return result + [label for row in lines.values() for label in row]
+            growing[at] = _joined(growing[at], label, axis)
+        ended = [last for last in growing if _gap(last, label, axis) > _LONGEST_GAP * size]
+        result.extend(ended)
+        growing = [last for last in growing if last not in ended]
+    return result + growing
 
 
 def _gap(first: Label, second: Label, axis: int) -> float:
@@ -390,14 +397,20 @@ def _gap(first: Label, second: Label, axis: int) -> float:
     return first.box[1] - second.box[3]
 
 
-def _follows(first: Label, second: Label, axis: int, size: float) -> bool:
+def _follows(first: Label, second: Label, axis: int) -> bool:
+    """Tell whether a text goes on with another: level with it, close, of letters of its size."""
     across = 1 - axis
-    other = first.box[across + 2] - first.box[across]
-    is_alike = 0.6 < size / max(other, 1e-9) < 1.67
-    return is_alike and -0.3 * size < _gap(first, second, axis) < _JOIN * size
+    one, two = (label.box[across + 2] - label.box[across] for label in (first, second))
+    overlap = min(first.box[across + 2], second.box[across + 2]) - max(
+        first.box[across], second.box[across]
+    )
+    is_level = overlap > _LEVEL * min(one, two) and max(one, two) < _ALIKE * min(one, two)
+    return is_level and -0.3 * min(one, two) < _gap(first, second, axis) < _JOIN * max(one, two)
 
 
-def _joined(first: Label, second: Label, axis: int, size: float) -> Label:
+def _joined(first: Label, second: Label, axis: int) -> Label:
+    across = 1 - axis
+    size = max(label.box[across + 2] - label.box[across] for label in (first, second))
     space = ' ' if _gap(first, second, axis) > _SPACE * size else ''
     low = np.minimum(first.box[:2], second.box[:2]).tolist()
     high = np.maximum(first.box[2:], second.box[2:]).tolist()

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     EVERYWHERE,
     NO_PAINT,
@@ -167,7 +168,7 @@ def _parse(data: bytes, name: str) -> ElementTree.Element:
     def entity(key: str, is_parameter: int, value: str | None, *_: str | None) -> None:
         if is_parameter or value is None or '&' in value or len(value) > _MAX_ENTITY:
             raise MapFormatError(
-                f'{name} defines the entity {key[:40]!r}, which grows or refers to another file; '
+                f'{name} defines the entity {key[:40]!a}, which grows or refers to another file; '
                 'save it as plain SVG'
             )
 
@@ -179,7 +180,9 @@ def _parse(data: bytes, name: str) -> ElementTree.Element:
         parser.Parse(data, True)
         return builder.close()
     except (expat.ExpatError, AssertionError, ValueError, LookupError) as error:
-        raise MapFormatError(f'{name} is a damaged SVG ({error}); save it again') from None
+        raise MapFormatError(
+            f'{name} is a damaged SVG ({detail_of(error)}); save it again'
+        ) from None
 
 
 def _tag(name: str) -> str:
@@ -192,7 +195,7 @@ def _local(element: ElementTree.Element) -> str:
 
 def _cleaned(root: ElementTree.Element, name: str) -> _Clean:
     if _local(root) != 'svg':
-        raise MapFormatError(f'{name} is XML, but no SVG: its root is <{_local(root)[:40]}>')
+        raise MapFormatError(f'{name} is XML, but no SVG: its root is {_local(root)[:40]!a}')
     clean = _Clean(root)
     clean.by_id = {element.get('id', ''): element for element in root.iter()}
     _clean_element(clean, root, '', ())
@@ -333,8 +336,9 @@ def _shapes(text: str, name: str) -> Any:
     try:
         return SVG.parse(io.StringIO(text), ppi=96.0, reify=True)
     except Exception as error:  # svgelements raises many kinds on damaged attributes
-        detail = (str(error).splitlines() or [type(error).__name__])[0][:100]
-        raise MapFormatError(f'{name} is a damaged SVG ({detail}); save it again') from None
+        raise MapFormatError(
+            f'{name} is a damaged SVG ({detail_of(error)}); save it again'
+        ) from None
 
 
 def _sheet(shapes: Any) -> tuple[float, float, float, float] | None:
@@ -371,8 +375,8 @@ def _add(
             builder, [clips[k] for k in clean.clips.get(number, ()) if k in clips]
         )
         paint = Paint(
-            fill=_colour(shape.fill, values.get('fill-opacity')),
-            stroke=_colour(shape.stroke, values.get('stroke-opacity')),
+            fill=_colour(shape.fill),
+            stroke=_colour(shape.stroke),
             width=_number(shape.stroke_width),
             is_dashed=_is_dashed(values.get('stroke-dasharray')),
             is_even_odd=values.get('fill-rule') == 'evenodd',
@@ -403,10 +407,10 @@ def _clip_of(builder: PageBuilder, clips: list[tuple[Array, ...]]) -> tuple[Box,
 
 
 def _is_box(points: Array) -> bool:
-    """Tell whether every piece of a ring is along an axis and on the ring's box."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    on_edge = np.isclose(points, low) | np.isclose(points, high)
-    return len(points) <= 5 and bool(on_edge.all())
+    """Tell whether a ring fills its box."""
+    x, y = (points - points[0]).T
+    area = 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+    return bool(np.isclose(area, np.ptp(x) * np.ptp(y)))
 
 
 def _add_picture(builder: PageBuilder, shape: Any) -> None:
@@ -417,9 +421,8 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
     try:
         pixels = _decoded(base64.b64decode(data, validate=False), builder.what)
     except (OSError, ValueError, SyntaxError) as error:
-        detail = (str(error).splitlines() or [''])[0][:80]
         raise MapFormatError(
-            f'{builder.what} holds a damaged picture ({detail}); save it without pictures'
+            f'{builder.what} holds a damaged picture ({detail_of(error)}); save it without'
         ) from None
     A_page_user = _affine(shape.transform)
     size = _number(shape.width), _number(shape.height)
@@ -455,11 +458,10 @@ def _number(value: Any, default: float = 0.0) -> float:
     return number if np.isfinite(number) else default
 
 
-def _colour(colour: Any, opacity: Any) -> Colour:
+def _colour(colour: Any) -> Colour:
     if colour is None or colour.value is None:
         return NO_PAINT
-    alpha = round(255 * float(np.clip(_number(opacity, 1.0), 0.0, 1.0)))
-    return colour.red, colour.green, colour.blue, colour.alpha * alpha // 255
+    return colour.red, colour.green, colour.blue, colour.alpha
 
 
 def _is_dashed(dashes: Any) -> bool:

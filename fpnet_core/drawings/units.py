@@ -29,10 +29,10 @@ _PRIOR = {
 }  # of files that say nothing
 _STATED = 0.9  # of files mean the unit that they state
 _SURE = 0.95  # probability at which a unit is believed
-_DOOR = (0.9, 0.22)  # typical width of a leaf [m] and spread of its logarithm
-_WALL = (0.17, 0.55)  # typical thickness of a wall [m], likewise
-_BUILDING = (40.0, 1.1)  # typical long side of a building [m], likewise
-_WORST = 6.0  # nats that a single kind of evidence may speak against a unit
+# Typical length [m], spread of its logarithm, and nats that it may speak against a unit at most.
+_DOOR = (0.9, 0.22, 10.0)  # width of a leaf
+_WALL = (0.17, 0.55, 6.0)  # thickness of a wall
+_BUILDING = (40.0, 1.1, 6.0)  # long side of a building
 _IMPLAUSIBLE = 5.0  # nats against the best unit: the drawing is in none of them
 _MIN_DOORS = 2
 _LONGEST = 1500  # pieces that are compared for the thickness of walls
@@ -102,13 +102,13 @@ def _worded(best: str, stated: str | None, probability: float, doors: int) -> Un
     return Unit(UNITS_M[best], f'units are {best}, by {shown}', (note,))
 
 
-def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float]]]) -> float:
+def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, float]]]) -> float:
     """Return the log-likelihood of lengths [units] under typical lengths and their spreads."""
     support = 0.0
-    for length, (typical_m, spread) in evidence:
+    for length, (typical_m, spread, worst) in evidence:
         if length > 0.0:
             off = math.log(length * unit_m / typical_m) / spread
-            support -= min(0.5 * off**2, _WORST)
+            support -= min(0.5 * off**2, worst)
     return support
 
 

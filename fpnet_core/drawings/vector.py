@@ -58,6 +58,7 @@ _SOME_DOORS = 3  # that leave no doubt that a building is drawn
 _FEWEST_LINES = 4
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
 _BUILDING_M = (2.5, 3_000.0)
+_WHITE = 250  # level of red, green and blue that is paper
 _LIST = 6  # layers that a sentence names
 
 
@@ -79,7 +80,7 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         If nothing is drawn on it, or a layer that ``options`` name is not there.
     """
     pieces = pieces_of(page)
-    if not len(pieces.ends) and not page.is_scan and not page.pictures:
+    if not (_is_seen(page)[pieces.path].any() or page.is_scan or page.pictures):
         raise MapFormatError(
             f'{name} has no lines, areas or pictures to read: expected a floorplan; export the '
             'sheet again with its layers switched on'
@@ -170,6 +171,14 @@ def _scale(unit: Unit, canvas: Canvas) -> DrawingScale | None:
     pixel_m = unit.length_m / canvas.pixels_per_unit
     low_m, high_m = (1.0 - _UNIT_ERROR) * pixel_m, (1.0 + _UNIT_ERROR) * pixel_m
     return DrawingScale(pixel_m, low_m, high_m, ScaleSource.UNITS, unit.why)
+
+
+def _is_seen(page: VectorPage) -> NDArray[np.bool_]:
+    """Tell which paths have a colour that shows on white paper."""
+    seen = np.zeros(len(page.width), dtype=np.bool_)
+    for colour in (page.fill, page.stroke):
+        seen |= (colour[:, 3] > 0) & (colour[:, :3] < _WHITE).any(axis=1)
+    return seen
 
 
 def choose_paths(page: VectorPage, pieces: Pieces, options: ReadOptions) -> Choice:
@@ -283,7 +292,7 @@ def _painted_box(
         return page.box, []
     is_painted = is_line & (page.stroke[pieces.path, 3] > 0)
     is_painted |= is_area[pieces.path] & (page.fill[pieces.path, 3] > 0)
-    is_painted &= ~_is_paper(page)[pieces.path]
+    is_painted &= (_is_seen(page) & ~_is_paper(page))[pieces.path]
     if not is_painted.any():
         is_painted[:] = True
     ends, length = pieces.ends[is_painted], pieces.length[is_painted]

@@ -22,6 +22,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -58,7 +59,9 @@ def read_apart(path: Path, kind: str, options: ReadOptions) -> Drawing:
     MapFormatError
         If the reader refuses it, takes too much time or memory, or dies of it.
     """
-    request = json.dumps({'path': str(path.absolute()), 'kind': kind, 'options': asdict(options)})
+    request = json.dumps({
+        'path': str(path.absolute()), 'kind': kind, 'options': asdict(options), 'cpu_s': CPU_S,
+    })  # fmt: skip
     root = str(Path(__file__).resolve().parents[2])
     places = [root, *filter(None, [os.environ.get('PYTHONPATH')])]
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(places), 'OMP_NUM_THREADS': '1'}
@@ -104,12 +107,12 @@ def main() -> None:
     for descriptor in (1, 2):  # libraries print
         os.dup2(null, descriptor)
     request = json.loads(sys.argv[1])
-    _limit()
+    _limit(request['cpu_s'])
     sys.exit(_answer(request, out))
 
 
-def _limit() -> None:
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 2))
+def _limit(cpu_s: int) -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 2))
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -138,9 +141,9 @@ def _answer(request: dict[str, Any], out: BinaryIO) -> int:
 
 
 def _damaged(request: dict[str, Any], error: Exception) -> str:
-    detail = (str(error).splitlines() or [''])[0][:100]
     kind, name = request['kind'].upper(), Path(request['path']).name
-    return f'{name} is a damaged {kind} file ({type(error).__name__}: {detail}); export it anew'
+    detail = f'{type(error).__name__}: {detail_of(error)}'
+    return f'{name} is a damaged {kind} file ({detail}); export it anew'
 
 
 def _tuples(value: Any) -> Any:

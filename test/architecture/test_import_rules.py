@@ -28,7 +28,7 @@ ROS_PACKAGES = (
 TORCH = ('torch', 'lightning_fabric')
 TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_core.training')
 SIM_USERS = ('fpnet_core.sim', 'fpnet_core.training', 'fpnet_core.evaluation', 'fpnet_core.cli')
-HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba')
+HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
 )  # fmt: skip
@@ -176,6 +176,7 @@ def test_adapters_need_no_rclpy_and_little_of_the_core():
 @pytest.mark.parametrize('module', [
     'fpnet_core', 'fpnet_core.types', 'fpnet_core.config', 'fpnet_core.io', 'fpnet_core.cli',
     'fpnet_core.io.pointcloud2', 'fpnet_core.io.maps', 'fpnet_core.io.scans',
+    'fpnet_core.drawings.types', 'fpnet_core.drawings.opening', 'fpnet_core.drawings.annotations',
 ])  # fmt: skip
 def test_importing_leaves_heavy_libraries_unloaded(module):
     code = f'import sys, {module}; print([m for m in {HEAVY!r} if m in sys.modules])'

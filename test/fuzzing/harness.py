@@ -40,6 +40,7 @@ _WAIT_LIMIT_S = 300.0  # by the clock, for a reader that waits for something
 _KNOWN = (*READERS, *MISBEHAVING.values())  # a worker finds its reader by the place in it
 _PLACE_SHARE = 0.03  # of the inputs are no file, another kind of file, or none
 _LONGEST_MESSAGE = 600  # characters, of an error that a person shall read
+DRAWING_READER = 'fpnet_core.drawings.worker'
 _EXECUTING = (
     'os.system', 'os.exec', 'os.fork', 'os.forkpty', 'os.posix_spawn', 'os.spawn',
     'subprocess.Popen', 'pickle.find_class', 'socket.connect', 'urllib.Request', 'webbrowser.open',
@@ -194,7 +195,11 @@ def _serve(pipe: connection.Connection, scratch: Path) -> None:
     for descriptor in (1, 2):  # Open3D and libtiff print
         os.dup2(null, descriptor)
     heard: list[str] = []
-    sys.addaudithook(lambda event, _: heard.append(event) if event in _EXECUTING else None)
+    sys.addaudithook(
+        lambda event, what: (
+            heard.append(event) if event in _EXECUTING and not _is_reader(event, what) else None
+        )
+    )
     valid: dict[str, Path] = {}
     try:
         while True:
@@ -213,6 +218,11 @@ def _serve(pipe: connection.Connection, scratch: Path) -> None:
             shutil.rmtree(scratch / 'case')
     except EOFError:
         return
+
+
+def _is_reader(event: str, what: tuple[Any, ...]) -> bool:
+    """Tell whether a process is the one, with limits of its own, that reads vector drawings."""
+    return event == 'subprocess.Popen' and what[1][:3] == [sys.executable, '-m', DRAWING_READER]
 
 
 def _written(reader: Reader, folder: Path) -> Path:

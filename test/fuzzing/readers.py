@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 import gzip
 import hashlib
+import importlib
 import json
 from pathlib import Path
 import shutil
@@ -135,6 +136,71 @@ def _read_plan(path: Path) -> object:
     from fpnet_core.drawings.read import read_plan
 
     return read_plan(path)
+
+
+# --- drawings
+
+
+def _vector_writer(name: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        import plan_files
+
+        suffix = name.rpartition('.')[2]
+        path = folder / f'plan.{suffix}'
+        if suffix == 'svgz':
+            plan_files.write_svg(folder / 'plan.svg')
+            path.write_bytes(gzip.compress((folder / 'plan.svg').read_bytes()))
+            (folder / 'plan.svg').unlink()
+            return path
+        return getattr(plan_files, f'write_{suffix}')(path)
+
+    return write
+
+
+def _write_ifc(folder: Path) -> Path:
+    """Write a model without walls: enough for the header, the parser and the storeys."""
+    path = folder / 'plan.ifc'
+    path.write_text(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','"
+        "');\nFILE_SCHEMA(('IFC4'));\nENDSEC;\nDATA;\n#1=IFCBUILDINGSTOREY('2O2Fr$t4X7Zf8NOew3FL"
+        "Kl',$,'Ground',$,$,$,$,$,.ELEMENT.,0.);\nENDSEC;\nEND-ISO-10303-21;\n",
+        encoding='ascii',
+    )
+    return path
+
+
+def _read_drawing(path: Path) -> object:
+    """Open a drawing as users do, in a process of its own."""
+    from fpnet_core.drawings.annotations import annotated_scale
+    from fpnet_core.drawings.opening import open_drawing
+
+    return annotated_scale(open_drawing(path))
+
+
+def _read_drawing_here(path: Path) -> object:
+    """Read a drawing in this process, where nothing hides what its reader raises."""
+    from fpnet_core.drawings.opening import drawing_kind
+    from fpnet_core.drawings.types import ReadOptions
+    from fpnet_core.drawings.vector import drawing_of
+
+    kind = drawing_kind(path)
+    if kind not in ('svg', 'dxf'):
+        return _read_drawing(path)
+    module = importlib.import_module(f'fpnet_core.drawings.{kind}')
+    page = getattr(module, f'read_{kind}')(path, ReadOptions())
+    return drawing_of(page, path.name, kind, ReadOptions())
+
+
+def _read_ifc(path: Path) -> object:
+    """Read a model; the valid one here has no walls, and IfcOpenShell is optional."""
+    from fpnet_core.errors import MapFormatError
+
+    try:
+        return _read_drawing(path)
+    except MapFormatError as error:
+        if 'no walls' in str(error) or 'IfcOpenShell' in str(error):
+            return None
+        raise
 
 
 # --- configuration
@@ -510,6 +576,16 @@ READERS: tuple[Reader, ...] = (
         _image_writer('.tiff', compression='tiff_deflate'),
         _read_map,
     ),
+    *(
+        Reader('drawings', f'.{suffix}', _vector_writer(f'a.{suffix}'), read, damages)
+        for suffix, read, damages in (
+            ('pdf', _read_drawing, _TEXT),
+            ('svg', _read_drawing_here, _TEXT),
+            ('svgz', _read_drawing_here, (damage_bytes, _damage_gzipped)),
+            ('dxf', _read_drawing_here, _TEXT),
+        )
+    ),
+    Reader('drawings', '.ifc', _write_ifc, _read_ifc, _TEXT),
     Reader('map YAML', 'map.yaml', _write_map, _read_map, _YAML, '*.yaml'),
     Reader('plan records', 'plan.json', _write_plan, _read_plan, _TEXT, '*.json'),
     Reader('configuration', 'fpnet.yaml', _write_config, _read_config, _YAML),

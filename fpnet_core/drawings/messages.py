@@ -1,0 +1,14 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a library said of a damaged file, fit for a line that a person reads."""
+
+from __future__ import annotations
+
+_LONGEST = 120  # letters
+
+
+def detail_of(error: Exception) -> str:
+    """Return the first line of an error that can be printed; its kind if there is none."""
+    line = (str(error).splitlines() or [''])[0].strip()
+    shown = ''.join(c if c.isprintable() else '?' for c in line)[:_LONGEST]
+    return shown or type(error).__name__

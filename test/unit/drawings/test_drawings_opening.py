@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a file is, and one line on each that is not read."""
+
+import dataclasses
+
+import numpy as np
+from PIL import Image
+from plan_files import write_svg
+import pytest
+
+from fpnet_core.drawings import worker
+from fpnet_core.drawings.opening import drawing_kind, open_drawing
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.errors import MapFormatError
+
+PLAIN = np.random.default_rng(3).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+
+
+@pytest.mark.parametrize(
+    ('name', 'head', 'kind'),
+    [
+        ('a.pdf', b'%PDF-1.7\n', 'pdf'),
+        ('a.ai', b'\n\n%PDF-1.4', 'pdf'),
+        ('a.dxf', b'  0\r\nSECTION\r\n  2\r\nHEADER', 'dxf'),
+        ('a.dxf', b'999\nmade by hand\n0\nSECTION\n', 'dxf'),
+        ('a.dxf', b'AutoCAD Binary DXF\r\n', 'dxf'),
+        ('a.svg', b'<?xml version="1.0"?><!-- a --><svg xmlns="x">', 'svg'),
+        ('a.svg', '<svg width="1">'.encode('utf-16'), 'svg'),
+        ('a.svgz', b'\x1f\x8b\x08', 'svg'),
+        ('a.ifc', b'ISO-10303-21;\nHEADER;', 'ifc'),
+        ('a.png', b'\x89PNG\r\n', 'image'),
+        ('plan', b'\xff\xd8\xff\xe0', 'image'),
+        ('a.pgm', b'P5 3 3 255\n', 'image'),
+    ],
+)
+def test_the_content_says_what_a_file_is(tmp_path, name, head, kind):
+    (tmp_path / name).write_bytes(head)
+    assert drawing_kind(tmp_path / name) == kind
+
+
+@pytest.mark.parametrize(
+    ('name', 'data', 'message'),
+    [
+        ('a.dwg', b'AC1032' + bytes(50), 'ODA File Converter or LibreCAD'),
+        ('a.bin', b'AC1027' + bytes(50), 'ODA File Converter or LibreCAD'),
+        ('a.heic', b'\0\0\0\x18ftypheic' + bytes(9), 'heif-convert'),
+        ('a.jpg', b'\0\0\0\x18ftypheic' + bytes(9), 'heif-convert'),
+        ('a.rvt', b'\xd0\xcf\x11\xe0' + bytes(50), 'export it as IFC'),
+        ('a.docx', b'PK\3\4' + bytes(50), 'LibreOffice'),
+        ('a.vsdx', b'PK\3\4' + bytes(50), 'Visio'),
+        ('a.ai', b'%!PS-Adobe-3.0', 'ps2pdf'),
+        ('a.webp', b'RIFF\1\0\0\0WEBP', 'ImageMagick'),
+        ('a.xyz', b'PK\3\4' + bytes(50), 'unpack it'),
+        ('a.pdf', b'hello', 'no PDF file inside'),
+        ('a.step', b'ISO-10303-21;', 'expected PNG'),
+        ('a.xyz', b'hello', 'expected PNG'),
+        ('a.dxf', b'', 'is empty'),
+        ('a.png', bytes(100), 'is empty'),
+    ],
+)
+def test_other_files_are_refused_with_what_to_do(tmp_path, name, data, message):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(MapFormatError, match=rf'\A[^\n]*{message}[^\n]*\Z'):
+        open_drawing(tmp_path / name)
+
+
+def test_missing_files_and_folders(tmp_path):
+    with pytest.raises(MapFormatError, match='does not exist'):
+        open_drawing(tmp_path / 'a.pdf')
+    with pytest.raises(MapFormatError, match='is a folder'):
+        open_drawing(tmp_path)
+
+
+def test_a_wrong_name_is_no_obstacle(tmp_path):
+    Image.fromarray(PLAIN).save(tmp_path / 'a.pdf', 'PNG')
+    drawing = open_drawing(tmp_path / 'a.pdf')
+    assert np.array_equal(drawing.pixels, PLAIN)
+    assert drawing.notes == ('it is named .pdf, but holds an image',)
+
+
+def test_a_drawing_survives_the_way_between_processes(tmp_path):
+    from fpnet_core.drawings.svg import read_svg
+    from fpnet_core.drawings.types import DrawingScale, ScaleSource
+    from fpnet_core.drawings.vector import drawing_of
+
+    page = read_svg(write_svg(tmp_path / 'a.svg'), ReadOptions())
+    drawing = dataclasses.replace(
+        drawing_of(page, 'a.svg', 'svg', ReadOptions()),
+        scale=DrawingScale(0.02, 0.019, 0.021, ScaleSource.UNITS, 'why'),
+        doubts=('a', 'b'),
+    )
+    found = worker.unpack(worker.pack(drawing))
+    for field in dataclasses.fields(drawing):
+        old, new = getattr(drawing, field.name), getattr(found, field.name)
+        if field.name == 'strokes':
+            assert all(np.array_equal(old.__dict__[k], new.__dict__[k]) for k in old.__dict__)
+        elif isinstance(old, np.ndarray):
+            assert np.array_equal(old, new)
+        else:
+            assert old == new
+
+
+READER = '''
+"""A reader that misbehaves."""
+
+
+def load_libraries():
+    pass
+
+
+def read_harm(path, options):
+    {act}
+'''
+
+
+@pytest.mark.parametrize(
+    ('act', 'message'),
+    [
+        ('bytearray(4 * 2**30)', 'memory'),
+        ('import os; os.abort()', 'damaged, or takes more'),
+        ('import socket; socket.create_connection(("127.0.0.1", 9))', 'may not do this'),
+        ('import os; os.system("true")', 'may not do this'),
+        ('import subprocess; subprocess.run(["true"])', 'may not do this'),
+        ('open(path + ".out", "w").write("x" * 99999)', 'damaged HARM'),
+        ('any(iter(int, 1))', 'takes more than 2 s'),
+        ('{}["missing"]', 'damaged HARM file .KeyError'),
+    ],
+)
+def test_readers_cannot_do_harm(tmp_path, monkeypatch, act, message):
+    package = tmp_path / 'extra'
+    package.mkdir()
+    (package / 'sitecustomize.py').write_text(
+        'import fpnet_core.drawings\n'
+        f'fpnet_core.drawings.__path__.append({str(package)!r})\n'
+        'import fpnet_core.drawings.worker as w\n'
+    )
+    (package / 'harm.py').write_text(READER.format(act=act))
+    monkeypatch.setenv('PYTHONPATH', str(package))
+    monkeypatch.setattr(worker, 'CPU_S', 2)
+    with pytest.raises(MapFormatError, match=rf'\A[^\n]*{message}[^\n]*\Z'):
+        worker.read_apart(tmp_path / 'a.harm', 'harm', ReadOptions())

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""SVG: shapes, styles, clip paths and pictures; nothing is fetched, nothing explodes."""
+
+import base64
+import gzip
+import io
+
+import numpy as np
+from plan_files import (
+    DASHED,
+    IN_ROOMS,
+    LEAF,
+    ON_ARC,
+    ON_WALLS,
+    TEXT,
+    Plan,
+    _svg_place,
+    levels,
+    write_svg,
+)
+import pytest
+
+from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.errors import MapFormatError
+
+PLAN = Plan(20.0)
+
+
+def bare(body, head=''):
+    return (
+        f'{head}<svg xmlns="http://www.w3.org/2000/svg" '
+        f'xmlns:xlink="http://www.w3.org/1999/xlink" width="100" height="100">{body}</svg>'
+    )
+
+
+def at(points):
+    return _svg_place(points, PLAN)
+
+
+def test_walls_are_drawn_where_they_are_and_nothing_else(tmp_path):
+    drawing = open_drawing(write_svg(tmp_path / 'a.svg', PLAN))
+    assert (levels(drawing, at(ON_WALLS)) == 0).all()
+    assert (levels(drawing, at([*IN_ROOMS, LEAF, ON_ARC, TEXT, DASHED[0]])) == 255).all()
+    assert [label.text for label in drawing.labels] == ['Office']
+    assert drawing.scale is None
+    assert len(drawing.door_px) == 1
+
+
+def test_size_on_paper_is_known_where_it_is_stated(tmp_path):
+    body = '<path d="M0 0H100V50Z M20 20h60v9z"/>'
+    (tmp_path / 'a.svg').write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" '
+        f'viewBox="0 0 100 50">{body}</svg>'
+    )
+    drawing = open_drawing(tmp_path / 'a.svg')
+    pixels_per_unit = np.sqrt(np.linalg.det(drawing.A_pixel_image[:, :2]))
+    assert drawing.paper_m * pixels_per_unit == pytest.approx(0.002, rel=1e-3)
+    (tmp_path / 'b.svg').write_text(bare(body))
+    assert open_drawing(tmp_path / 'b.svg').paper_m is None
+
+
+def test_transforms_styles_and_uses(tmp_path):
+    body = (
+        '<style>.w { fill: none; stroke: #ff0000; stroke-width: 4 }</style>'
+        '<defs><rect id="r" width="10" height="10"/></defs>'
+        '<g transform="translate(10 20) rotate(90)"><path class="w" d="M0 0H30"/></g>'
+        '<use xlink:href="#r" x="50" y="50" fill="blue"/><path d="M90 0v90"/>'
+    )
+    (tmp_path / 'a.svg').write_text(bare(body))
+    drawing = open_drawing(tmp_path / 'a.svg')
+    A = drawing.A_pixel_image
+    colours = []
+    for point in ((10, 35), (11.5, 40), (55, 55), (30, 30)):
+        x, y = np.rint(A[:, :2] @ point + A[:, 2]).astype(int)
+        colours.append(tuple(drawing.pixels[y, x].tolist()))
+    assert colours == [(255, 0, 0), (255, 0, 0), (0, 0, 255), (255, 255, 255)]
+
+
+def test_clip_paths_and_opacity(tmp_path):
+    body = (
+        '<clipPath id="c"><path d="M10 10L60 10L10 60z"/></clipPath>'
+        '<g clip-path="url(#c)"><rect width="100" height="100"/></g>'
+        '<rect x="70" y="0" width="30" height="30" fill-opacity="0.5"/>'
+        '<path d="M0 95h100v3h-100z"/>'
+    )
+    (tmp_path / 'a.svg').write_text(bare(body))
+    drawing = open_drawing(tmp_path / 'a.svg')
+    found = levels(drawing, [(20, 20), (50, 50), (80, 20), (50, 80)])
+    assert found == pytest.approx([0.0, 255.0, 127.5, 255.0], abs=1.0)
+
+
+def test_pictures_within_the_file_are_shown(tmp_path):
+    from PIL import Image
+
+    picture = io.BytesIO()
+    Image.fromarray(np.array([[0, 255], [255, 0]], np.uint8).repeat(20, 0).repeat(20, 1)).save(
+        picture, 'PNG'
+    )
+    data = base64.b64encode(picture.getvalue()).decode()
+    (tmp_path / 'a.svg').write_text(
+        bare(f'<image x="20" y="40" width="40" height="40" href="data:image/png;base64,{data}"/>')
+    )
+    drawing = open_drawing(tmp_path / 'a.svg')
+    assert levels(drawing, [(30, 50), (50, 50), (30, 70), (50, 70)]).tolist() == [0, 255, 255, 0]
+
+
+def test_packed_files(tmp_path):
+    text = write_svg(tmp_path / 'a.svg').read_bytes()
+    (tmp_path / 'b.svgz').write_bytes(gzip.compress(text))
+    packed, plain = open_drawing(tmp_path / 'b.svgz'), open_drawing(tmp_path / 'a.svg')
+    assert np.array_equal(packed.pixels, plain.pixels)
+
+
+def test_names_of_groups_are_layers(tmp_path):
+    body = (
+        '<g id="walls"><path d="M0 0h90v90h-90z" fill="none" stroke="black"/></g>'
+        '<g id="furniture"><path d="M30 30h20v20h-20z"/></g>'
+    )
+    (tmp_path / 'a.svg').write_text(bare(body))
+    drawing = open_drawing(tmp_path / 'a.svg')
+    assert levels(drawing, [(45, 0), (40, 40)]).tolist() == [0.0, 255.0]
+
+
+def test_nothing_outside_of_the_file_is_touched(tmp_path):
+    (tmp_path / 'secret.png').write_bytes(b'not to be read')
+    body = (
+        '<image xlink:href="http://127.0.0.1:9/x.png" width="100" height="100"/>'
+        '<image href="secret.png" width="10" height="10"/>'
+        '<use xlink:href="file:///etc/passwd#b"/>'
+        '<style>@import url(http://127.0.0.1:9/a.css);</style>'
+        '<script>alert(1)</script><path d="M10 10h80v80h-80z" fill="none" stroke="black"/>'
+    )
+    (tmp_path / 'a.svg').write_text(bare(body))
+    drawing = open_drawing(tmp_path / 'a.svg')
+    assert any('nothing is fetched' in note for note in drawing.notes)
+
+
+LAUGHS = ''.join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10))
+USES = ''.join(
+    f'<g id="g{k}">' + f'<use xlink:href="#g{k - 1}"/>' * 10 + '</g>' for k in range(1, 10)
+)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (bare('&a9;', f'<!DOCTYPE svg [<!ENTITY a0 "lol">{LAUGHS}]>'), "entity 'a1'"),
+        (bare('&x;', '<!DOCTYPE svg [<!ENTITY x SYSTEM "/etc/passwd">]>'), "entity 'x'"),
+        (bare(f'<g id="g0"><path d="M0 0h9"/></g>{USES}<use xlink:href="#g9"/>'), '<use>'),
+        (bare('<g id="a"><use xlink:href="#a"/></g>'), '<use>'),
+        (bare('<g>' * 5000 + '</g>' * 5000), 'too large'),
+        (bare('<path d="M0 0h9')[:150], 'damaged SVG'),
+        (bare(''), 'no lines'),
+        (bare('<path d="' + 'M0 0h9' * 2_000_000 + '"/>'), 'too large'),
+    ],
+)
+def test_bombs_and_damaged_files_are_refused_in_a_line(tmp_path, text, message):
+    (tmp_path / 'a.svg').write_text(text)
+    with pytest.raises(MapFormatError, match=rf'\Aa\.svg [^\n]*{message}[^\n]*\Z'):
+        open_drawing(tmp_path / 'a.svg')
+
+
+def test_packed_bombs_are_refused(tmp_path):
+    bomb = gzip.compress(bare(' ' * 80_000_000).encode(), 1)
+    (tmp_path / 'a.svgz').write_bytes(bomb)
+    with pytest.raises(MapFormatError, match='too large'):
+        open_drawing(tmp_path / 'a.svgz')
+
+
+def test_a_billion_pixels_are_none(tmp_path):
+    text = bare('<path d="M0 0h1000000000v1000000000" stroke="black"/>')
+    (tmp_path / 'a.svg').write_text(text.replace('"100"', '"1000000000"'))
+    assert max(open_drawing(tmp_path / 'a.svg').pixels.shape) < 4000
