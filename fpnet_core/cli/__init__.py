@@ -81,11 +81,11 @@ COMMANDS = {
     ),
     'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
     'train-judge': Subcommand('fpnet_core.cli.train_judge', 'Train the judge of placements.'),
-    'train-scale': Subcommand(
-        'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
-    ),
     'train-readings': Subcommand(
         'fpnet_core.cli.train_readings', 'Fit what weighs the readings of a drawing.'
+    ),
+    'train-scale': Subcommand(
+        'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
     ),
 }
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.errors import MapFormatError
 
 if TYPE_CHECKING:
     from fpnet_core.evaluation.plan_check import PlanCheck
@@ -47,8 +48,15 @@ def command(
     tree = common.load(config, settings, seed)
     from fpnet_core.evaluation.plan_check import check_plan
 
-    reading = said.read(plan, tree)
     asked = said.asked(('fpnet', 'check-plan'), plan)
+    try:
+        reading = said.read(plan, tree)
+    except MapFormatError as error:
+        if json_path is not None:
+            crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+            reason = {'reason': str(error), 'next': crop}
+            common.write_json(json_path, {'readable': False, 'reasons': [reason]})
+        raise
     with common.progress('checking', total=tours + 1.0) as advance:
         check = check_plan(reading, tree, tours, tree.seed, asked, advance)
     common.say(f'{plan.name}: {reading.how}', json_path)

@@ -120,6 +120,7 @@ def _report(
         'score': round(result.score, 4),
         'probability': round(result.probability, 4),
         'scale': None if result.scale is None else round(result.scale, 4),
+        'plan_metres_per_pixel': plan.scale.resolution_m,
         'plan_scale_stated': plan_is_stated,
         'submap_scale_stated': sub_is_stated,
         'reason': result.reason,

@@ -59,7 +59,7 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
     if image.mode.startswith('I') or image.mode == 'F':
         levels = np.asarray(image, dtype=np.float32)
         grey = levels * 255.0 if image.mode == 'F' else levels / _LEVELS_OF_16_BIT
-        return np.repeat(np.clip(grey, 0.0, 255.0).astype(np.uint8)[..., None], 3, axis=2)
+        return np.repeat(np.rint(np.clip(grey, 0.0, 255.0)).astype(np.uint8)[..., None], 3, axis=2)
     if 'A' in image.getbands() or 'transparency' in image.info:
         opaque = image.convert('RGBA')
         paper = Image.new('RGBA', opaque.size, 'white')

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap
+
+if TYPE_CHECKING:
+    from fpnet_core.segmentation import ScaleEstimate
 
 Array = NDArray[np.float64]
 
@@ -176,6 +179,10 @@ class Reading:
     @property
     def estimate(self) -> ScaleEstimate | None:
         """True metres per metre of ``grid`` as estimated; None where somebody states them."""
+        from fpnet_core.segmentation import (
+            ScaleEstimate,
+        )  # loads OpenCV, which these values do not
+
         if self.scale.is_known:
             return None
         metres = self.scale.resolution_m

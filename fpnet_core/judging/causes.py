@@ -204,7 +204,7 @@ def _scale(found: Findings, asked: Asked) -> _Weighed:
     low, high = found.scales
     if fit is not None:
         is_outside = not low * (1.0 - _SAME_SCALE) <= fit.scale <= high * (1.0 + _SAME_SCALE)
-        if is_outside and fit.probability >= _POSSIBLE:
+        if is_outside and fit.probability >= _POSSIBLE and _explains_more(fit, found):
             yield _tested(fit.probability), _scale_found(found, fit, asked)
         return
     best, edge = found.best, 1.0 + _AT_EDGE
@@ -245,7 +245,10 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
             yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
         return
     drawn = found.best.probability if found.best else 0.0
-    if fit.probability < _POSSIBLE or (fit.probability <= drawn and not found.is_mirrored):
+    if fit.probability < _POSSIBLE:
+        return
+    is_better = fit.probability > drawn and _explains_more(fit, found)
+    if not is_better and not found.is_mirrored:
         return
     explained = found.best.explained if found.best else 0.0
     evidence = (
@@ -324,7 +327,7 @@ def _self_similar(found: Findings, asked: Asked) -> _Weighed:
         f'{shares}{more}'
     )
     look = f'{asked.look("check-plan", "--plot", "alike.png")} and drive to where rooms differ'
-    yield 0.55, Cause(CauseKind.SELF_SIMILAR, evidence, look)
+    yield 0.55 if found.has_seen_much else 0.45, Cause(CauseKind.SELF_SIMILAR, evidence, look)
 
 
 def _undecided(found: Findings, asked: Asked) -> Cause:
@@ -337,6 +340,11 @@ def _undecided(found: Findings, asked: Asked) -> Cause:
 
 def _drive_on(asked: Asked) -> str:
     return f'drive through at least two rooms and a corridor, then: {asked.again()}'
+
+
+def _explains_more(fit: Fit, found: Findings) -> bool:
+    """Tell whether a fit of another look explains more than the search as it was configured."""
+    return found.best is None or fit.explained >= found.best.explained + _AS_WELL
 
 
 def _tested(probability: float) -> float:

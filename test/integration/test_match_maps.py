@@ -79,13 +79,17 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):
     assert int(walls_m) > 50
     assert re.search(r'; (no rival|the best rival, .*, explains \d+ %)', result['reason'])
     said = f'matched (p {result["probability"]:.2f}): {result["reason"]}\n'
-    assert capsys.readouterr().out == said
+    scale, printed = capsys.readouterr().out.splitlines(keepends=True)
+    assert printed == said
+    assert scale.startswith('plan.png: ')
+    assert scale.endswith(', unsure\n')
     assert cv2.imread(str(tmp_path / 'match.png')) is not None
 
     assert not result['plan_scale_stated']
     assert not result['submap_scale_stated']
-    # Both count 0.05 m per pixel, 20 pixels per metre of the plan.
-    assert result['scale'] == pytest.approx(20.0 / PIXELS_PER_M, rel=0.03)
+    # The robot's counts 0.05 m per pixel, the plan's what its rooms and doors say.
+    in_pixels = result['scale'] * 0.05 / result['plan_metres_per_pixel']
+    assert in_pixels == pytest.approx(20.0 / PIXELS_PER_M, rel=0.03)
 
 
 def write_stated(tmp_path, plan_resolution_m=0.05):
@@ -126,7 +130,8 @@ def test_a_metric_robot_map_gives_a_bare_plan_its_scale(tmp_path):
     assert result['status'] == 'matched'
     assert not result['plan_scale_stated']
     assert result['submap_scale_stated']
-    assert result['scale'] == pytest.approx(1.6, rel=0.03)
+    metres_per_pixel = result['plan_metres_per_pixel'] / result['scale']
+    assert metres_per_pixel == pytest.approx(0.05 / 1.6, rel=0.03)
 
 
 def test_a_cloud_states_its_scale(tmp_path):

@@ -7,12 +7,15 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
+from PIL import Image
+from planted import plan_grid
 import pytest
 from std_srvs.srv import Trigger
 
+from fpnet_core.drawings.read import read_plan
 from fpnet_core.geometry import SE2
 from fpnet_core.io.maps import read_map, write_map
-from fpnet_core.types import GridMap
+from fpnet_core.types import FREE, GridMap
 from fpnet_ros.runtime import LATCHED
 from msg_adapters.grids import grid_from_msg
 
@@ -69,6 +72,21 @@ def test_it_reloads_the_file_and_keeps_the_old_floorplan_where_that_fails(bench,
     assert not response.success
     assert 'plan.yaml' in response.message
     assert server.process.poll() is None
+
+
+def test_a_drawing_without_a_scale_is_read_as_every_command_does_and_warned_of(bench, tmp_path):
+    path = tmp_path / 'sheet.png'
+    pixels = np.where(plan_grid().cells == FREE, 255, 0).astype(np.uint8)[::-1]
+    Image.fromarray(pixels).save(path)
+    server = bench.start('floorplan_server', {'floorplan': str(path)})
+    assert bench.wait_for(lambda: 'serving' in server.log_tail()), server.log_tail()
+    received = bench.collect(OccupancyGrid, 'floorplan', LATCHED)
+    assert bench.wait_for(lambda: bool(received)), server.log_tail()
+    grid, read = grid_from_msg(received[0]), read_plan(path).grid
+    np.testing.assert_array_equal(grid.cells, read.cells)
+    assert grid.resolution == pytest.approx(read.resolution, rel=1e-6)
+    assert 'nobody states it' in server.log_tail()
+    assert 'localizer.scale_policy' in server.log_tail()
 
 
 def test_bad_parameters_end_the_node_with_one_line(bench):

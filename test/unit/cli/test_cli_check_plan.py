@@ -89,5 +89,8 @@ def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
 
 def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):
     Image.fromarray(np.zeros((50, 50), np.uint8)).save(tmp_path / 'black.png')
-    assert run(tmp_path / 'black.png', '--tours', 0) == 1
+    assert run(tmp_path / 'black.png', '--tours', 0, '--json', tmp_path / 'check.json') == 1
     assert capsys.readouterr().err.count('\n') == 1
+    report = json.loads((tmp_path / 'check.json').read_text())
+    assert not report['readable']
+    assert '--crop' in report['reasons'][0]['next']

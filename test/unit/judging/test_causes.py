@@ -108,6 +108,17 @@ def test_a_doubtful_reading_comes_before_every_guess(found):
     assert kinds(proved)[:2] == [CauseKind.MIRRORED, CauseKind.DRAWING]
 
 
+def test_what_explains_no_more_is_no_proof():
+    found = replace(TRIED, mirror=Fit(0.99, 0.57, 1.0), rescaled=Fit(0.99, 0.57, 1.6))
+    assert kinds(found) == [CauseKind.OTHER_PLAN]
+
+
+def test_little_comes_before_places_alike():
+    found = replace(POOR, walls_m=47.0, seen_m2=29.0, plan_m2=725.0, alike=(0.93, 0.92))
+    found = replace(found, best=Fit(0.5, 0.93, 1.0))
+    assert kinds(found) == [CauseKind.TOO_LITTLE, CauseKind.SELF_SIMILAR]
+
+
 def test_little_comes_before_another_building():
     assert kinds(replace(POOR, walls_m=20.0, seen_m2=20.0)) == [CauseKind.TOO_LITTLE]
     found = replace(POOR, walls_m=40.0, seen_m2=40.0)
