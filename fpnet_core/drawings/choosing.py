@@ -31,6 +31,7 @@ Box = tuple[int, int, int, int]
 _FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
 _SURE = 0.93  # a reading so plausible is taken without a look at others
 _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
+_PLAIN_ODDS = 4.0  # before its rooms are looked at: clean pictures mostly mean what they show
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
@@ -189,7 +190,8 @@ def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> 
         cells = interpret(grey, NOMINAL_M * factor)
         segmentation, _ = _rooms_of(cells, NOMINAL_M * factor, config)
     H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    chance = probability(features(segmentation))
+    chance = _PLAIN_ODDS * probability(features(segmentation))
+    chance /= chance + 1.0 - chance / _PLAIN_ODDS
     return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
 
 

@@ -93,6 +93,8 @@ def _symbols(
 ) -> Array:
     """Return symbols (N, 6): misfit, tip (row, column), leaf's direction, radius, side."""
     first, last = (round(length / cell_m) for length in _LEAF_M)
+    if last <= first:  # cells as large as a leaf show none
+        return np.zeros((0, 6))
     blanks = np.array([_blank_places(radius, _DEPTH_M / cell_m) for radius in range(first, last)])
     found = _search(lines, ink, tips, np.radians(_ARC_DEG), first, blanks)
     return np.array(found).reshape(-1, 6)

@@ -79,7 +79,7 @@ def test_a_partial_map_of_unknown_scale_is_placed_in_pixels(tmp_path, capsys):
     assert int(walls_m) > 50
     assert re.search(r'; (no rival|the best rival, .*, explains \d+ %)', result['reason'])
     said = f'matched (p {result["probability"]:.2f}): {result["reason"]}\n'
-    scale, printed = capsys.readouterr().out.splitlines(keepends=True)
+    scale, *_, printed = capsys.readouterr().out.splitlines(keepends=True)
     assert printed == said
     assert scale.startswith('plan.png: ')
     assert scale.endswith(', unsure\n')

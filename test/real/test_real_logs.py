@@ -29,6 +29,8 @@ def localized(name, tmp_path, settings=()):
     ).mapped(truth.A_plan_log)
     write_tum(tmp_path / 'truth.tum', path.stamps_ns, path.xy, path.yaw)
     arguments = ['localize', str(truth.log), '--floorplan', str(truth.plan_path)]
+    # What the truth was fitted to is in these metres; the drawing is off by up to a fifth.
+    arguments += ['--resolution', str(truth.plan.resolution)]
     arguments += ['--mirrored'] if truth.mirrored else []
     for setting in (
         'pose.scale_tolerance=0.25',

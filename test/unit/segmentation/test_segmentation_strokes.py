@@ -101,6 +101,11 @@ def test_uniform_drawings_stay_as_they_are(shape, value):
     np.testing.assert_array_equal(erase_door_symbols(free, 0.02), free)
 
 
+def test_cells_as_large_as_a_leaf_show_no_symbols():
+    free = np.random.default_rng(0).random((40, 50)) > 0.3
+    np.testing.assert_array_equal(erase_door_symbols(free, 3.0), free)
+
+
 def test_an_arc_before_a_closed_wall_stays():
     cells = two_rooms(0.0, True)
     cells[:, 117:122] = OCCUPIED
