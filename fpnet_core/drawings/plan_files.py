@@ -58,6 +58,7 @@ def as_json(reading: Reading) -> dict[str, Any]:
         'format': reading.drawing.format,
         'pixels': [width, height],
         'H_plan_image': reading.H_plan_image.tolist(),
+        'A_image_file': reading.drawing.A_pixel_image.tolist(),
         'cell_m': reading.grid.resolution,
         'scale': scale_as_json(reading.scale),
         'how': reading.how,

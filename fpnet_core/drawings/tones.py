@@ -109,8 +109,12 @@ def _share_darker(level: Levels, around: Levels) -> Levels:
 
 
 def _mass(pixels: Levels) -> Levels:
-    """Return the contrast of what is far darker than the paper, 0 elsewhere."""
-    grey = _grey(pixels)
+    """
+    Return the contrast of what is far darker than the paper in every colour, 0 elsewhere.
+
+    A room filled with pure red is dark to the eye and no wall.
+    """
+    grey = _levels(pixels.max(axis=2))
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
     paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))

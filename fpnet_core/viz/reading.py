@@ -92,8 +92,7 @@ def _with_walls(pixels: NDArray[np.uint8], reading: Reading, to_pixel: Array) ->
 
 def _H_pixel_plan(reading: Reading) -> Array:
     """Return the homography from metres of the plan to the drawing's upright pixels."""
-    A_pixel_image = np.vstack([reading.drawing.A_pixel_image, [0.0, 0.0, 1.0]])
-    return np.asarray(A_pixel_image @ np.linalg.inv(reading.H_plan_image))
+    return np.asarray(np.linalg.inv(reading.H_plan_image))
 
 
 def _mapped(H: Array, points: Array) -> Array:

@@ -85,6 +85,7 @@ def test_grey_walls_do_not_vanish(tmp_path, level):
         (WHITE, 0, None),
         ((235, 240, 255), (20, 40, 120), [(20, 40, 120)]),
         ((190, 120, 20), WHITE, None),
+        (0, WHITE, [(255, 0, 0), (255, 255, 0), (0, 160, 255), (255, 255, 255)]),
     ],
 )
 def test_colours_fills_and_light_lines_on_dark(tmp_path, wall, paper, fill):
