@@ -254,21 +254,6 @@ def typed_settings(config: Path | None, settings: Sequence[str] | None) -> list[
     return given
 
 
-def with_scale_of(reading: Reading, tree: FpnetConfig) -> FpnetConfig:
-    """
-    Return the configuration with an unknown scale searched as one.
-
-    Whoever has set ``localizer.scale_policy`` means it.
-    """
-    from fpnet_core.config import parse_config
-
-    if reading.scale.is_known or 'scale_policy' in tree.localizer.model_fields_set:
-        return tree
-    values = tree.model_dump()
-    values['localizer']['scale_policy'] = 'unknown'
-    return parse_config(values)
-
-
 def say_reading(reading: Reading, json_path: Path | None) -> None:
     """Print what a user should know of how a drawing was read; nothing for a stated map."""
     from fpnet_core.drawings.wording import said_of_scale

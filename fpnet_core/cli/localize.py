@@ -80,13 +80,14 @@ def command(
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
+    from fpnet_core.drawings.scaling import with_scale_of
     from fpnet_core.evaluation.demo import read_truth
     from fpnet_core.evaluation.runs import summarize_run
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
 
     reading = said.read(floorplan, tree)
-    tree = common.with_scale_of(reading, tree)
+    tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
     reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
     source = open_scans(common.check_input(recording))

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fpnet_core.config import SegmentationConfig
+from fpnet_core.config import FpnetConfig, SegmentationConfig, parse_config
 from fpnet_core.drawings.annotations import annotated_scale
 from fpnet_core.drawings.choosing import Found
 from fpnet_core.drawings.straighten import map_points
-from fpnet_core.drawings.types import Drawing, DrawingScale, ReadOptions, ScaleSource
+from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ReadOptions, ScaleSource
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
 
@@ -45,6 +45,19 @@ def resolve_scale(
     low, metres, high = (pixel_m * each for each in (factor.low, factor.factor, factor.high))
     why = 'estimated from doors, rooms and walls'
     return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), _NOMINAL_M * factor.factor
+
+
+def with_scale_of(reading: Reading, config: FpnetConfig) -> FpnetConfig:
+    """
+    Return the configuration with an unknown scale searched as one.
+
+    Whoever has set ``localizer.scale_policy`` means it.
+    """
+    if reading.scale.is_known or 'scale_policy' in config.localizer.model_fields_set:
+        return config
+    values = config.model_dump()
+    values['localizer']['scale_policy'] = 'unknown'
+    return parse_config(values)
 
 
 def _exact(metres: float, source: ScaleSource, why: str) -> DrawingScale:

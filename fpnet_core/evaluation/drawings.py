@@ -198,7 +198,7 @@ def read_sheet(
     """Read one sheet from a file in ``folder``; the comparison is None where it was refused."""
     name = f'{sheet.kind.value}-{sheet.seed}'
     clean_f1 = _clean_f1(sheet, config)
-    path, H_file_page = _written(sheet, folder / name, file_format)
+    path, H_file_page = written(sheet, folder / name, file_format)
     started = processor_s()
     try:
         reading = read(path)
@@ -232,7 +232,7 @@ def _clean_f1(sheet: Sheet, config: SegmentationConfig) -> float:
     return max(scores)
 
 
-def _written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[np.float64]]:
+def written(sheet: Sheet, stem: Path, file_format: str) -> tuple[Path, NDArray[np.float64]]:
     """Write a sheet and return its file and the map (3, 3) from page metres to its units."""
     if file_format == PICTURE:
         path = stem.with_suffix('.jpg' if sheet.is_photo else '.png')

@@ -14,6 +14,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import DrawingScale, Reading
 from fpnet_core.drawings.wording import is_sure, said_of_scale
 from fpnet_core.errors import ConfigError
+from fpnet_core.evaluation.first_claims import first_claim
 from fpnet_core.evaluation.plan_gate import Refusal, refusals_of
 from fpnet_core.evaluation.runs import WRONG_POSITION_M
 from fpnet_core.evaluation.self_similarity import SelfSimilarity, self_similarity
@@ -28,11 +29,9 @@ from fpnet_core.segmentation import (
 )
 from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_core.sim.sensors import sensor_named
-from fpnet_core.types import GridMap, Segmentation, Status
+from fpnet_core.types import GridMap, Segmentation
 
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
-_SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
-_TICK_EVERY_S = 2.0
 _SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
 _MANY = 0.5  # share of rooms
 
@@ -190,24 +189,12 @@ def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
     recording = make_recording(seed, options, threads=1, floorplan=grid)
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
-    poses, stamps_ns = recording.truth(), recording.stamps_ns
-    steps_m = np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1)
-    path_m = np.concatenate([[0.0], np.cumsum(steps_m)])
-    T_odom_building = np.linalg.inv(poses[0])
-    next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * 1e9)
-    for index in range(0, len(recording), _SCAN_EVERY):
-        T_odom_sensor = T_odom_building @ poses[index]
-        localizer.add_scan(recording.scan(index).points, T_odom_sensor, int(stamps_ns[index]))
-        if stamps_ns[index] < next_tick_ns:
-            continue
-        next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * 1e9)
-        if localizer.tick(int(stamps_ns[index])).status is Status.LOCALIZED:
-            pose = localizer.pose(T_odom_sensor)
-            assert pose is not None  # it is localised
-            found_m = round(float(path_m[index]), 2)
-            error_m = _error_m(recording, pose.translation, poses[index, :2, 3])
-            return TourResult(seed, round(float(path_m[-1]), 2), found_m, error_m)
-    return TourResult(seed, round(float(path_m[-1]), 2), None, None)
+    claim = first_claim(recording, localizer)
+    path_m = round(claim.path_m, 2)
+    if claim.found_after_m is None or claim.on_plan is None:
+        return TourResult(seed, path_m, None, None)
+    error_m = _error_m(recording, claim.on_plan, claim.in_building)
+    return TourResult(seed, path_m, round(claim.found_after_m, 2), error_m)
 
 
 def _error_m(recording: Recording, on_plan: Any, truth: Any) -> float:

@@ -11,6 +11,7 @@ import pytest
 
 from fpnet_core.cli import common, main
 from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import ScaleSource
 from fpnet_core.errors import ConfigError
 from fpnet_core.io import pixel_to_xy
@@ -127,7 +128,7 @@ def test_what_was_typed_is_typed_again(tmp_path):
 def test_an_unknown_scale_is_searched_unless_somebody_decides(drawing):
     reading = common.DrawingOptions().read(drawing, common.load(None))
     free, set_ = common.load(None), common.load(None, ['localizer.scale_policy=trusted'])
-    assert common.with_scale_of(reading, free).localizer.scale_policy == 'unknown'
-    assert common.with_scale_of(reading, set_).localizer.scale_policy == 'trusted'
+    assert with_scale_of(reading, free).localizer.scale_policy == 'unknown'
+    assert with_scale_of(reading, set_).localizer.scale_policy == 'trusted'
     stated = common.DrawingOptions(resolution=0.05).read(drawing, free)
-    assert common.with_scale_of(stated, free) is free
+    assert with_scale_of(stated, free) is free

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Is a robot found on the sheets that people have, and how much later than on a clean grid?
+
+Run: python benchmarks/sheet_drives.py [--drives 20] [--seed 1] [--json OUT]
+
+Each generated building is driven with true odometry and a planar scanner until the first claim: on
+its clean floorplan of stated scale, and on its own sheets of every kind and format, as they are
+read from files. A claim is wrong that is more than a metre off, in true metres.
+"""
+
+import argparse
+from dataclasses import asdict
+import json
+from pathlib import Path
+import tempfile
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.evaluation.sheet_drives import drives_on_sheets
+
+WRONG_M = 1.0
+
+
+def main() -> None:
+    """Print one row per sheet."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--drives', type=int, default=20)
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--json', type=Path)
+    arguments = parser.parse_args()
+    rows = []
+    for seed in range(arguments.seed, arguments.seed + arguments.drives):
+        with tempfile.TemporaryDirectory() as folder:
+            rows += drives_on_sheets(seed, Path(folder), FpnetConfig())
+        print(seed, [(row.sheet, row.found_after_m, row.error_m) for row in rows[-8:]], flush=True)
+    print(
+        '| sheet | found | wrong | doubted | first pose [m], median | over the grid | error [m] |'
+    )
+    print('|---|---|---|---|---|---|---|')
+    grid_m = {row.seed: row.found_after_m for row in rows if row.sheet == 'grid'}
+    for name in dict.fromkeys(row.sheet for row in rows):
+        mine = [row for row in rows if row.sheet == name]
+        found = [row for row in mine if row.found_after_m is not None]
+        # Not found is later than anything.
+        after_m = [np.inf if row.found_after_m is None else row.found_after_m for row in mine]
+        both = [row for row in found if grid_m[row.seed]]
+        ratio = [row.found_after_m / grid_m[row.seed] for row in both]
+        print(
+            f'| {name} | {len(found)} of {len(mine)} | {sum(r.error_m > WRONG_M for r in found)} '
+            f'| {sum(bool(r.doubts) for r in mine)} | {np.median(after_m):.1f} '
+            f'| {np.median(ratio) if ratio else np.nan:.2f} '
+            f'| {np.median([r.error_m for r in found]) if found else np.nan:.2f} |'
+        )
+    if arguments.json:
+        text = json.dumps([asdict(row) for row in rows], indent=2)
+        arguments.json.write_text(text + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()
