@@ -96,6 +96,7 @@ def _drive(
 ) -> SheetDrive:
     error_m = None
     if claim.on_plan is not None and claim.in_building is not None:
-        found = project(np.linalg.inv(H_plan_building), claim.on_plan)
+        back = np.asarray(np.linalg.inv(H_plan_building), dtype=np.float64)
+        found = project(back, claim.on_plan)
         error_m = float(np.linalg.norm(found - claim.in_building))
     return SheetDrive(seed, sheet, claim.found_after_m, error_m, doubts)
