@@ -19,7 +19,7 @@ from fpnet_core.drawings.sheet import find_building
 from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.tones import Levels, is_dark_ground
 from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
-from fpnet_core.drawings.view import shrinking, view_of
+from fpnet_core.drawings.view import View, shrinking, view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io import pixel_to_xy
 from fpnet_core.io.images import interpret
@@ -35,6 +35,7 @@ _PLAIN_ODDS = 4.0  # before its rooms are looked at: clean pictures mostly mean 
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
+_KEPT = 0.5  # of its plausibility must be left to a reading that is made finer
 _JUDGED_PX = 1200  # the longer side of a picture in which a plain reading is judged
 _ROUNDS = 2  # of scale and segmentation: enough to judge
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
@@ -88,7 +89,7 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             'with walls that stand out from the paper'
         )
-    return _finished(*found)
+    return _finished(*found, config)
 
 
 def all_readings(
@@ -136,9 +137,27 @@ def _most_plausible(
     return best
 
 
-def _finished(candidate: Candidate, chance: float) -> Found:
-    """Return a candidate at the resolution of the map."""
-    view, factor = candidate.view.finer(_FINAL_PX)
+def _finished(candidate: Candidate, chance: float, config: SegmentationConfig) -> Found:
+    """
+    Return a candidate of this ``chance`` as finely as it is drawn, where that is as plausible.
+
+    Raises
+    ------
+    MapFormatError
+        If nothing is closed at either size.
+    """
+    found = _at(candidate, *candidate.view.finer(_FINAL_PX), config)
+    if found is None or found.probability < _KEPT * chance:
+        found = _at(candidate, candidate.view, 1.0, config) or found
+    if found is None:
+        raise MapFormatError('the drawing shows no building that is closed')
+    return found
+
+
+def _at(
+    candidate: Candidate, view: View, factor: float, config: SegmentationConfig
+) -> Found | None:
+    """Return a candidate read in a ``view`` that is larger by ``factor``; None if it is open."""
     recipe = candidate.recipe.scaled(factor)
     size = (view.levels.shape[1], view.levels.shape[0])
     near = candidate.belongs.astype(np.uint8)
@@ -146,14 +165,15 @@ def _finished(candidate: Candidate, chance: float) -> Found:
     levels = np.where(belongs, view.levels, 0).astype(np.uint8)
     cells = cells_of(recipe.walls(levels), inside_of_lines(levels > recipe.level))
     if cells is None:
-        raise MapFormatError('the drawing shows no building that is closed')
+        return None
+    segmentation, _ = _rooms_of(cells, NOMINAL_M, config)
     sheet = candidate.sheet
     to_pixel = np.asarray(np.linalg.inv(candidate.sheet_view.H_view_pixel), np.float64)
     return Found(
         cells=cells,
         H_cell_pixel=view.H_view_pixel,
-        segmentation=candidate.segmentation,
-        probability=chance,
+        segmentation=segmentation,
+        probability=probability(features(segmentation)),
         how=recipe.how,
         storeys=tuple(_boxed(to_pixel, box) for box in sheet.boxes),
         chosen=sheet.chosen,
