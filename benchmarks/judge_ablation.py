@@ -85,7 +85,7 @@ def main() -> None:
     learned = [t for p in sorted(arguments.trials.glob('*.npz')) for t in read_trials(p)]
     data, seen = stack_trials(learned), stack_trials(trials)
     right = [trial.right for trial in trials]
-    claim = config.localizer.claim_probability
+    claim = config.localizer.match_probability
     report = {}
     p = [replaced_formula(trial) for trial in trials]
     best, is_right = (np.array(x) for x in zip(

@@ -9,32 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig, LocalizerConfig
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Judge, Look, Verdict, reason_of
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.types import Status
 
-UNKNOWN_SCALE_CLAIM = 0.99
-"""
-Claims on drawings of unknown scale ask for this probability at least.
-
-Fitted: of 84 drives on sheets (``benchmarks/sheet_drives.py --drives 12 --seed 20``) one was
-claimed wrongly from 0.95 and from 0.97 on, after 5 m, and not from here on. The judge has learned
-what unknown scales do to maps, not to the first looks of a drive.
-"""
-
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
-
-
-def claiming(config: FpnetConfig) -> FpnetConfig:
-    """Return the configuration with what a claim takes under its scale policy."""
-    localizer = config.localizer
-    if localizer.scale_policy != 'unknown':
-        return config
-    least = max(localizer.claim_probability, UNKNOWN_SCALE_CLAIM)
-    stricter = localizer.model_copy(update={'claim_probability': least})
-    return config.model_copy(update={'localizer': stricter})
 
 
 @dataclass(frozen=True, eq=False)

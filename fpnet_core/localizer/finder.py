@@ -56,6 +56,7 @@ class Finder:
         timer: StageTimer,
         tracked: Placements | None = None,
         robot_xy: RobotXY = None,
+        enough: float | None = None,
     ) -> Comparison:
         """
         Match, propose, verify and judge: all placements worth knowing, most probable first.
@@ -70,10 +71,12 @@ class Finder:
         timer : receives stage durations
         tracked : placements from the previous tick, refined beside the new ones
         robot_xy : (2,) where the robot is in the submap, None without one
+        enough : probability that is a claim; None takes the configured one of robots
         """
+        limit = enough or self.config.localizer.claim_probability
         found = None
         for found in self.looks(plan, sub, explored_area_m2, search, timer, tracked, robot_xy):
-            if found.verdict.best >= self.config.localizer.claim_probability:
+            if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
         return found

@@ -17,7 +17,7 @@ from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew, waiting
-from fpnet_core.localizer.belief import Belief, HypothesisTracker, claiming
+from fpnet_core.localizer.belief import Belief, HypothesisTracker
 from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
 from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_waiting
 from fpnet_core.localizer.finder import Comparison, Finder
@@ -65,7 +65,6 @@ class Localizer:
     def __init__(
         self, config: FpnetConfig, matcher: RegionMatcher, judge: Judge | None = None
     ) -> None:
-        config = claiming(config)
         self._config = config
         judge = judge or Judge.configured(config.localizer)
         self._finder = Finder(matcher, judge, config)

@@ -194,7 +194,8 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
     """Place a robot's map on a plan; both have been cut into rooms."""
     with timer.stage('evidence'):
         pair = scaled_pair(plan, sub, finder.config)
-    comparison = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer)
+    enough = finder.config.localizer.match_probability
+    comparison = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer, enough=enough)
     status = _status(comparison.verdict, finder.config)
     best, score, probability = None, 0.0, 0.0
     if comparison.estimates:
@@ -251,7 +252,7 @@ def _reason(
 ) -> str:
     look = Look(
         sub.evidence.wall_length_m,
-        config.localizer.claim_probability,
+        config.localizer.match_probability,
         sub.evidence.corners,
         search.bounds,
         is_claimed=status is MapMatchStatus.MATCHED,
@@ -263,6 +264,6 @@ def _status(verdict: Verdict, config: FpnetConfig) -> MapMatchStatus:
     """Return what may be said."""
     if verdict.best <= verdict.none + verdict.foreign:
         return MapMatchStatus.UNMATCHED
-    if verdict.best < config.localizer.claim_probability:
+    if verdict.best < config.localizer.match_probability:
         return MapMatchStatus.AMBIGUOUS
     return MapMatchStatus.MATCHED

@@ -44,7 +44,7 @@ def reliability(
     in_force = Judge(model, config.plan_prior)
     claim = (
         np.array([in_force.best_of(t.evidence, t.right)[0] for t in trials])
-        >= config.claim_probability
+        >= config.match_probability
     )
     claimed, true, count = reliability_bins(p, right)
     return Reliability(

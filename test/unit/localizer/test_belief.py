@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 from planted import submap_grid
 
-from fpnet_core.config import LocalizerConfig, load_config
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
-from fpnet_core.localizer.belief import UNKNOWN_SCALE_CLAIM, HypothesisTracker, claiming
+from fpnet_core.localizer.belief import HypothesisTracker
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Status
 
@@ -175,13 +175,3 @@ def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
     assert sum(wanted) == 2
     feed(following, *[GOOD] * 4)
     assert not following.wants_mirror
-
-
-def test_claims_on_drawings_of_unknown_scale_ask_for_more():
-    def least(policy, claim):
-        keys = {'localizer.scale_policy': policy, 'localizer.claim_probability': claim}
-        return claiming(load_config(None, keys)).localizer.claim_probability
-
-    assert least('approximate', 0.95) == 0.95
-    assert least('unknown', 0.95) == UNKNOWN_SCALE_CLAIM
-    assert least('unknown', 0.995) == 0.995

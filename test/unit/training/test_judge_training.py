@@ -133,7 +133,7 @@ def test_reliability_counts_claims_where_they_are_wrong(model):
         Trial(evidence, second, True, 'a', 'a'),
         Trial(evidence, none, False, 'a', 'a'),
     ]
-    eager = LocalizerConfig(claim_probability=0.9)
+    eager = LocalizerConfig(match_probability=0.9)
     found = reliability(trials, model, eager)
     assert (found.own_trials, found.claims, found.wrong_claims) == (2, 2, 1)
     assert (found.foreign_trials, found.foreign_claims) == (1, 1)
