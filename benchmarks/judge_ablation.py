@@ -33,7 +33,7 @@ JUDGES = {
     'with rivals': BENT,
     'with deformation': (),
 }
-# Of the formula, as of commit 97eca06: worth of agreement per metre of wall, and of chance.
+# Of the formula, as of commit 22c250d: worth of agreement per metre of wall, and of chance.
 _GAIN, _GAIN_LIMIT_M, _CHANCE, _SLACK, _RIVAL = 0.136, 80.0, 0.811, 1.83, 0.629
 
 

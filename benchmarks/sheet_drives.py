@@ -3,7 +3,8 @@
 """
 Is a robot found on the sheets that people have, and how much later than on a clean grid?
 
-Run: python benchmarks/sheet_drives.py [--drives 20] [--seed 1] [--json OUT]
+Run: python benchmarks/sheet_drives.py [--drives 20] [--seed 1]
+     [--set localizer.claim_probability=0.95] [--json OUT]
 
 Each generated building is driven with true odometry and a planar scanner until the first claim: on
 its clean floorplan of stated scale, and on its own sheets of every kind and format, as they are
@@ -18,7 +19,8 @@ import tempfile
 
 import numpy as np
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.cli.common import parse_settings
+from fpnet_core.config import load_config
 from fpnet_core.evaluation.sheet_drives import drives_on_sheets
 
 WRONG_M = 1.0
@@ -29,12 +31,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--drives', type=int, default=20)
     parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
     parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
+    config = load_config(None, parse_settings(arguments.set))
     rows = []
     for seed in range(arguments.seed, arguments.seed + arguments.drives):
         with tempfile.TemporaryDirectory() as folder:
-            rows += drives_on_sheets(seed, Path(folder), FpnetConfig())
+            rows += drives_on_sheets(seed, Path(folder), config)
         print(seed, [(row.sheet, row.found_after_m, row.error_m) for row in rows[-8:]], flush=True)
     print(
         '| sheet | found | wrong | doubted | first pose [m], median | over the grid | error [m] |'

@@ -114,11 +114,11 @@ def _read_sheets(
         def on_read(sheet: Sheet, result: SheetResult, rooms: Comparison | None) -> None:
             advance(1.0)
             if plot is not None and not result.is_right:
-                from fpnet_core.viz.drawings import save_reading
+                from fpnet_core.viz.drawings import save_comparison
 
                 labels = None if rooms is None else (rooms.found, rooms.true)
                 file = plot / f'{result.name}.png'
-                save_reading(file, sheet.pixels, labels, result.caption)
+                save_comparison(file, sheet.pixels, labels, result.caption)
 
         return bench_sheets(
             _reader(tree), Path(folder), kinds, seeds, tree.segmentation, file_format, on_read

@@ -48,7 +48,7 @@ def save_contact_sheet(
     shown.quantize(_COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
-def save_reading(
+def save_comparison(
     path: Path,
     pixels: NDArray[np.uint8],
     rooms: tuple[NDArray[np.int32], NDArray[np.int32]] | None,
