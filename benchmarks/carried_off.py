@@ -17,15 +17,15 @@ import json
 from generated_drives import TICK_PERIOD_S, drives_parser, each
 import numpy as np
 
-from fpnet_core.evaluation.localization.drives import Drive, run_product
-from fpnet_core.evaluation.runs import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
+from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
 from fpnet_core.io import Scan
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.sensors import sensor_named
-from fpnet_core.sim.tours import TourLimits
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
+from fpnet_lab.evaluation.localization.drives import Drive, run_product
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.tours import TourLimits
 
 ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)

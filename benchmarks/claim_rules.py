@@ -20,7 +20,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.judging import Judge
-from fpnet_core.training.judge_gathering import Amounts, gather_trials
+from fpnet_lab.training.judge_gathering import Amounts, gather_trials
 
 LOOKS = (1, 2, 3)
 PROBABILITIES = (0.9, 0.95, 0.97, 0.98, 0.99)

@@ -21,12 +21,12 @@ from rich.table import Table
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement
-from fpnet_core.sim.floors import room_labels
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.render import render_plan
-from fpnet_core.sim.styles import STYLES, DrawingStyle
-from fpnet_core.sim.types import BuildingPlan
 from fpnet_core.types import Segmentation
+from fpnet_lab.sim.floors import room_labels
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.styles import STYLES, DrawingStyle
+from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 50
 DOOR_TOLERANCE_M = 0.6

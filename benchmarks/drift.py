@@ -22,14 +22,14 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import detrend
 
-from fpnet_core.evaluation.localization.drives import Drive, run_product
-from fpnet_core.evaluation.localization.records import Truth, robot_error
 from fpnet_core.geometry import SE2
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.sensors import sensor_named
-from fpnet_core.sim.tours import TourLimits
 from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_lab.evaluation.localization.drives import Drive, run_product
+from fpnet_lab.evaluation.localization.records import Truth, robot_error
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.tours import TourLimits
 
 ROOMS = (25, 60)
 SMOOTH_M = 3.0

@@ -19,10 +19,10 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.segmentation import SubmapSegmenter, segment_submap
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.sensors import sensor_named
-from fpnet_core.sim.tours import TourLimits
 from fpnet_core.submaps import SubmapBuilder
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.tours import TourLimits
 
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
 TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)

@@ -20,10 +20,10 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.training import use_threads
-from fpnet_core.training.judge import JudgeTraining, fit_judge, stack_trials
-from fpnet_core.training.judge_figures import at_prior, mean_log_probability
-from fpnet_core.training.judge_trials import TrialSource, read_trials
+from fpnet_lab.training import use_threads
+from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials
+from fpnet_lab.training.judge_figures import at_prior, mean_log_probability
+from fpnet_lab.training.judge_trials import TrialSource, read_trials
 
 SEED = 7000
 BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}

@@ -23,8 +23,8 @@ from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.pose import MapSide, map_evidence
-from fpnet_core.sim.config import SimConfig
-from fpnet_core.sim.pairs import generate_scene
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.pairs import generate_scene
 
 
 def timed_ms(call, repeats):

@@ -21,12 +21,12 @@ import time
 import numpy as np
 
 from fpnet_core.config import load_config
-from fpnet_core.evaluation.localization.drives import resident_mb
 from fpnet_core.localizer import create_localizer
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.sensors import sensor_named
-from fpnet_core.sim.tours import TourLimits
 from fpnet_core.types import Status
+from fpnet_lab.evaluation.localization.drives import resident_mb
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.tours import TourLimits
 
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
 TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)

@@ -28,9 +28,9 @@ from fpnet_core.graphs import edge_features, node_features
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.models import load_network
-from fpnet_core.training.config import LossConfig
-from fpnet_core.training.losses import supervised_loss
 from fpnet_core.types import FEATURE_SCHEMA, Region, RegionGraph, RegionLabel
+from fpnet_lab.training.config import LossConfig
+from fpnet_lab.training.losses import supervised_loss
 
 WARM_UP, REPEATS, BATCH = 5, 50, 32
 SPACING_M = 4.0

@@ -32,8 +32,8 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
-from fpnet_core.sim.recording import make_recording
 from fpnet_core.types import Status
+from fpnet_lab.sim.recording import make_recording
 from fpnet_ros.processes import (
     Child,
     ProcessGroup,

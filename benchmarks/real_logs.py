@@ -17,13 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
+from fpnet_core.accuracy import summarize_run
 from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
-from fpnet_core.evaluation.fitted_truth import read_fitted_truth
-from fpnet_core.evaluation.runs import summarize_run
 from fpnet_core.io import open_scans
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
+from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 
 LOGS = ('intel', 'freiburg-079')
 SETTINGS = {

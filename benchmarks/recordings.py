@@ -18,10 +18,10 @@ import numpy as np
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.fittings import BUILDING_STYLES
-from fpnet_core.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_core.sim.sensors import SENSORS
-from fpnet_core.sim.tours import TourLimits
+from fpnet_lab.sim.fittings import BUILDING_STYLES
+from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.tours import TourLimits
 
 STRETCH_M = 15.0
 LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)

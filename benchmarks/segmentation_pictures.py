@@ -16,10 +16,10 @@ import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.render import render_plan
-from fpnet_core.sim.styles import STYLES
 from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.styles import STYLES
 
 # Look and method of each picture, row by row.
 PANELS = (

@@ -21,7 +21,7 @@ import numpy as np
 
 from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
-from fpnet_core.evaluation.sheet_drives import drives_on_sheets
+from fpnet_lab.evaluation.sheet_drives import drives_on_sheets
 
 WRONG_M = 1.0
 

@@ -18,14 +18,14 @@ import numpy as np
 import shapely
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.submap_recordings import Drive, registered_drive
-from fpnet_core.evaluation.submap_segmentation import (
+from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
+from fpnet_lab.evaluation.submap_recordings import Drive, registered_drive
+from fpnet_lab.evaluation.submap_segmentation import (
     paired_rooms,
     score_segmentation,
     segment_drive,
     true_rooms,
 )
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
 
 BROWN = (0.55, 0.35, 0.15)
 TINT = 0.55

@@ -17,17 +17,17 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.matching_robot import (
-    RIGHT_DEG,
-    RIGHT_DIAGONALS,
-    RIGHT_SCALE,
-    robot_cases,
-)
 from fpnet_core.geometry import angle_between
 from fpnet_core.localizer import MapMatchStatus, match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE
+from fpnet_lab.evaluation.matching_robot import (
+    RIGHT_DEG,
+    RIGHT_DIAGONALS,
+    RIGHT_SCALE,
+    robot_cases,
+)
 
 
 def errors(found, pair):

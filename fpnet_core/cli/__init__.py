@@ -3,7 +3,9 @@
 """
 The ``fpnet`` command: one small module per subcommand, imported only when it is called.
 
-To add a subcommand, write ``fpnet_core/cli/<name>.py`` and name it in ``COMMANDS``. The module
+To add a subcommand, write ``fpnet_core/cli/<name>.py`` and name it in ``COMMANDS``; one that no
+robot needs goes to ``fpnet_lab.cli``, which is found by its entry point in the group
+``fpnet.commands``, as another package's would be. The module
 exports either a function ``command`` or, for a group such as ``fpnet simulate recording``, a
 ``typer.Typer`` called ``app``::
 
@@ -37,6 +39,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.metadata import entry_points
 import os
 import sys
 
@@ -44,25 +47,26 @@ import typer
 
 from fpnet_core.errors import FpnetError
 
+ENTRY_POINTS = 'fpnet.commands'
+"""Group of entry points, each a mapping of names to :class:`Subcommand`."""
+
 
 @dataclass(frozen=True)
 class Subcommand:
-    """Module to import when the subcommand is called, and its line in ``fpnet --help``."""
+    """
+    Module to import when the subcommand is called, and its line in ``fpnet --help``.
+
+    ``extra`` of the distribution holds the libraries that it needs beside the core's.
+    """
 
     module: str
     summary: str
+    extra: str = 'report'
 
 
 COMMANDS = {
-    'bench': Subcommand('fpnet_core.cli.bench', 'Compare methods on the same inputs.'),
     'check-plan': Subcommand(
         'fpnet_core.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
-    ),
-    'demo': Subcommand(
-        'fpnet_core.cli.demo', 'Localise a simulated robot on a floorplan, all parts running.'
-    ),
-    'finetune': Subcommand(
-        'fpnet_core.cli.finetune', 'Adapt the matching network to one building.'
     ),
     'localize': Subcommand(
         'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
@@ -76,18 +80,16 @@ COMMANDS = {
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
     ),
-    'simulate': Subcommand(
-        'fpnet_core.cli.simulate', 'Generate floorplans, matching pairs and lidar recordings.'
-    ),
-    'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
-    'train-judge': Subcommand('fpnet_core.cli.train_judge', 'Train the judge of placements.'),
-    'train-readings': Subcommand(
-        'fpnet_core.cli.train_readings', 'Fit what weighs the readings of a drawing.'
-    ),
-    'train-scale': Subcommand(
-        'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
-    ),
 }
+"""What the core brings."""
+
+
+def installed_commands() -> dict[str, Subcommand]:
+    """Return the core's subcommands and those that installed packages bring, by name."""
+    brought = [entry.load() for entry in entry_points(group=ENTRY_POINTS)]
+    return dict(
+        sorted({**COMMANDS, **{k: v for found in brought for k, v in found.items()}}.items())
+    )
 
 
 def build_app(subcommand: str | None) -> typer.Typer:
@@ -105,7 +107,7 @@ def build_app(subcommand: str | None) -> typer.Typer:
         context_settings={'help_option_names': ['-h', '--help']},
     )
     app.callback()(_options)
-    for name, entry in COMMANDS.items():
+    for name, entry in installed_commands().items():
         if name != subcommand:
             app.command(name, help=entry.summary)(_not_loaded)
             continue
@@ -124,9 +126,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
+    subcommand = _subcommand(arguments or _words_to_complete())
     try:
-        app = build_app(_subcommand(arguments or _words_to_complete()))
-        app(args=arguments, prog_name='fpnet')
+        build_app(subcommand)(args=arguments, prog_name='fpnet')
+    except ModuleNotFoundError as error:
+        _fail_for_missing(subcommand, error)
     except FpnetError as error:
         _fail(' '.join(str(error).split()))
     except OSError as error:
@@ -145,6 +149,17 @@ def _words_to_complete() -> list[str]:
     # The first is bash's, the second that of the other shells.
     typed = os.environ.get('COMP_WORDS') or os.environ.get('_TYPER_COMPLETE_ARGS', '')
     return typed.split()[1:]
+
+
+def _fail_for_missing(subcommand: str | None, error: ModuleNotFoundError) -> None:
+    """Name what to install where a library is absent; a module of our own is a defect."""
+    entry = installed_commands().get(subcommand or '')
+    if entry is None or (error.name or '').startswith('fpnet'):
+        raise error
+    _fail(
+        f'{subcommand} needs {error.name}, which is not installed: '
+        f"pip install 'fpnet_ros[{entry.extra}]'"
+    )
 
 
 def _fail(message: str) -> None:

@@ -5,16 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from fpnet_core.cli import common
-from fpnet_core.errors import MapFormatError
+from fpnet_core.errors import ConfigError, MapFormatError
 
 if TYPE_CHECKING:
-    from fpnet_core.evaluation.plan_check import PlanCheck
+    from fpnet_core.plan_check import DriveTour, PlanCheck
 
 
 @common.reads_drawing
@@ -46,7 +47,7 @@ def command(
     Example: fpnet check-plan plan.yaml --tours 0 --json -
     """
     tree = common.load(config, settings, seed)
-    from fpnet_core.evaluation.plan_check import check_plan
+    from fpnet_core.plan_check import check_plan
 
     asked = said.asked(('fpnet', 'check-plan'), plan)
     try:
@@ -58,7 +59,8 @@ def command(
             common.write_json(json_path, {'readable': False, 'reasons': [reason]})
         raise
     with common.progress('checking', total=tours + 1.0) as advance:
-        check = check_plan(reading, tree, tours, tree.seed, asked, advance)
+        seeds = range(tree.seed, tree.seed + tours)
+        check = check_plan(reading, tree, seeds, _simulated_drive(), asked, advance)
     common.say(f'{plan.name}: {reading.how}', json_path)
     for note in reading.notes:
         common.say(note, json_path)
@@ -83,6 +85,20 @@ def command(
         common.write_json(out / 'check.json', check.as_json())
     if not check.is_readable:
         raise typer.Exit(1)
+
+
+def _simulated_drive() -> DriveTour:
+    """Return what drives the simulated robots: the lab's, or a word on how to get it."""
+    try:
+        [entry] = entry_points(group='fpnet.plan_tours')
+        drive: DriveTour = entry.load()
+    except (ImportError, ValueError):
+        return _no_drive
+    return drive
+
+
+def _no_drive(*_: object) -> NoReturn:
+    raise ConfigError("no lab is installed that simulates drives: pip install 'fpnet_ros[lab]'")
 
 
 def _lines(check: PlanCheck) -> Iterator[str]:

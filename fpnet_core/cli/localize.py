@@ -80,11 +80,11 @@ def command(
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
+    from fpnet_core.accuracy import summarize_run
     from fpnet_core.drawings.scaling import with_scale_of
-    from fpnet_core.evaluation.demo import read_truth
-    from fpnet_core.evaluation.runs import summarize_run
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
+    from fpnet_core.io.truth import read_truth
 
     reading = said.read(floorplan, tree)
     tree = with_scale_of(reading, tree)

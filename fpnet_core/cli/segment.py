@@ -87,7 +87,7 @@ def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, b
 def _is_drawing(source: Path) -> bool:
     """Tell drawings and maps from point files and recordings, which have names of their own."""
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
-    from fpnet_core.io.scans import is_recording
+    from fpnet_core.io.recordings import is_recording
 
     return not is_recording(source) and source.suffix.lower() not in CLOUD_SUFFIXES
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from fpnet_core.io.outside import outside_as_unknown
     from fpnet_core.io.pointcloud2 import CloudArrays, PointField, decode_points, encode_points
     from fpnet_core.io.posed_scans import PosedScans
-    from fpnet_core.io.scans import Scan, ScanSource, open_scans
+    from fpnet_core.io.recordings import open_scans
+    from fpnet_core.io.scans import Scan, ScanSource
     from fpnet_core.io.trajectories import Trajectory, read_poses, read_tum, write_tum
 
 __all__ = [
@@ -56,7 +57,7 @@ _MODULE_OF = {
     'Trajectory': 'trajectories',
     'decode_points': 'pointcloud2',
     'encode_points': 'pointcloud2',
-    'open_scans': 'scans',
+    'open_scans': 'recordings',
     'outside_as_unknown': 'outside',
     'pixel_to_xy': 'maps',
     'read_cloud': 'clouds',

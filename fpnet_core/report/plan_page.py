@@ -8,7 +8,7 @@ from pathlib import Path
 
 import plotly.graph_objects as go
 
-from fpnet_core.evaluation.plan_check import PlanCheck, expected_path_m, room_note
+from fpnet_core.plan_check.check import PlanCheck, expected_path_m, room_note
 from fpnet_core.report.charts import add_rooms, equal_axes, show_regions
 from fpnet_core.report.page import write_page
 from fpnet_core.report.pictures import segmentation_picture

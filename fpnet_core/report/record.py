@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.evaluation.runs import pose_errors
+from fpnet_core.accuracy import pose_errors
 from fpnet_core.geometry import Affine2D
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation

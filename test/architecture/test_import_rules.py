@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Who may import whom: layers inside the core, and what stays out of it altogether."""
+"""Who may import whom: layers inside core and lab, and what stays out of them altogether."""
 
 import ast
 from pathlib import Path
@@ -11,23 +11,37 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-LAYERS = [
-    {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'trajectory'},
-    {'io', 'submaps', 'segmentation', 'graphs', 'odometry'},
-    {'models', 'matching', 'pose', 'judging', 'metrics', 'drawings'},
-    {'localizer', 'baselines'},
-    {'sim', 'training', 'evaluation', 'viz', 'report'},
-    {'cli'},
-]
-LEVEL = {module: level for level, modules in enumerate(LAYERS) for module in modules}
+LAYERS = {
+    'fpnet_core': [
+        {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'trajectory'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
+        {'models', 'matching', 'pose', 'judging', 'drawings'},
+        {'localizer'},
+        {'plan_check'},
+        {'viz', 'report'},
+        {'cli'},
+    ],
+    'fpnet_lab': [
+        {'metrics'},
+        {'sim', 'baselines'},
+        {'training', 'evaluation', 'viz'},
+        {'cli'},
+    ],
+}
+LEVEL = {
+    f'{package}.{module}': level
+    for package, layers in LAYERS.items()
+    for level, modules in enumerate(layers)
+    for module in modules
+}
 
 ROS_PACKAGES = (
     'rclpy', 'tf2_ros', 'tf2_msgs', 'std_msgs', 'geometry_msgs', 'nav_msgs', 'sensor_msgs',
     'visualization_msgs', 'diagnostic_msgs', 'builtin_interfaces', 'rosidl_runtime_py',
 )  # fmt: skip
 TORCH = ('torch', 'lightning_fabric')
-TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_core.training')
-SIM_USERS = ('fpnet_core.sim', 'fpnet_core.training', 'fpnet_core.evaluation', 'fpnet_core.cli')
+TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_lab.training')
+ROBOT = ('fpnet_core', 'msg_adapters', 'fpnet_ros')
 HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
@@ -68,16 +82,11 @@ def imported(path, with_annotations=True):
                 parent = package.rsplit('.', node.level - 1)[0] if node.level > 1 else package
                 base = f'{parent}.{base}'.rstrip('.')
             # `from fpnet_core import io` imports a module, too.
-            names.add(base)
             names.update(f'{base}.{alias.name}' for alias in node.names)
     return names
 
 
-FILES = {
-    module_name(path): path
-    for package in ('fpnet_core', 'msg_adapters', 'fpnet_ros')
-    for path in sources(package)
-}
+FILES = {module_name(path): path for package in (*ROBOT, 'fpnet_lab') for path in sources(package)}
 IMPORTS = {module: imported(path) for module, path in FILES.items()}
 RUN_TIME_IMPORTS = {module: imported(path, False) for module, path in FILES.items()}
 
@@ -96,70 +105,87 @@ def offences(importers, is_forbidden, imports=IMPORTS):
     )
 
 
-def layer_of(name):
-    parts = name.split('.')
-    return LEVEL.get(parts[1]) if parts[0] == 'fpnet_core' and len(parts) > 1 else None
+def part_of(name):
+    """``fpnet_core.io`` of ``fpnet_core.io.maps``; None for names outside of core and lab."""
+    part = '.'.join(name.split('.')[:2])
+    return part if part in LEVEL else None
+
+
+def file_of(name):
+    """The module whose name or whose member's name this is; None for those of libraries."""
+    while name and name not in FILES:
+        name = name.rpartition('.')[0]
+    return name
+
+
+def circles(graph):
+    """What is left of a graph of imports after all that imports nothing left is taken away."""
+    left = {module: neighbours - {module} for module, neighbours in graph.items()}
+    while free := [module for module, neighbours in left.items() if not neighbours & left.keys()]:
+        for module in free:
+            del left[module]
+    return sorted(left)
 
 
 def test_the_scan_sees_imports():
     assert 'numpy' in IMPORTS['fpnet_core.types']
-    assert 'fpnet_core.geometry' in IMPORTS['fpnet_core.types']
+    assert 'fpnet_core.geometry.Affine2D' in IMPORTS['fpnet_core.types']
     assert len(IMPORTS) > 40
 
 
-def test_every_module_of_the_core_has_a_layer():
-    modules = {name.split('.')[1] for name in IMPORTS if name.startswith('fpnet_core.')}
-    assert modules - set(LEVEL) <= {'weights'}
+def test_every_module_has_a_layer():
+    parts = {
+        '.'.join(name.split('.')[:2])
+        for name in IMPORTS
+        if name.startswith(('fpnet_core.', 'fpnet_lab.'))
+    }
+    assert parts - set(LEVEL) <= {'fpnet_core.weights'}
 
 
 def test_nothing_imports_from_further_right():
     found = [
-        f'{module} (layer {layer_of(module)}) imports {name} (layer {layer_of(name)})'
+        f'{module} (layer {LEVEL[own]}) imports {name} (layer {LEVEL[other]})'
         for module, names in IMPORTS.items()
-        if layer_of(module) is not None
+        if (own := part_of(module))
         for name in names
-        if layer_of(name) is not None and layer_of(name) > layer_of(module)
+        if (other := part_of(name))
+        and own.split('.')[0] == other.split('.')[0]
+        and LEVEL[other] > LEVEL[own]
     ]
     assert sorted(found) == []
 
 
-def test_no_cycles_between_the_modules_of_the_core():
-    graph = {module: set() for module in LEVEL}
+def test_no_circles_between_packages():
+    graph = {part: set() for part in LEVEL}
     for module, names in IMPORTS.items():
-        own = module.split('.')[1] if module.startswith('fpnet_core.') else None
-        for name in names if own in graph else ():
-            parts = name.split('.')
-            if parts[0] == 'fpnet_core' and len(parts) > 1 and parts[1] in graph:
-                graph[own].add(parts[1])
-    for module, neighbours in graph.items():
-        neighbours.discard(module)
-    left = dict(graph)
-    while free := [module for module, neighbours in left.items() if not neighbours & left.keys()]:
-        for module in free:
-            del left[module]
-    assert left == {}
+        if own := part_of(module):
+            graph[own] |= {other for name in names if (other := part_of(name))}
+    assert circles(graph) == []
 
 
-def test_the_core_knows_no_ros_and_nothing_that_does():
+def test_no_circles_between_files():
+    graph = {
+        module: {file for name in names if (file := file_of(name))}
+        for module, names in RUN_TIME_IMPORTS.items()
+    }
+    assert circles(graph) == []
+
+
+def test_what_a_robot_runs_knows_no_lab():
+    found = offences(lambda m: within(m, ROBOT), lambda n: within(n, ['fpnet_lab']))
+    assert found == []
+
+
+def test_core_and_lab_know_no_ros_and_nothing_that_does():
     forbidden = (*ROS_PACKAGES, 'msg_adapters', 'fpnet_ros')
-    assert offences(lambda m: within(m, ['fpnet_core']), lambda n: within(n, forbidden)) == []
+    plain = ('fpnet_core', 'fpnet_lab')
+    assert offences(lambda m: within(m, plain), lambda n: within(n, forbidden)) == []
 
 
 def test_torch_stays_where_networks_are():
     found = offences(
-        lambda m: (
-            within(m, ['fpnet_core', 'msg_adapters', 'fpnet_ros']) and not within(m, TORCH_HOMES)
-        ),
+        lambda m: within(m, [*ROBOT, 'fpnet_lab']) and not within(m, TORCH_HOMES),
         lambda n: within(n, TORCH),
-    )
-    assert found == []
-
-
-def test_the_simulator_serves_training_evaluation_and_the_command_line_only():
-    found = offences(
-        lambda m: not within(m, SIM_USERS),
-        lambda n: within(n, ['fpnet_core.sim']),
-        RUN_TIME_IMPORTS,
     )
     assert found == []
 

@@ -483,7 +483,7 @@ def _read_weights_rehashed(path: Path) -> object:
 def _write_training_state(folder: Path) -> Path:
     import torch
 
-    from fpnet_core.training.checkpoint import save_state
+    from fpnet_lab.training.checkpoint import save_state
 
     network, _ = _network()
     save_state(folder / 'state.safetensors', network, torch.optim.Adam(network.parameters()), {})
@@ -493,7 +493,7 @@ def _write_training_state(folder: Path) -> Path:
 def _read_training_state(path: Path) -> object:
     import torch
 
-    from fpnet_core.training.checkpoint import load_state
+    from fpnet_lab.training.checkpoint import load_state
 
     network, _ = _network()
     return load_state(path, network, torch.optim.Adam(network.parameters()))
@@ -555,7 +555,7 @@ def _write_run(folder: Path) -> Path:
 
 
 def _read_run(path: Path) -> object:
-    from fpnet_core.evaluation.demo import judge_demo, read_ticks
+    from fpnet_lab.evaluation.demo import judge_demo, read_ticks
 
     return judge_demo(path, path), read_ticks(path)
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from fpnet_core.baselines import correlative
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.localization import scenes
-from fpnet_core.evaluation.localization import suite as suite_module
-from fpnet_core.evaluation.localization.cases import Case, Kind
-from fpnet_core.evaluation.localization.runs import Job, run_case
-from fpnet_core.evaluation.localization.scenes import MissingDataError
-from fpnet_core.sim.tours import TourLimits
+from fpnet_lab.baselines import correlative
+from fpnet_lab.evaluation.localization import scenes
+from fpnet_lab.evaluation.localization import suite as suite_module
+from fpnet_lab.evaluation.localization.cases import Case, Kind
+from fpnet_lab.evaluation.localization.runs import Job, run_case
+from fpnet_lab.evaluation.localization.scenes import MissingDataError
+from fpnet_lab.sim.tours import TourLimits
 
 BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
 

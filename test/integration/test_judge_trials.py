@@ -11,9 +11,9 @@ import pytest
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.training import judge_drives
-from fpnet_core.training.judge_drives import DriveSource
-from fpnet_core.training.judge_trials import TrialSource
+from fpnet_lab.training import judge_drives
+from fpnet_lab.training.judge_drives import DriveSource
+from fpnet_lab.training.judge_trials import TrialSource
 
 DATA = Path(__file__).parents[2].parent / 'shared' / 'data'
 pytestmark = pytest.mark.slow

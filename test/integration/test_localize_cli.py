@@ -9,13 +9,13 @@ import numpy as np
 from PIL import Image, ImageOps
 import pytest
 
+from fpnet_core.accuracy import pose_errors
 from fpnet_core.cli import main
-from fpnet_core.evaluation.runs import pose_errors
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import read_tum, write_tum
-from fpnet_core.sim.lidar import LidarModel
-from fpnet_core.sim.recording import RecordingOptions, simulate_recording
 from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_lab.sim.lidar import LidarModel
+from fpnet_lab.sim.recording import RecordingOptions, simulate_recording
 
 pytestmark = pytest.mark.slow
 

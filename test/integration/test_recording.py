@@ -13,10 +13,10 @@ from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import read_map
-from fpnet_core.io.scans import open_scans
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.sim.recording import (
+from fpnet_lab.sim.recording import (
     CLOUD_TOPIC,
     TRUTH_TOPIC,
     RecordingOptions,
@@ -24,7 +24,7 @@ from fpnet_core.sim.recording import (
     simulate_recording,
     write_recording,
 )
-from fpnet_core.sim.sensors import SENSORS, LidarModel
+from fpnet_lab.sim.sensors import SENSORS, LidarModel
 
 SEED = 2
 COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))

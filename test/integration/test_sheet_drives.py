@@ -5,7 +5,7 @@
 import pytest
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.sheet_drives import SHEETS, drives_on_sheets
+from fpnet_lab.evaluation.sheet_drives import SHEETS, drives_on_sheets
 
 pytestmark = pytest.mark.slow
 SEED = 3

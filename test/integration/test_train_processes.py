@@ -11,9 +11,9 @@ import sys
 import pytest
 
 from fpnet_core.io.weights import read_weights
-from fpnet_core.sim.config import SimConfig
-from fpnet_core.sim.writing import write_pairs
 from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.writing import write_pairs
 
 BIN = Path(sys.executable).parent
 SMALL = ('network.width=8', 'network.layers=1', 'batch_size=2', 'validation_fraction=0.3')

@@ -12,10 +12,10 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import MapMatchStatus, match_maps
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.sim.config import SimConfig
-from fpnet_core.sim.pairs import generate_scene
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.pairs import generate_scene
 
 SCENES = range(4)
 CLAIM = FpnetConfig().localizer.claim_probability

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from fpnet_core.sim.config import SimConfig
-from fpnet_core.sim.pairs import generate_scene
 from fpnet_core.types import RegionLabel
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.pairs import generate_scene
 
 SAMPLERS = {kind: SimConfig(robot_map=kind, max_rooms=24) for kind in ('clip', 'tour')}
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fpnet_core.sim.plans import FAMILIES, generate_plan
+from fpnet_lab.sim.plans import FAMILIES, generate_plan
 
 SEEDS = range(3)
 STOREYS = [(family, seed) for family in FAMILIES for seed in SEEDS]

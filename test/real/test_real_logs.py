@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from fpnet_core.cli import main
-from fpnet_core.evaluation.fitted_truth import read_fitted_truth
 from fpnet_core.io import open_scans, read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 
 RADISH = Path(__file__).parents[2].parent / 'shared' / 'data' / 'radish'
 pytestmark = [

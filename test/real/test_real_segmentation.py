@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import SegmentationConfig, SubmapConfig
-from fpnet_core.evaluation.segmentation import bench_plans, bench_robot_maps
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_lab.evaluation.segmentation import bench_plans, bench_robot_maps
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 BORMANN = DATA / 'bormann'

@@ -11,12 +11,12 @@ import shapely
 
 from fpnet_core.io import read_map
 from fpnet_core.segmentation.agreement import room_agreement
-from fpnet_core.sim.building import extrude
-from fpnet_core.sim.openings import room_polygons, walkable_area
-from fpnet_core.sim.plans.traced import plan_from_grid
-from fpnet_core.sim.render import fill_polygons, render_plan
-from fpnet_core.sim.tours import TourLimits, plan_tour
 from fpnet_core.types import FREE
+from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.plans.traced import plan_from_grid
+from fpnet_lab.sim.render import fill_polygons, render_plan
+from fpnet_lab.sim.tours import TourLimits, plan_tour
 
 BORMANN = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'bormann'
 RESOLUTION_M = 0.05

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from fpnet_core.cli import main
-from fpnet_core.cli.bench_matching import matchers
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
-from fpnet_core.evaluation.matching_robot import bench_robot_maps, robot_cases
-from fpnet_core.evaluation.robot_pairs import (
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io import pixel_to_xy
+from fpnet_core.types import FREE, OCCUPIED
+from fpnet_lab.cli.bench_matching import matchers
+from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
     TUNE_PLANS,
     WHOLE,
@@ -22,9 +25,6 @@ from fpnet_core.evaluation.robot_pairs import (
     read_robot_pairs,
     varied,
 )
-from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import pixel_to_xy
-from fpnet_core.types import FREE, OCCUPIED
 
 pytestmark = pytest.mark.real
 DATA = Path(__file__).parents[3] / 'shared' / 'data'

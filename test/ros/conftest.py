@@ -21,8 +21,8 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.io.bags import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
-from fpnet_core.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
 from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_lab.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
 
 rclpy = pytest.importorskip('rclpy')
 

@@ -13,10 +13,10 @@ import time
 
 import pytest
 
-from fpnet_core.evaluation.demo import TICK_NAME, judge_demo
 from fpnet_core.io.bags import BagReader, BagWriter
 from fpnet_core.io.runs import read_output
 from fpnet_core.types import Status
+from fpnet_lab.evaluation.demo import TICK_NAME, judge_demo
 from msg_adapters.clouds import cloud_from_msg
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fpnet_core.baselines import correlative
-from fpnet_core.baselines.correlative import search_placement
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_lab.baselines import correlative
+from fpnet_lab.baselines.correlative import search_placement
 
 TRUTH = Similarity2D.from_scale_yaw(1.25, np.deg2rad(40.0), [3.0, 2.0])
 

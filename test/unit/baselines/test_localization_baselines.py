@@ -8,12 +8,12 @@ import numpy as np
 from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
-from fpnet_core.baselines.branch_and_bound import _LEVELS, BranchAndBound, _pyramid
-from fpnet_core.baselines.matcher_ransac import place_by_ransac
-from fpnet_core.baselines.monte_carlo import MonteCarlo, MonteCarloSettings, planar_slice
 from fpnet_core.geometry import SE2, Similarity2D, angle_between
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import MatchResult, Region, RegionGraph, RegionLabel
+from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound, _pyramid
+from fpnet_lab.baselines.matcher_ransac import place_by_ransac
+from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings, planar_slice
 
 SETTINGS = MonteCarloSettings(max_particles=5000)
 

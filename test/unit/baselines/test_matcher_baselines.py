@@ -4,9 +4,9 @@ from graph_pairs import toy_pair
 import numpy as np
 import pytest
 
-from fpnet_core.baselines import MATCHERS
 from fpnet_core.config import MatcherConfig
 from fpnet_core.types import RegionGraph, RegionLabel
+from fpnet_lab.baselines import MATCHERS
 
 EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), 'submap')
 NAMES = ('ombb', 'rrwm', 'spectral')

@@ -4,10 +4,10 @@ from graph_pairs import toy_pair
 import numpy as np
 import pytest
 
-from fpnet_core.baselines import MATCHERS, NearestNeighborMatcher
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.features import AREA, LABEL, NODE_FEATURES, POSITION
 from fpnet_core.types import Region, RegionGraph, RegionLabel
+from fpnet_lab.baselines import MATCHERS, NearestNeighborMatcher
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 

@@ -17,7 +17,7 @@ import pytest
 import typer
 
 from fpnet_core import cli
-from fpnet_core.cli import COMMANDS, Subcommand, common, main
+from fpnet_core.cli import COMMANDS, Subcommand, common, installed_commands, main
 from fpnet_core.errors import ConfigError, FpnetError
 
 
@@ -44,7 +44,7 @@ def subcommand(monkeypatch):
 def test_help_names_every_subcommand(capsys):
     assert run('--help') == 0
     text = capsys.readouterr().out
-    for name, entry in COMMANDS.items():
+    for name, entry in installed_commands().items():
         assert re.search(rf'\b{name}\b', text)
         assert entry.summary.split()[0] in text
 
@@ -56,7 +56,7 @@ def test_help_loads_no_subcommand_and_nothing_heavy():
         'from fpnet_core.cli import main\n'
         'try: main(["--help"])\n'
         'except SystemExit: pass\n'
-        'print([m for m in sys.modules if m.startswith("fpnet_core.cli.")'
+        'print([m for m in sys.modules if m.startswith(("fpnet_core.cli.", "fpnet_lab.cli."))'
         f' or m in {heavy}], file=sys.stderr)'
     )
     result = subprocess.run(
@@ -65,11 +65,12 @@ def test_help_loads_no_subcommand_and_nothing_heavy():
     assert result.stderr.splitlines() == ['[]']
 
 
-@pytest.mark.parametrize('name', COMMANDS)
+@pytest.mark.parametrize('name', installed_commands())
 def test_each_module_exports_one_entry(name):
     """Either ``command`` or ``app``, found without importing; its help shows an example."""
-    spec = find_spec(COMMANDS[name].module)
-    assert spec is not None, f'{COMMANDS[name].module} does not exist'
+    module = installed_commands()[name].module
+    spec = find_spec(module)
+    assert spec is not None, f'{module} does not exist'
     source = Path(spec.origin).read_text(encoding='utf-8')
     names = {node.name for node in ast.parse(source).body if isinstance(node, ast.FunctionDef)}
     assert ('command' in names) != bool(re.search(r'^app = ', source, re.MULTILINE))

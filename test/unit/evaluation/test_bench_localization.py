@@ -12,8 +12,11 @@ import pytest
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import ConfigError
-from fpnet_core.evaluation.localization import suite as suite_module
-from fpnet_core.evaluation.localization.cases import (
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import FREE, OCCUPIED
+from fpnet_lab.evaluation.localization import suite as suite_module
+from fpnet_lab.evaluation.localization.cases import (
     GROUPS,
     PLAIN_FAMILIES,
     Case,
@@ -23,9 +26,9 @@ from fpnet_core.evaluation.localization.cases import (
     plain_cases,
     select,
 )
-from fpnet_core.evaluation.localization.figures import calibration_error, figures, report
-from fpnet_core.evaluation.localization.plans import draw_plan
-from fpnet_core.evaluation.localization.records import (
+from fpnet_lab.evaluation.localization.figures import calibration_error, figures, report
+from fpnet_lab.evaluation.localization.plans import draw_plan
+from fpnet_lab.evaluation.localization.records import (
     Belief,
     MethodRun,
     Record,
@@ -35,14 +38,11 @@ from fpnet_core.evaluation.localization.records import (
     judge,
     stamp_at_path,
 )
-from fpnet_core.evaluation.localization.rivals import carried
-from fpnet_core.evaluation.localization.runs import Job, settings_of
-from fpnet_core.evaluation.localization.scenes import MissingDataError, make_scene
-from fpnet_core.evaluation.localization.suite import RUNS_NAME, estimated_minutes, run_suite
-from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import FREE, OCCUPIED
+from fpnet_lab.evaluation.localization.rivals import carried
+from fpnet_lab.evaluation.localization.runs import Job, settings_of
+from fpnet_lab.evaluation.localization.scenes import MissingDataError, make_scene
+from fpnet_lab.evaluation.localization.suite import RUNS_NAME, estimated_minutes, run_suite
+from fpnet_lab.sim.plans import generate_plan
 
 KEYS = {
     'recall_1m_10deg', 'recall_05m_5deg', 'path_to_first_pose_m_median', 'wrong_published_runs',

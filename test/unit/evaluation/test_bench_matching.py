@@ -4,10 +4,10 @@ from graph_pairs import toy_pair
 import numpy as np
 import pytest
 
-from fpnet_core.evaluation.matching import predict, read_predictions, score, write_predictions
 from fpnet_core.geometry import Similarity2D
-from fpnet_core.sim.pairs import MatchingPair
 from fpnet_core.types import MatchResult
+from fpnet_lab.evaluation.matching import predict, read_predictions, score, write_predictions
+from fpnet_lab.sim.pairs import MatchingPair
 
 
 class Oracle:

@@ -11,8 +11,10 @@ import pytest
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import MapFormatError
-from fpnet_core.evaluation import drawings, drawings_real
-from fpnet_core.evaluation.drawings import (
+from fpnet_core.geometry import Affine2D, Similarity2D
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.evaluation import drawings, drawings_real
+from fpnet_lab.evaluation.drawings import (
     SheetResult,
     bench_sheets,
     kind_figures,
@@ -20,11 +22,9 @@ from fpnet_core.evaluation.drawings import (
     scale_figures,
     seeds_of,
 )
-from fpnet_core.geometry import Affine2D, Similarity2D
-from fpnet_core.sim.render import render_plan
-from fpnet_core.sim.sheets import SheetKind, draw_sheet
-from fpnet_core.sim.sheets.files import write_vector
-from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+from fpnet_lab.sim.sheets.files import write_vector
 
 CONFIG = SegmentationConfig()
 CELL_M = 0.05

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.evaluation.demo import judge_demo, read_ticks
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io.runs import write_output
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
+from fpnet_lab.evaluation.demo import judge_demo, read_ticks
 
 START_NS = 1_750_000_000_000_000_000
 PERIOD_NS = 100_000_000

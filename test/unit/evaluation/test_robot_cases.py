@@ -13,9 +13,13 @@ import pytest
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
-from fpnet_core.evaluation import matching_robot
-from fpnet_core.evaluation.matching_robot import bench_robot_maps, robot_cases
-from fpnet_core.evaluation.robot_pairs import (
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io import write_map
+from fpnet_core.localizer.maps import MapMatchStatus
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_lab.evaluation import matching_robot
+from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
     SOURCES,
     foreign_drawings,
@@ -23,10 +27,6 @@ from fpnet_core.evaluation.robot_pairs import (
     read_robot_pairs,
     varied,
 )
-from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import write_map
-from fpnet_core.localizer.maps import MapMatchStatus
-from fpnet_core.matching.learned import LearnedMatcher
 
 TUNE = {'bormann': ['lab_a_scan'], 'priormaps': ['basic_filled'], 'gdc': ['gdc1', 'gdc2']}
 REPORT = {'bormann': ['Freiburg79_scan'], 'radish': ['Freiburg79_scan'], 'gdc': ['gdc4']}

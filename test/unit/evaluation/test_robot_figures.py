@@ -4,7 +4,7 @@
 
 import pytest
 
-from fpnet_core.evaluation.robot_figures import Foreign, Outcome, robot_figures
+from fpnet_lab.evaluation.robot_figures import Foreign, Outcome, robot_figures
 
 SAME_CLAIMED, SAME_NOT = Foreign(True, True), Foreign(True, False)
 OTHER_CLAIMED, OTHER_NOT = Foreign(False, True), Foreign(False, False)

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.evaluation.submap_recordings import Drive
-from fpnet_core.evaluation.submap_segmentation import (
+from fpnet_core.geometry import SE2
+from fpnet_core.segmentation import segment_submap
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_lab.evaluation.submap_recordings import Drive
+from fpnet_lab.evaluation.submap_segmentation import (
     score_segmentation,
     summary,
     true_rooms,
 )
-from fpnet_core.geometry import SE2
-from fpnet_core.segmentation import segment_submap
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 T_BUILDING_ODOM = SE2.from_xy_yaw(7.0, -3.0, 0.5)
 

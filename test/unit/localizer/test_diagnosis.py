@@ -12,8 +12,6 @@ import pytest
 
 from fpnet_core.config import load_config
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ScaleSource
-from fpnet_core.evaluation.localization.cases import plain_cases
-from fpnet_core.evaluation.localization.scenes import make_plan
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
 from fpnet_core.judging.causes import Asked, DoubleWalls, TurningWalls
@@ -24,6 +22,8 @@ from fpnet_core.localizer.sides import rescaled
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
+from fpnet_lab.evaluation.localization.cases import plain_cases
+from fpnet_lab.evaluation.localization.scenes import make_plan
 
 CONFIG = load_config()
 ASKED = Asked(('fpnet', 'localize', 'drive', '--floorplan'), 'plan.png')

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fpnet_core.metrics import MatchCounts, count_matches, matching_score
 from fpnet_core.types import IGNORE, UNMATCHED
+from fpnet_lab.metrics import MatchCounts, count_matches, matching_score
 
 
 def test_counts_of_a_literal_case():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fpnet_core.metrics import expected_calibration_error
+from fpnet_lab.metrics import expected_calibration_error
 
 
 def test_probabilities_that_come_true_have_no_error():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Affine2D, Similarity2D
-from fpnet_core.metrics import PlacementError, auc, placement_error
+from fpnet_lab.metrics import PlacementError, auc, placement_error
 
 TRUTH = Similarity2D.from_scale_yaw(1.2, 0.7, [10.0, 4.0])
 

@@ -6,9 +6,10 @@ import json
 
 import pytest
 
-from fpnet_core.cli import demo, main
+from fpnet_core.cli import main
 from fpnet_core.io import write_map, write_tum
 from fpnet_core.io.runs import write_output
+from fpnet_lab.cli import demo
 
 
 @pytest.fixture

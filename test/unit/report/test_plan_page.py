@@ -7,9 +7,9 @@ import re
 from PIL import Image
 
 from fpnet_core.drawings.types import DrawingScale, ScaleSource
-from fpnet_core.evaluation.plan_check import PlanCheck, TourResult
-from fpnet_core.evaluation.plan_gate import Refusal
-from fpnet_core.evaluation.self_similarity import SelfSimilarity, Twin
+from fpnet_core.plan_check.check import PlanCheck, TourResult
+from fpnet_core.plan_check.gate import Refusal
+from fpnet_core.plan_check.self_similarity import SelfSimilarity, Twin
 from fpnet_core.report.plan_page import write_plan_report
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.viz.plan_check import UNIQUE, save_plan_check, similarity_colours

@@ -10,10 +10,10 @@ import pytest
 from fpnet_core.config import SegmentationConfig, SubmapConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import SubmapSegmenter, incremental, segment_submap
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.tours import TourLimits
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.tours import TourLimits
 
 CONFIG = SegmentationConfig()
 SAME_IOU = 0.95

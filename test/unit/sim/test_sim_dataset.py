@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim import dataset, writing
-from fpnet_core.sim.config import SimConfig
-from fpnet_core.sim.dataset import PairDataset
-from fpnet_core.sim.pairs import generate_pair
-from fpnet_core.sim.writing import refresh_features, shard_blocks, write_pairs
+from fpnet_lab.sim import dataset, writing
+from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.dataset import PairDataset
+from fpnet_lab.sim.pairs import generate_pair
+from fpnet_lab.sim.writing import refresh_features, shard_blocks, write_pairs
 
 SMALL = SimConfig(max_rooms=14, pairs_per_plan=4)
 
@@ -104,7 +104,7 @@ def test_old_features_are_refused_until_they_are_computed_anew(tmp_path, monkeyp
     before = _contents(tmp_path)
     for module in (dataset, writing):
         monkeypatch.setattr(module, 'FEATURE_SCHEMA', 999)
-    monkeypatch.setattr('fpnet_core.sim.blocks.FEATURE_SCHEMA', 999)
+    monkeypatch.setattr('fpnet_lab.sim.blocks.FEATURE_SCHEMA', 999)
     with pytest.raises(ConfigError, match='fpnet simulate features'):
         PairDataset(tmp_path)
     assert refresh_features(tmp_path) == 2

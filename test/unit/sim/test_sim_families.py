@@ -11,7 +11,7 @@ import pytest
 import shapely
 from shapely import Polygon
 
-from fpnet_core.sim.plans import FAMILIES, generate_plan
+from fpnet_lab.sim.plans import FAMILIES, generate_plan
 
 NAMES = {
     'double_corridor',

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.sim.labels import Relation, label_regions, overlap_m2
 from fpnet_core.types import (
     FREE,
     IGNORE,
@@ -15,6 +14,7 @@ from fpnet_core.types import (
     RegionLabel,
     Segmentation,
 )
+from fpnet_lab.sim.labels import Relation, label_regions, overlap_m2
 
 # Turned by no multiple of 90 degrees, unequal scales and shift: nothing may be swapped.
 A_PLAN_SUBMAP = Affine2D(

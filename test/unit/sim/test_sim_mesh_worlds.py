@@ -8,12 +8,12 @@ import pytest
 import shapely
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.sim.mesh_tours import plan_mesh_tour
-from fpnet_core.sim.mesh_worlds import CELL_M, read_mesh, slice_level, survey_mesh
-from fpnet_core.sim.meshes import TriangleMesh, extrude_polygon, horizontal_sheet, merge_meshes
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.sensors import SENSORS
-from fpnet_core.sim.tours import TourLimits
+from fpnet_lab.sim.mesh_tours import plan_mesh_tour
+from fpnet_lab.sim.mesh_worlds import CELL_M, read_mesh, slice_level, survey_mesh
+from fpnet_lab.sim.meshes import TriangleMesh, extrude_polygon, horizontal_sheet, merge_meshes
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.tours import TourLimits
 
 FLOOR_Z = -0.7
 SHORT = TourLimits(rooms=1, shortest_s=10.0, longest_s=60.0)

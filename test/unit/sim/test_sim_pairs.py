@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 import shapely
 
-from fpnet_core.cli.simulate_pairs import parse_shard
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2
-from fpnet_core.sim.config import BuildingConfig, ScanConfig, SimConfig
-from fpnet_core.sim.explore import Scanner, fit_rigid, scan_walk
-from fpnet_core.sim.pairs import generate_pair, generate_scene
-from fpnet_core.sim.perturb import build_world, draw_changes, move_doors
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.walks import plan_walk
 from fpnet_core.types import FREE, OCCUPIED, RegionLabel
+from fpnet_lab.cli.simulate_pairs import parse_shard
+from fpnet_lab.sim.config import BuildingConfig, ScanConfig, SimConfig
+from fpnet_lab.sim.explore import Scanner, fit_rigid, scan_walk
+from fpnet_lab.sim.pairs import generate_pair, generate_scene
+from fpnet_lab.sim.perturb import build_world, draw_changes, move_doors
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.walks import plan_walk
 
 SMALL = SimConfig(max_rooms=14)
 EXACT = ScanConfig(

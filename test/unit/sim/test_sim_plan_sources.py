@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fpnet_core.cli.simulate import app
 from fpnet_core.errors import ConfigError, FpnetError, MapFormatError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import write_map
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.sim.config import DrawingConfig, SimConfig
-from fpnet_core.sim.dataset import PairDataset, read_manifest
-from fpnet_core.sim.drawings import cut_map, draw_storey, warp_map
-from fpnet_core.sim.pairs import generate_pair, generate_scene
-from fpnet_core.sim.plan_sources import GivenPlans, Storey, read_plans
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.presets import PRESETS, in_split, preset
-from fpnet_core.sim.render import render_plan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
+from fpnet_lab.cli.simulate import app
+from fpnet_lab.sim.config import DrawingConfig, SimConfig
+from fpnet_lab.sim.dataset import PairDataset, read_manifest
+from fpnet_lab.sim.drawings import cut_map, draw_storey, warp_map
+from fpnet_lab.sim.pairs import generate_pair, generate_scene
+from fpnet_lab.sim.plan_sources import GivenPlans, Storey, read_plans
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.presets import PRESETS, in_split, preset
+from fpnet_lab.sim.render import render_plan
 
 SMALL = SimConfig(pairs_per_plan=2, pairs_per_drawing=2)
 TURN = Affine2D(
@@ -125,8 +125,8 @@ def test_a_single_closed_room_is_one_clear_line():
 
 
 def test_tours_that_see_too_little_are_one_clear_line(monkeypatch):
-    monkeypatch.setattr('fpnet_core.sim.pairs.MIN_SUB_REGIONS', 99)
-    monkeypatch.setattr('fpnet_core.sim.pairs._ATTEMPTS', 2)
+    monkeypatch.setattr('fpnet_lab.sim.pairs.MIN_SUB_REGIONS', 99)
+    monkeypatch.setattr('fpnet_lab.sim.pairs._ATTEMPTS', 2)
     with pytest.raises(FpnetError, match='no tour in 2 saw 99 regions'):
         generate_pair(0, 0, SMALL, GivenPlans([('cell', _house(4))]))
 

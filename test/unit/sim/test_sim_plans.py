@@ -6,9 +6,9 @@ import shapely
 from shapely import Polygon
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.plans.layout import Cell, absorb_slivers, cut_holes, unite
-from fpnet_core.sim.plans.skeleton import Arm
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.plans.layout import Cell, absorb_slivers, cut_holes, unite
+from fpnet_lab.sim.plans.skeleton import Arm
 
 
 def test_equal_seeds_give_equal_plans():

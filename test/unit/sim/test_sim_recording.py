@@ -10,14 +10,14 @@ import pytest
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.lidar import LidarModel
-from fpnet_core.sim.meshes import merge_meshes
-from fpnet_core.sim.openings import room_polygons, walkable_area
-from fpnet_core.sim.plans import FAMILIES
-from fpnet_core.sim.recording import RecordingOptions, make_recording
-from fpnet_core.sim.scanning import EPOCH_NS
-from fpnet_core.sim.scenes import DEFAULT_FAMILIES
 from fpnet_core.types import FREE, OCCUPIED
+from fpnet_lab.sim.lidar import LidarModel
+from fpnet_lab.sim.meshes import merge_meshes
+from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.plans import FAMILIES
+from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.scanning import EPOCH_NS
+from fpnet_lab.sim.scenes import DEFAULT_FAMILIES
 
 COARSE = LidarModel(beams=16, columns=180)
 SEED = 7

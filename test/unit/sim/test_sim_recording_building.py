@@ -8,13 +8,13 @@ import pytest
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.building import extrude
-from fpnet_core.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows, style_named
-from fpnet_core.sim.furniture import DOOR_CLEARANCE_M, furnish
-from fpnet_core.sim.meshes import extrude_polygon, merge_meshes
-from fpnet_core.sim.openings import door_normal, opening_polygon, room_polygons, walkable_area
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows, style_named
+from fpnet_lab.sim.furniture import DOOR_CLEARANCE_M, furnish
+from fpnet_lab.sim.meshes import extrude_polygon, merge_meshes
+from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons, walkable_area
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 CEILING_M, LINTEL_M = BuildingStyle().ceiling_m[0], BuildingStyle().lintel_m[0]
 YAW_RAD = np.deg2rad(27.0)

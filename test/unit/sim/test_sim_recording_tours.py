@@ -7,11 +7,11 @@ import pytest
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.driving import Drive
-from fpnet_core.sim.openings import room_polygons, walkable_area
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.routes import Place, Router
-from fpnet_core.sim.tours import TourLimits, plan_tour
+from fpnet_lab.sim.driving import Drive
+from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.routes import Place, Router
+from fpnet_lab.sim.tours import TourLimits, plan_tour
 
 SEEDS = (0, 1, 2, 3)
 CLEARANCE_M = 0.2  # a robot's half width; the narrowest doors leave 0.375 m

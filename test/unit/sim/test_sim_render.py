@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.sim.render import fill_polygons, render_plan
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+from fpnet_lab.sim.render import fill_polygons, render_plan
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 
 def _box(x0, y0, x1, y1):

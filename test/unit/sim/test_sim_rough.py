@@ -7,8 +7,8 @@ from planted import plan_grid
 import pytest
 from scipy.ndimage import distance_transform_edt
 
-from fpnet_core.sim.rough import robot_map_of, rough_drawing
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+from fpnet_lab.sim.rough import robot_map_of, rough_drawing
 
 SEEDS = range(6)
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from fpnet_core.sim.scan2d import (
+from fpnet_lab.sim.scan2d import (
     EMPTY,
     GLASS,
     LINTEL,

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import ConfigError
-from fpnet_core.sim.building import extrude
-from fpnet_core.sim.fittings import BuildingStyle
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.scanning import simulate_scans
-from fpnet_core.sim.sensors import SENSORS, sensor_named
-from fpnet_core.sim.tours import TourLimits, plan_tour
+from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.fittings import BuildingStyle
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.scanning import simulate_scans
+from fpnet_lab.sim.sensors import SENSORS, sensor_named
+from fpnet_lab.sim.tours import TourLimits, plan_tour
 
 
 @pytest.fixture(scope='module')

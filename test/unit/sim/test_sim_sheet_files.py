@@ -15,15 +15,15 @@ import pytest
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import read_map
-from fpnet_core.sim.sheets import draw_sheet
-from fpnet_core.sim.sheets.dxf import UNITS, DxfStyle, draw_dxf_style, write_dxf
-from fpnet_core.sim.sheets.files import write_picture, write_sheet, write_vector
-from fpnet_core.sim.sheets.layers import LAYERINGS, SHARES
-from fpnet_core.sim.sheets.looks import Trait
-from fpnet_core.sim.sheets.scene import Arcs, Letters, Role
-from fpnet_core.sim.sheets.sheet import project
-from fpnet_core.sim.sheets.svg import write_svg
 from fpnet_core.types import FREE
+from fpnet_lab.sim.sheets import draw_sheet
+from fpnet_lab.sim.sheets.dxf import UNITS, DxfStyle, draw_dxf_style, write_dxf
+from fpnet_lab.sim.sheets.files import write_picture, write_sheet, write_vector
+from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES
+from fpnet_lab.sim.sheets.looks import Trait
+from fpnet_lab.sim.sheets.scene import Arcs, Letters, Role
+from fpnet_lab.sim.sheets.sheet import project
+from fpnet_lab.sim.sheets.svg import write_svg
 
 SVG = '{http://www.w3.org/2000/svg}'
 

@@ -9,16 +9,16 @@ import pytest
 import shapely
 
 from fpnet_core.geometry import SE2
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.sheets import SheetKind, draw_sheet
-from fpnet_core.sim.sheets import sheet as sheet_module
-from fpnet_core.sim.sheets.lettering import dimension_marks
-from fpnet_core.sim.sheets.looks import Trait, draw_look
-from fpnet_core.sim.sheets.paper import weather
-from fpnet_core.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
-from fpnet_core.sim.sheets.sheet import local_scale, project
-from fpnet_core.sim.sheets.storeys import PlacedStorey, hatch, moved_plan, storey_marks
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+from fpnet_lab.sim.sheets import sheet as sheet_module
+from fpnet_lab.sim.sheets.lettering import dimension_marks
+from fpnet_lab.sim.sheets.looks import Trait, draw_look
+from fpnet_lab.sim.sheets.paper import weather
+from fpnet_lab.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
+from fpnet_lab.sim.sheets.sheet import local_scale, project
+from fpnet_lab.sim.sheets.storeys import PlacedStorey, hatch, moved_plan, storey_marks
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 PLAN = BuildingPlan(
     rooms=(

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.sim.floors import CELL_M, LabelledFloor, floor_of_plan, read_floors
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.population import compare, percentile_errors, two_sample
-from fpnet_core.sim.statistics import FEATURES, FloorMeasures, measure_floor
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.floors import CELL_M, LabelledFloor, floor_of_plan, read_floors
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.population import compare, percentile_errors, two_sample
+from fpnet_lab.sim.statistics import FEATURES, FloorMeasures, measure_floor
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 
 def _box(x0, y0, x1, y1):

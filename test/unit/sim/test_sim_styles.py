@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.render import render_plan
-from fpnet_core.sim.styles import CLEAN, STYLES, DrawingStyle, StyleConfig, draw_style
-from fpnet_core.sim.symbols import door_marks
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.styles import CLEAN, STYLES, DrawingStyle, StyleConfig, draw_style
+from fpnet_lab.sim.symbols import door_marks
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 
 def _box(x0, y0, x1, y1):

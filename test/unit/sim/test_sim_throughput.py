@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-from fpnet_core.sim import throughput, writing
+from fpnet_lab.sim import throughput, writing
 
 
 def test_every_rate_is_counted(monkeypatch):

@@ -10,17 +10,17 @@ import pytest
 import shapely
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.sim.building import extrude
-from fpnet_core.sim.config import BuildingConfig
-from fpnet_core.sim.openings import opening_polygon, room_polygons, walkable_area
-from fpnet_core.sim.perturb import build_world, draw_changes
-from fpnet_core.sim.plans import generate_plan
-from fpnet_core.sim.plans.traced import plan_from_grid
-from fpnet_core.sim.render import render_plan
-from fpnet_core.sim.scan2d import EMPTY
-from fpnet_core.sim.tours import TourLimits, plan_tour
-from fpnet_core.sim.types import BuildingPlan, PlanDoor, PlanRoom
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.config import BuildingConfig
+from fpnet_lab.sim.openings import opening_polygon, room_polygons, walkable_area
+from fpnet_lab.sim.perturb import build_world, draw_changes
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.plans.traced import plan_from_grid
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.scan2d import EMPTY
+from fpnet_lab.sim.tours import TourLimits, plan_tour
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 
 def ious(expected, got):

@@ -6,7 +6,7 @@ import pytest
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.matching.consensus import EVIDENCE, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
-from fpnet_core.training.evidence import (
+from fpnet_lab.training.evidence import (
     PlacementExample,
     fit_evidence_model,
     judge_assignments,

@@ -9,14 +9,14 @@ from fpnet_core.config import LocalizerConfig
 from fpnet_core.errors import FpnetError, WeightsError
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, read_judge
-from fpnet_core.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
-from fpnet_core.training.judge_figures import (
+from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
+from fpnet_lab.training.judge_figures import (
     at_prior,
     held_back_figures,
     mean_log_probability,
     reliability,
 )
-from fpnet_core.training.judge_trials import (
+from fpnet_lab.training.judge_trials import (
     Trial,
     read_trials,
     right_placements,

@@ -8,14 +8,14 @@ import torch
 
 from fpnet_core.models import GraphBatch, log_assignment
 from fpnet_core.models.edges import pair_distances
-from fpnet_core.training.config import LossConfig
-from fpnet_core.training.losses import (
+from fpnet_core.types import IGNORE, UNMATCHED
+from fpnet_lab.training.config import LossConfig
+from fpnet_lab.training.losses import (
     match_loss,
     matching_loss,
     spatial_loss,
     topology_loss,
 )
-from fpnet_core.types import IGNORE, UNMATCHED
 
 LABELS = torch.tensor([[2, 0, UNMATCHED, IGNORE]])
 PLAN_MASK = torch.tensor([[True, True, True, True, False]])

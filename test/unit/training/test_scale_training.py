@@ -9,10 +9,10 @@ import pytest
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import read_weights
-from fpnet_core.metrics.intervals import interval_figures
 from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
 from fpnet_core.segmentation.scale_model import model_of, quantiles, read_scale_model
-from fpnet_core.training.scale import (
+from fpnet_lab.metrics.intervals import interval_figures
+from fpnet_lab.training.scale import (
     ScaleTraining,
     fit_scale,
     folds,
@@ -20,7 +20,7 @@ from fpnet_core.training.scale import (
     sample_weights,
     write_scale,
 )
-from fpnet_core.training.scale_samples import (
+from fpnet_lab.training.scale_samples import (
     Amounts,
     ScaleSamples,
     gather_samples,

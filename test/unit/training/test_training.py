@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 import torch
 
-from fpnet_core.baselines import NearestNeighborMatcher
 from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import ConfigError, WeightsError
 from fpnet_core.graphs.features import AREA, HU, LABEL, PAPER_LAYOUT
 from fpnet_core.graphs.layout import POSITION
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.metrics import MatchCounts, count_matches
 from fpnet_core.models import InvariantNetwork
-from fpnet_core.training import (
+from fpnet_core.types import FEATURE_SCHEMA, IGNORE, UNMATCHED
+from fpnet_lab.baselines import NearestNeighborMatcher
+from fpnet_lab.metrics import MatchCounts, count_matches
+from fpnet_lab.training import (
     Hooks,
     PairArrays,
     Trainer,
@@ -25,10 +26,9 @@ from fpnet_core.training import (
     parse_training_config,
     split_by_plan,
 )
-from fpnet_core.training.config import AugmentationConfig
-from fpnet_core.training.data import augment, batch_order, collate
-from fpnet_core.training.loop import learning_rate_at, make_fabric
-from fpnet_core.types import FEATURE_SCHEMA, IGNORE, UNMATCHED
+from fpnet_lab.training.config import AugmentationConfig
+from fpnet_lab.training.data import augment, batch_order, collate
+from fpnet_lab.training.loop import learning_rate_at, make_fabric
 
 NO_CHANGE = AugmentationConfig(
     mirror_probability=0.0,

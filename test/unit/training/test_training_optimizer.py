@@ -7,9 +7,9 @@ import pytest
 import torch
 from torch import nn
 
-from fpnet_core.training.checkpoint import load_state, save_state
-from fpnet_core.training.config import TrainingConfig, parse_training_config
-from fpnet_core.training.optimizer import Muon, make_optimizer, orthogonalized
+from fpnet_lab.training.checkpoint import load_state, save_state
+from fpnet_lab.training.config import TrainingConfig, parse_training_config
+from fpnet_lab.training.optimizer import Muon, make_optimizer, orthogonalized
 
 
 @pytest.mark.parametrize('shape', [(3, 40, 40), (2, 32, 64), (1, 96, 48)])

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Opens recordings of lidar scans, whatever they are stored in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fpnet_core.errors import CloudFormatError
+from fpnet_core.io.scans import ScanSource
+
+_BAG_SUFFIXES = ('.db3', '.mcap')
+_CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
+
+
+def open_scans(
+    path: Path | str,
+    *,
+    cloud_topic: str | None = None,
+    odometry_topic: str | None = None,
+    truth_topic: str | None = None,
+) -> ScanSource:
+    """
+    Open a recording of lidar scans.
+
+    Parameters
+    ----------
+    path
+        A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a CARMEN log (``.log``, ``.log.gz``), or a
+        folder of point files with a pose file.
+    cloud_topic, odometry_topic, truth_topic
+        Topics of a bag. Cloud and odometry are found by type; ground truth is read only if
+        named. An empty ``odometry_topic`` ignores the odometry of the bag.
+
+    Raises
+    ------
+    CloudFormatError, BagFormatError, OdometryError
+        If the recording is missing, of another kind, damaged, or lacks what is needed.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise CloudFormatError(f'recording {path} does not exist')
+    if _is_bag(path):
+        from fpnet_core.io.bag_scans import BagScans
+
+        return BagScans(path, cloud_topic, odometry_topic, truth_topic)
+    if cloud_topic or odometry_topic or truth_topic:
+        raise CloudFormatError(f'{path} is no ROS 2 bag; topics can be chosen in a bag only')
+    if path.is_dir():
+        from fpnet_core.io.scan_folders import FolderScans
+
+        return FolderScans(path)
+    if path.name.lower().endswith(_CARMEN_SUFFIXES):
+        from fpnet_core.io.carmen import CarmenScans
+
+        return CarmenScans(path)
+    raise CloudFormatError(
+        f'{path}: expected a ROS 2 bag (folder, .db3, .mcap), a CARMEN log (.log, .log.gz) or a '
+        'folder of point files with poses'
+    )
+
+
+def is_recording(path: Path | str) -> bool:
+    """Tell whether a path is named as a recording of scans is, or is a folder."""
+    path = Path(path)
+    is_log = path.name.lower().endswith(_CARMEN_SUFFIXES)
+    return path.is_dir() or is_log or path.suffix.lower() in _BAG_SUFFIXES
+
+
+def _is_bag(path: Path) -> bool:
+    if path.is_file():
+        return path.suffix.lower() in _BAG_SUFFIXES
+    return (path / 'metadata.yaml').exists() or any(
+        entry.suffix.lower() in _BAG_SUFFIXES for entry in path.iterdir()
+    )

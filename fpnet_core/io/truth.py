@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""True poses of a recording, to compare a run with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.trajectories import read_tum
+from fpnet_core.trajectory import PlanarTrajectory
+
+TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
+"""What a simulated recording holds besides its bag and floorplan."""
+
+
+def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
+    """
+    Return true poses and the map from their metres to the floorplan's nominal ones.
+
+    ``path`` is a TUM file: that of a simulated recording, whose ``truth.json`` beside it says how
+    the floorplan is distorted, or one of poses on the floorplan.
+
+    Raises
+    ------
+    FpnetError
+        If a file is missing or damaged.
+    """
+    beside = path.with_name(TRUTH_NAME)
+    is_simulated = path.name == TRUTH_POSES_NAME and beside.exists()
+    return read_planar(path), read_distortion(beside) if is_simulated else Affine2D.identity()
+
+
+def read_distortion(path: Path) -> Affine2D:
+    """
+    Return the map from a building's metres to a floorplan's nominal ones, from ``truth.json``.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing or damaged.
+    """
+    values = read_json(path, 'record it again')
+    try:
+        return Affine2D.from_matrix(values['A_plan_building'])
+    except (KeyError, TypeError, ValueError) as error:
+        raise FpnetError(f'{path}: A_plan_building: {error}; record it again') from None
+
+
+def read_planar(path: Path) -> PlanarTrajectory:
+    """
+    Read the poses of a TUM file; a file without poses is a trajectory without poses.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing or damaged.
+    """
+    if path.is_file() and not path.read_bytes().strip():
+        return PlanarTrajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
+    poses = read_tum(path)
+    return PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)
+
+
+def read_json(path: Path, remedy: str) -> dict[str, Any]:
+    """
+    Return what a JSON file holds; ``remedy`` ends the error's line.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing or no JSON object.
+    """
+    try:
+        values = json.loads(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise FpnetError(f'cannot read {path}: {error.strerror}; {remedy}') from None
+    except ValueError as error:
+        raise FpnetError(f'{path} is not valid JSON ({error}); {remedy}') from None
+    if not isinstance(values, dict):
+        raise FpnetError(f'{path} holds no JSON object; {remedy}')
+    return values

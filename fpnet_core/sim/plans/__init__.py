@@ -1,7 +1,0 @@
-# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
-# SPDX-License-Identifier: Apache-2.0
-"""Random storeys with the statistics of real ones: :func:`generate_plan`."""
-
-from fpnet_core.sim.plans.generate import FAMILIES, generate_plan
-
-__all__ = ['FAMILIES', 'generate_plan']

@@ -1,8 +1,0 @@
-# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
-# SPDX-License-Identifier: Apache-2.0
-"""Sheets as people have them: a storey drawn, coloured, lettered, scanned; and the truth."""
-
-from fpnet_core.sim.sheets.looks import SheetKind
-from fpnet_core.sim.sheets.sheet import Sheet, draw_sheet
-
-__all__ = ['Sheet', 'SheetKind', 'draw_sheet']

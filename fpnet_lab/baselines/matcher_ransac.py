@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's own way from matches to a pose: RANSAC on centroids, no look at the rasters."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from fpnet_core.geometry import Affine2D
+from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_lab.baselines.answer import Answer
+
+INLIER_M = 0.5
+"""Largest distance of an inlier (the paper's eight pixels of 5 cm are 0.4 m)."""
+
+MIN_INLIERS = 3
+_CONFIDENCE = 0.99
+
+
+def place_by_ransac(plan: RegionGraph, sub: RegionGraph, match: MatchResult) -> Answer | None:
+    """
+    Return the similarity that most matched centroids agree on; None for fewer than two matches.
+
+    It is claimed with three inliers or more; the score is the share of matches that are inliers.
+    """
+    if len(match.pairs) < 2:
+        return None
+    plan_xy = np.array([plan.regions[i].centroid for i in match.pairs[:, 0]])
+    sub_xy = np.array([sub.regions[j].centroid for j in match.pairs[:, 1]])
+    matrix, inliers = cv2.estimateAffinePartial2D(
+        sub_xy,
+        plan_xy,
+        method=cv2.RANSAC,
+        ransacReprojThreshold=INLIER_M,
+        confidence=_CONFIDENCE,
+    )
+    if matrix is None or abs(np.linalg.det(matrix[:, :2])) < np.finfo(np.float32).eps:
+        return None
+    count = int(np.count_nonzero(inliers))
+    score = count / len(match.pairs)
+    return Answer(Affine2D.from_matrix(matrix), score, is_claimed=count >= MIN_INLIERS)

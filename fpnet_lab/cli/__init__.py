@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The lab's subcommands of ``fpnet``; :mod:`fpnet_core.cli` finds them by entry point."""
+
+from fpnet_core.cli import Subcommand
+
+
+def _lab(module: str, summary: str) -> Subcommand:
+    return Subcommand(f'fpnet_lab.cli.{module}', summary, extra='lab')
+
+
+COMMANDS = {
+    'bench': _lab('bench', 'Compare methods on the same inputs.'),
+    'demo': _lab('demo', 'Localise a simulated robot on a floorplan, all parts running.'),
+    'finetune': _lab('finetune', 'Adapt the matching network to one building.'),
+    'simulate': _lab('simulate', 'Generate floorplans, matching pairs and lidar recordings.'),
+    'train': _lab('train', 'Train the matching network.'),
+    'train-judge': _lab('train_judge', 'Train the judge of placements.'),
+    'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),
+    'train-scale': _lab('train_scale', 'Train what tells the scale of a drawing or a map.'),
+}

@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench``: the benchmarks, one module ``bench_<name>.py`` each; registered here."""
+
+from __future__ import annotations
+
+import typer
+
+from fpnet_lab.cli import (
+    bench_calibration,
+    bench_drawings,
+    bench_localization,
+    bench_matching,
+    bench_scale,
+    bench_segmentation,
+    bench_simulator,
+)
+
+app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
+app.command('calibration')(bench_calibration.command)
+app.command('drawings')(bench_drawings.command)
+app.command('matching')(bench_matching.command)
+app.command('localization')(bench_localization.command)
+app.command('scale')(bench_scale.command)
+app.command('segmentation')(bench_segmentation.command)
+app.command('simulator')(bench_simulator.command)
+
+
+@app.callback()
+def _group() -> None:
+    """
+    Compare methods on the same inputs.
+
+    Example: fpnet bench matching --data runs/pairs-test --limit 400
+    """

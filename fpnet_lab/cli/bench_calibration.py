@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench calibration``: may one believe the localizer's probabilities?"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from enum import StrEnum
+from itertools import chain
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    from fpnet_lab.metrics import Reliability
+    from fpnet_lab.training.judge_trials import Trial
+
+_MEASURED_SEED = 5000
+"""Added to the seed: what is measured is never what was learned from."""
+
+
+class Half(StrEnum):
+    """Halves of the shared data."""
+
+    TUNE = 'tune'
+    REPORT = 'report'
+
+
+def command(
+    limit: Annotated[int, typer.Option('--limit', min=1, help='Generated maps.')] = 100,
+    drives: Annotated[
+        int, typer.Option('--drives', min=0, max=42, help='Generated drives, half a minute each.')
+    ] = 10,
+    real: Annotated[
+        int, typer.Option('--real', min=0, help='Cuts of real robot maps, with --data.')
+    ] = 100,
+    seed: common.SeedOption = None,
+    data: Annotated[
+        Path | None,
+        typer.Option('--data', metavar='DIR', help='Shared data: measure on real pairs, too.'),
+    ] = None,
+    half: Annotated[
+        Half, typer.Option('--half', help='Half of the shared data that is measured on.')
+    ] = Half.TUNE,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='FILE', help='Reliability diagram.')
+    ] = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Compare stated probabilities with the truth, on the right and on wrong buildings' plans.
+
+    Generated maps and drives are of seeds that the judge has not learned from; of the real pairs
+    only those of --half report are of buildings that it has not.
+
+    Example: fpnet bench calibration --limit 300 --seed 9 --plot out/reliability.png
+
+    Example: fpnet bench calibration --data ../shared/data --half report
+    """
+    tree = common.load(config, settings)
+    from fpnet_core.judging import configured_model
+    from fpnet_core.matching.learned import LearnedMatcher
+    from fpnet_lab.training.judge_drives import DriveSource
+    from fpnet_lab.training.judge_figures import reliability
+    from fpnet_lab.training.judge_trials import TrialSource
+
+    matcher = LearnedMatcher(tree.matcher)
+    measured_seed = _MEASURED_SEED + (seed or 0)
+    sources: dict[str, tuple[Any, int]] = {
+        'maps': (TrialSource('generated', measured_seed, None, tree, matcher), limit),
+        'drives': (DriveSource(measured_seed, tree, matcher), drives),
+    }
+    if data is not None:
+        pairs = TrialSource('real', measured_seed, data, tree, matcher, half.value)
+        sources['real'] = (pairs, real)
+    kinds: dict[str, list[Trial]] = {}
+    with common.progress('measuring', sum(count for _, count in sources.values())) as advance:
+        for name, (source, count) in sources.items():
+            kinds[name] = []
+            for index in range(count):
+                kinds[name] += source.trials(index)
+                advance(1.0)
+    model = configured_model(tree.localizer)
+    results = {
+        name: reliability(trials, model, tree.localizer)
+        for name, trials in kinds.items()
+        if trials
+    }
+    everything = reliability(list(chain(*kinds.values())), model, tree.localizer)
+    for name, result in (results | {'all': everything}).items():
+        _print(name, result)
+    if plot is not None:
+        from fpnet_lab.viz.calibration import plot_reliability
+
+        plot_reliability(plot, {**results, 'all': everything})
+    if json_path is not None:
+        report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
+        report['kinds'] = {name: _plain(result) for name, result in results.items()}
+        common.write_json(json_path, report)
+
+
+def _print(name: str, result: Reliability) -> None:
+    typer.echo(
+        f'{name}: expected calibration error {result.ece:.3f}; best placement right on '
+        f'{result.right_best:.1%} of {result.own_trials} on their own plans, {result.claims} '
+        f'claimed, {result.wrong_claims} of these wrong; on {result.foreign_trials} of wrong '
+        f'plans: {result.foreign_claims} claims'
+    )
+
+
+def _plain(result: Reliability) -> dict[str, Any]:
+    """Return the figures as JSON takes them: lists, and None for empty bins."""
+    plain = asdict(result)
+    for name in ('claimed', 'true', 'count'):
+        values = plain[name].tolist()
+        plain[name] = [None if math.isnan(value) else value for value in values]
+    return plain

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench drawings``: are plans read right that are coloured, scanned, photographed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
+    from fpnet_lab.evaluation.drawings import Comparison, Reader, SheetResult
+    from fpnet_lab.sim.sheets import Sheet, SheetKind
+
+
+def command(
+    count: Annotated[
+        int, typer.Option('--count', min=0, help='Generated sheets of all kinds together.')
+    ] = 300,
+    kinds: Annotated[
+        str | None,
+        typer.Option(
+            '--kinds', metavar='NAMES', help='Of clean,office,brochure,scan,phone; default: all.'
+        ),
+    ] = None,
+    half: Annotated[
+        Literal['tune', 'report'],
+        typer.Option('--half', help='Seeds to choose parameters on, or for published figures.'),
+    ] = 'report',
+    file_format: Annotated[
+        Literal['picture', 'pdf', 'svg', 'dxf'],
+        typer.Option('--format', help='What the sheets are read from.'),
+    ] = 'picture',
+    data: Annotated[
+        Path | None,
+        typer.Option('--data', metavar='DIR', help='Also real plans in grey; holds bormann.'),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option('--plot', metavar='DIR', help='Pictures of all sheets that were not right.'),
+    ] = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Read generated sheets of unknown scale and compare rooms and scale with the truth.
+
+    Percentages on screen, fractions in the JSON. With --data the hand-labelled real plans are
+    read as well, their walls in five grey levels and white on black.
+
+    Example: fpnet bench drawings --json out/drawings.json --data ../shared/data
+
+    Example: fpnet bench drawings --half tune --count 50 --kinds office,scan --plot out/wrong
+    """
+    tree = common.load(config, settings)
+    wanted = _kinds(kinds)
+    results = _read_sheets(wanted, count, half, file_format, plot, tree)
+    report: dict[str, Any] = {'half': half, 'format': file_format, **_figures(wanted, results)}
+    if data is not None:
+        report['bormann'] = _read_real(common.check_input(data), half, tree)
+    if str(json_path) != '-':
+        _print(report)
+    if json_path is not None:
+        common.write_json(json_path, report)
+
+
+def _kinds(names: str | None) -> list[SheetKind]:
+    from fpnet_lab.sim.sheets import SheetKind
+
+    known = [kind.value for kind in SheetKind]
+    wanted = known if names is None else names.split(',')
+    unknown = sorted(set(wanted) - set(known))
+    if unknown:
+        raise ConfigError(f'unknown kind {unknown[0]!r}; choose of {",".join(known)}')
+    return [SheetKind(name) for name in wanted]
+
+
+def _reader(tree: FpnetConfig) -> Reader:
+    from fpnet_core.drawings.read import read_plan
+    from fpnet_core.drawings.types import ReadOptions
+
+    def read(path: Path) -> Reading:
+        return read_plan(path, ReadOptions(), tree)
+
+    return read
+
+
+def _read_sheets(
+    kinds: Sequence[SheetKind],
+    count: int,
+    half: str,
+    file_format: str,
+    plot: Path | None,
+    tree: FpnetConfig,
+) -> list[SheetResult]:
+    from fpnet_lab.evaluation.drawings import bench_sheets, seeds_of
+
+    seeds = seeds_of(half, -(-count // len(kinds)))
+    with (
+        TemporaryDirectory() as folder,
+        common.progress('sheets', len(seeds) * len(kinds)) as advance,
+    ):
+
+        def on_read(sheet: Sheet, result: SheetResult, rooms: Comparison | None) -> None:
+            advance(1.0)
+            if plot is not None and not result.is_right:
+                from fpnet_lab.viz.drawings import save_comparison
+
+                labels = None if rooms is None else (rooms.found, rooms.true)
+                file = plot / f'{result.name}.png'
+                save_comparison(file, sheet.pixels, labels, result.caption)
+
+        return bench_sheets(
+            _reader(tree), Path(folder), kinds, seeds, tree.segmentation, file_format, on_read
+        )
+
+
+def _read_real(data: Path, half: str, tree: FpnetConfig) -> dict[str, Any]:
+    from fpnet_lab.evaluation.drawings_real import TONES, bench_plans, plan_names
+
+    total = len(plan_names(half)) * len(TONES)
+    with TemporaryDirectory() as folder, common.progress('real plans', total) as advance:
+        return bench_plans(
+            _reader(tree), data, Path(folder), half, tree.segmentation, lambda: advance(1.0)
+        )
+
+
+def _figures(kinds: Sequence[SheetKind], results: Sequence[SheetResult]) -> dict[str, Any]:
+    from fpnet_lab.evaluation.drawings import kind_figures, scale_figures
+
+    by_kind = {
+        kind.value: [result for result in results if result.kind == kind.value] for kind in kinds
+    }
+    return {
+        'kinds': {name: kind_figures(found) for name, found in by_kind.items()},
+        'all': kind_figures(results),
+        'scale': scale_figures(results)
+        | {'kinds': {name: scale_figures(found) for name, found in by_kind.items()}},
+    }
+
+
+def _print(report: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    columns = ('kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 'clean plan', 's')
+    table = Table(*columns, title='sheets [%]')
+    for name, figures in {**report['kinds'], 'all': report['all']}.items():
+        shares = [figures[key] for key in ('right', 'wrong_marked', 'good_marked', 'clean_right')]
+        seconds = figures['seconds_p50']
+        cells = [*map(_percent, shares), '-' if seconds is None else f'{seconds:.2f}']
+        table.add_row(name, str(figures['sheets']), *cells)
+    console.print(table)
+    scales = {**report['scale']['kinds'], 'all': report['scale']}
+    if 'bormann' in report:
+        scales['real plans'] = report['bormann']['scale']
+    table = Table('kind', 'read', 'within 10 %', 'interval holds', 'sure', 'sure and wrong')
+    for name, figures in scales.items():
+        shares = [figures[key] for key in ('within_10', 'interval_holds', 'sure_and_wrong')]
+        within, holds, wrong = map(_percent, shares)
+        table.add_row(name, str(figures['sheets']), within, holds, str(figures['sure']), wrong)
+    console.print(table)
+    if 'bormann' in report:
+        table = Table(
+            'walls', 'rooms as black', 'walls as black', 'F1', 'marked', title='real plans [%]'
+        )
+        for tone, figures in report['bormann']['tones'].items():
+            table.add_row(tone, *map(_percent, figures.values()))
+        console.print(table)
+
+
+def _percent(value: float | None) -> str:
+    return '-' if value is None else f'{100.0 * value:.1f}'

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench localization``: recordings through odometry, the localizer and baselines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    limit: Annotated[
+        int | None, typer.Option('--limit', min=1, help='Run only so many cases, of all groups.')
+    ] = None,
+    groups: Annotated[
+        list[str] | None,
+        typer.Option('--groups', metavar='NAME', help='Only this group; repeatable.'),
+    ] = None,
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
+    baselines: Annotated[
+        int | None,
+        typer.Option(
+            '--baselines', metavar='N', min=0, help='Baselines on the first N cases only.'
+        ),
+    ] = None,
+    data: Annotated[
+        Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
+    ] = Path('../shared/data'),
+    work: Annotated[
+        Path | None,
+        typer.Option('--work', metavar='DIR', help='Keeps finished cases, to go on from.'),
+    ] = None,
+    strips: Annotated[
+        Path | None,
+        typer.Option('--strips', metavar='DIR', help='Draw the first new run of each building.'),
+    ] = None,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Localise simulated and real recordings on exact, inexact and wrong plans.
+
+    Cases that need real data are skipped where these are absent.
+
+    Example: fpnet bench localization --limit 12 --work out/bench --json out/bench.json
+    """
+    tree = common.load(config, settings, seed)
+    from fpnet_lab.evaluation.localization.cases import make_suite, select
+    from fpnet_lab.evaluation.localization.figures import report
+    from fpnet_lab.evaluation.localization.runs import Job
+    from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
+
+    drawn: set[str] = set()
+    jobs = []
+    for number, case in enumerate(select(make_suite(tree.seed), groups, limit)):
+        is_drawn = strips is not None and case.building not in drawn
+        drawn.add(case.building)
+        strip = strips / f'{case.name}.png' if strips is not None and is_drawn else None
+        with_baselines = baselines is None or number < baselines
+        jobs.append(Job(case, tree, tree.seed, data, with_baselines, strip))
+    minutes = estimated_minutes(jobs, workers)
+    typer.echo(f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped')
+    with common.progress('localizing', len(jobs)) as advance:
+        records, skipped = run_suite(jobs, work, workers, advance)
+    if groups is not None:
+        records = [record for record in records if record.group in groups]
+    result = {**report(records), 'skipped': skipped}
+    _print_tables(result)
+    if json_path is not None:
+        common.write_json(json_path, result)
+
+
+_TABLE_WIDTH = 170  # characters; narrower ones tell nothing
+_COLUMNS = {
+    'runs': 'runs',
+    'recall_1m_10deg': '1 m 10 deg',
+    'recall_05m_5deg': '0.5 m 5 deg',
+    'path_to_first_pose_m_median': 'first [m]',
+    'wrong_published_runs': 'wrong runs',
+    'wrong_published_poses': 'wrong poses',
+    'open_set_false_claims': 'false claims',
+    'median_position_error_m': 'error [m]',
+    'median_yaw_error_deg': '[deg]',
+    'ece': 'ECE',
+    'tick_ms_p50': 'tick p50 [ms]',
+    'tick_ms_p95': 'p95 [ms]',
+    'add_scan_ms_p50': 'add [ms]',
+    'rss_mb_max': 'RSS [MB]',
+}
+
+
+def _print_tables(result: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    rows = {**result['groups'], 'total': result['total']}
+    rows |= {name: table['total'] for name, table in result['baselines'].items()}
+    table = Table('', *_COLUMNS.values())
+    for name, figures in rows.items():
+        table.add_row(name, *(_shown(figures[key]) for key in _COLUMNS))
+    Console(width=_TABLE_WIDTH).print(table)
+    for name, reason in result['skipped'].items():
+        typer.echo(f'skipped {name}: {reason}')
+
+
+def _shown(value: float | int | None) -> str:
+    if value is None:
+        return '-'
+    return f'{value:.2f}' if isinstance(value, float) else str(value)

@@ -1,0 +1,225 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench matching``: every region matcher on the same pairs of graphs."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import FpnetError, WeightsError
+
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig, MatcherConfig
+    from fpnet_core.matching import RegionMatcher
+    from fpnet_lab.sim.pairs import MatchingPair
+
+
+class PairSet(StrEnum):
+    """Where the pairs come from."""
+
+    SYNTHETIC = 'synthetic'
+    REAL = 'real'
+    CHALLENGING = 'challenging'
+    TOURS = 'tours'
+    ROBOT = 'robot'
+
+
+DataOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--data',
+        metavar='DIR',
+        help='Stored pairs of the set; for robot the folder of real maps. Default: generate.',
+    ),
+]
+PlansOption = Annotated[
+    Path | None,
+    typer.Option('--plans', metavar='DIR', help='Real floorplans, for the set real.'),
+]
+MethodsOption = Annotated[
+    str | None,
+    typer.Option('--methods', metavar='A,B', help='Only these methods; default: all.'),
+]
+CacheOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--out', metavar='DIR', help='Keep predictions here; a second call only scores them.'
+    ),
+]
+
+
+def command(
+    pair_set: Annotated[PairSet, typer.Option('--set', help='Kind of pairs.')] = PairSet.SYNTHETIC,
+    data: DataOption = None,
+    plans: PlansOption = None,
+    split: Annotated[
+        str, typer.Option('--split', metavar='tune|report', help='Half of the real buildings.')
+    ] = 'report',
+    limit: Annotated[
+        int | None, typer.Option('--limit', min=1, help='Use so many pairs only.')
+    ] = None,
+    methods: MethodsOption = None,
+    foreign: Annotated[
+        int,
+        typer.Option(
+            '--foreign', min=0, help="Other buildings' plans that each map meets, for robot."
+        ),
+    ] = 3,
+    config: common.ConfigOption = None,
+    weights: Annotated[
+        Path | None, typer.Option('--weights', help='Checkpoint of fpnet; default: packaged.')
+    ] = None,
+    out: CacheOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Match every pair with every method; figures of the matches and of the transform from them.
+
+    Methods whose weights are not packaged are named and left out. With --set robot the JSON also
+    says, per method and share of the robot map that is kept (bands), how many are right and how
+    many are claimed, wrongly claimed, or claimed on plans of other buildings. The method
+    correlative claims all it is asked, and is not asked about other buildings: null.
+
+    Example: fpnet bench matching --set synthetic --limit 100 --json out/bench.json
+
+    Example: fpnet bench matching --set robot --data ../shared/data --methods fpnet --split tune
+    """
+    tree = common.load(config, [f'matcher.weights={weights}'] if weights else None)
+    if pair_set is PairSet.ROBOT:
+        report = _robot(data, split, limit, methods, foreign, tree)
+    else:
+        report = _graphs(pair_set, data, plans, split, limit, methods, tree, out)
+    report['set'] = pair_set.value
+    _print_table(report['methods'])
+    if pair_set is PairSet.ROBOT:
+        _print_bands(report['methods'])
+    if json_path is not None:
+        common.write_json(json_path, report)
+
+
+def _graphs(
+    pair_set: PairSet,
+    data: Path | None,
+    plans: Path | None,
+    split: str,
+    limit: int | None,
+    methods: str | None,
+    tree: FpnetConfig,
+    out: Path | None,
+) -> dict[str, Any]:
+    from fpnet_lab.evaluation.matching import predict, read_predictions, score, write_predictions
+
+    pairs = _pairs(pair_set, data, plans, split, limit)
+    facts = {'config': tree.matcher.model_dump(mode='json'), 'pairs': len(pairs)}
+    facts |= {'set': pair_set.value, 'data': str(data), 'split': split}
+    cache = None if out is None else out / f'{pair_set.value}.json'
+    said = {} if cache is None else read_predictions(cache, facts)
+    wanted = _names(methods)
+    missing = {
+        name: matcher
+        for name, matcher in matchers(tree.matcher, wanted).items()
+        if name not in said
+    }
+    if missing:
+        with common.progress('matching', len(pairs)) as advance:
+            said |= predict(pairs, missing, advance)
+    if cache is not None:
+        write_predictions(cache, said, facts)
+    chosen = {name: said[name] for name in wanted if name in said}
+    return {'methods': score(pairs, chosen), 'pairs': len(pairs)}
+
+
+def _pairs(
+    pair_set: PairSet, data: Path | None, plans: Path | None, split: str, limit: int | None
+) -> list[MatchingPair]:
+    from fpnet_lab.evaluation.pair_sets import DEFAULT_PAIRS, generated_pairs, stored_pairs
+
+    if data is not None:
+        return stored_pairs(common.check_input(data), limit)
+    made = []
+    with common.progress('generating pairs', limit or DEFAULT_PAIRS) as advance:
+        for pair in generated_pairs(pair_set.value, plans, split, limit):
+            made.append(pair)
+            advance(1.0)
+    return made
+
+
+def _robot(
+    data: Path | None,
+    split: str,
+    limit: int | None,
+    methods: str | None,
+    foreign: int,
+    tree: FpnetConfig,
+) -> dict[str, Any]:
+    from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+
+    if data is None:
+        raise FpnetError('the set robot needs the real maps; give --data FOLDER')
+    cases = robot_cases(common.check_input(data), split, limit, foreign)
+    names = [name for name in _names(methods) if name != 'correlative']
+    correlative = methods is None or 'correlative' in methods.split(',')
+    with common.progress('matching', len(cases)) as advance:
+        return bench_robot_maps(cases, matchers(tree.matcher, names), tree, correlative, advance)
+
+
+def _names(methods: str | None) -> list[str]:
+    from fpnet_lab.baselines import MATCHERS
+
+    names = list(MATCHERS) if methods is None else methods.split(',')
+    for name in names:
+        if name not in MATCHERS and name != 'correlative':
+            raise FpnetError(f'no method {name!r}; expected some of {", ".join(MATCHERS)}')
+    return names
+
+
+def matchers(config: MatcherConfig, names: list[str]) -> dict[str, RegionMatcher]:
+    """Return the matchers of ``names``; those without packaged weights are reported and left."""
+    from fpnet_lab.baselines import MATCHERS
+
+    made: dict[str, RegionMatcher] = {}
+    for name in names:
+        try:
+            made[name] = MATCHERS[name](config)
+        except WeightsError as error:
+            if name == 'fpnet':
+                raise
+            typer.echo(f'{name} is left out: {error}', err=True)
+    return made
+
+
+def _print_table(methods: dict[str, dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    shares = ('ts', 'ms', 'auc10', 'match_precision', 'match_recall', 'recall_1m_10deg')
+    titles = ('TS', 'MS', 'AUC@10', 'precision', 'recall', '1 m 10 deg')
+    table = Table('method', *titles, 'ms per pair')
+    for name, figures in methods.items():
+        cells = [f'{100.0 * figures[key]:.1f}%' for key in shares]
+        table.add_row(name, *cells, f'{figures["ms_per_pair"]:.1f}')
+    Console().print(table)
+
+
+def _print_bands(methods: dict[str, dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    titles = {
+        'right': 'right',
+        'claimed_right': 'right claims',
+        'wrong_and_claimed': 'wrong claims',
+        'foreign_random_claimed': 'elsewhere',
+        'foreign_same_architect_claimed': 'same architect',
+    }
+    for name, figures in methods.items():
+        table = Table('kept', *titles.values(), 'pairs', title=name)
+        for band, found in figures['bands'].items():
+            cells = ['-' if found[key] is None else f'{100.0 * found[key]:.0f}%' for key in titles]
+            table.add_row(band, *cells, str(found['pairs']))
+        Console().print(table)

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench scale``: is the scale of a drawing what its doors, rooms and walls say?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    data: Annotated[Path, typer.Option('--data', metavar='DIR', help='Folder of bormann.')] = Path(
+        '../shared/data'
+    ),
+    limit: Annotated[int, typer.Option('--limit', min=0, help='Generated drawings.')] = 200,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Estimate the scale of drawings of known scale, and compare.
+
+    Both halves of the real floorplans apart, bare and furnished; the weights have seen the tune
+    half. What they make of buildings left out is in the manifest of the weights.
+
+    Example: fpnet bench scale --data ../shared/data --json out/scale.json
+    """
+    tree = common.load(config, settings)
+    common.check_input(data)
+    from fpnet_lab.evaluation.scale import bench_scale, count_drawings
+
+    with common.progress('drawings', count_drawings(limit)) as advance:
+        report = bench_scale(data, limit, tree.segmentation, advance)
+    if str(json_path) != '-':
+        _print(report['groups'])
+    if json_path is not None:
+        common.write_json(json_path, report)
+
+
+def _print(groups: dict[str, dict[str, float]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        'drawings', 'n', 'within 10 %', '90 % holds', 'sure', 'sure, wrong', 'high / low', 'ms'
+    )
+    for name, row in groups.items():
+        shares = [f'{100 * row[k]:.0f} %' for k in ('within_10', 'held', 'sure', 'sure_wrong')]
+        ms = f'{row["ms_per_drawing"]:.0f}'
+        table.add_row(name, str(row['estimates']), *shares, f'{row["spread"]:.2f}', ms)
+    Console().print(table)

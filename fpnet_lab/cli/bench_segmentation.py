@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench segmentation``: rooms and doors against hand-labelled and generated truth."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+
+class Split(StrEnum):
+    """Half of the real buildings: one to choose parameters on, one for published figures."""
+
+    TUNE = 'tune'
+    REPORT = 'report'
+
+
+def command(
+    split: Annotated[Split, typer.Option('--split', help='Half of the real floorplans.')],
+    data: Annotated[
+        Path, typer.Option('--data', metavar='DIR', help='Folder of bormann and areagraph.')
+    ] = Path('../shared/data'),
+    limit: Annotated[
+        int | None, typer.Option('--limit', min=1, help='Use only the first maps and drives.')
+    ] = None,
+    submap: Annotated[
+        bool, typer.Option('--submap/--no-submap', help='Drive and cut generated recordings too.')
+    ] = True,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Score the segmentation of floorplans, robot maps and submaps.
+
+    Percentages on screen, fractions in the JSON.
+
+    Example: fpnet bench segmentation --split report --json out/segmentation.json
+    """
+    common.check_input(data)
+    from fpnet_lab.evaluation.segmentation import METHODS, bench_plans, bench_robot_maps
+    from fpnet_lab.sim.presets import SPLITS
+
+    plans = len(SPLITS[split.value][:limit])
+    with common.progress('floorplans', 2 * plans * len(METHODS)) as advance:
+        report = bench_plans(data, split.value, limit, lambda: advance(1.0))
+    with common.progress('robot maps') as advance:
+        report['robot_maps'] = bench_robot_maps(data, limit, lambda: advance(1.0))
+    if submap:
+        report['submap'] = _bench_submaps(split, limit)
+    report['split'] = split.value
+    if str(json_path) != '-':
+        _print_plans(report)
+        _print_others(report)
+    if json_path is not None:
+        common.write_json(json_path, report)
+
+
+def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:
+    from fpnet_lab.evaluation.submap_segmentation import RECORDINGS, REPORT_SEED, bench_submaps
+
+    first_seed = REPORT_SEED if split is Split.REPORT else 0
+    with common.progress('submaps', limit or RECORDINGS) as advance:
+        return bench_submaps(limit, lambda: advance(1.0), first_seed=first_seed)
+
+
+def _print_plans(report: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    title = f'{report["plans"]} floorplans, {report["split"]} half [%]'
+    table = Table('method', 'plans', 'P', 'R', 'F1', 'door P', 'door R', 's per map', title=title)
+    for method, figures in {'default': report, **report['baselines']}.items():
+        for kind in ('clean', 'furnished'):
+            *shares, seconds = figures[kind].values()
+            cells = [f'{100.0 * share:.1f}' for share in shares]
+            table.add_row(method, kind, *cells, f'{seconds:.3f}')
+    Console().print(table)
+
+
+def _print_others(report: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    maps = report['robot_maps']
+    table = Table('method', 'P', 'R', 'F1', title=f'{maps["maps"]} robot maps [%]')
+    for method, figures in maps.items():
+        if isinstance(figures, dict):
+            table.add_row(method, *(f'{100.0 * share:.1f}' for share in figures.values()))
+    console = Console()
+    console.print(table)
+    if 'submap' not in report:
+        return
+    submap = report['submap']
+    keys = ('room_iou_mean', 'rooms_over_iou50', 'doors_precision', 'doors_recall')
+    table = Table('sensor', 'room IoU', 'IoU > 50', 'door P', 'door R', title='submaps [%]')
+    for sensor, figures in {**submap['by_sensor'], 'all': submap}.items():
+        shares = [figures[key] for key in keys]
+        table.add_row(sensor, *('-' if v is None else f'{100.0 * v:.1f}' for v in shares))
+    console.print(table)

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench simulator``: pairs, plans and scans per second on this machine."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 2,
+    blocks: Annotated[
+        int, typer.Option('--blocks', min=2, help='Blocks of 40 pairs; the first ones warm up.')
+    ] = 12,
+    seed: common.SeedOption = 0,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Measure the simulator on storeys of about 30 rooms.
+
+    Pairs are complete ones: ray casting and segmentation on both sides, written to disk. Scans
+    are sweeps of a 32-beam lidar in a furnished building.
+
+    Example: fpnet bench simulator --json out/simulator.json
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from fpnet_core.errors import ConfigError
+    from fpnet_lab.sim.throughput import simulator_throughput
+    from fpnet_lab.sim.writing import BLOCK_PAIRS
+
+    if blocks <= workers:
+        raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
+    with common.progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
+        report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
+    table = Table('per second', f'{workers} workers')
+    for name in ('pairs', 'plans', 'scans'):
+        table.add_row(name, f'{report[f"{name}_per_s"]:.1f}')
+    Console().print(table)
+    if json_path is not None:
+        common.write_json(json_path, report)

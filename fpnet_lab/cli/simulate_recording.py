@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate recording``: a lidar recording in a generated building, with ground truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from fpnet_core.types import GridMap
+
+
+@common.reads_drawing
+def command(
+    said: common.DrawingOptions,
+    out: common.OutOption = None,
+    seed: common.SeedOption = None,
+    family: Annotated[
+        str | None,
+        typer.Option('--family', metavar='NAME', help='Layout of the building; default: drawn.'),
+    ] = None,
+    wheels: Annotated[
+        bool,
+        typer.Option(
+            '--wheels', help='Add wheel odometry, which is then used instead of scan matching.'
+        ),
+    ] = False,
+    building: Annotated[
+        str,
+        typer.Option(
+            '--building',
+            metavar='STYLE',
+            help='plain, lived_in (door leaves, shut doors, windows), frameless (doors up to the '
+            'ceiling) or glass.',
+        ),
+    ] = 'plain',
+    plan: Annotated[
+        Path | None,
+        typer.Option(
+            '--plan', metavar='F', help='Raise the building of this drawing or map_server YAML.'
+        ),
+    ] = None,
+    mesh: Annotated[
+        Path | None,
+        typer.Option(
+            '--mesh', metavar='FILE', help='Drive through this PLY, OBJ or STL mesh; metres, z up.'
+        ),
+    ] = None,
+    storage: Annotated[
+        Literal['sqlite3', 'mcap'], typer.Option('--storage', help='Format of the bag.')
+    ] = 'sqlite3',
+    sensor: Annotated[
+        str,
+        typer.Option(
+            '--sensor',
+            metavar='NAME',
+            help='beams16, beams32, beams64, dome (360 x 59 degrees, not repetitive), rosette '
+            '(70 degrees ahead, not repetitive) or planar.',
+        ),
+    ] = 'beams32',
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Write a lidar recording in a building, the building's floorplan, and the truth.
+
+    The building is generated, with an inexact floorplan; or --plan raises that of a floorplan of
+    your own; or --mesh takes one as it is, and then --plan is its floorplan in the same x and y.
+
+    The folder gets bag/ (PointCloud2 at 10 Hz), floorplan.yaml with its image, truth.tum (true
+    sensor poses in the building) and truth.json (how the floorplan is distorted).
+
+    Example: fpnet simulate recording --out out/recording --seed 3 --sensor beams16
+    """
+    if family is not None and (plan or mesh):
+        raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
+    from fpnet_lab.sim.fittings import style_named
+    from fpnet_lab.sim.mesh_worlds import read_mesh
+    from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
+    from fpnet_lab.sim.sensors import sensor_named
+
+    folder = out if out is not None else Path('out') / 'recording'
+    options = RecordingOptions(
+        family=family, lidar=sensor_named(sensor), style=style_named(building)
+    )
+    recording = make_recording(
+        seed or 0,
+        options,
+        floorplan=_read(plan, said, json_path) if plan else None,
+        mesh=read_mesh(mesh) if mesh else None,
+    )
+    with common.progress('casting scans', total=len(recording)) as advance:
+        write_recording(
+            recording,
+            folder,
+            storage=storage,
+            with_wheels=wheels,
+            progress=lambda _done, _total: advance(1.0),
+        )
+    summary = recording.summary()
+    if json_path is not None:
+        common.write_json(json_path, summary)
+    typer.echo(
+        f'{summary["family"]}: {summary["rooms"]} rooms, {summary["path_m"]:.0f} m through '
+        f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}'
+    )
+
+
+def _read(plan: Path, said: common.DrawingOptions, json_path: Path | None) -> GridMap:
+    reading = said.read(plan, common.load(None))
+    common.say_reading(reading, json_path)
+    return reading.grid

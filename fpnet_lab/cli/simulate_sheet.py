@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate sheet``: a floorplan as people have it, in every format, with the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    out: common.OutOption = None,
+    seed: common.SeedOption = 0,
+    kind: Annotated[
+        Literal['clean', 'office', 'brochure', 'scan', 'phone'],
+        typer.Option(
+            '--kind',
+            help='A bare plan, a CAD plot, a coloured sheet, or paper scanned or photographed.',
+        ),
+    ] = 'office',
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Draw a sheet with a generated storey as people have it, in every format.
+
+    The folder gets sheet.png and .jpg, the same sheet as sheet.pdf, .svg and .dxf (as drawn: a
+    scan's or phone picture's before that), truth.json (rooms, doors, the way from building metres
+    to pixels and to each file's units), rooms.png (true rooms in pixels), and plan.yaml: the
+    storey as a clean map_server floorplan.
+
+    Example: fpnet simulate sheet --seed 3 --kind office --out out/sheet
+    """
+    from fpnet_lab.sim.sheets import draw_sheet
+    from fpnet_lab.sim.sheets.files import write_sheet
+
+    folder = out if out is not None else Path('out') / 'sheet'
+    sheet = draw_sheet(seed or 0, kind)
+    truth = write_sheet(sheet, folder)
+    if json_path is not None:
+        common.write_json(json_path, truth)
+    width, height = truth['size_px']
+    common.say(
+        f'{truth["storeys"][0]["family"]}: {truth["rooms"]} rooms, {truth["walls"]} walls, '
+        f'1:{sheet.look.denominator}, {width} x {height} pixels of '
+        f'{truth["resolution_m"]:.4f} m; written to {folder}',
+        json_path,
+    )

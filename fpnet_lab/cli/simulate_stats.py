@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet simulate stats``: generated storeys against real ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from fpnet_lab.sim.population import Row, TwoSample
+    from fpnet_lab.sim.statistics import FloorMeasures
+
+REAL_FOLDER = Path('../shared/data/bormann')
+
+
+def command(
+    count: Annotated[int, typer.Option('--count', min=10, help='Storeys to generate.')] = 200,
+    seed: common.SeedOption = 0,
+    data: Annotated[
+        Path,
+        typer.Option('--data', metavar='DIR', help='Folder with floorplan/ and room_labels/.'),
+    ] = REAL_FOLDER,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='FILE', help='Image of the distributions.')
+    ] = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Compare generated storeys with hand-labelled real ones: percentiles and a classifier's AUC.
+
+    Both sides are label rasters and pass through the same code. The real storeys are the tune
+    half of the data.
+
+    Example: fpnet simulate stats --plot stats.png --json stats.json
+    """
+    import numpy as np
+
+    from fpnet_lab.sim.floors import floor_of_plan, read_floors
+    from fpnet_lab.sim.plans import generate_plan
+    from fpnet_lab.sim.population import compare, percentile_errors, two_sample
+    from fpnet_lab.sim.statistics import measure_floor
+
+    real = [measure_floor(floor) for floor in read_floors(common.check_input(data))]
+    generated: list[FloorMeasures] = []
+    for i in common.track(range(count), 'storeys'):
+        storey = generate_plan(np.random.default_rng([seed or 0, i]))
+        generated.append(measure_floor(floor_of_plan(storey, f'{storey.family}-{i}')))
+    rows, told = compare(generated, real), two_sample(generated, real, seed or 0)
+    if plot is not None:
+        _plot(generated, real, plot)
+    if json_path is None or str(json_path) != '-':
+        _print_table(rows, told, len(generated), len(real))
+    if json_path is not None:
+        common.write_json(json_path, _result(rows, percentile_errors(rows), told))
+
+
+def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], path: Path) -> None:
+    from fpnet_lab.sim.population import QUANTITIES
+    from fpnet_lab.viz.population import save_population
+
+    def values(floors: Sequence[FloorMeasures]) -> dict[str, NDArray[np.float64]]:
+        return {name: quantity(floors) for name, quantity in QUANTITIES.items()}
+
+    save_population(values(generated), values(real), [values([floor]) for floor in real], path)
+
+
+def _print_table(rows: Sequence[Row], told: TwoSample, generated: int, real: int) -> None:
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    from fpnet_lab.sim.population import FITTED, PERCENTILES
+
+    title = f'{generated} generated / {real} real storeys'
+    table = Table(
+        Column('quantity', no_wrap=True), *(f'{p} %' for p in PERCENTILES), 'error', title=title
+    )
+    for row in rows:
+        values = zip(row.generated, row.real, strict=True)
+        worst = max(map(abs, row.relative_errors))
+        error = f'{100.0 * worst:.0f} %' if row.name in FITTED else ''
+        table.add_row(row.name, *(f'{_short(g)} / {_short(r)}' for g, r in values), error)
+    Console(width=110).print(table)
+    features = sorted(told.importance, key=lambda name: -told.importance[name])
+    typer.echo(
+        f'a classifier tells real regions from generated ones with AUC {told.auc:.2f} '
+        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}'
+    )
+
+
+def _short(value: float) -> str:
+    return f'{value:.0f}' if value >= 10.0 else f'{value:.2f}'
+
+
+def _result(rows: Sequence[Row], errors: dict[str, float], told: TwoSample) -> dict[str, Any]:
+    return {
+        'percentile_error': errors,
+        'regions_auc': told.auc,
+        'regions_auc_spread': told.spread,
+        'importance': told.importance,
+        'percentiles': {row.name: {'generated': row.generated, 'real': row.real} for row in rows},
+    }

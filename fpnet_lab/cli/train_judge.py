@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet train-judge``: fit the judge of placements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    data: Annotated[
+        Path,
+        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
+    ],
+    share: Annotated[
+        float, typer.Option('--share', min=0.001, max=1.0, help='Use so much of the trials.')
+    ] = 1.0,
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that gather.')] = 2,
+    without: Annotated[
+        list[str] | None,
+        typer.Option('--without', help='Leave out figures named so, as rival or ben; repeatable.'),
+    ] = None,
+    seed: common.SeedOption = 0,
+    config: common.ConfigOption = None,
+) -> None:
+    """
+    Gather trials on the tune half and on generated buildings, and fit the judge to them.
+
+    Writes judge.safetensors with its manifest; use it with --set
+    localizer.judge_weights=OUT/judge.safetensors. Called again, it goes on where it was.
+
+    Example: fpnet train-judge --data ../shared/data --out runs/judge
+    """
+    tree = common.load(config)
+    common.check_input(data)
+    from fpnet_lab.training import use_threads
+    from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
+    from fpnet_lab.training.judge_figures import held_back_figures
+    from fpnet_lab.training.judge_gathering import Amounts, count_blocks, gather_trials
+
+    amounts, settings = (
+        Amounts().scaled(share),
+        JudgeTraining(seed=seed or 0, without=tuple(without or ())),
+    )
+    with common.progress('trials', total=count_blocks(amounts)) as advance:
+        trials = gather_trials(
+            out / 'trials', settings.seed, data, tree, amounts, workers, advance
+        )
+    use_threads(1)  # small products: more threads wait for each other
+    figures = held_back_figures(trials, settings)
+    for name, value in figures.items():
+        typer.echo(f'{name}: {value}')
+    with common.progress('fitting', total=settings.members) as advance:
+        networks = fit_judge(stack_trials(trials), settings, advance)
+    command = ' '.join(['fpnet', *sys.argv[1:]])
+    drawn = {'trials': len(trials), 'share': share, 'command': command}
+    facts = {'figures': figures, 'data': drawn}
+    path = (
+        out
+        / f'{"_".join(["judge", *(f"without_{word}" for word in settings.without)])}.safetensors'
+    )
+    write_judge(path, networks, settings, facts)
+    typer.echo(f'wrote {path}')

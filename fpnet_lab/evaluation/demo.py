@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Judge a demo: what the nodes published over a simulated recording, against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.accuracy import RunSummary, summarize_run
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.runs import read_output
+from fpnet_core.io.truth import (
+    TRUTH_NAME,
+    TRUTH_POSES_NAME,
+    read_distortion,
+    read_json,
+    read_planar,
+)
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import LocalizerOutput
+
+POSES_NAME, SESSION_NAME, TICK_NAME = 'poses.tum', 'session.json', 'last_tick.npz'
+"""What a session of the nodes leaves in its folder, beside all ticks."""
+
+_TICKS_NAME = 'ticks'
+
+
+@dataclass(frozen=True, eq=False)
+class DemoRun:
+    """
+    A judged demo.
+
+    ``published`` is in the floorplan's frame and nominal metres, ``truth`` in true metres in
+    ``building``; ``A_plan_building`` maps the latter to the former.
+    """
+
+    summary: RunSummary
+    published: PlanarTrajectory
+    truth: PlanarTrajectory
+    A_plan_building: Affine2D
+    scans: int
+    registered_scans: int
+
+    @property
+    def is_success(self) -> bool:
+        """True where the robot was localised and never told a wrong place."""
+        return self.summary.localized and self.summary.wrong_poses == 0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return {
+            **self.summary.as_json(),
+            'scans': self.scans,
+            'registered_scans': self.registered_scans,
+        }
+
+
+def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
+    """
+    Compare the poses published during a session with the recording's truth.
+
+    Raises
+    ------
+    FpnetError
+        If a file is missing or damaged.
+    """
+    truth = read_planar(recording_dir / TRUTH_POSES_NAME)
+    A_plan_building = read_distortion(recording_dir / TRUTH_NAME)
+    session = read_json(session_dir / SESSION_NAME, 'run the demo again')
+    published = read_planar(session_dir / POSES_NAME)
+    try:
+        durations_ms = _tick_durations_ms(session['ticks'])
+        scans, registered = int(session['scans']), int(session['registered_scans'])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise FpnetError(
+            f'{session_dir / SESSION_NAME} lacks or garbles {error}; run the demo again'
+        ) from None
+    summary = summarize_run(published, truth, durations_ms, truth, A_plan_building)
+    return DemoRun(summary, published, truth, A_plan_building, scans, registered)
+
+
+def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
+    """
+    Return all ticks of a session that had a submap, in sensor time.
+
+    While it waits, the localizer stamps ticks with the node's clock, which is not a recording's.
+
+    Raises
+    ------
+    FpnetError
+        If a file is damaged.
+    """
+    files = (session_dir / _TICKS_NAME).glob('*.npz')
+    ticks = [
+        replace(tick, stamp_ns=tick.submap.stamp_ns)
+        for tick in map(read_output, files)
+        if tick.submap is not None
+    ]
+    return tuple(sorted(ticks, key=lambda tick: tick.stamp_ns))
+
+
+def _tick_durations_ms(ticks: list[dict[str, Any]]) -> NDArray[np.float64]:
+    """Return the durations of the ticks that had a submap to work on."""
+    return np.array([tick['total_ms'] for tick in ticks if 'total_ms' in tick], dtype=np.float64)

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The suite: which building, sensor and kind of plan each run of the benchmark has.
+
+Everything follows from the suite's seed. Generated buildings cycle through layout families,
+sensors and plan groups at once; the three cycle lengths have no common factor, so that each
+meets the others evenly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from itertools import zip_longest
+from typing import Any
+
+from fpnet_core.errors import ConfigError
+from fpnet_lab.sim.plans import FAMILIES
+
+SYMMETRIC_FAMILIES = ('turned', 'mirrored')
+REPEATED_FAMILY = 'repeated'
+PLAIN_FAMILIES = tuple(
+    name for name in FAMILIES if name not in (*SYMMETRIC_FAMILIES, REPEATED_FAMILY)
+)
+"""Families without built-in symmetry or repetition: here the robot is to be found."""
+
+SENSOR_CYCLE = ('beams32', 'dome', 'beams16', 'planar', 'beams64')
+WRONG_PLANS_PER_CASE = 5
+"""So many other buildings' plans are tried on the drive of each plain building."""
+
+MESHES = {
+    'aws_small_house': 'meshes_tune',
+    'cpr_office': 'meshes_tune',
+    'willowgarage': 'meshes_report',
+    'aws_hospital': 'meshes_report',
+}
+"""Real buildings' meshes and the half of the data that each belongs to."""
+
+LOGS = ('intel', 'freiburg-079')
+_ROUNDS = 3  # buildings per plain family
+_MESH_SEEDS = 3
+_SYMMETRIC_ROUNDS, _REPEATED = 4, 6
+
+
+class Kind(StrEnum):
+    """Where a case's scans come from."""
+
+    GENERATED = 'generated'
+    MESH = 'mesh'
+    LOG = 'log'
+
+
+class Distortion(StrEnum):
+    """How the plan differs from the building."""
+
+    EXACT = 'exact'
+    STRETCHED_5 = 'stretched_5'
+    STRETCHED_10 = 'stretched_10'
+    CHANGED_WALLS = 'changed_walls'
+    SKETCH = 'sketch'
+    UNKNOWN_SCALE = 'unknown_scale'
+
+
+OPEN_SET_GROUPS = ('wrong_building', 'mirrored_plan')
+"""Groups in which no pose is right and every claim is false."""
+
+GROUPS = (
+    *Distortion,
+    'symmetric',
+    'repeated',
+    *dict.fromkeys(MESHES.values()),
+    'logs',
+    *OPEN_SET_GROUPS,
+)
+"""Names of all groups that figures are given for."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """
+    One recording and its plan.
+
+    ``building`` is a layout family, a mesh or a log; ``wrong_cases`` numbers the plain cases
+    whose plans are tried on this drive as well.
+    """
+
+    name: str
+    group: str
+    kind: Kind
+    building: str
+    seed: int
+    sensor: str = 'planar'
+    distortion: Distortion = Distortion.EXACT
+    wrong_cases: tuple[int, ...] = ()
+    has_mirrored_plan: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return asdict(self)
+
+
+def make_suite(seed: int = 0) -> tuple[Case, ...]:
+    """Return every case, groups taking turns, so that any first part holds most of them."""
+    plain = plain_cases(seed)
+    groups: dict[str, list[Case]] = {}
+    for case in (*plain, *_adversarial(seed), *_meshes(), *_logs()):
+        groups.setdefault(case.group, []).append(case)
+    rounds = zip_longest(*groups.values())
+    return tuple(case for cases in rounds for case in cases if case is not None)
+
+
+def plain_cases(seed: int) -> tuple[Case, ...]:
+    """Return the generated buildings without symmetry, in the order that numbers them."""
+    distortions = tuple(Distortion)
+    count = _ROUNDS * len(PLAIN_FAMILIES)
+    return tuple(
+        Case(
+            name=f'{PLAIN_FAMILIES[k % len(PLAIN_FAMILIES)]}-{k}',
+            # The round shifts the cycle: six distortions and 14 families share a factor.
+            group=distortions[(k + k // len(PLAIN_FAMILIES)) % len(distortions)],
+            kind=Kind.GENERATED,
+            building=PLAIN_FAMILIES[k % len(PLAIN_FAMILIES)],
+            seed=_case_seed(seed, k),
+            sensor=SENSOR_CYCLE[k % len(SENSOR_CYCLE)],
+            distortion=distortions[(k + k // len(PLAIN_FAMILIES)) % len(distortions)],
+            wrong_cases=_others(k, count),
+            has_mirrored_plan=True,
+        )
+        for k in range(count)
+    )
+
+
+def select(
+    suite: Iterable[Case], groups: Sequence[str] | None, limit: int | None
+) -> tuple[Case, ...]:
+    """
+    Return the cases of some groups, at most ``limit``.
+
+    An open-set group selects the plain cases, whose drives it is run on.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such group.
+    """
+    unknown = set(groups or ()) - set(GROUPS)
+    if unknown:
+        raise ConfigError(f'unknown group {min(unknown)!r}; choose from {", ".join(GROUPS)}')
+    chosen = [case for case in suite if groups is None or _is_wanted(case, groups)]
+    return tuple(chosen[:limit])
+
+
+def _is_wanted(case: Case, groups: Sequence[str]) -> bool:
+    return case.group in groups or (
+        ('wrong_building' in groups and bool(case.wrong_cases))
+        or ('mirrored_plan' in groups and case.has_mirrored_plan)
+    )
+
+
+def _case_seed(seed: int, number: int) -> int:
+    return 1000 * (seed + 1) + number
+
+
+def _others(k: int, count: int) -> tuple[int, ...]:
+    """Number other cases: first the same family's next building, then other families."""
+    steps = (len(PLAIN_FAMILIES), 1, 2, 5, 9)
+    return tuple((k + step) % count for step in steps[:WRONG_PLANS_PER_CASE])
+
+
+def _adversarial(seed: int) -> Iterable[Case]:
+    """Symmetric buildings and such with one room over and over, their plans exact."""
+    families = [*SYMMETRIC_FAMILIES * _SYMMETRIC_ROUNDS, *[REPEATED_FAMILY] * _REPEATED]
+    for k, family in enumerate(families):
+        yield Case(
+            name=f'{family}-{k}',
+            group='repeated' if family == REPEATED_FAMILY else 'symmetric',
+            kind=Kind.GENERATED,
+            building=family,
+            seed=_case_seed(seed, 500 + k),
+            sensor=SENSOR_CYCLE[k % len(SENSOR_CYCLE)],
+        )
+
+
+def _meshes() -> Iterable[Case]:
+    for number in range(_MESH_SEEDS):
+        for mesh, group in MESHES.items():
+            if group == 'meshes_report' or number == 0:
+                yield Case(f'{mesh}-{number}', group, Kind.MESH, mesh, number, sensor='beams32')
+
+
+def _logs() -> Iterable[Case]:
+    return (Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS)

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The localizer on a drive, and what is kept of a drive for the other methods and plans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.io import Scan
+from fpnet_core.localizer import ReplayResult, create_localizer, replay
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.pose import MapSide
+from fpnet_core.types import GridMap, LocalizerOutput, Status
+from fpnet_lab.baselines.monte_carlo import planar_slice
+from fpnet_lab.evaluation.localization.records import Belief, MethodRun
+
+KEEP_EVERY = 3
+"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m."""
+
+_KB_PER_MB = 1024.0
+
+
+@dataclass(eq=False)
+class Drive:
+    """
+    Registers scans and keeps what later runs share.
+
+    ``kept`` are registered scans, one in :data:`KEEP_EVERY`; ``slices`` the planar slice of every
+    scan, sensor frame turned level [m].
+    """
+
+    odometry: KissOdometry
+    kept: list[Scan] = field(default_factory=list)
+    slices: list[NDArray[np.float32]] = field(default_factory=list)
+    count: int = 0
+
+    def follow(self, scans: Iterable[Scan]) -> Iterable[Scan]:
+        """Yield the scans registered: those without a pose get one from the odometry."""
+        for scan in scans:
+            points, pose = scan.points, scan.T_odom_sensor
+            if pose is None:
+                points, pose = self.odometry.register_scan(scan)
+            registered = Scan(scan.stamp_ns, points, T_odom_sensor=pose)
+            self.slices.append(planar_slice(points, pose))
+            if self.count % KEEP_EVERY == 0:
+                self.kept.append(registered)
+            self.count += 1
+            yield registered
+
+
+@dataclass(frozen=True, eq=False)
+class ProductRun:
+    """The localizer's run, judged like any method's, with its plan side and all outputs."""
+
+    run: MethodRun
+    replay: ReplayResult
+    plan: MapSide
+
+    @property
+    def ticks(self) -> tuple[LocalizerOutput, ...]:
+        """Outputs of the ticks that had a submap to work on, in time order."""
+        return tuple(
+            o for o in self.replay.outputs if o.submap is not None and o.match is not None
+        )
+
+
+def run_product(
+    scans: Iterable[Scan], plan: GridMap, config: FpnetConfig, tick_period_s: float
+) -> ProductRun:
+    """
+    Run the localizer over registered scans, ticking in sensor time.
+
+    Raises
+    ------
+    FpnetError
+        If the plan holds no room or the weights cannot be used.
+    """
+    localizer = create_localizer(config)
+    localizer.set_plan(plan)
+    rss_mb = [0.0]
+    result = replay(scans, localizer, tick_period_s, _refuse, lambda: rss_mb.append(resident_mb()))
+    assert localizer.plan is not None  # it was set above
+    run = MethodRun(
+        published=result.published,
+        odometry=result.odometry,
+        beliefs=tuple(_belief(output) for output in result.outputs),
+        tick_ms=result.tick_ms,
+        add_scan_ms=result.add_scan_ms,
+        rss_mb=max(rss_mb),
+        statuses=tuple(output.status.value for output in result.outputs),
+    )
+    return ProductRun(run, result, localizer.plan)
+
+
+def resident_mb() -> float:
+    """Return the memory that this process holds [MB]; 0 where the system does not tell."""
+    try:
+        lines = Path('/proc/self/status').read_text(encoding='ascii').splitlines()
+    except OSError:
+        return 0.0
+    values = [line.split()[1] for line in lines if line.startswith('VmRSS:')]
+    return float(values[0]) / _KB_PER_MB if values else 0.0
+
+
+def _refuse(scan: Scan) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
+
+
+def _belief(output: LocalizerOutput) -> Belief:
+    if output.status is Status.LOCALIZED:
+        return Belief(output.stamp_ns, output.probability, output.A_plan_odom)
+    if not output.estimates or output.submap is None:
+        return Belief(output.stamp_ns, output.probability, None)
+    placed = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
+    return Belief(output.stamp_ns, output.probability, placed)

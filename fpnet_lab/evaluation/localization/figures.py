@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Records to figures: per group, per family, in total, for the localizer and each baseline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_lab.evaluation.localization.records import Record
+from fpnet_lab.metrics import expected_calibration_error
+
+PRODUCT = 'fpnet'
+"""The localizer's name among the methods."""
+
+Figures = dict[str, float | int | None]
+
+
+def report(records: Sequence[Record]) -> dict[str, Any]:
+    """
+    Return the figures of all methods.
+
+    Returns
+    -------
+    ``{'total', 'groups', 'families', 'sensors', 'baselines': {name: the same four}}``. Families
+    and sensors leave the open-set runs out.
+    """
+    methods = dict.fromkeys(record.method for record in records)
+    tables = {method: _tables([r for r in records if r.method == method]) for method in methods}
+    baselines = {name: table for name, table in tables.items() if name != PRODUCT}
+    return {**tables.get(PRODUCT, _tables([])), 'baselines': baselines}
+
+
+def figures(records: Sequence[Record]) -> Figures:
+    """
+    Reduce runs to their figures; None where no run says anything.
+
+    Recalls are shares of the runs with a right answer; ``open_set_false_claims`` and the
+    ``wrong_published`` ones are counts. Medians are taken over runs; those that published
+    nothing have no error and no path to the first pose.
+    """
+    closed = [record for record in records if not record.is_open_set]
+    wrong = [record.wrong_poses for record in closed]
+    ticks = np.concatenate([np.zeros(0), *(np.array(r.tick_ms) for r in records)])
+    return {
+        'recall_1m_10deg': _mean([record.is_right for record in closed]),
+        'recall_05m_5deg': _mean([record.is_tight for record in closed]),
+        'path_to_first_pose_m_median': _median(r.path_to_first_pose_m for r in closed),
+        'wrong_published_runs': int(np.count_nonzero(wrong)),
+        'wrong_published_poses': int(np.sum(wrong, dtype=np.int64)),
+        'median_position_error_m': _median(r.median_position_error_m for r in closed),
+        'median_yaw_error_deg': _median(r.median_yaw_error_deg for r in closed),
+        'open_set_false_claims': sum(r.is_open_set and r.poses > 0 for r in records),
+        'ece': calibration_error([belief for r in records for belief in r.beliefs]),
+        'tick_ms_p50': _quantile(ticks, 0.5),
+        'tick_ms_p95': _quantile(ticks, 0.95),
+        'add_scan_ms_p50': _median(r.add_scan_ms for r in records),
+        'rss_mb_max': max((r.rss_mb for r in records), default=None),
+        'runs': len(records),
+    }
+
+
+def calibration_error(beliefs: Sequence[tuple[float, bool]]) -> float | None:
+    """Expected calibration error over ten bins of equal width; None for no beliefs."""
+    if not beliefs:
+        return None
+    p, right = (np.array(column) for column in zip(*beliefs, strict=True))
+    return _rounded(expected_calibration_error(p, right))
+
+
+def _tables(records: Sequence[Record]) -> dict[str, Any]:
+    closed = [record for record in records if not record.is_open_set]
+    return {
+        'total': figures(records),
+        'groups': _by(records, lambda record: record.group),
+        'families': _by(closed, lambda record: record.building),
+        'sensors': _by(closed, lambda record: record.sensor),
+    }
+
+
+def _by(records: Sequence[Record], key: Callable[[Record], str]) -> dict[str, Figures]:
+    names = dict.fromkeys(key(record) for record in records)
+    return {name: figures([r for r in records if key(r) == name]) for name in names}
+
+
+def _median(values: Iterable[float | None]) -> float | None:
+    return _quantile(np.array([v for v in values if v is not None]), 0.5)
+
+
+def _quantile(values: NDArray[np.float64], q: float) -> float | None:
+    return _rounded(np.quantile(values, q)) if len(values) else None
+
+
+def _mean(values: Sequence[bool]) -> float | None:
+    return _rounded(np.mean(values)) if values else None
+
+
+def _rounded(value: Any) -> float:
+    return round(float(value), 4)

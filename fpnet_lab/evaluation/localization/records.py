@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""From what a method said during a run to what that was worth, and how records are kept."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.accuracy import pose_errors, summarize_run
+from fpnet_core.geometry import Affine2D, angle_between
+from fpnet_core.trajectory import PlanarTrajectory
+
+JUDGED_AT_M = 40.0
+"""Path after which a generated run must be right; shorter tours are judged at their end."""
+
+TIGHT = (0.5, float(np.deg2rad(5.0)))
+RIGHT = (1.0, float(np.deg2rad(10.0)))
+"""Largest errors [m], [rad] of the two recalls; the second also says which beliefs are right."""
+
+_NS_PER_S = 1e9
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Belief:
+    """The best placement at a tick, None where there is none, and its probability."""
+
+    stamp_ns: int
+    probability: float
+    A_plan_odom: Affine2D | None
+
+
+@dataclass(frozen=True, eq=False)
+class MethodRun:
+    """
+    All that a method said during a run.
+
+    ``published`` holds a pose for every scan with a claim standing, plan frame, nominal metres;
+    ``odometry`` the sensor's path in ``odom``; ``statuses`` one word per tick.
+    """
+
+    published: PlanarTrajectory
+    odometry: PlanarTrajectory
+    beliefs: tuple[Belief, ...]
+    tick_ms: Array
+    add_scan_ms: Array
+    rss_mb: float
+    statuses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Truth:
+    """True sensor poses, ``A_plan_truth`` to the plan, and where the run is judged [m]."""
+
+    poses: PlanarTrajectory
+    A_plan_truth: Affine2D
+    judged_at_m: float = float('inf')
+
+
+@dataclass(frozen=True)
+class Record:
+    """
+    One judged run of one method, plain values only.
+
+    Errors are in true metres and degrees, None where no pose was published. ``is_open_set`` runs
+    have no right answer: a pose published there is a false claim, and counts as nothing else.
+    ``beliefs`` holds ``(probability, is_right)`` of every tick with a placement.
+    """
+
+    case: str
+    group: str
+    building: str
+    sensor: str
+    seed: int
+    method: str
+    plan: str
+    is_open_set: bool
+    is_right: bool
+    is_tight: bool
+    poses: int
+    wrong_poses: int
+    path_to_first_pose_m: float | None
+    median_position_error_m: float | None
+    median_yaw_error_deg: float | None
+    beliefs: tuple[tuple[float, bool], ...]
+    tick_ms: tuple[float, ...]
+    add_scan_ms: float | None
+    rss_mb: float
+    statuses: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Return a mapping of plain values."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, values: dict[str, Any]) -> Record:
+        """Return the record of such a mapping."""
+        beliefs = tuple((float(p), bool(right)) for p, right in values['beliefs'])
+        sequences = {name: tuple(values[name]) for name in ('tick_ms', 'statuses')}
+        return cls(**{**values, **sequences, 'beliefs': beliefs})
+
+
+@dataclass(frozen=True)
+class RunLabels:
+    """What identifies a run: the case's own words, the method, and whose plan it was given."""
+
+    case: str
+    group: str
+    building: str
+    sensor: str
+    seed: int
+    method: str
+    plan: str
+
+
+def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
+    """Compare a run with the truth; None says that no pose is right: another building's plan."""
+    summary = summarize_run(
+        run.published,
+        run.odometry,
+        run.tick_ms,
+        truth.poses if truth else None,
+        truth.A_plan_truth if truth else None,
+    )
+    position, yaw = _judged_error(run, truth) if truth else (np.inf, np.inf)
+    return Record(
+        **asdict(labels),
+        is_open_set=truth is None,
+        is_right=position <= RIGHT[0] and yaw <= RIGHT[1],
+        is_tight=position <= TIGHT[0] and yaw <= TIGHT[1],
+        poses=summary.poses,
+        wrong_poses=summary.wrong_poses or 0,
+        path_to_first_pose_m=summary.path_to_first_pose_m,
+        median_position_error_m=summary.median_position_error_m,
+        median_yaw_error_deg=summary.median_yaw_error_deg,
+        beliefs=_judged_beliefs(run, truth),
+        tick_ms=tuple(np.round(run.tick_ms, 2).tolist()),
+        add_scan_ms=float(np.median(run.add_scan_ms)) if len(run.add_scan_ms) else None,
+        rss_mb=round(run.rss_mb, 1),
+        statuses=run.statuses,
+    )
+
+
+def stamp_at_path(odometry: PlanarTrajectory, path_m: float) -> int:
+    """Return the stamp of the first pose after so much path; the last one's if it is shorter."""
+    travelled = np.cumsum(np.linalg.norm(np.diff(odometry.xy, axis=0), axis=1))
+    index = int(np.searchsorted(travelled, path_m)) + 1
+    return int(odometry.stamps_ns[min(index, len(odometry) - 1)])
+
+
+def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
+    """Errors [m], [rad] of the pose that is published where the run is judged; else infinite."""
+    stamp_ns = stamp_at_path(run.odometry, truth.judged_at_m)
+    there = run.published.stamps_ns == stamp_ns
+    standing = PlanarTrajectory(stamp_ns + np.zeros(int(there.sum()), np.int64),
+                                run.published.xy[there], run.published.yaw[there])  # fmt: skip
+    position, yaw = pose_errors(standing.mapped(truth.A_plan_truth.inv()), truth.poses)
+    return (float(position[0]), float(yaw[0])) if len(position) else (np.inf, np.inf)
+
+
+def belief_errors(run: MethodRun, truth: Truth) -> list[tuple[float, float] | None]:
+    """Errors [m], [rad] of the robot's place at each tick if the best placement holds."""
+    return [
+        None
+        if belief.A_plan_odom is None
+        else robot_error(belief.stamp_ns, belief.A_plan_odom, run.odometry, truth)
+        for belief in run.beliefs
+    ]
+
+
+def robot_error(
+    stamp_ns: int, A_plan_odom: Affine2D, odometry: PlanarTrajectory, truth: Truth
+) -> tuple[float, float]:
+    """Return how far off [m], [rad] a placement of the odometry frame puts the robot."""
+    stamp = np.array([stamp_ns])
+    (odom, _), (true, _) = odometry.at(stamp), truth.poses.at(stamp)
+    placed = odom.mapped(truth.A_plan_truth.inv() @ A_plan_odom)
+    position = float(np.linalg.norm(placed.xy[0] - true.xy[0]))
+    return position, float(angle_between(placed.yaw, true.yaw)[0])
+
+
+def _judged_beliefs(run: MethodRun, truth: Truth | None) -> tuple[tuple[float, bool], ...]:
+    if truth is None:
+        placed = [belief for belief in run.beliefs if belief.A_plan_odom is not None]
+        return tuple((round(belief.probability, 4), False) for belief in placed)
+    judged = zip(run.beliefs, belief_errors(run, truth), strict=True)
+    return tuple(
+        (round(belief.probability, 4), error[0] <= RIGHT[0] and error[1] <= RIGHT[1])
+        for belief, error in judged
+        if error is not None
+    )

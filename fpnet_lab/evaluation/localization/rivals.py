@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The baselines on a drive: the localizer's own submaps and odometry, other ways to a pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.scale import allowed_scales
+from fpnet_core.pose import map_evidence
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import GridMap, LocalizerOutput
+from fpnet_lab.baselines.answer import Answer
+from fpnet_lab.baselines.branch_and_bound import BranchAndBound
+from fpnet_lab.baselines.correlative import search_placement
+from fpnet_lab.baselines.matcher_ransac import place_by_ransac
+from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
+from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, resident_mb
+from fpnet_lab.evaluation.localization.records import Belief, MethodRun, stamp_at_path
+
+CHECKPOINTS_M = (10.0, 20.0, 40.0)
+"""Paths after which branch and bound looks; what it found stands until the next look."""
+
+CORRELATIVE_CHECKPOINTS_M = (40.0,)
+"""The same of the correlative search, which takes seconds for one look."""
+
+_SHARED_STAGES = ('segment', 'graph', 'match')
+
+Look = Callable[[LocalizerOutput], tuple[Answer | None, float]]
+"""Places a tick's submap; also returns the milliseconds that it took."""
+
+
+def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[str, MethodRun]:
+    """Return the run of each baseline by name, on the plan that ``product`` ran on."""
+    scales = allowed_scales(config.pose.scale_tolerance)
+    search = BranchAndBound(product.plan.evidence, scales)
+    return {
+        'matcher_ransac': _looking(product, product.ticks, _ransac(product)),
+        'branch_and_bound': _looking(
+            product, _checkpoints(product, CHECKPOINTS_M), _timed(partial(_bounded, search))
+        ),
+        'correlative': _looking(
+            product,
+            _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
+            _timed(partial(_correlated, product.plan.segmentation.grid, scales)),
+        ),
+        'monte_carlo': _monte_carlo(product, drive, config.seed),
+    }
+
+
+def _ransac(product: ProductRun) -> Look:
+    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
+        assert tick.graph is not None and tick.match is not None  # noqa: PT018
+        start = time.perf_counter()
+        placement = place_by_ransac(product.plan.graph, tick.graph, tick.match)
+        own_ms = 1e3 * (time.perf_counter() - start)
+        return placement, own_ms + sum(tick.timings_ms.get(s, 0.0) for s in _SHARED_STAGES)
+
+    return look
+
+
+def _timed(place: Callable[[GridMap], Answer | None]) -> Look:
+    def look(tick: LocalizerOutput) -> tuple[Answer | None, float]:
+        assert tick.submap is not None
+        start = time.perf_counter()
+        placement = place(tick.submap.grid)
+        return placement, 1e3 * (time.perf_counter() - start)
+
+    return look
+
+
+def _bounded(search: BranchAndBound, sub: GridMap) -> Answer | None:
+    return search.place(map_evidence(sub))
+
+
+def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Answer | None:
+    """Return what the exhaustive search answers; it knows no "not here" and always claims."""
+    found = search_placement(plan, sub, scales)
+    if found is None:
+        return None
+    return Answer(found.A_plan_submap, float(np.clip(found.score, 0.0, 1.0)), is_claimed=True)
+
+
+def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[LocalizerOutput, ...]:
+    """Return the last tick up to each checkpoint; of a shorter drive the last of all."""
+    stamps = [stamp_at_path(product.run.odometry, path_m) for path_m in paths_m]
+    found = []
+    for stamp_ns in stamps:
+        before = [tick for tick in product.ticks if tick.stamp_ns <= stamp_ns]
+        if before and before[-1] not in found:
+            found.append(before[-1])
+    return tuple(found)
+
+
+def _looking(product: ProductRun, ticks: Sequence[LocalizerOutput], look: Look) -> MethodRun:
+    """Place the submaps of some ticks; odometry carries on between them."""
+    beliefs: list[Belief] = []
+    claims: list[Affine2D | None] = []
+    tick_ms: list[float] = []
+    rss_mb = resident_mb()
+    for tick in ticks:
+        assert tick.submap is not None
+        placement, took_ms = look(tick)
+        tick_ms.append(took_ms)
+        rss_mb = max(rss_mb, resident_mb())
+        A = placement.A_plan_submap @ tick.submap.T_odom_submap.inv() if placement else None
+        beliefs.append(Belief(tick.stamp_ns, placement.score if placement else 0.0, A))
+        claims.append(A if placement and placement.is_claimed else None)
+    stamps = [tick.stamp_ns for tick in ticks]
+    return MethodRun(
+        published=carried(product.run.odometry, stamps, claims),
+        odometry=product.run.odometry,
+        beliefs=tuple(beliefs),
+        tick_ms=np.array(tick_ms, dtype=np.float64),
+        add_scan_ms=product.run.add_scan_ms,
+        rss_mb=rss_mb,
+    )
+
+
+def carried(
+    odometry: PlanarTrajectory, stamps_ns: Sequence[int], claims: Sequence[Affine2D | None]
+) -> PlanarTrajectory:
+    """
+    Return the poses that follow from claims: each stands from its stamp until the next one's.
+
+    ``claims[k]`` maps ``odom`` to the plan from ``stamps_ns[k]`` on; None withdraws.
+    """
+    latest = np.searchsorted(np.asarray(stamps_ns), odometry.stamps_ns, side='right') - 1
+    parts = []
+    for k, claim in enumerate(claims):
+        chosen = latest == k
+        if claim is not None and chosen.any():
+            part = PlanarTrajectory(
+                odometry.stamps_ns[chosen], odometry.xy[chosen], odometry.yaw[chosen]
+            )
+            parts.append(part.mapped(claim))
+    return joined(parts)
+
+
+def joined(parts: Sequence[PlanarTrajectory]) -> PlanarTrajectory:
+    """Return trajectories one after another; none give one without poses."""
+    return PlanarTrajectory(
+        np.concatenate([np.zeros(0, np.int64), *(part.stamps_ns for part in parts)]),
+        np.concatenate([np.zeros((0, 2)), *(part.xy for part in parts)]),
+        np.concatenate([np.zeros(0), *(part.yaw for part in parts)]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Claim:
+    """A cloud's answer after an update."""
+
+    stamp_ns: int
+    share: float
+    T_plan_odom: SE2
+    is_claimed: bool
+
+
+def _monte_carlo(product: ProductRun, drive: Drive, seed: int) -> MethodRun:
+    """Feed every scan's planar slice; updates are the ticks."""
+    rng = np.random.default_rng(seed)
+    filter_ = MonteCarlo(product.plan.evidence, rng, MonteCarloSettings())
+    odometry = product.run.odometry
+    answers: list[_Claim] = []
+    tick_ms: list[float] = []
+    add_ms: list[float] = []
+    rss_mb = resident_mb()
+    for index, beams in enumerate(drive.slices[: len(odometry)]):
+        x, y = odometry.xy[index]
+        T_odom_base = SE2.from_xy_yaw(x, y, float(odometry.yaw[index]))
+        start = time.perf_counter()
+        is_updated = filter_.add_scan(beams, T_odom_base)
+        took_ms = 1e3 * (time.perf_counter() - start)
+        (tick_ms if is_updated else add_ms).append(took_ms)
+        if is_updated:
+            mean = filter_.estimate()
+            answers.append(
+                _Claim(
+                    int(odometry.stamps_ns[index]),
+                    mean.share,
+                    mean.T_plan_base @ T_odom_base.inv(),
+                    mean.is_claimed,
+                )
+            )
+            rss_mb = max(rss_mb, resident_mb())
+    claims = [a.T_plan_odom if a.is_claimed else None for a in answers]
+    return MethodRun(
+        published=carried(odometry, [a.stamp_ns for a in answers], claims),
+        odometry=odometry,
+        beliefs=tuple(Belief(a.stamp_ns, a.share, a.T_plan_odom) for a in answers),
+        tick_ms=np.array(tick_ms),
+        add_scan_ms=np.array(add_ms),
+        rss_mb=rss_mb,
+    )

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One case: the localizer, the baselines, and other buildings' plans, all on one drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fpnet_core.config import FpnetConfig, parse_config
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.types import GridMap
+from fpnet_lab.evaluation.localization.cases import Case, Kind, plain_cases
+from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, run_product
+from fpnet_lab.evaluation.localization.figures import PRODUCT
+from fpnet_lab.evaluation.localization.records import (
+    JUDGED_AT_M,
+    MethodRun,
+    Record,
+    RunLabels,
+    Truth,
+    belief_errors,
+    judge,
+)
+from fpnet_lab.evaluation.localization.rivals import run_rivals
+from fpnet_lab.evaluation.localization.scenes import Scene, make_plan, make_scene
+
+TICK_PERIOD_S = 2.0
+OPEN_SET_TICK_PERIOD_S = 5.0
+"""Sensor time between ticks; runs on wrong plans, five per drive, tick less often."""
+
+LOG_TICK_PERIOD_S = 10.0
+"""The real logs last up to 45 minutes."""
+
+GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
+    'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
+    'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
+    'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
+}
+"""What a user would say of plans of uncertain scale."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A case and how to run it; ``suite_seed`` numbers the other buildings' plans."""
+
+    case: Case
+    config: FpnetConfig
+    suite_seed: int
+    data: Path
+    with_baselines: bool = True
+    strip: Path | None = None
+
+
+def run_case(job: Job) -> tuple[Record, ...]:
+    """
+    Run a case and judge every run on its drive.
+
+    Raises
+    ------
+    MissingDataError
+        If it needs real data that are not there.
+    FpnetError
+        If a plan or the weights cannot be used.
+    """
+    case, config = job.case, settings_of(job.case, job.config)
+    scene = make_scene(case, job.data)
+    drive = Drive(KissOdometry(config.odometry))
+    product = run_product(drive.follow(scene.scans), scene.plan, config, _period_s(case))
+    truth = _truth(case, scene)
+    records = [judge(_labels(case, PRODUCT), product.run, truth)]
+    if job.with_baselines:
+        records += _judged_rivals(case, product, drive, config, truth)
+    if job.strip is not None:
+        _draw_strip(job.strip, case, product, truth)
+    del product
+    for index, (name, group, plan) in enumerate(_false_plans(job, scene)):
+        false_case = replace(case, group=group)
+        product = run_product(drive.kept, plan, config, OPEN_SET_TICK_PERIOD_S)
+        records.append(judge(_labels(false_case, PRODUCT, name), product.run, None))
+        if job.with_baselines and index == 0:
+            records += _judged_rivals(false_case, product, drive, config, None, name)
+    return tuple(records)
+
+
+def settings_of(case: Case, config: FpnetConfig) -> FpnetConfig:
+    """Return the configuration with what the case's group says about the plan's scale."""
+    tree = config.model_dump()
+    for section, values in GROUP_SETTINGS.get(case.group, {}).items():
+        tree[section] |= values
+    return parse_config(tree, f'group {case.group}')
+
+
+def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> None:
+    from fpnet_core.viz.strip import plot_strip  # loads matplotlib
+
+    plot_strip(
+        path,
+        product.plan.segmentation,
+        product.replay.outputs,
+        truth.poses.mapped(truth.A_plan_truth),
+        [error and error[0] for error in belief_errors(product.run, truth)],
+        f'{case.name}: {case.group}, {case.sensor}, seed {case.seed}',
+    )
+
+
+def _period_s(case: Case) -> float:
+    return LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
+
+
+def _truth(case: Case, scene: Scene) -> Truth:
+    judged_at_m = JUDGED_AT_M if case.kind is Kind.GENERATED else float('inf')
+    return Truth(scene.truth, scene.A_plan_truth, judged_at_m)
+
+
+def _labels(case: Case, method: str, plan: str = '') -> RunLabels:
+    return RunLabels(
+        case.name, case.group, case.building, case.sensor, case.seed, method, plan or case.name
+    )
+
+
+def _judged_rivals(
+    case: Case,
+    product: ProductRun,
+    drive: Drive,
+    config: FpnetConfig,
+    truth: Truth | None,
+    plan: str = '',
+) -> list[Record]:
+    runs: dict[str, MethodRun] = run_rivals(product, drive, config)
+    return [judge(_labels(case, name, plan), run, truth) for name, run in runs.items()]
+
+
+def _false_plans(job: Job, scene: Scene) -> Iterator[tuple[str, str, GridMap]]:
+    """Yield names, groups and plans on which every claim is false."""
+    plain = plain_cases(job.suite_seed) if job.case.wrong_cases else ()
+    for number in job.case.wrong_cases:
+        yield plain[number].name, 'wrong_building', make_plan(plain[number])
+    if job.case.has_mirrored_plan:
+        yield f'{job.case.name} mirrored', 'mirrored_plan', scene.plan.mirrored()

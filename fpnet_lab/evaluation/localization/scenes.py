@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scans, plan and truth of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.errors import ConfigError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io import Scan, open_scans, read_map
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import GridMap
+from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
+from fpnet_lab.evaluation.localization.cases import Case, Kind
+from fpnet_lab.evaluation.localization.plans import draw_plan
+from fpnet_lab.sim.mesh_worlds import read_mesh
+from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.tours import TourLimits
+
+LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
+"""Tours of 40 to 60 m."""
+
+MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
+"""The small house ends the tour earlier."""
+
+_MESH_FILES = {
+    'aws_small_house': 'small_house_all.ply',
+    'cpr_office': 'office_mesh.ply',
+    'willowgarage': 'willow_mesh.ply',
+    'aws_hospital': 'hospital_all.ply',
+}
+_MESH_PLAN = 'floorplan_from_mesh.yaml'
+_ROOMS = (8, 60)
+_SEEDS_TRIED = 8
+_SEED_STEP = 100_000  # to the next seed where a building allows no such tour
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """
+    What a run needs, and the truth to judge it by.
+
+    ``truth`` holds true sensor poses in a truly metric frame, ``A_plan_truth`` maps that frame to
+    the plan's nominal metres.
+    """
+
+    scans: Iterable[Scan]
+    plan: GridMap
+    A_plan_truth: Affine2D
+    truth: PlanarTrajectory
+
+
+class MissingDataError(Exception):
+    """The case needs real data that is not on this machine; it is skipped."""
+
+
+def make_scene(case: Case, data: Path) -> Scene:
+    """
+    Build the scene of a case.
+
+    Parameters
+    ----------
+    case : Case
+    data : folder with the real data sets ``radish`` and ``mesh_*``
+
+    Raises
+    ------
+    MissingDataError
+        If the case needs a data set that ``data`` does not hold.
+    """
+    makers: dict[Kind, Callable[[Case, Path], Scene]] = {
+        Kind.GENERATED: _generated,
+        Kind.MESH: _mesh,
+        Kind.LOG: _log,
+    }
+    return makers[case.kind](case, data)
+
+
+def make_plan(case: Case) -> GridMap:
+    """Return the plan of a generated case alone."""
+    return draw_plan(_recording(case).building.plan, case.distortion, case.seed).grid
+
+
+def _generated(case: Case, data: Path) -> Scene:
+    del data  # everything is generated
+    recording = _recording(case)
+    drawing = draw_plan(recording.building.plan, case.distortion, case.seed)
+    truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
+    return Scene(recording, drawing.grid, drawing.A_plan_building, truth)
+
+
+def _recording(case: Case) -> Recording:
+    """Return the case's recording; some seeds allow no tour, then one further on is taken."""
+    options = RecordingOptions(
+        family=case.building, rooms=_ROOMS, limits=LIMITS, lidar=sensor_named(case.sensor)
+    )
+    reason = ''
+    for attempt in range(_SEEDS_TRIED):
+        try:
+            return make_recording(case.seed + attempt * _SEED_STEP, options, threads=1)
+        except ConfigError as error:
+            reason = str(error)
+    raise ConfigError(f'case {case.name}: no building in {_SEEDS_TRIED} seeds: {reason}')
+
+
+def _mesh(case: Case, data: Path) -> Scene:
+    """Drive through a real building's mesh; its plan was cut from it, so both share a frame."""
+    folder = data / f'mesh_{case.building}'
+    if not folder.is_dir():
+        raise MissingDataError(f'{folder} is absent')
+    recording = make_recording(
+        case.seed,
+        RecordingOptions(limits=MESH_LIMITS, lidar=sensor_named(case.sensor)),
+        threads=1,
+        floorplan=read_map(folder / _MESH_PLAN),
+        mesh=read_mesh(folder / _MESH_FILES[case.building]),
+    )
+    truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
+    return Scene(recording, recording.floorplan, recording.A_plan_building, truth)
+
+
+def _log(case: Case, data: Path) -> Scene:
+    folder = data / 'radish'
+    if not folder.is_dir():
+        raise MissingDataError(f'{folder} is absent')
+    fitted = read_fitted_truth(folder, case.building)
+    scans = list(open_scans(fitted.log))
+    poses = np.array([scan.T_odom_sensor for scan in scans])
+    truth = PlanarTrajectory.from_transforms([scan.stamp_ns for scan in scans], poses)
+    return Scene(scans, fitted.plan, fitted.A_plan_log, truth)

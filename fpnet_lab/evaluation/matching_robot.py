@@ -1,0 +1,295 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Methods on real floorplans and real robot maps of the same buildings, whole and in part.
+
+Every pair is taken as it is and under random rotations, scales and connected crops; a scale that
+was stated stays. Every robot map also meets plans of other buildings, where nothing is right.
+``fpnet`` is the whole product: scale from door widths unless stated, regions, network, consensus,
+raster verification and the claim. The other matchers get the same graphs and a transform by
+RANSAC; ``correlative`` gets the rasters.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.judging import Judge
+from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.maps import (
+    CutMap,
+    MapMatch,
+    MapMatchStatus,
+    cut_plan,
+    cut_robot_map,
+    match_cuts,
+)
+from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import FREE, GridMap
+from fpnet_lab.baselines.correlative import search_placement
+from fpnet_lab.evaluation.matching import Prediction, predict_one, score
+from fpnet_lab.evaluation.robot_figures import Foreign, Outcome, robot_figures
+from fpnet_lab.evaluation.robot_pairs import (
+    BANDS,
+    WHOLE,
+    Drawing,
+    RobotPair,
+    foreign_drawings,
+    read_drawings,
+    read_robot_pairs,
+    varied,
+)
+from fpnet_lab.metrics import placement_error
+from fpnet_lab.sim.labels import label_regions
+from fpnet_lab.sim.pairs import MatchingPair
+
+SEED = 9001
+VARIANTS = 10
+"""Random variants of every pair in each band."""
+
+RIGHT_DEG = 5.0
+RIGHT_SCALE = 0.1
+RIGHT_DIAGONALS = 0.03
+"""A transform is right within these: rotation, scale, and share of the plan's diagonal."""
+
+_FOREIGN_STREAM = 1  # keeps the choice of plans apart from that of crops
+
+
+@dataclass(frozen=True, eq=False)
+class RobotCase:
+    """One variant of a pair, its band, and the plans of other buildings that it meets."""
+
+    pair: RobotPair
+    band: str
+    foreign: tuple[Drawing, ...] = ()
+
+
+class _Key(NamedTuple):
+    """Names a case: its pair, its band in their order (-1: as it stands), and its variant."""
+
+    pair: int
+    band: int
+    variant: int
+
+
+@dataclass(frozen=True, eq=False)
+class _TimedCut:
+    cut: CutMap
+    milliseconds: float
+
+
+def robot_cases(data: Path, split: str, limit: int | None, foreign: int = 3) -> list[RobotCase]:
+    """
+    Return every pair of a half as it stands and varied in each band, or ``limit`` of them.
+
+    Each of them meets ``foreign`` plans of other buildings of the same half.
+    """
+    pairs = read_robot_pairs(data, split)
+    drawings = read_drawings(data, split, pairs)
+    keys = [_Key(number, -1, 0) for number in range(len(pairs))]
+    keys += [
+        _Key(number, band, variant)
+        for number in range(len(pairs))
+        for band in range(len(BANDS))
+        for variant in range(VARIANTS)
+    ]
+    chosen = keys if limit is None else _spread(keys, limit)
+    return [_case(pairs[key.pair], key, drawings, foreign) for key in sorted(chosen)]
+
+
+def _spread(keys: Sequence[_Key], limit: int) -> list[_Key]:
+    """Return ``limit`` keys: a fixed shuffle over the buildings, and the bands in turn."""
+    shuffled = [keys[index] for index in np.random.default_rng(SEED).permutation(len(keys))]
+    taken: Counter[int] = Counter()
+    rounds: list[tuple[int, _Key]] = []
+    for key in shuffled:
+        rounds.append((taken[key.band], key))
+        taken[key.band] += 1
+    return [key for _, key in sorted(rounds, key=lambda item: item[0])[:limit]]
+
+
+def _case(pair: RobotPair, key: _Key, drawings: Sequence[Drawing], foreign: int) -> RobotCase:
+    """Return the variant of a pair that a key names."""
+    choice = np.random.default_rng([SEED, *(key.pair, key.band + 1, key.variant), _FOREIGN_STREAM])
+    others = foreign_drawings(pair.drawing, drawings, choice, foreign)
+    if key.band < 0:
+        return RobotCase(pair, WHOLE, others)
+    band, kept = list(BANDS.items())[key.band]
+    return RobotCase(varied(pair, np.random.default_rng([SEED, *key]), kept), band, others)
+
+
+def bench_robot_maps(
+    cases: Sequence[RobotCase],
+    matchers: Mapping[str, RegionMatcher],
+    config: FpnetConfig,
+    with_correlative: bool,
+    on_cases: Callable[[float], None],
+) -> dict[str, Any]:
+    """
+    Run all methods on all cases.
+
+    Returns
+    -------
+    ``methods`` with the figures of :func:`fpnet_lab.evaluation.matching.score` and of
+    :func:`fpnet_lab.evaluation.robot_figures.robot_figures`. A map without rooms is a miss of
+    every method. ``correlative`` claims everything, and meets no plans of other buildings.
+    """
+    if 'fpnet' not in matchers:
+        raise FpnetError('the set robot needs the method fpnet, which cuts the maps into regions')
+    if cases:  # compiles and caches what the first case would otherwise be timed for
+        _Bench(matchers, config, False).run(replace(cases[0], foreign=()))
+    bench = _Bench(matchers, config, with_correlative)
+    for case in cases:
+        bench.run(case)
+        on_cases(1.0)
+    figures = score(bench.pairs, bench.said)
+    methods = {
+        name: {**figures[name], **robot_figures(outcomes)}
+        for name, outcomes in bench.outcomes.items()
+    }
+    return {'methods': methods, 'pairs': len(cases)}
+
+
+class _Bench:
+    """Runs methods on cases; every map is cut into rooms once."""
+
+    def __init__(
+        self, matchers: Mapping[str, RegionMatcher], config: FpnetConfig, with_correlative: bool
+    ) -> None:
+        names = [*matchers, 'correlative'] if with_correlative else [*matchers]
+        self.pairs: list[MatchingPair] = []
+        self.said: dict[str, list[Prediction]] = {name: [] for name in names}
+        self.outcomes: dict[str, list[Outcome]] = {name: [] for name in names}
+        self._matchers = matchers
+        self._config = config
+        self._finder = Finder(matchers['fpnet'], Judge.configured(config.localizer), config)
+        self._plans: dict[str, _TimedCut] = {}
+
+    def run(self, case: RobotCase) -> None:
+        """Run all methods on one case, on its own plan and on the others."""
+        robot = _timed(
+            lambda: cut_robot_map(
+                submap_from_grid(case.pair.robot), self._config, case.pair.is_metric
+            )
+        )
+        foreign = self._foreign(case, robot)
+        match = self._match(case.pair.drawing, robot)
+        pair = _as_pair(case.pair, match)
+        if pair is not None:
+            self.pairs.append(pair)
+        for name, items in self.said.items():
+            said = _predict(name, match, self._matchers)
+            if pair is not None:
+                items.append(said)
+            self.outcomes[name].append(_outcome(case, match, said, tuple(foreign[name])))
+
+    def _foreign(self, case: RobotCase, robot: _TimedCut) -> dict[str, list[Foreign]]:
+        """Return what each method says of the plans of other buildings."""
+        found: dict[str, list[Foreign]] = {name: [] for name in self.said}
+        for drawing in case.foreign:
+            match = self._match(drawing, robot)
+            is_same_architect = drawing.architect == case.pair.architect
+            for name in self._matchers:
+                said = _predict(name, match, self._matchers)
+                found[name].append(Foreign(is_same_architect, said.is_claimed))
+        return found
+
+    def _match(self, drawing: Drawing, robot: _TimedCut) -> MapMatch:
+        """Return what ``fpnet match`` would; its total time holds that of cutting both maps."""
+        if drawing.building not in self._plans:
+            self._plans[drawing.building] = _timed(
+                lambda: cut_plan(drawing.grid, self._config, drawing.is_metric)
+            )
+        plan, timer = self._plans[drawing.building], StageTimer()
+        timer.timings_ms['total'] = plan.milliseconds + robot.milliseconds
+        with timer.stage('total'):
+            return match_cuts(plan.cut, robot.cut, self._finder, timer)
+
+
+def _timed(cut: Callable[[], CutMap]) -> _TimedCut:
+    start = time.perf_counter()
+    made = cut()
+    return _TimedCut(made, 1e3 * (time.perf_counter() - start))
+
+
+def _predict(name: str, match: MapMatch, matchers: Mapping[str, RegionMatcher]) -> Prediction:
+    """Return what a method says; transforms are between metres, stated or estimated from doors."""
+    if name == 'correlative':
+        return _correlative(match)
+    if not (match.plan.segmentation.regions and match.sub.segmentation.regions):
+        return Prediction([], [], None, False, 0.0)
+    if name != 'fpnet':
+        area_m2 = _free_area_m2(match.sub.segmentation.grid)
+        return predict_one(matchers[name], match.plan.graph, match.sub.graph, area_m2)
+    estimates = match.comparison.estimates
+    return Prediction(
+        pairs=match.comparison.match.pairs.tolist(),
+        scores=match.comparison.match.scores.tolist(),
+        matrix=estimates[0].A_plan_submap.matrix.tolist() if estimates else None,
+        is_claimed=match.status is MapMatchStatus.MATCHED,
+        milliseconds=match.timings_ms['total'],
+    )
+
+
+def _correlative(match: MapMatch) -> Prediction:
+    """The search has no notion of doubt: it claims whatever it finds."""
+    start = time.perf_counter()
+    found = search_placement(match.plan.segmentation.grid, match.sub.segmentation.grid)
+    elapsed_ms = 1e3 * (time.perf_counter() - start)
+    matrix = None if found is None else found.A_plan_submap.matrix.tolist()
+    return Prediction([], [], matrix, found is not None, elapsed_ms)
+
+
+def _as_pair(pair: RobotPair, match: MapMatch) -> MatchingPair | None:
+    """Return both graphs with labels from the fitted transform; None without regions."""
+    plan, sub = match.plan.segmentation, match.sub.segmentation
+    if not (plan.regions and sub.regions):
+        return None
+    truth = _truth(pair, match)
+    return MatchingPair(
+        plan_graph=match.plan.graph,
+        sub_graph=match.sub.graph,
+        sub_labels=label_regions(plan, sub, truth).labels,
+        A_plan_submap=truth,
+        explored_area_m2=_free_area_m2(sub.grid),
+        plan_id=0,
+        family=pair.name,
+    )
+
+
+def _truth(pair: RobotPair, match: MapMatch) -> Affine2D:
+    """Return the fitted transform between the metres that both maps are compared in."""
+    plan = match.plan.segmentation.grid.resolution / pair.plan.resolution
+    robot = match.sub.segmentation.grid.resolution / pair.robot.resolution
+    A = pair.A_plan_robot
+    return Affine2D(A.linear * (plan / robot), A.translation * plan)
+
+
+def _free_area_m2(grid: GridMap) -> float:
+    return float(np.count_nonzero(grid.cells == FREE)) * grid.resolution**2
+
+
+def _outcome(
+    case: RobotCase, match: MapMatch, said: Prediction, foreign: tuple[Foreign, ...]
+) -> Outcome:
+    """Tell whether the transform is right, and whether it is claimed."""
+    pair, grid = case.pair, match.sub.segmentation.grid
+    rc = np.argwhere(grid.cells == FREE).mean(axis=0)
+    x, y = grid.rc_to_xy(rc).tolist()
+    error = placement_error(said.placement, _truth(pair, match), (x, y))
+    plan = match.plan.segmentation.grid
+    limit_m = RIGHT_DIAGONALS * float(np.hypot(*plan.shape)) * plan.resolution
+    right = error.is_within(limit_m, RIGHT_DEG) and error.scale <= RIGHT_SCALE
+    return Outcome(case.band, pair.building, pair.is_distorted, right, said.is_claimed, foreign)

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How well the scale of a drawing is told from its doors, rooms and walls.
+
+The real floorplans of both halves, bare and furnished, and generated sheets in many styles, each
+of known scale and read as if it had none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+import time
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.errors import FpnetError
+from fpnet_core.io import read_map
+from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.types import GridMap
+from fpnet_lab.metrics.intervals import interval_figures
+from fpnet_lab.sim.presets import SPLITS
+from fpnet_lab.sim.styled import styled_drawing
+
+CELL_M = 0.05
+"""Cell edge of the real floorplans."""
+
+SEED = 7001
+"""Of the generated sheets; what is measured is never what was learned from."""
+
+_IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
+
+
+def count_drawings(generated: int) -> int:
+    """Count the drawings of :func:`bench_scale`."""
+    return len(_IMAGES) * sum(map(len, SPLITS.values())) + generated
+
+
+def bench_scale(
+    data: Path,
+    generated: int,
+    config: SegmentationConfig,
+    on_drawing: Callable[[float], None] = lambda _: None,
+) -> dict[str, Any]:
+    """
+    Estimate the scale of real and of ``generated`` drawings.
+
+    Returns
+    -------
+    By group the figures of :func:`interval_figures` and ``ms_per_drawing`` for the rooms and the
+    scale together; ``drawings`` lists the estimates, factors over the truth.
+
+    Raises
+    ------
+    FpnetError
+        If a floorplan is missing.
+    """
+    rows: list[dict[str, Any]] = []
+    for group, name, grid in _drawings(data, generated):
+        started = time.perf_counter()
+        _, estimate = segment_unknown_scale(grid, config)
+        elapsed_ms = round(1e3 * (time.perf_counter() - started), 1)
+        over_truth = {key: round(value, 4) for key, value in vars(estimate).items()}
+        rows.append({'group': group, 'name': name, **over_truth, 'ms': elapsed_ms})
+        on_drawing(1.0)
+    groups = dict.fromkeys(row['group'] for row in rows)
+    return {'groups': {group: _figures(rows, group) for group in groups}, 'drawings': rows}
+
+
+def _figures(rows: list[dict[str, Any]], group: str) -> dict[str, float]:
+    of_group = [row for row in rows if row['group'] == group]
+    errors = np.log([[row['low'], row['factor'], row['high']] for row in of_group])
+    ms = round(float(np.median([row['ms'] for row in of_group])), 1)
+    return interval_figures(errors) | {'ms_per_drawing': ms}
+
+
+def _drawings(data: Path, generated: int) -> Iterator[tuple[str, str, GridMap]]:
+    """Yield group, name and drawing; a drawing's own metres are true."""
+    for split, names in SPLITS.items():
+        for kind, image in _IMAGES.items():
+            for name in names:
+                path = data / 'bormann' / image.format(name)
+                if not path.is_file() and kind == 'furnished':
+                    continue  # not every storey was furnished
+                if not path.is_file():
+                    raise FpnetError(f'{path} is missing; give the folder of the shared data')
+                yield f'{split} {kind}', name, read_map(path, CELL_M)
+    for number in range(generated):
+        rng = np.random.default_rng([SEED, number])
+        yield 'generated', str(number), styled_drawing(rng)

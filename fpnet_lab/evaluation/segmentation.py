@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Floorplan segmentation against hand-labelled plans and robot maps.
+
+All shares are fractions in [0, 1]. Rooms: precision and recall by Bormann's definition, F1 of
+rooms with intersection over union above one half. Doors: within ``DOOR_TOLERANCE_M`` of a place
+where two hand-labelled rooms meet across free space. Figures are means over maps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+import time
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.errors import FpnetError
+from fpnet_core.segmentation import segment_floorplan, segment_submap
+from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
+from fpnet_lab.sim.presets import SPLITS, Split
+
+RESOLUTION_M = 0.05
+"""Cell edge of all labelled maps."""
+
+DOOR_TOLERANCE_M = 0.75
+"""A door found within this distance of a true one is that door."""
+
+METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
+    'default',
+    'morphological',
+    'distance',
+)
+
+_IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
+_FREE_GREY, _OCCUPIED_GREY = 250, 100  # grey levels from which, and below which, cells are sure
+_MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels
+_KEYS = ('precision', 'recall', 'f1', 'doors_precision', 'doors_recall')
+
+
+def bench_plans(
+    data: Path,
+    split: Split,
+    limit: int | None = None,
+    on_done: Callable[[], None] | None = None,
+) -> dict[str, Any]:
+    """
+    Score the default and both simple methods on clean and furnished plans of one half.
+
+    Parameters
+    ----------
+    data : folder that holds ``bormann``
+    split : a key of ``SPLITS``
+    limit : use only the first plans
+    on_done : called after every plan and method
+
+    Returns
+    -------
+    dict for JSON: ``clean``, ``furnished`` of the default method, and the same below
+    ``baselines`` by method
+    """
+    names = SPLITS[split][:limit]
+    warm_up = np.where(np.eye(50, dtype=bool), OCCUPIED, FREE).astype(np.int8)
+    segment_floorplan(GridMap(warm_up, RESOLUTION_M), SegmentationConfig())
+    doors = {name: _true_doors(data / 'bormann', name) for name in names}
+    figures: dict[str, dict[str, Any]] = {method: {} for method in METHODS}
+    for method in METHODS:
+        for kind in _IMAGES:
+            rows = []
+            for name in names:
+                rows.append(_score_plan(data / 'bormann', name, kind, method, doors[name]))
+                if on_done is not None:
+                    on_done()
+            means = np.mean([row[:-1] for row in rows], axis=0)
+            figures[method][kind] = dict(zip(_KEYS, means.tolist(), strict=True)) | {
+                'seconds_per_map_median': float(np.median([row[-1] for row in rows]))
+            }
+    return figures['default'] | {
+        'baselines': {method: figures[method] for method in METHODS if method != 'default'},
+        'plans': len(names),
+    }
+
+
+def bench_robot_maps(
+    data: Path, limit: int | None = None, on_done: Callable[[], None] | None = None
+) -> dict[str, Any]:
+    """
+    Score all methods on robot maps with hand-labelled regions, in ``data / 'areagraph'``.
+
+    The default cuts them as submaps: unknown space is no wall. Returns precision, recall and F1
+    by method, and the number of maps; maps whose labels have another size are left out.
+    """
+    folder = data / 'areagraph'
+    rows: dict[str, list[list[float]]] = {method: [] for method in METHODS}
+    left_out = []
+    for path in sorted((folder / 'input').glob('*.png'))[:limit]:
+        grid, truth = read_grid(path, has_unknown=True), _colour_labels(folder / 'GT' / path.name)
+        if truth.shape != grid.shape:
+            left_out.append(path.stem)
+            continue
+        for method in METHODS:
+            config = SegmentationConfig(method=method)
+            found = (
+                segment_submap(submap_from_grid(grid), config)
+                if method == 'default'
+                else segment_floorplan(grid, config)
+            )
+            rooms = room_agreement(found.labels, truth)
+            rows[method].append([rooms.precision, rooms.recall, rooms.f1])
+        if on_done is not None:
+            on_done()
+    means = {method: np.mean(rows[method], axis=0).tolist() for method in METHODS}
+    report: dict[str, Any] = {
+        method: dict(zip(_KEYS[:3], means[method], strict=True)) for method in METHODS
+    }
+    return report | {'maps': len(rows['default']), 'left_out': left_out}
+
+
+def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
+    """
+    Return a labelled map's image as a grid, row 0 lowest.
+
+    What is darker than white is a wall, or with ``has_unknown`` unknown down to dark grey.
+    """
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
+    grey = image[::-1]
+    rest = np.where(grey < _OCCUPIED_GREY, OCCUPIED, UNKNOWN) if has_unknown else OCCUPIED
+    return GridMap(np.where(grey >= _FREE_GREY, FREE, rest), RESOLUTION_M)
+
+
+def read_labels(path: Path) -> NDArray[np.int32]:
+    """Return hand-drawn room labels (H, W), row 0 lowest, 0 outside."""
+    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
+    return image[::-1].astype(np.int32)
+
+
+def _colour_labels(path: Path) -> NDArray[np.int32]:
+    """Return labels from an image with one saturated colour per region; grey is no region."""
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
+    colours = image[::-1].astype(np.int32)
+    code = (colours[..., 0] << 16) | (colours[..., 1] << 8) | colours[..., 2]
+    code[colours.max(axis=2) == colours.min(axis=2)] = 0
+    values, inverse, counts = np.unique(code, return_inverse=True, return_counts=True)
+    kept = (counts > _MIN_LABEL_CELLS) & (values > 0)
+    numbers = np.where(kept, np.cumsum(kept), 0).astype(np.int32)
+    return np.asarray(numbers[inverse].reshape(code.shape), dtype=np.int32)
+
+
+def _true_doors(bormann: Path, name: str) -> NDArray[np.float64]:
+    """Return the places (D, 2) of the hand-labelled openings, on the clean drawing."""
+    clean = read_grid(bormann / _IMAGES['clean'].format(name))
+    truth = read_labels(bormann / 'room_labels' / f'{name}.png')
+    return true_openings(truth, clean.cells == FREE)
+
+
+def _score_plan(
+    bormann: Path,
+    name: str,
+    kind: str,
+    method: Literal['default', 'morphological', 'distance'],
+    true_doors: NDArray[np.float64],
+) -> list[float]:
+    """Return the figures of ``_KEYS`` and the seconds that the segmentation took."""
+    grid = read_grid(bormann / _IMAGES[kind].format(name))
+    truth = read_labels(bormann / 'room_labels' / f'{name}.png')
+    started = time.perf_counter()
+    found = segment_floorplan(grid, SegmentationConfig(method=method))
+    seconds = time.perf_counter() - started
+    rooms = room_agreement(found.labels, truth)
+    tolerance = DOOR_TOLERANCE_M / RESOLUTION_M
+    doors = place_agreement(_door_places(found), true_doors, tolerance)
+    return [rooms.precision, rooms.recall, rooms.f1, doors.precision, doors.recall, seconds]
+
+
+def _door_places(segmentation: Segmentation) -> NDArray[np.float64]:
+    """Return the middles (D, 2) of all doors in rows and columns."""
+    middles = np.array([portal.ends.mean(axis=0) for portal in segmentation.portals])
+    return segmentation.grid.xy_to_rc(middles.reshape(-1, 2))

@@ -1,0 +1,284 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How well submaps of partial tours are cut into rooms and doors, against the true building.
+
+Every room is compared with its *observed part*: the room's true outline, placed where the
+odometry's path fits the true one best, cut down to the cells that the submap knows (free or
+occupied) after gaps of up to ``OBSERVED_GAP_M`` were closed. Rooms of which less than
+``MIN_OBSERVED_SHARE`` was observed are left out: they were glimpsed through a door. The room's
+score is the intersection over union with the found room it is paired with, 0 without a partner;
+pairs are one to one. What the odometry's drift bends counts against the segmentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial, reduce
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+import shapely
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import SE2
+from fpnet_core.segmentation import segment_submap
+from fpnet_core.submaps import SubmapBuilder
+from fpnet_core.submaps.morphology import closed
+from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
+from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
+from fpnet_lab.sim.types import BuildingPlan
+
+Mask = NDArray[np.bool_]
+
+OBSERVED_GAP_M = 0.3
+"""Unknown gaps up to this width inside what was seen count as seen."""
+
+MIN_OBSERVED_SHARE = 0.5
+"""Rooms of which less was observed are not compared."""
+
+DOOR_TOLERANCE_M = 0.6
+"""A door found within this distance of a true one is that door."""
+
+RECORDINGS = 15
+"""Drives of a whole run: as many of each sensor."""
+
+REPORT_SEED = 1000
+"""First seed of reported figures; parameters are chosen on smaller ones."""
+
+_SAME_ROOM_IOU = 0.5
+_BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
+_SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
+_WORKERS = 2
+_SUBPIXEL_BITS = 4  # fixed-point coordinates of polygon corners
+
+
+class DoorCounts(NamedTuple):
+    """Doors found, those of them that are true, true doors observed, those of them found."""
+
+    found: int
+    true: int
+    observed: int
+    recalled: int
+
+    def plus(self, other: DoorCounts) -> DoorCounts:
+        """Return the sums."""
+        return DoorCounts(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
+class SubmapScore:
+    """One drive's figures; ``room_ious (R,)`` are those of its sufficiently observed rooms."""
+
+    sensor: str
+    seed: int
+    room_ious: NDArray[np.float64]
+    doors: DoorCounts
+
+
+def bench_submaps(
+    limit: int | None = None,
+    on_done: Callable[[], None] | None = None,
+    work: Path | None = None,
+    first_seed: int = REPORT_SEED,
+    config: FpnetConfig | None = None,
+) -> dict[str, Any]:
+    """
+    Drive, accumulate, segment and score partial tours with every sensor model.
+
+    Parameters
+    ----------
+    limit : so many drives instead of ``RECORDINGS``; drive k has sensor k modulo their number
+    on_done : called after every drive
+    work : folder that keeps the registered drives between runs
+    first_seed : seed of the first drive's building; one building per drive
+    config : the product's configuration; None takes the defaults
+
+    Returns
+    -------
+    dict for JSON: ``room_iou_mean``, ``rooms_over_iou50``, ``doors_precision``,
+    ``doors_recall``, the same ``by_sensor``, and the number of ``recordings``
+    """
+    count = RECORDINGS if limit is None else limit
+    names = SENSOR_NAMES
+    score = partial(score_drive, config=config or FpnetConfig(), work=work)
+    scores: list[SubmapScore] = []
+    with ProcessPoolExecutor(_WORKERS) as pool:
+        seeds = [first_seed + index for index in range(count)]
+        sensors = [names[index % len(names)] for index in range(count)]
+        for result in pool.map(score, seeds, sensors):
+            scores.append(result)
+            if on_done is not None:
+                on_done()
+    used = [name for name in names if any(s.sensor == name for s in scores)]
+    by_sensor = {name: summary([s for s in scores if s.sensor == name]) for name in used}
+    return summary(scores) | {'by_sensor': by_sensor, 'first_seed': first_seed}
+
+
+def score_drive(
+    seed: int, sensor: str, config: FpnetConfig, work: Path | None = None
+) -> SubmapScore:
+    """Return the figures of the drive of one seed and sensor."""
+    drive = registered_drive(seed, sensor, config, work)
+    return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
+
+
+def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
+    """Return the segmentation of everything that a drive has seen."""
+    builder = SubmapBuilder(config.submap)
+    for points, T_odom_sensor, stamp_ns in drive:
+        builder.add_scan(points, T_odom_sensor, stamp_ns)
+    submap = builder.take()
+    assert submap is not None, 'a drive holds scans with returns'
+    return segment_submap(submap, config.segmentation)
+
+
+def score_segmentation(
+    segmentation: Segmentation, drive: Drive, sensor: str, seed: int
+) -> SubmapScore:
+    """Compare a submap's rooms and doors with the building of its drive."""
+    truth, usable = _observed_truth(segmentation, drive)
+    pairs = _pairs(truth, segmentation.labels, usable)
+    doors = _count_doors(
+        segmentation, drive.plan, drive.T_building_odom.inv(), truth, np.array(usable)
+    )
+    return SubmapScore(sensor, seed, np.array([iou for _, iou in pairs]), doors)
+
+
+def paired_rooms(segmentation: Segmentation, drive: Drive) -> dict[int, int]:
+    """Return the found room's id by the index of its partner among :func:`true_rooms`."""
+    truth, usable = _observed_truth(segmentation, drive)
+    pairs = _pairs(truth, segmentation.labels, usable)
+    matched = zip(usable, pairs, strict=True)
+    return {label - 1: found for label, (found, iou) in matched if iou > 0.0}
+
+
+def _observed_truth(
+    segmentation: Segmentation, drive: Drive
+) -> tuple[NDArray[np.int32], list[int]]:
+    """Return labels (H, W) of the true rooms' observed parts, and the sufficiently seen ones."""
+    grid, rooms = segmentation.grid, true_rooms(drive.plan)
+    drawn = _drawn(rooms, drive.T_building_odom.inv(), grid)
+    truth = np.where(observed_cells(grid), drawn, 0)
+    cells = np.bincount(truth.ravel(), minlength=len(rooms) + 1)[1:]
+    whole = np.array([room.area for room in rooms]) / grid.resolution**2
+    return truth, (np.flatnonzero(cells >= MIN_OBSERVED_SHARE * whole) + 1).tolist()
+
+
+def summary(scores: list[SubmapScore]) -> dict[str, Any]:
+    """Return the figures of several drives taken together, for JSON."""
+    ious = np.concatenate([score.room_ious for score in scores] or [np.zeros(0)])
+    counts = reduce(DoorCounts.plus, (score.doors for score in scores), DoorCounts(0, 0, 0, 0))
+    return {
+        'room_iou_mean': float(ious.mean()) if ious.size else 0.0,
+        'rooms_over_iou50': float((ious > _SAME_ROOM_IOU).mean()) if ious.size else 0.0,
+        'doors_precision': counts.true / max(counts.found, 1),
+        'doors_recall': counts.recalled / max(counts.observed, 1),
+        'rooms': int(ious.size),
+        'recordings': len(scores),
+    }
+
+
+def observed_cells(grid: GridMap) -> Mask:
+    """Return the cells (H, W) that a submap knows, small gaps closed."""
+    return closed(grid.cells != UNKNOWN, max(1, round(OBSERVED_GAP_M / grid.resolution)))
+
+
+def true_rooms(plan: BuildingPlan) -> list[shapely.Geometry]:
+    """Return the outlines of a building's rooms; pieces of one corridor are one room."""
+    seams = nx.Graph([door.rooms for door in plan.doors if door.is_open])
+    seams.add_nodes_from(range(len(plan.rooms)))
+    outlines = [shapely.Polygon(room.polygon) for room in plan.rooms]
+    groups = sorted(sorted(group) for group in nx.connected_components(seams))
+    return [shapely.MultiPolygon([outlines[k] for k in group]) for group in groups]
+
+
+def _drawn(
+    rooms: list[shapely.Geometry], T_odom_building: SE2, grid: GridMap
+) -> NDArray[np.int32]:
+    """Return labels (H, W): index + 1 of the true room at each cell, 0 in walls and doors."""
+    labels = np.zeros(grid.shape, dtype=np.int32)
+    for label, room in enumerate(rooms, start=1):
+        for polygon in shapely.get_parts(room).tolist():
+            corners = shapely.get_coordinates(polygon.exterior)
+            rc = grid.xy_to_rc(T_odom_building.apply(corners))
+            fixed = np.rint(rc[:, ::-1] * 2**_SUBPIXEL_BITS).astype(np.int32)
+            cv2.fillPoly(labels, [fixed], label, shift=_SUBPIXEL_BITS)
+    return labels
+
+
+def _pairs(
+    truth: NDArray[np.int32], found: NDArray[np.int32], usable: list[int]
+) -> list[tuple[int, float]]:
+    """Return for each usable true room its partner's id and their intersection over union."""
+    count = int(found.max(initial=0))
+    flat = truth.astype(np.int64) * (count + 1) + found
+    table = np.bincount(flat.ravel(), minlength=(int(truth.max(initial=0)) + 1) * (count + 1))
+    table = table.reshape(-1, count + 1)
+    both = table[usable, 1:].astype(np.float64)
+    union = table[usable].sum(axis=1)[:, None] + table[:, 1:].sum(axis=0)[None] - both
+    iou = both / np.maximum(union, 1)
+    partners = [(-1, 0.0)] * len(usable)
+    for row, col in zip(*linear_sum_assignment(iou, maximize=True), strict=True):
+        partners[row] = int(col), float(iou[row, col])
+    return partners
+
+
+def _count_doors(
+    segmentation: Segmentation,
+    plan: BuildingPlan,
+    T_odom_building: SE2,
+    truth: NDArray[np.int32],
+    usable: NDArray[np.int64],
+) -> DoorCounts:
+    """Count doors; a true one is observed where usable rooms' cells lie on a side of it."""
+    ends = np.array([door.ends for door in plan.doors if not door.is_open]).reshape(-1, 2, 2)
+    ends = T_odom_building.apply(ends)
+    is_observed = np.array([_is_seen(line, segmentation.grid, truth, usable) for line in ends])
+    found = np.array([portal.ends.mean(axis=0) for portal in segmentation.portals])
+    distance = cdist(found.reshape(-1, 2), ends.mean(axis=1))
+    rows, cols = linear_sum_assignment(np.minimum(distance, 2.0 * DOOR_TOLERANCE_M))
+    hit = cols[distance[rows, cols] <= DOOR_TOLERANCE_M]
+    return DoorCounts(
+        len(found), len(hit), int(np.sum(is_observed)), int(np.sum(is_observed[hit]))
+    )
+
+
+def _is_seen(
+    ends: NDArray[np.float64],
+    grid: GridMap,
+    truth: NDArray[np.int32],
+    usable: NDArray[np.int64],
+) -> bool:
+    """
+    Tell whether rays went through a door, and a usable room was seen beside it.
+
+    A door passed at a grazing angle is a recess in the wall: nothing behind it was seen.
+    """
+    shares = np.linspace(0.1, 0.9, 9)[:, None]
+    line = ends[0] + shares * (ends[1] - ends[0])
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    across = _BESIDE_M * np.array([-along[1], along[0]])
+    lines = [line + offset * across for offset in (-1.0, 0.0, 1.0)]
+    passed = [(_values(grid.cells, grid, xy, UNKNOWN) == FREE).mean() for xy in lines]
+    beside = [_values(truth, grid, xy, 0) for xy in lines]
+    return bool(min(passed) >= _SEEN_DOOR_SHARE and np.isin(beside, usable).any())
+
+
+def _values(
+    raster: NDArray[np.signedinteger[Any]], grid: GridMap, xy: NDArray[np.float64], beyond: int
+) -> NDArray[np.int64]:
+    """Return the raster's values at points (K, 2), ``beyond`` outside."""
+    rc = np.rint(grid.xy_to_rc(xy)).astype(np.int64)
+    inside = ((rc >= 0) & (rc < grid.shape)).all(axis=1)
+    values = np.full(len(rc), beyond, dtype=np.int64)
+    values[inside] = raster[rc[inside, 0], rc[inside, 1]]
+    return values

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Pure functions that score results; shared by training, evaluation and tests."""
+
+from fpnet_lab.metrics.calibration import (
+    Reliability,
+    expected_calibration_error,
+    reliability_bins,
+)
+from fpnet_lab.metrics.matching import MatchCounts, count_matches, matching_score
+from fpnet_lab.metrics.placement import PlacementError, auc, placement_error
+
+__all__ = [
+    'MatchCounts',
+    'PlacementError',
+    'Reliability',
+    'auc',
+    'count_matches',
+    'expected_calibration_error',
+    'matching_score',
+    'placement_error',
+    'reliability_bins',
+]

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Draws a family, an architect's style and a storey."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fpnet_core.errors import ConfigError
+from fpnet_lab.sim.plans import composed, divided, families, variants
+from fpnet_lab.sim.plans.finish import finish
+from fpnet_lab.sim.plans.layout import MIN_CELL_AREA_M2, Cell, Style
+from fpnet_lab.sim.plans.roughen import roughen
+from fpnet_lab.sim.types import BuildingPlan
+
+Family = Callable[[np.random.Generator, Style], BuildingPlan]
+
+
+def _from_cells(name: str, layout: Callable[[np.random.Generator, Style], list[Cell]]) -> Family:
+    """Wrap a layout of cells: roughen it as people do over the years, then build it."""
+
+    def family(rng: np.random.Generator, style: Style) -> BuildingPlan:
+        cells = layout(rng, style)
+        return finish(rng, cells if style.is_uniform else roughen(rng, cells), style, name)
+
+    return family
+
+
+_LAYOUTS = (
+    families.double_corridor,
+    families.racetrack,
+    families.branched,
+    families.central_hall,
+    families.ring_polygon,
+    families.diagonal,
+    divided.suites,
+    divided.apartments,
+    divided.house,
+    divided.open_plan,
+    variants.repeated,
+    variants.bent,
+    variants.curved_facade,
+    variants.bays,
+)
+
+FAMILIES: dict[str, Family] = {
+    **{layout.__name__: _from_cells(layout.__name__, layout) for layout in _LAYOUTS},
+    'mirrored': composed.mirrored,
+    'turned': composed.turned,
+    'disconnected': composed.disconnected,
+}
+"""Every layout family by name."""
+
+ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
+"""Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all."""
+
+DOOR_HABITS_M = (0.8, 0.9, 0.9, 0.95, 0.95, 1.0, 1.4)
+"""Door widths of buildings whose doors are all alike."""
+
+MAX_ROOMS = 90
+_ATTEMPTS = 60
+
+
+def generate_plan(
+    rng: np.random.Generator,
+    family: str | None = None,
+    min_rooms: int = 8,
+    max_rooms: int = MAX_ROOMS,
+    max_area_m2: float | None = None,
+    families: Sequence[str] = (),
+) -> BuildingPlan:
+    """
+    Return a random storey in which every room can be reached (but 'disconnected' has two parts).
+
+    Parameters
+    ----------
+    rng : source of all randomness; equal generators give equal plans
+    family : a key of :data:`FAMILIES`; None draws one of ``families``
+    min_rooms, max_rooms : bounds of the number of rooms, corridors included
+    max_area_m2 : bound of the floor area of all rooms together; None: any
+    families : what is drawn from; empty: all
+
+    Raises
+    ------
+    ConfigError
+        If the family is unknown, or so many rooms do not fit into the area or the family.
+    """
+    wanted = list(families or FAMILIES) if family is None else [family]
+    _check_request(wanted, min_rooms, max_rooms, max_area_m2)
+    for _ in range(_ATTEMPTS):
+        name = wanted[0] if len(wanted) == 1 else str(rng.choice(wanted))
+        style = draw_style(rng)
+        plan = FAMILIES[name](rng, style)
+        is_small = max_area_m2 is None or plan.floor_area_m2 <= max_area_m2
+        if min_rooms <= len(plan.rooms) <= max_rooms and is_small:
+            return plan
+    bound = '' if max_area_m2 is None else f' on at most {max_area_m2:g} m2'
+    raise ConfigError(
+        f'no {family or "random"} plan with {min_rooms} to {max_rooms} rooms{bound} '
+        f'in {_ATTEMPTS} attempts; widen the bounds'
+    )
+
+
+def _check_request(
+    wanted: Sequence[str], min_rooms: int, max_rooms: int, max_area_m2: float | None
+) -> None:
+    """Refuse what no storey can be."""
+    for family in wanted:
+        if family not in FAMILIES:
+            raise ConfigError(f'unknown family {family!r}; choose one of {", ".join(FAMILIES)}')
+    if min_rooms > max_rooms:
+        raise ConfigError(f'{min_rooms} to {max_rooms} rooms is no range; swap the bounds')
+    if max_area_m2 is not None and min_rooms * MIN_CELL_AREA_M2 > max_area_m2:
+        raise ConfigError(
+            f'{min_rooms} rooms do not fit into {max_area_m2:g} m2: the smallest room takes '
+            f'{MIN_CELL_AREA_M2:g} m2; ask for fewer rooms or more area'
+        )
+
+
+def draw_style(rng: np.random.Generator) -> Style:
+    """Draw the habits of one building's architect."""
+    is_uniform = bool(rng.random() < 0.15)
+    return Style(
+        wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35])),
+        room_side_m=float(5.6 * np.exp(0.15 * rng.standard_normal())),
+        spread=float(rng.uniform(0.15, 0.45)),
+        is_uniform=is_uniform,
+        room_to_room=float(rng.choice(ROOM_TO_ROOM)),
+        second_door=float(rng.uniform(0.1, 0.5)),
+        door_width_m=float(rng.choice(DOOR_HABITS_M)) if rng.random() < 0.4 else None,
+    )

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scans along a tour: what a lidar reports while the robot drives, and where it truly was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.io.scans import Scan
+from fpnet_lab.sim.building import Building
+from fpnet_lab.sim.driving import Tour
+from fpnet_lab.sim.lidar import LidarSimulator
+from fpnet_lab.sim.sensors import SensorModel, sensor_named
+
+EPOCH_NS = 1_750_000_000 * 10**9
+"""Sensor time of a recording's start; ROS takes times near zero as unset."""
+
+_NS_PER_S = 10**9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimulatedScan(Scan):
+    """
+    A sweep with all that the sensor reports.
+
+    ``stamp_ns`` is the end of the sweep, ``T_truth_sensor`` the sensor's pose in ``building`` at
+    that instant, ``time_s`` counts from the start of the sweep. ``intensity (P,) float32`` is in
+    [0, 255], ``ring (P,) uint16``.
+    """
+
+    intensity: NDArray[np.float32]
+    ring: NDArray[np.uint16]
+
+
+def scan_stamps_ns(tour: Tour, period_s: float) -> NDArray[np.int64]:
+    """Return the stamps ``(S,)`` of the sweeps that end within a tour."""
+    period_ns = round(period_s * _NS_PER_S)
+    return EPOCH_NS + period_ns * np.arange(1, int(tour.duration_s / period_s) + 1, dtype=np.int64)
+
+
+def sensor_poses_at(tour: Tour, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return ``T_building_sensor (S, 4, 4)`` at sensor times ``(S,)``."""
+    R, origin = tour.sensor_poses((stamps_ns - EPOCH_NS) / _NS_PER_S)
+    poses = np.tile(np.eye(4), (len(R), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = R, origin
+    return poses
+
+
+def cast_scan(
+    lidar: LidarSimulator, tour: Tour, index: int, rng: np.random.Generator
+) -> SimulatedScan:
+    """Cast sweep ``index`` of a tour; it starts ``index`` periods after the tour does."""
+    model = lidar.model
+    start_s = index * model.period_s
+    R, origin = tour.sensor_poses(start_s + model.column_times_s)
+    sweep = lidar.sweep(R, origin, start_s, rng)
+    stamp_ns = EPOCH_NS + round(model.period_s * _NS_PER_S) * (index + 1)
+    return SimulatedScan(
+        stamp_ns=stamp_ns,
+        points=sweep.points,
+        time_s=sweep.time_s,
+        T_truth_sensor=sensor_poses_at(tour, np.array([stamp_ns]))[0],
+        intensity=sweep.intensity,
+        ring=sweep.ring,
+    )
+
+
+def simulate_scans(
+    building: Building,
+    tour: Tour,
+    sensor: str | SensorModel,
+    rng: np.random.Generator,
+    threads: int = 1,
+) -> Iterator[SimulatedScan]:
+    """
+    Yield the scans of a tour one after another, nothing written.
+
+    Parameters
+    ----------
+    building : Building
+    tour : Tour
+        In the building's frame.
+    sensor : str or SensorModel
+        A name of ``SENSORS``, or a model.
+    rng : numpy.random.Generator
+        Draws jitter, noise and dropouts; equal generators give equal scans.
+    threads : int
+        For ray casting, without influence on the result; 0 takes all cores.
+
+    Returns
+    -------
+    Iterator of SimulatedScan
+        Points (P, 3) in the sensor frame at each point's own time, ``T_truth_sensor`` in
+        ``building`` at the end of the sweep. A scan takes 2 (planar) to 20 ms (rosette) of one
+        core; the table in docs/recordings.md has every sensor.
+
+    Raises
+    ------
+    ConfigError
+        If there is no sensor of that name; on the call, not on the first scan.
+    """
+    model = sensor_named(sensor) if isinstance(sensor, str) else sensor
+    lidar = LidarSimulator(building, model, threads)
+    count = len(scan_stamps_ns(tour, model.period_s))
+    return (cast_scan(lidar, tour, index, rng) for index in range(count))

@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Sheets as people have them: a storey drawn, coloured, lettered, scanned; and the truth."""
+
+from fpnet_lab.sim.sheets.looks import SheetKind
+from fpnet_lab.sim.sheets.sheet import Sheet, draw_sheet
+
+__all__ = ['Sheet', 'SheetKind', 'draw_sheet']

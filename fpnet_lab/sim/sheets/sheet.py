@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One sheet from a seed: the drawing, its picture and the truth about both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_lab.sim.floors import room_rings
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.sheets.compose import Beside, compose
+from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
+from fpnet_lab.sim.sheets.painting import rasterise
+from fpnet_lab.sim.sheets.paper import weather
+from fpnet_lab.sim.sheets.scene import Array, Scene, box_ring
+from fpnet_lab.sim.sheets.storeys import PlacedStorey
+from fpnet_lab.sim.types import BuildingPlan
+
+MAX_ROOMS = 60
+MAX_AREA_M2 = 2500.0
+"""Larger storeys are no single sheet."""
+
+_IN_PIECES = 'disconnected'
+_JPEG_QUALITY = (45, 92)
+_SUBPIXEL_BITS = 4
+_MAX_SEED = 2**31
+_KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """
+    A generated sheet and the truth about it.
+
+    Parameters
+    ----------
+    kind, seed : make the same sheet again
+    look : how it is drawn
+    scene : all marks, frame ``page``
+    storeys : with their places on the page
+    beside : what on the page is no building
+    pixels : (H, W, 3) or, where the paper is transparent, (H, W, 4) uint8, row 0 at the top
+    H_image_page : (3, 3)
+        From page metres to pixels (x right, y down, whole numbers are centres).
+    jpeg_quality : of a picture that is kept as JPEG
+    """
+
+    kind: SheetKind
+    seed: int
+    look: Look
+    scene: Scene
+    storeys: tuple[PlacedStorey, ...]
+    beside: tuple[Beside, ...]
+    pixels: NDArray[np.uint8]
+    H_image_page: Array
+    jpeg_quality: int
+
+    @property
+    def is_photo(self) -> bool:
+        """Tell whether it is a picture of paper, which people keep as JPEG."""
+        return self.kind in {SheetKind.SCAN, SheetKind.PHONE}
+
+    def H_image_building(self, storey: int = 0) -> Array:
+        """Return the homography (3, 3) from a storey's building metres to pixels."""
+        T = self.storeys[storey].T_page_building
+        return np.asarray(self.H_image_page @ T.matrix)
+
+    def resolution_m(self, storey: int = 0) -> float:
+        """Return the edge of a pixel [m] in the middle of a storey."""
+        H = self.H_image_building(storey)
+        middle = self.storeys[storey].plan.extent.mean(axis=0)
+        return 1.0 / local_scale(H, middle)
+
+    def room_labels(self) -> NDArray[np.int32]:
+        """Return the true rooms (H, W) in the picture: 1 and up through all storeys, 0 outside."""
+        labels = np.zeros(self.pixels.shape[:2], np.int32)
+        number = 0
+        for index, storey in enumerate(self.storeys):
+            H = self.H_image_building(index)
+            for rings in room_rings(storey.plan):
+                number += 1
+                for ring in rings:
+                    corners = np.rint(project(H, ring) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+                    cv2.fillPoly(labels, [corners], number, shift=_SUBPIXEL_BITS)
+        return labels
+
+    def truth(self) -> dict[str, Any]:
+        """Return what is true of the sheet as plain values for JSON."""
+        return {
+            'kind': self.kind.value,
+            'seed': self.seed,
+            'traits': sorted(trait.value for trait in self.look.traits),
+            'walls': self.look.walls,
+            'doors': self.look.doors,
+            'drawn_at': f'1:{self.look.denominator}',
+            'size_px': [self.pixels.shape[1], self.pixels.shape[0]],
+            'resolution_m': self.resolution_m(),
+            'rooms': sum(len(room_rings(storey.plan)) for storey in self.storeys),
+            'H_image_page': self.H_image_page.tolist(),
+            'storeys': [self._storey_truth(index) for index in range(len(self.storeys))],
+            'beside': [
+                {
+                    'what': item.what,
+                    'outline_px': project(self.H_image_page, box_ring(item.box)).tolist(),
+                }
+                for item in self.beside
+            ],
+        }
+
+    def _storey_truth(self, index: int) -> dict[str, Any]:
+        plan = self.storeys[index].plan
+        return {
+            'family': plan.family,
+            'resolution_m': self.resolution_m(index),
+            'H_image_building': self.H_image_building(index).tolist(),
+            'T_page_building': self.storeys[index].T_page_building.matrix.tolist(),
+            'rooms': [[ring.tolist() for ring in rings] for rings in room_rings(plan)],
+            'doors': [door.ends.tolist() for door in plan.doors if not door.is_open],
+        }
+
+
+def project(H: Array, xy: Array) -> Array:
+    """Map points ``xy (..., 2)`` by a homography ``H (3, 3)``."""
+    mapped = np.asarray(xy) @ H[:, :2].T + H[:, 2]
+    return np.asarray(mapped[..., :2] / mapped[..., 2:])
+
+
+def local_scale(H: Array, at: Array) -> float:
+    """Return how much longer a homography makes short lengths around ``at (2,)``."""
+    steps = project(H, at + 1e-3 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    return float(np.sqrt(abs(np.linalg.det(steps[1:] - steps[0])))) * 1e3
+
+
+def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = None) -> Sheet:
+    """
+    Draw a sheet of a kind; equal seeds give equal sheets.
+
+    Parameters
+    ----------
+    seed : of everything on it
+    kind : where it is from
+    plan : the storey that it shows; None generates one
+    """
+    kind = SheetKind(kind)
+    rng = np.random.default_rng([seed, _KIND_NUMBERS[kind]])
+    first = plan or _generate(rng)
+    extent = first.extent[1] - first.extent[0]
+    look = draw_look(rng, kind, float(extent.max()))
+    is_double = plan is None and Trait.TWO_STOREYS in look.traits
+    plans = (first, _generate(rng)) if is_double else (first,)
+    placing = int(rng.integers(_MAX_SEED))
+    layout = compose(plans, look, np.random.default_rng(placing))
+    look = with_room_for(look, max(layout.scene.size_m))
+    layout = compose(plans, look, np.random.default_rng(placing))
+    pixels = rasterise(layout.scene, look.resolution_m)
+    H = _image_from_page(pixels.shape[0], look.resolution_m)
+    if layout.scene.paper is not None:
+        pixels = pixels[..., :3]
+    if kind in {SheetKind.SCAN, SheetKind.PHONE}:
+        pixels, H_image_drawn = weather(pixels, kind, rng)
+        H = H_image_drawn @ H
+    quality = int(rng.integers(*_JPEG_QUALITY))
+    return Sheet(kind, seed, look, layout.scene, layout.storeys, layout.beside, pixels, H, quality)
+
+
+def _generate(rng: np.random.Generator) -> BuildingPlan:
+    """Draw a storey in one piece: two wings far apart look like two storeys on a sheet."""
+    while True:
+        plan = generate_plan(rng, max_rooms=MAX_ROOMS, max_area_m2=MAX_AREA_M2)
+        if plan.family != _IN_PIECES:
+            return plan
+
+
+def _image_from_page(rows: int, resolution_m: float) -> Array:
+    """Return the map (3, 3) from page metres to pixels of the sheet as drawn."""
+    per_m = 1.0 / resolution_m
+    return np.array([[per_m, 0.0, -0.5], [0.0, -per_m, rows - 0.5], [0.0, 0.0, 1.0]])

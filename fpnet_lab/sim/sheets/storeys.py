@@ -1,0 +1,232 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A storey as marks: walls, windows and doors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from fpnet_core.geometry import SE2
+from fpnet_lab.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
+from fpnet_lab.sim.sheets.looks import Look, Trait
+from fpnet_lab.sim.sheets.scene import (
+    Arcs,
+    Area,
+    Array,
+    Colour,
+    Mark,
+    Role,
+    lines_of,
+)
+from fpnet_lab.sim.symbols import (
+    Leaves,
+    door_leaves,
+    outer_edges,
+    windows,
+)
+from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
+
+MIN_DOUBLE_WALL_PX = 5.0
+"""Two lines with something between them need so many pixels."""
+
+_PROBE_M = 0.05
+_WALL_PEN_MM, _THIN_PEN_MM = 0.35, 0.18
+_PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedStorey:
+    """
+    A storey on a sheet.
+
+    ``plan`` is the building's own, ``T_page_building`` where the sheet shows it; ``drawn_wall_m``
+    is how thick inner walls are drawn.
+    """
+
+    plan: BuildingPlan
+    T_page_building: SE2
+    drawn_wall_m: float
+
+    @cached_property
+    def on_page(self) -> BuildingPlan:
+        """The storey in frame ``page``."""
+        return moved_plan(self.plan, self.T_page_building)
+
+    @cached_property
+    def rooms(self) -> list[Array]:
+        """Rooms' outlines (V, 2) [m, page] as drawn."""
+        return room_outlines(self.on_page, self.drawn_wall_m)
+
+    @cached_property
+    def openings(self) -> list[Array]:
+        """Rectangles (4, 2) [m, page] that doors cut out of walls as drawn."""
+        plan = self.on_page
+        return [door_outline(door, self.drawn_wall_m, plan.wall_m) for door in plan.doors]
+
+    def shell(self, outer_m: float) -> BaseGeometry:
+        """Return all that is built, outer walls of ``outer_m`` included [m, page]."""
+        return shapely.union_all(polygons_from_rings(shell_outlines(self.on_page, outer_m)))
+
+
+def moved_plan(plan: BuildingPlan, T: SE2) -> BuildingPlan:
+    """Return a storey elsewhere."""
+    rooms = tuple(replace(room, polygon=T.apply(room.polygon)) for room in plan.rooms)
+    doors = tuple(replace(door, ends=T.apply(door.ends)) for door in plan.doors)
+    return replace(plan, rooms=rooms, doors=doors)
+
+
+def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
+    """Return how thick a look draws inner walls [m]; never too thin to be seen."""
+    thinnest = MIN_WALL_PX * look.resolution_m
+    if look.walls == 'thin':
+        return max(thinnest, look.mm(_WALL_PEN_MM))
+    least = thinnest if look.walls == 'solid' else MIN_DOUBLE_WALL_PX * look.resolution_m
+    return max(plan.wall_m, least)
+
+
+def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
+    """Return walls, windows and doors, the lowest first."""
+    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
+    if look.walls != 'thin':
+        outer_m = max(outer_m, look.outer_m)
+    panes = _panes(storey, outer_m) if Trait.WINDOWS in look.traits else np.zeros((0, 4, 2))
+    walls = _walls(storey, outer_m, panes)
+    marks = _wall_marks(walls, look, rng)
+    marks += _pane_marks(panes, look)
+    marks += _door_marks(storey, look)
+    return marks
+
+
+def _walls(storey: PlacedStorey, outer_m: float, panes: Array) -> BaseGeometry:
+    """Return everything solid [m, page]."""
+    holes = polygons_from_rings([*storey.rooms, *storey.openings, *panes])
+    return shapely.difference(storey.shell(outer_m), shapely.union_all(holes))
+
+
+def _panes(storey: PlacedStorey, outer_m: float) -> Array:
+    """Return windows (N, 4, 2) [m, page] in walls behind which there is nothing."""
+    depth = outer_m + (storey.drawn_wall_m - storey.plan.wall_m) / 2.0
+    edges, normals = outer_edges(storey.rooms)
+    panes = windows(edges, normals, depth)
+    beyond = panes[:, 2:] + _PROBE_M * normals[:, None]
+    shell = storey.shell(outer_m)
+    shapely.prepare(shell)
+    is_outside = ~shapely.contains_xy(shell, beyond[..., 0], beyond[..., 1])
+    return np.asarray(panes[is_outside.all(axis=1)])
+
+
+def areas_of(shape: BaseGeometry, role: Role, colour: Colour) -> list[Mark]:
+    """Return a shape's polygons as filled areas, holes turned against outlines."""
+    parts = [part for part in shapely.get_parts(shape).tolist() if part.geom_type == 'Polygon']
+    return [
+        Area(role, tuple(_rings(part)), colour)
+        for part in shapely.orient_polygons(parts).tolist()
+        if not part.is_empty
+    ]
+
+
+def _rings(polygon: shapely.Polygon) -> list[Array]:
+    return [shapely.get_coordinates(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+
+
+def outlines_of(shape: BaseGeometry) -> list[Array]:
+    """Return all rings (V, 2) of a shape, not closed."""
+    parts = [part for part in shapely.get_parts(shape).tolist() if part.geom_type == 'Polygon']
+    return [ring for part in parts for ring in _rings(part)]
+
+
+def _wall_marks(walls: BaseGeometry, look: Look, rng: np.random.Generator) -> list[Mark]:
+    if look.walls in {'solid', 'thin'}:
+        return areas_of(walls, Role.WALL, look.ink)
+    marks: list[Mark] = []
+    if look.walls == 'tinted':
+        pale = float(rng.uniform(0.35, 0.75))
+        tint = (_paler(look.ink[0], pale), _paler(look.ink[1], pale), _paler(look.ink[2], pale))
+        marks += areas_of(walls, Role.WALL_PATTERN, tint)
+    if look.walls == 'hatched':
+        pen = look.pen(_THIN_PEN_MM)
+        spacing = max(look.mm(float(rng.uniform(*_PATTERN_MM))), 4.0 * pen.width_m)
+        marks += lines_of(Role.WALL_PATTERN, hatch(walls, np.pi / 4.0, spacing), pen)
+    pen = look.pen(_WALL_PEN_MM, look.ink)
+    return marks + lines_of(Role.WALL, outlines_of(walls), pen, is_closed=True)
+
+
+def _paler(value: float, share: float) -> float:
+    return value + share * (1.0 - value)
+
+
+def hatch(shape: BaseGeometry, angle_rad: float, spacing_m: float) -> list[Array]:
+    """Return parallel strokes (2, 2) [m] that fill a shape."""
+    if shape.is_empty:
+        return []
+    left, bottom, right, top = shape.bounds
+    middle = np.array([(left + right) / 2.0, (bottom + top) / 2.0])
+    reach = float(np.hypot(right - left, top - bottom)) / 2.0 + spacing_m
+    along = np.array([np.cos(angle_rad), np.sin(angle_rad)])
+    across = np.array([-along[1], along[0]])
+    offsets = np.arange(-reach, reach, spacing_m)[:, None]
+    starts = middle + offsets * across - reach * along
+    strokes = shapely.linestrings(np.stack([starts, starts + 2.0 * reach * along], axis=1))
+    shapely.prepare(shape)
+    parts = shapely.get_parts(shapely.intersection(strokes, shape))
+    lines = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
+    return [shapely.get_coordinates(line) for line in lines if not shapely.is_empty(line)]
+
+
+def _pane_marks(panes: Array, look: Look) -> list[Mark]:
+    if not len(panes):
+        return []
+    middle = np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1)
+    pen = look.pen(_THIN_PEN_MM)
+    faces = lines_of(Role.WINDOW, list(panes), pen, is_closed=True)
+    return faces + lines_of(Role.WINDOW, list(middle), pen)
+
+
+def _door_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
+    pen = look.pen(_THIN_PEN_MM)
+    marks: list[Mark] = []
+    if Trait.THRESHOLDS in look.traits:
+        marks += lines_of(Role.DOOR, _thresholds(storey), pen)
+    if look.doors == 'gap':
+        return marks
+    leaves = door_leaves(storey.on_page, storey.drawn_wall_m)
+    if not len(leaves.hinge):
+        return marks
+    lines = np.stack([leaves.hinge, leaves.tips], axis=1)
+    marks += lines_of(Role.DOOR, list(lines), look.pen(_WALL_PEN_MM))
+    if look.doors == 'arc':
+        marks.append(Arcs(Role.DOOR, leaves.hinge, leaves.length[:, 0], _spans(leaves), pen))
+    return marks
+
+
+def _spans(leaves: Leaves) -> Array:
+    """Return the angles (L, 2) [rad] between the shut and the open leaf, counter-clockwise."""
+    shut = np.arctan2(leaves.along[:, 1], leaves.along[:, 0])
+    is_left = leaves.along[:, 0] * leaves.normal[:, 1] > leaves.along[:, 1] * leaves.normal[:, 0]
+    start = np.where(is_left, shut, shut - np.pi / 2.0)
+    return np.stack([start, start + np.pi / 2.0], axis=1)
+
+
+def _thresholds(storey: PlacedStorey) -> list[Array]:
+    """Return a line (2, 2) on either face of the wall across each door."""
+    lines = []
+    for door in storey.on_page.doors:
+        if door.is_open:
+            continue
+        along = (door.ends[1] - door.ends[0]) / door.width_m
+        normal = np.array([-along[1], along[0]]) * storey.drawn_wall_m / 2.0
+        lines += [door.ends + normal, door.ends - normal]
+    return lines
+
+
+def arrow_head(start: Array, end: Array, length_m: float) -> list[Array]:
+    """Return the two strokes (2, 2) of an arrow's head at ``end``."""
+    along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
+    across = np.array([-along[1], along[0]])
+    back = end - length_m * along
+    return [np.stack([end, back + side * 0.4 * length_m * across]) for side in (-1.0, 1.0)]

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Drawings of generated storeys in every style, at their true scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fpnet_core.types import GridMap
+from fpnet_lab.sim.config import DrawingConfig
+from fpnet_lab.sim.drawings import draw_placement
+from fpnet_lab.sim.plan_sources import GeneratedPlans
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.styles import StyleConfig, draw_style
+
+CELL_M = (0.025, 0.12)
+"""Smallest and largest cells of drawings, which are drawn evenly in the logarithm."""
+
+# All numerical: they span what drawings are like, busier ones more often than the matcher meets.
+_ROOMS = (6, 64)
+_WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness
+_PLACEMENT = DrawingConfig(scale_error=0.0, axis_error=0.02)
+_STYLES = StyleConfig(
+    thin_walls=0.2, thick_walls=0.15, double_walls=0.12, door_leaves=0.2, door_arcs=0.2,
+    furniture=0.35, text=0.2, dimensions=0.08, white_paper=0.3, windows=0.3,
+)  # fmt: skip
+
+
+def draw_cell_m(rng: np.random.Generator) -> float:
+    """Draw the cell edge of a drawing [m]."""
+    return float(np.exp(rng.uniform(*np.log(CELL_M))))
+
+
+def styled_drawing(rng: np.random.Generator) -> GridMap:
+    """Return the drawing of a new generated storey in a random style, at its true scale."""
+    plan = GeneratedPlans(*_ROOMS).storey(int(rng.integers(2**31)), 0, 0).plan
+    return render_plan(
+        plan,
+        resolution_m=draw_cell_m(rng),
+        wall_m=plan.wall_m * float(rng.uniform(*_WALL_FACTOR)),
+        T_plan_building=draw_placement(rng, _PLACEMENT),
+        style=draw_style(rng, _STYLES),
+    )

@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What drawings show beside walls: door leaves and arcs, windows, furniture, texts, dimensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+import shapely
+
+from fpnet_lab.sim.clutter import furnish_boxes
+from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
+
+Array = NDArray[np.float64]
+
+TABLE_TOP_M = 0.72
+"""Furniture is drawn as it is cut at this height: table tops, backs of chairs, cabinets."""
+
+WINDOW_SHARE = 0.6
+MAX_WINDOW_M = 2.4
+MIN_WINDOW_WALL_M = 1.6
+"""A window takes this share of its wall, at most so much; shorter walls have none."""
+
+DIMENSION_OFFSET_M = 0.6
+DIMENSION_TICK_M = 0.25
+
+_ARC_POINTS = 9
+_PROBE_M = 0.1
+_NAMES = ('Office', 'Lab', 'Meeting', 'Store', 'Kitchen', 'WC', 'Archive', 'Copy', 'Server')
+
+
+@dataclass(frozen=True)
+class Text:
+    """A line of text around a place ``xy`` [m]; ``width_m`` is the room there is for it."""
+
+    text: str
+    xy: tuple[float, float]
+    width_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """
+    Door leaves that stand open at a right angle: ``hinge (L, 2)`` and ``length (L, 1)`` [m].
+
+    The unit vectors ``along (L, 2)`` point to where the leaf's tip is when shut, ``normal (L,
+    2)`` to where it is now.
+    """
+
+    hinge: Array
+    along: Array
+    normal: Array
+    length: Array
+
+    @property
+    def tips(self) -> Array:
+        """Where the leaves end (L, 2) [m]."""
+        return self.hinge + self.length * self.normal
+
+
+def door_leaves(plan: BuildingPlan, wall_m: float) -> Leaves:
+    """Return the leaves of all doors in walls that are drawn ``wall_m`` thick."""
+    doors = [door for door in plan.doors if not door.is_open]
+    if not doors:
+        none = np.zeros((0, 2))
+        return Leaves(none, none, none, none[:, :1])
+    hinge = np.stack([door.ends[door.hinge] for door in doors])
+    along = np.stack([door.ends[1 - door.hinge] for door in doors]) - hinge
+    width = np.hypot(*along.T)[:, None]
+    along /= width
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    probe = hinge + along * width / 2.0 + normal * (plan.wall_m / 2.0 + _PROBE_M)
+    rooms = polygons_from_rings([plan.rooms[door.rooms[door.swing]].polygon for door in doors])
+    normal[~shapely.contains_xy(rooms, *probe.T)] *= -1.0
+    leaves = np.array([[door.leaves] for door in doors])
+    face = hinge + normal * wall_m / 2.0
+    pairs = leaves[:, 0] == 2
+    return Leaves(
+        np.concatenate([face, (face + along * width)[pairs]]),
+        np.concatenate([along, -along[pairs]]),
+        np.concatenate([normal, normal[pairs]]),
+        np.concatenate([width / leaves, width[pairs] / 2.0]),
+    )
+
+
+def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array]:
+    """Return the open leaves of all doors as lines (V, 2) [m], with the arcs they sweep."""
+    leaves = door_leaves(plan, wall_m)
+    angle = np.linspace(np.pi / 2.0, 0.0, _ARC_POINTS if with_arcs else 1)[:, None, None]
+    swept = leaves.length * (np.cos(angle) * leaves.along + np.sin(angle) * leaves.normal)
+    lines = np.concatenate([leaves.hinge[None], leaves.hinge + swept])
+    return list(lines.transpose(1, 0, 2))
+
+
+def outer_edges(rings: list[Array]) -> tuple[Array, Array]:
+    """
+    Return the edges (E, 2, 2) of counter-clockwise rings that are long enough for a window.
+
+    The unit normals (E, 2) that come with them point out of the rings.
+    """
+    edges = np.concatenate([np.stack([r, np.roll(r, -1, axis=0)], axis=1) for r in rings])
+    along = edges[:, 1] - edges[:, 0]
+    length = np.hypot(*along.T)
+    long = length > MIN_WINDOW_WALL_M
+    along = along[long] / length[long, None]
+    return edges[long], np.stack([along[:, 1], -along[:, 0]], axis=1)
+
+
+def windows(edges: Array, normals: Array, depth_m: float) -> Array:
+    """Return for each edge a window's corners (E, 4, 2): two on the edge, two ``depth_m`` out."""
+    middle = edges.mean(axis=1)
+    along = edges[:, 1] - edges[:, 0]
+    length = np.hypot(*along.T)[:, None]
+    half = along / length * np.minimum(WINDOW_SHARE * length, MAX_WINDOW_M) / 2.0
+    a, b, out = middle - half, middle + half, normals * depth_m
+    return np.stack([a, b, b + out, a + out], axis=1)
+
+
+def furniture_outlines(plan: BuildingPlan, rng: np.random.Generator) -> Array:
+    """Return outlines (F, 4, 2) of furniture as cut at table height; some reach into walls."""
+    rings = furnish_boxes(plan, rng).met_at(TABLE_TOP_M)
+    return np.stack(rings) if rings else np.zeros((0, 4, 2))
+
+
+def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:
+    """Return one text for most rooms: a number, a name or the area."""
+    storey, kind = int(rng.integers(5)), int(rng.integers(3))
+    labels = room_labels(plan, rng, storey)
+    return [replace(label, text=label.text.split('\n')[kind]) for label in labels]
+
+
+def room_labels(plan: BuildingPlan, rng: np.random.Generator, storey: int) -> list[Text]:
+    """Return three lines for each room of a storey: its number, its name and its area."""
+    polygons = polygons_from_rings([room.polygon for room in plan.rooms])
+    places = shapely.get_coordinates(shapely.point_on_surface(polygons))
+    areas, bounds = shapely.area(polygons), shapely.bounds(polygons)
+    texts = []
+    for i, (x, y) in enumerate(places.tolist()):
+        name = str(rng.choice(_NAMES))
+        text = f'{storey}.{i:03d}\n{name}\n{areas[i]:.1f} m2'
+        texts.append(Text(text, (x, y), float(bounds[i, 2] - bounds[i, 0])))
+    return texts
+
+
+def dimension_lines(points: Array, wall_m: float) -> list[Array]:
+    """Return lines below and to the left of ``points (V, 2)`` and their walls, with end ticks."""
+    (x0, y0), (x1, y1) = points.min(axis=0) - wall_m, points.max(axis=0) + wall_m
+    x, y, t = x0 - DIMENSION_OFFSET_M, y0 - DIMENSION_OFFSET_M, DIMENSION_TICK_M / 2.0
+    lines = [[(x0, y), (x1, y)], [(x, y0), (x, y1)]]
+    lines += [[(at - t, y - t), (at + t, y + t)] for at in (x0, x1)]
+    lines += [[(x - t, at - t), (x + t, at + t)] for at in (y0, y1)]
+    return [np.array(line) for line in lines]

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where a robot goes in a world raster, and where its odometry believes to be."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_lab.sim.config import ScanConfig
+from fpnet_lab.sim.perturb import WORLD_CELL_M, World
+from fpnet_lab.sim.scan2d import EMPTY, walk_field, walk_to
+
+ROBOT_RADIUS_M = 0.28
+WALK_STRIDE = 4
+"""World cells per cell of the raster that tours are planned in."""
+
+REACH_M = 7.0
+"""Nearby rooms are visited first: the chance falls by e over this much more way."""
+
+TINY_TOUR_ROOMS = 4
+SMALL_TOUR_SHARE = (0.1, 0.5)
+"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits."""
+
+WARP_WAVES = 3
+WARP_LENGTHS_M = (25.0, 80.0)
+
+
+def plan_walk(
+    world: World,
+    rng: np.random.Generator,
+    config: ScanConfig,
+    within: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """
+    Return positions (S, 2) of scans along a tour from a random start, building metres.
+
+    The tour visits a random number of rooms, mostly near ones first, and stays inside the convex
+    polygon ``within (V, 2)``, if there is one. Empty where the robot fits nowhere.
+    """
+    is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
+    inside = cv2.dilate((world.room_of >= 0).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    if within is not None:
+        area = np.zeros_like(inside, dtype=np.uint8)
+        cv2.fillConvexPoly(area, np.rint(world.to_cells(within)).astype(np.int32), 1)
+        inside &= area > 0
+    half = WALK_STRIDE // 2
+    passable = ((is_free * WORLD_CELL_M > ROBOT_RADIUS_M) & inside)[
+        half::WALK_STRIDE, half::WALK_STRIDE
+    ]
+    room_of = np.where(passable, world.room_of[half::WALK_STRIDE, half::WALK_STRIDE], -1)
+    walks = _visit_rooms(passable, room_of, rng, config)
+    if not walks:
+        return np.zeros((0, 2))
+    walk = np.concatenate(walks)
+    xy = (walk[:, ::-1] * WALK_STRIDE + half + 0.5) * WORLD_CELL_M + world.origin
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    at = np.arange(0.0, along[-1] + 1e-9, rng.uniform(*config.pose_spacing_m))
+    return np.stack([np.interp(at, along, xy[:, axis]) for axis in range(2)], axis=1)
+
+
+def _visit_rooms(
+    passable: NDArray[np.bool_],
+    room_of: NDArray[np.int32],
+    rng: np.random.Generator,
+    config: ScanConfig,
+) -> list[NDArray[np.int64]]:
+    """Return the walks (S, 2) from room to room, rows and columns of the walking raster."""
+    cells = np.flatnonzero(room_of.ravel() >= 0)
+    if not len(cells):
+        return []
+    cells = cells[np.argsort(room_of.ravel()[cells], kind='stable')]
+    rooms = room_of.ravel()[cells]
+    ids, first = np.unique(rooms, return_index=True)
+    target = _draw_tour_rooms(len(ids), rng, config)
+    cols = passable.shape[1]
+    here = int(rng.choice(cells))
+    visited = {int(room_of.ravel()[here])}
+    walks = [np.array([[here // cols, here % cols]], dtype=np.int64)]
+    while True:
+        previous, length = walk_field(passable, here // cols, here % cols)
+        nearest = np.full(int(ids[-1]) + 1, np.inf)
+        nearest[ids] = np.minimum.reduceat(length[cells], first)
+        if len(visited) == 1 and len(walks) == 1:
+            reached = cells[(rooms == next(iter(visited))) & np.isfinite(length[cells])]
+        else:
+            nearest[list(visited)] = np.inf
+            if len(visited) >= target or not np.isfinite(nearest).any():
+                return walks
+            chance = np.exp(-(nearest - nearest.min()) * WALK_STRIDE * WORLD_CELL_M / REACH_M)
+            room = int(rng.choice(len(chance), p=chance / chance.sum()))
+            reached = cells[(rooms == room) & np.isfinite(length[cells])]
+            visited.add(room)
+        here = int(rng.choice(reached))
+        walk = walk_to(previous, cols, here // cols, here % cols)
+        visited |= {int(r) for r in room_of[walk[:, 0], walk[:, 1]] if r >= 0}
+        walks.append(walk[1:])
+
+
+def _draw_tour_rooms(count: int, rng: np.random.Generator, config: ScanConfig) -> int:
+    """Draw how many of ``count`` rooms a tour visits: early maps matter as much as late ones."""
+    draw = rng.random()
+    if draw < config.tiny_tours:
+        return int(rng.integers(1, TINY_TOUR_ROOMS + 1))
+    least, most = SMALL_TOUR_SHARE
+    if draw > 1.0 - config.large_tours:
+        least, most = most, 1.0
+    return max(1, round(float(rng.uniform(least, most)) * count))
+
+
+def estimate_walk(
+    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
+
+    Scan matching against a local map makes errors that depend on the place, so that a room
+    looks the same on the second visit, small ones that grow with the way, and some jitter.
+    """
+    warped, bend = _warp(xy, rng, config)
+    steps = np.diff(warped, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    rate = rng.uniform(*config.yaw_drift_rad)
+    noise = rate * np.sqrt(lengths) * rng.standard_normal(len(steps))
+    yaw = np.concatenate([[0.0], np.cumsum(noise)])
+    factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
+    c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    dx, dy = factor * steps.T
+    moved = np.cumsum(np.stack([c * dx - s * dy, s * dx + c * dy], axis=1), axis=0)
+    estimated = np.concatenate([warped[:1], warped[:1] + moved])
+    jitter_m, jitter_rad = rng.uniform(*config.jitter_m), rng.uniform(*config.jitter_rad)
+    estimated += jitter_m * rng.standard_normal(estimated.shape)
+    return estimated, yaw + bend + jitter_rad * rng.standard_normal(len(yaw))
+
+
+def _warp(
+    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Displace places by a few long waves; return them and the local rotation [rad]."""
+    warped, bend = xy.copy(), np.zeros(len(xy))
+    strain = rng.uniform(*config.warp) / WARP_WAVES
+    for _ in range(WARP_WAVES):
+        a, b = rng.uniform(-np.pi, np.pi, 2)
+        rate = 2.0 * np.pi / rng.uniform(*WARP_LENGTHS_M)
+        wave = rate * np.array([np.cos(a), np.sin(a)])
+        push = strain / rate * np.array([np.cos(b), np.sin(b)])
+        phase = xy @ wave + rng.uniform(-np.pi, np.pi)
+        warped += np.sin(phase)[:, None] * push
+        bend += 0.5 * np.cos(phase) * (wave[0] * push[1] - wave[1] * push[0])
+    return warped, bend

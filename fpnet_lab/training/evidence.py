@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Fit the evidence model of consensus to placements of pairs whose truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+
+from fpnet_core.config import MatcherConfig
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io.weights import read_weights, write_weights
+from fpnet_core.matching.consensus import (
+    EVIDENCE,
+    Assignments,
+    EvidenceModel,
+    ScalePrior,
+    find_assignments,
+)
+from fpnet_core.matching.evidence_model import evidence_entry
+from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
+from fpnet_core.matching.learned import FLOOR, LearnedMatcher
+from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.sim.pairs import MatchingPair
+
+Array = NDArray[np.float64]
+
+RIGHT_RAD = float(np.deg2rad(8.0))
+RIGHT_UNITS = 2.0
+RIGHT_LOG_SCALE = 0.12
+"""A placement within these of the truth is right: near enough for refinement to close."""
+
+_REGULARISATION = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PlacementExample:
+    """The evidence ``(C, 11)`` of one pair's placements, and which were right ``(C,) bool``."""
+
+    evidence: Array
+    is_right: NDArray[np.bool_]
+
+
+def calibrate(path: Path, pairs: Iterable[MatchingPair]) -> EvidenceModel:
+    """
+    Fit the model to held-back ``pairs`` and put it into the manifest of the weights ``path``.
+
+    Returns
+    -------
+    The model. What placements the network's likelihoods lead to on buildings that it was not
+    trained on is what the model has to judge later.
+    """
+    weights = read_weights(path, FEATURE_SCHEMA)
+    matcher = LearnedMatcher(MatcherConfig(weights=str(path)))
+    model = fit_evidence_model([_example(matcher, pair) for pair in pairs])
+    described = {'sha256', 'schema', 'tensors'}
+    facts = {key: value for key, value in weights.manifest.items() if key not in described}
+    facts['evidence'] = evidence_entry(model)
+    write_weights(path, weights.tensors, FEATURE_SCHEMA, facts)
+    return model
+
+
+def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
+    likelihood = matcher.likelihood(pair.plan_graph, pair.sub_graph)
+    plan, sub = graph_geometry(pair.plan_graph), graph_geometry(pair.sub_graph)
+    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR), ScalePrior())
+    return PlacementExample(
+        assignments.evidence, judge_assignments(assignments, plan, sub, pair.A_plan_submap)
+    )
+
+
+def judge_assignments(
+    assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry, A_plan_submap: Affine2D
+) -> NDArray[np.bool_]:
+    """Return ``(C,)``: which placements agree with the true transform at the submap's middle."""
+    a, b = assignments.similarity[:, 0], assignments.similarity[:, 1]
+    linear = A_plan_submap.linear * (sub.unit / plan.unit)
+    middle = (A_plan_submap.apply(sub.origin) - plan.origin) / plan.unit
+    yaw = np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1])
+    turn = np.angle(np.exp(1j * (np.arctan2(b, a) - yaw)))
+    log_scale = 0.5 * np.log((a**2 + b**2) / abs(np.linalg.det(linear)))
+    moved = np.linalg.norm(assignments.similarity[:, 2:] - middle, axis=1)
+    near = (np.abs(turn) < RIGHT_RAD) & (np.abs(log_scale) < RIGHT_LOG_SCALE)
+    return np.asarray(near & (moved < RIGHT_UNITS))
+
+
+def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
+    """
+    Return the weights under which the right placements, or their absence, are most likely.
+
+    A conditional logit: the softmax over a pair's placements and "none" is its posterior, whose
+    likelihood is concave in the weights where one alternative is right. Pairs without any
+    placement say nothing. Signs are not constrained.
+    """
+    used = [example for example in examples if len(example.is_right)]
+    spread = np.concatenate([e.evidence for e in used]).std(axis=0) + 1e-6
+
+    def objective(parameters: Array) -> tuple[float, Array]:
+        loss, gradient = _regularised(parameters)
+        for example in used:
+            part, slope = negative_log_likelihood(example, parameters, spread)
+            loss += part / len(used)
+            gradient += slope / len(used)
+        return loss, gradient
+
+    result = minimize(objective, np.zeros(len(EVIDENCE) + 1), jac=True, method='L-BFGS-B')
+    return EvidenceModel(result.x[:-1] / spread, float(result.x[-1]))
+
+
+def _regularised(parameters: Array) -> tuple[float, Array]:
+    return _REGULARISATION * float(parameters @ parameters), 2.0 * _REGULARISATION * parameters
+
+
+def negative_log_likelihood(
+    example: PlacementExample, parameters: Array, spread: Array
+) -> tuple[float, Array]:
+    """Return loss and gradient of one pair; the last alternative is "none"."""
+    features = np.zeros((len(example.is_right) + 1, len(parameters)))
+    features[:-1, :-1] = example.evidence / spread
+    features[-1, -1] = 1.0
+    right = np.append(example.is_right, not example.is_right.any())
+    scores = features @ parameters
+    loss = float(logsumexp(scores) - logsumexp(scores[right]))
+    share = np.exp(scores - logsumexp(scores))
+    share_right = np.where(right, np.exp(scores - logsumexp(scores[right])), 0.0)
+    gradient: Array = (share - share_right) @ features
+    return loss, gradient

@@ -1,0 +1,237 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fitting the judge to trials: the truth of each trial is to be probable.
+
+A trial's truth is its right placements together, "none of these" on the map's own plan, or
+"another building's plan". Own and others' plans weigh the same, and so do kinds of map; the
+localizer moves the even odds to its own prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+from torch import nn
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.io.weights import write_weights
+from fpnet_core.judging import CONTEXT, FIGURES, JUDGE_SCHEMA
+from fpnet_core.judging.model import CLIP
+from fpnet_lab.training.judge_trials import Trial
+
+_NEVER = -1e9
+_UNSEEN = 1e9  # spread of a figure that is not looked at
+_LEAST_SPREAD = 1e-3  # of a figure that hardly varies
+
+
+@dataclass(frozen=True)
+class JudgeTraining:
+    """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
+
+    members: int = 5
+    width: int = 32
+    epochs: int = 40
+    batch_size: int = 256
+    learning_rate: float = 2e-3
+    weight_decay: float = 1e-3
+    dropout: float = 0.1
+    thinned: float = 0.3
+    """Share of trials of which up to as many placements are left out, the right one too."""
+    seed: int = 0
+    without: tuple[str, ...] = ()
+    """Figures whose names hold one of these words are not looked at, for comparisons."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrialTensors:
+    """
+    ``N`` trials of up to ``K`` placements.
+
+    ``figures (N, K, D)``, ``context (N, G)``, ``there (N, K)`` marks placements, ``right (N, K)``
+    right ones, ``own (N,)`` own plans, ``weight (N,)``.
+    """
+
+    figures: torch.Tensor
+    context: torch.Tensor
+    there: torch.Tensor
+    right: torch.Tensor
+    own: torch.Tensor
+    weight: torch.Tensor
+
+
+def stack_trials(
+    trials: Sequence[Trial], weight: NDArray[np.float64] | None = None
+) -> TrialTensors:
+    """Return trials padded to the largest; raises FpnetError for none."""
+    if not trials:
+        raise FpnetError('no trials to learn from; gather some first')
+    most = max(len(trial.right) for trial in trials)
+    figures = np.zeros((len(trials), most, len(FIGURES)), np.float32)
+    there, right = (np.zeros((len(trials), most), np.bool_) for _ in range(2))
+    for row, trial in enumerate(trials):
+        count = len(trial.right)
+        figures[row, :count], there[row, :count] = trial.evidence.figures, True
+        right[row, :count] = trial.right
+    context = np.stack([trial.evidence.context for trial in trials])
+    own = np.array([trial.is_own for trial in trials])
+    if weight is None:
+        weight = balanced_weights(trials)
+    return TrialTensors(
+        figures=torch.from_numpy(np.nan_to_num(figures)),
+        context=torch.from_numpy(np.nan_to_num(context)),
+        there=torch.from_numpy(there),
+        right=torch.from_numpy(right),
+        own=torch.from_numpy(own),
+        weight=torch.from_numpy(weight.astype(np.float32)),
+    )
+
+
+def balanced_weights(trials: Sequence[Trial]) -> NDArray[np.float64]:
+    """Return weights ``(N,)`` by which own and others' plans count the same."""
+    own = np.array([trial.is_own for trial in trials])
+    share = float(np.clip(own.mean(), 1e-6, 1.0 - 1e-6))
+    return np.where(own, 0.5 / share, 0.5 / (1.0 - share))
+
+
+class JudgeNetwork(nn.Module):
+    """One member; the same function as :class:`fpnet_core.judging.JudgeModel`."""
+
+    figure_mean: torch.Tensor
+    figure_scale: torch.Tensor
+    context_mean: torch.Tensor
+    context_scale: torch.Tensor
+
+    def __init__(self, width: int, dropout: float) -> None:
+        super().__init__()
+        figures, context = len(FIGURES), len(CONTEXT)
+        for name, size in (('figure', figures), ('context', context)):
+            self.register_buffer(f'{name}_mean', torch.zeros(size))
+            self.register_buffer(f'{name}_scale', torch.ones(size))
+        self.first = nn.Linear(figures + context, width)
+        self.second = nn.Linear(width, width)
+        self.value = nn.Linear(width, 1)
+        self.direct = nn.Linear(figures, 1, bias=False)
+        self.none_first = nn.Linear(2 * width + context, width)
+        self.none_second = nn.Linear(width, 2)
+        self.drop = nn.Dropout(dropout)
+
+    def standardise(self, data: TrialTensors, without: Sequence[str] = ()) -> None:
+        """Take means and spreads from what is learned from; some figures are not looked at."""
+        flat = data.figures[data.there]
+        for name, values in (('figure', flat), ('context', data.context)):
+            getattr(self, f'{name}_mean').copy_(values.mean(dim=0))
+            getattr(self, f'{name}_scale').copy_(values.std(dim=0) + _LEAST_SPREAD)
+        for scale, names in ((self.figure_scale, FIGURES), (self.context_scale, CONTEXT)):
+            blind = [any(word in name for word in without) for name in names]
+            scale[torch.tensor(blind)] = _UNSEEN
+
+    def forward(
+        self, figures: torch.Tensor, context: torch.Tensor, there: torch.Tensor
+    ) -> torch.Tensor:
+        """Return log probabilities ``(N, K + 2)``: of each, of none here, of another plan."""
+        x = ((figures - self.figure_mean) / self.figure_scale).clamp(-CLIP, CLIP)
+        g = ((context - self.context_mean) / self.context_scale).clamp(-CLIP, CLIP)
+        beside = g[:, None].expand(-1, x.shape[1], -1)
+        hidden = self.drop(nn.functional.silu(self.first(torch.cat([x, beside], dim=-1))))
+        hidden = self.drop(nn.functional.silu(self.second(hidden)))
+        scores = (self.value(hidden) + self.direct(x)).squeeze(-1).masked_fill(~there, _NEVER)
+        pooled = (torch.softmax(scores, dim=1)[..., None] * hidden).sum(dim=1)
+        mean = (hidden * there[..., None]).sum(dim=1) / there.sum(dim=1, keepdim=True).clamp(min=1)
+        whole = torch.cat([pooled, mean, g], dim=-1)
+        none = self.none_second(self.drop(nn.functional.silu(self.none_first(whole))))
+        return torch.log_softmax(torch.cat([scores, none], dim=1), dim=1)
+
+
+def surprise(
+    log_p: torch.Tensor, right: torch.Tensor, own: torch.Tensor, weight: torch.Tensor
+) -> torch.Tensor:
+    """Return the mean negative log probability of the truth [nats]."""
+    placed = torch.logsumexp(log_p[:, :-2].masked_fill(~right, _NEVER), dim=1)
+    on_own = torch.where(right.any(dim=1), placed, log_p[:, -2])
+    truth = torch.where(own, on_own, log_p[:, -1])
+    return -(truth * weight).sum() / weight.sum()
+
+
+def fit_member(data: TrialTensors, config: JudgeTraining, member: int) -> JudgeNetwork:
+    """Fit one network; the same data, settings and number give the same network."""
+    generator = torch.Generator().manual_seed(config.seed * 1009 + member)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(config.seed * 1009 + member)
+        network = JudgeNetwork(config.width, config.dropout)
+        network.standardise(data, config.without)
+        optimizer = torch.optim.AdamW(
+            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
+        )
+        count = len(data.own)
+        batches = -(-count // config.batch_size)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(
+            optimizer, config.learning_rate, total_steps=config.epochs * batches
+        )
+        for _ in range(config.epochs):
+            order = torch.randperm(count, generator=generator)
+            for chosen in torch.split(order, config.batch_size):
+                there = _thinned(data.there[chosen], config.thinned, generator)
+                log_p = network(data.figures[chosen], data.context[chosen], there)
+                right = data.right[chosen] & there
+                loss = surprise(log_p, right, data.own[chosen], data.weight[chosen])
+                optimizer.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
+                optimizer.step()
+                schedule.step()
+    return network.eval()
+
+
+def _thinned(there: torch.Tensor, share: float, generator: torch.Generator) -> torch.Tensor:
+    """Leave some placements out of some trials, never all: candidates are missing now and then."""
+    some = torch.rand((len(there), 1), generator=generator) < share
+    gone = (torch.rand(there.shape, generator=generator) < share) & some
+    kept = there & ~gone
+    return torch.where(kept.any(dim=1, keepdim=True), kept, there)
+
+
+def fit_judge(
+    data: TrialTensors, config: JudgeTraining, on_member: Callable[[float], None] = lambda _: None
+) -> list[JudgeNetwork]:
+    """Fit all members."""
+    networks = []
+    for member in range(config.members):
+        networks.append(fit_member(data, config, member))
+        on_member(1.0)
+    return networks
+
+
+def write_judge(
+    path: Path, networks: Sequence[JudgeNetwork], config: JudgeTraining, facts: dict[str, Any]
+) -> None:
+    """Write the networks as one checkpoint with its manifest; ``facts`` join the manifest."""
+    states = [network.state_dict() for network in networks]
+    tensors = {
+        name: states[0][name].numpy()
+        for name in ('figure_mean', 'figure_scale', 'context_mean', 'context_scale')
+    }
+
+    def stacked(name: str) -> NDArray[np.float32]:
+        return np.stack([state[name].numpy() for state in states])
+
+    for layer in ('first', 'second', 'none_first', 'none_second'):
+        tensors[layer] = stacked(f'{layer}.weight')
+        tensors[f'{layer}_bias'] = stacked(f'{layer}.bias')
+    tensors['value'] = stacked('value.weight')[:, 0]
+    tensors['value_bias'] = stacked('value.bias')[:, 0]
+    tensors['direct'] = stacked('direct.weight')[:, 0]
+    network = {
+        'members': len(networks),
+        'width': config.width,
+        'figures': list(FIGURES),
+        'context': list(CONTEXT),
+    }
+    write_weights(
+        path, tensors, JUDGE_SCHEMA, {'network': network, 'training': asdict(config), **facts}
+    )

@@ -1,0 +1,259 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fitting the scale model: the true length of each map's reference length is to be probable.
+
+Architects weigh the same however many their buildings and maps are, and real ones more than
+generated buildings, whose doors and rooms have the generator's statistics. What intervals hold is
+measured with each real architect left out in turn, and the generated buildings in folds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+from torch import nn
+
+from fpnet_core.io.weights import write_weights
+from fpnet_core.segmentation.scale_figures import COUNTS, FIGURES, LENGTHS, ScaleFigures
+from fpnet_core.segmentation.scale_model import (
+    CLIP,
+    COMPONENTS,
+    LOG_SIGMA_RANGE,
+    LOG_SIGMA_SHIFT,
+    SCALE_SCHEMA,
+    ScaleModel,
+    Side,
+    quantiles,
+)
+from fpnet_lab.evaluation.robot_pairs import architect_of
+from fpnet_lab.metrics.intervals import interval_figures
+from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.training.scale_samples import ScaleSamples
+
+Array = NDArray[np.float64]
+
+SIDES: tuple[Side, Side] = ('plan', 'map')
+
+_NO_ROOMS = np.array(
+    [name.startswith(('door_', 'wall_')) for name in LENGTHS] + [False] * len(COUNTS)
+)
+_LEAST_SPREAD = 0.01  # of a figure that hardly varies
+
+
+@dataclass(frozen=True)
+class ScaleTraining:
+    """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
+
+    members: int = 5
+    width: int = 24
+    epochs: int = 40
+    batch_size: int = 128
+    learning_rate: float = 8e-3
+    weight_decay: float = 3e-2
+    dropout: float = 0.1
+    noise: float = 0.25
+    """Standard deviation of what is added to standardised figures."""
+    other_rooms: float = 0.12
+    """Logarithm by which rooms get larger or smaller beside doors and walls: a dozen architects
+    show too little of how much rooms differ between buildings."""
+    copies: int = 2
+    """Of each sample, all but the first with other rooms."""
+    real_weight: float = 4.0
+    """A real architect over a generated building."""
+    tail_share: tuple[float, float] = (0.25, 0.25)
+    """Of the densities of drawings and of robots' maps: smeared out for what is unlike any."""
+    tail_sigma: tuple[float, float] = (0.25, 0.3)
+    folds: int = 4
+    """Of generated buildings that are left out together."""
+    seed: int = 0
+
+
+class ScaleNetwork(nn.Module):
+    """One network of one side; the same function as :class:`ScaleModel`."""
+
+    def __init__(self, width: int, dropout: float) -> None:
+        super().__init__()
+        self.first = nn.Linear(len(FIGURES), width)
+        self.second = nn.Linear(width, width)
+        self.mixture = nn.Linear(width, 3 * COMPONENTS)
+        self.direct = nn.Linear(len(FIGURES), 1)
+        self.drop = nn.Dropout(dropout)
+
+    def forward(self, x: torch.Tensor, target: torch.Tensor) -> torch.Tensor:
+        """Return the log density ``(B,)`` of standardised targets, given figures ``x (B, D)``."""
+        hidden = self.drop(nn.functional.silu(self.first(x)))
+        hidden = self.drop(nn.functional.silu(self.second(hidden)))
+        weight, mean, log_sigma = self.mixture(hidden).unflatten(1, (3, COMPONENTS)).unbind(1)
+        log_sigma = (log_sigma + LOG_SIGMA_SHIFT).clamp(*LOG_SIGMA_RANGE)
+        z = (target[:, None] - mean - self.direct(x)) / log_sigma.exp()
+        parts = torch.log_softmax(weight, dim=1) - log_sigma - 0.5 * z**2
+        return torch.logsumexp(parts, dim=1)
+
+
+def sample_weights(samples: ScaleSamples, real_weight: float) -> Array:
+    """Return weights ``(N,)``: one per generated building, ``real_weight`` per real architect."""
+    authors = np.array([architect_of(name) for name in samples.building.tolist()])
+    _, number, count = np.unique(authors, return_inverse=True, return_counts=True)
+    return np.where(samples.real, real_weight, 1.0) / count[number]
+
+
+def fit_scale(samples: ScaleSamples, config: ScaleTraining) -> ScaleModel:
+    """Fit both sides; the same samples and settings give the same model."""
+    tensors: dict[str, NDArray[np.float32]] = {}
+    for number, side in enumerate(SIDES):
+        tail = config.tail_share[number], config.tail_sigma[number]
+        tensors |= _fit_side(samples.where(samples.side == side), side, tail, config)
+    return ScaleModel(tensors)
+
+
+def _fit_side(
+    samples: ScaleSamples, side: Side, tail: tuple[float, float], config: ScaleTraining
+) -> dict[str, NDArray[np.float32]]:
+    samples = _with_other_rooms(samples, config)
+    weight = sample_weights(samples, config.real_weight)
+    mean, spread = _moments(samples.values, weight)
+    answer = (samples.truth + samples.reference)[:, None]
+    target = np.concatenate(_moments(answer, weight))
+    x = np.clip(np.nan_to_num((samples.values - mean) / spread), -CLIP, CLIP)
+    y = (answer[:, 0] - target[0]) / target[1]
+    data = tuple(torch.from_numpy(v.astype(np.float32)) for v in (x, y, weight / weight.mean()))
+    states = [_fit_member(data, config, member) for member in range(config.members)]
+    found = {
+        'mean': mean, 'spread': spread, 'target': target, 'tail': np.array(tail),
+        **{name: np.stack([state[name] for state in states]) for name in states[0]},
+    }  # fmt: skip
+    return {f'{side}.{name}': np.asarray(value, np.float32) for name, value in found.items()}
+
+
+def _with_other_rooms(samples: ScaleSamples, config: ScaleTraining) -> ScaleSamples:
+    """Return copies of the samples whose rooms are larger or smaller beside their doors."""
+    rng = np.random.default_rng(config.seed)
+    copies = samples.where(np.tile(np.arange(len(samples)), config.copies))
+    shift = rng.normal(0.0, config.other_rooms, len(copies))
+    shift[: len(samples)] = 0.0
+    values = copies.values.copy()
+    # All lengths are over the reference, which is one of the rooms'.
+    values[:, _NO_ROOMS] -= shift[:, None]
+    return replace(copies, values=values, reference=copies.reference + shift)
+
+
+def _moments(values: Array, weight: Array) -> tuple[Array, Array]:
+    """Return mean and spread of columns that may hold NaN."""
+    held = np.where(np.isnan(values), 0.0, weight[:, None])
+    total = np.maximum(held.sum(axis=0), _LEAST_SPREAD)
+    filled = np.nan_to_num(values)
+    mean = (held * filled).sum(axis=0) / total
+    spread = np.sqrt((held * (filled - mean) ** 2).sum(axis=0) / total)
+    return mean, spread + _LEAST_SPREAD
+
+
+def _fit_member(
+    data: tuple[torch.Tensor, ...], config: ScaleTraining, member: int
+) -> dict[str, NDArray[np.float32]]:
+    """Return the layers of one network."""
+    x, y, weight = data
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(config.seed * 1009 + member)
+        network = ScaleNetwork(config.width, config.dropout)
+        optimizer = torch.optim.AdamW(
+            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
+        )
+        batches = -(-len(y) // config.batch_size)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(
+            optimizer, config.learning_rate, total_steps=config.epochs * batches
+        )
+        for _ in range(config.epochs):
+            for chosen in torch.split(torch.randperm(len(y)), config.batch_size):
+                seen = x[chosen] + config.noise * torch.randn(len(chosen), x.shape[1])
+                loss = -(weight[chosen] * network(seen, y[chosen])).mean()
+                optimizer.zero_grad()
+                loss.backward()
+                optimizer.step()
+                schedule.step()
+    state = {name: value.numpy() for name, value in network.state_dict().items()}
+    layers = {
+        name.replace('.weight', '').replace('.bias', '_bias'): v for name, v in state.items()
+    }
+    return layers | {'direct': layers['direct'][0], 'direct_bias': layers['direct_bias'][0]}
+
+
+def held_back_estimates(
+    samples: ScaleSamples, config: ScaleTraining, on_fold: Callable[[float], None] = lambda _: None
+) -> Array:
+    """
+    Return ``(N, 3)``: logarithms of low, median and high over the truth.
+
+    Each building's samples are judged by a single network that has seen no drawing by its
+    architect.
+    """
+    errors = np.full((len(samples), 3), np.nan)
+    single = replace(config, members=1)
+    for side in (side for side in SIDES if side in samples.side):
+        of_side = samples.side == side
+        for fold in folds(samples.where(of_side), config.folds):
+            chosen = of_side & np.isin(samples.building, fold)
+            model = fit_scale_side(samples.where(of_side & ~chosen), side, single)
+            for row in np.flatnonzero(chosen):
+                figures = ScaleFigures(samples.values[row], float(samples.reference[row]))
+                errors[row] = quantiles(model.posterior(figures, side), (0.05, 0.5, 0.95))
+            on_fold(1.0)
+    return errors - samples.truth[:, None]
+
+
+def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> ScaleModel:
+    """Fit one side alone."""
+    number = SIDES.index(side)
+    tail = config.tail_share[number], config.tail_sigma[number]
+    return ScaleModel(_fit_side(samples, side, tail, config))
+
+
+def folds(samples: ScaleSamples, generated: int) -> list[list[str]]:
+    """Return the buildings left out together: real ones by architect, others in folds."""
+    real = sorted(set(samples.building[samples.real].tolist()))
+    rest = sorted(set(samples.building.tolist()) - set(real))
+    alone = [list(group) for _, group in groupby(sorted(real, key=architect_of), architect_of)]
+    return [*alone, *(rest[k::generated] for k in range(generated))]
+
+
+def held_back_figures(samples: ScaleSamples, errors: Array) -> dict[str, dict[str, float]]:
+    """Return figures of the samples' last rounds by what they show; buildings weigh the same."""
+    floors = np.isin(samples.building, TUNE_FLOORS)
+    plan = samples.side == 'plan'
+    groups = {
+        'bormann': plan & floors,
+        'drawings': plan & samples.real,
+        'generated': plan & ~samples.real,
+        'robot_maps': ~plan & samples.real,
+        'generated_maps': ~plan & ~samples.real,
+    }
+    weight = sample_weights(samples, 1.0)
+    return {
+        name: interval_figures(errors[chosen & samples.final], weight[chosen & samples.final])
+        for name, chosen in groups.items()
+        if (chosen & samples.final).any()
+    }
+
+
+def write_scale(
+    path: Path, model: ScaleModel, config: ScaleTraining, facts: dict[str, Any]
+) -> None:
+    """Write the model with its manifest; ``facts`` join the manifest."""
+    network: dict[str, Any] = {
+        'members': config.members,
+        'width': config.width,
+        'figures': list(FIGURES),
+    }
+    write_weights(
+        path,
+        model.tensors,
+        SCALE_SCHEMA,
+        {'network': network, 'training': asdict(config), **facts},
+    )

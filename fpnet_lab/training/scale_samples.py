@@ -1,0 +1,325 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the scale model learns from: maps of known scale, segmented as if they had another one.
+
+Drawings are those of real buildings of the tune half, redrawn with other cells, walls and turns,
+and of generated ones in many styles. Robots' maps are real ones, drawings made into such, and
+parts of both. Storeys of simulated worlds that were raised from drawings (``priormaps``) are left
+out: nobody has measured them. Each is segmented at the first guess of its scale, and at scales
+far and near to the true one, as the estimate's rounds will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io import read_map
+from fpnet_core.segmentation.scale import first_guess, segment_at
+from fpnet_core.segmentation.scale_figures import scale_figures
+from fpnet_core.segmentation.scale_model import Side
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
+from fpnet_lab.sim.drawings import warp_map
+from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
+
+Array = NDArray[np.float64]
+
+# All ranges below are numerical: they span what drawings and robots' maps are like.
+_FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
+_WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
+_THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
+_TURNED = 0.3  # share of real drawings at any angle
+_SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
+_OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
+_MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
+
+_DECLUTTER = {
+    'g4s': ('g4s_y2', 'g4s_sim_cropped'),
+    'aaf': ('aaf_deployment16-cropped', 'y4_aaf-cropped', 'aaf-15'),
+    'tsc': ('tsc', 'tsc_1701', 'tsc20160523', 'tsc_2'),
+    'uma': ('UMA_236', 'UMA_236_237'),
+    'movecare': (
+        'movecare_map',
+        'movecare_map1',
+        'movecare_map_integrationmeeting1903',
+        'movecare_map_PREPILOT',
+    ),
+} | {
+    name: (name,)
+    for name in (
+        'Sarmis2_map_adj', 'map_05_03_2019_4', 'UMIC_first_floor', 'Benedetti', 'Bertolani',
+        'CASA_MATTEO', 'DelCegno', 'EX1', 'EX2', 'EX3', 'EX4', 'Vottero',
+    )
+}  # fmt: skip
+"""Robots' maps by building, versions of one building together; where no file states 0.05 m, it is
+what all maps of their project have."""
+
+_CELLS_M = {'UMIC_first_floor': 0.02}  # all others have 0.05
+
+
+@dataclass(frozen=True)
+class Amounts:
+    """Variants of every real building, and generated buildings."""
+
+    drawings: int = 14
+    robot_maps: int = 8
+    drawn_maps: int = 5
+    generated: int = 300
+    generated_maps: int = 150
+
+    def scaled(self, share: float) -> Amounts:
+        """Return so large a share of everything, at least one of each."""
+        counts = {name: max(1, round(share * value)) for name, value in vars(self).items()}
+        return Amounts(**counts)
+
+
+@dataclass(frozen=True, eq=False)
+class ScaleSamples:
+    """
+    ``N`` segmented maps.
+
+    ``values (N, D)`` as in :class:`ScaleFigures`, ``reference (N,)``, ``truth (N,)`` logarithms of
+    true over assumed metres, ``side``, ``building (N,)`` str, ``real (N,)`` bool; ``final (N,)``
+    marks those that were segmented near their true scale, as the last round of an estimate is.
+    """
+
+    values: Array
+    reference: Array
+    truth: Array
+    side: NDArray[np.str_]
+    building: NDArray[np.str_]
+    real: NDArray[np.bool_]
+    final: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Count the samples."""
+        return len(self.truth)
+
+    def where(self, chosen: NDArray[Any]) -> ScaleSamples:
+        """Return the ``chosen``: a mask ``(N,)`` or indices."""
+        return ScaleSamples(**{name: value[chosen] for name, value in vars(self).items()})
+
+
+@dataclass(frozen=True)
+class _File:
+    path: Path
+    cell_m: float | None = None
+
+    def read(self) -> GridMap:
+        return read_map(self.path, self.cell_m)
+
+
+_Row = tuple[Array, float, float, Side, str, bool, bool]
+
+
+def gather_samples(
+    data: Path,
+    seed: int,
+    amounts: Amounts,
+    config: SegmentationConfig,
+    on_map: Callable[[float], None] = lambda _: None,
+) -> ScaleSamples:
+    """
+    Segment maps of known scale; the same arguments give the same samples.
+
+    Raises
+    ------
+    FpnetError
+        If the shared data is missing or incomplete.
+    """
+    cv2.setNumThreads(1)
+    drawings, maps = _drawings(data), _robot_maps(data)
+    tasks: list[tuple[Callable[..., GridMap | Submap], Side, str, bool, tuple[int, int]]] = []
+    for kind, (files, count) in enumerate(
+        ((drawings, amounts.drawings), (maps, amounts.robot_maps), (drawings, amounts.drawn_maps))
+    ):
+        for number, (building, found) in enumerate(files.items()):
+            for variant in range(count):
+                make = _MAKERS[kind](found, variant)
+                side: Side = 'map' if kind else 'plan'
+                tasks.append((make, side, building, True, (kind, 1000 * number + variant)))
+    for number in range(amounts.generated):
+        tasks.append((styled_drawing, 'plan', f'generated {number}', False, (3, number)))
+    for number in range(amounts.generated_maps):
+        tasks.append((_generated_map, 'map', f'generated map {number}', False, (4, number)))
+    rows: list[_Row] = []
+    for make, side, building, is_real, key in tasks:
+        rng = np.random.default_rng([seed, *key])
+        rows += _states(make(rng), side, building, is_real, config, rng)
+        on_map(1.0)
+    values, *columns = (np.array(column) for column in zip(*rows, strict=True))
+    return ScaleSamples(values, *columns)
+
+
+def count_maps(data: Path, amounts: Amounts) -> int:
+    """Count the maps that :func:`gather_samples` segments."""
+    drawings, maps = len(_drawings(data)), len(_robot_maps(data))
+    real = drawings * (amounts.drawings + amounts.drawn_maps) + maps * amounts.robot_maps
+    return real + amounts.generated + amounts.generated_maps
+
+
+def write_samples(path: Path, samples: ScaleSamples) -> None:
+    """Write samples as one ``.npz``."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **vars(samples))
+
+
+def read_samples(path: Path) -> ScaleSamples:
+    """Read what :func:`write_samples` wrote."""
+    with np.load(path, allow_pickle=False) as arrays:
+        return ScaleSamples(**{name: arrays[name] for name in arrays.files})
+
+
+def _drawings(data: Path) -> dict[str, list[_File]]:
+    """Return the files of each building, the bare drawing first."""
+    bormann = data / 'bormann'
+    found = {
+        name: [
+            _File(path, 0.05)
+            for path in (
+                bormann / 'floorplan' / f'{name}.png',
+                *sorted((bormann / 'furnished').glob(f'{name}_*.png')),
+            )
+        ]
+        for name in TUNE_FLOORS
+    }
+    found |= {name: [_File(data / f'gdc/floorplan/{name}.yaml')] for name in ('gdc1', 'gdc2')}
+    found['g4s'] = [_File(data / 'g4s/floorplan/g4s.yaml')]
+    for name in ('mesh_aws_small_house', 'mesh_cpr_office'):
+        found[name] = [_File(data / name / 'floorplan_from_mesh.yaml')]
+    return _checked(found)
+
+
+def _robot_maps(data: Path) -> dict[str, list[_File]]:
+    """Return the files of each building whose maps are in metres."""
+    found = {
+        building: [
+            _File(data / f'declutter/maps/{name}.png', _CELLS_M.get(name, 0.05)) for name in names
+        ]
+        for building, names in _DECLUTTER.items()
+    }
+    found['lab_ipa'] = [_File(data / 'bormann/robot_maps/ipa_map_pgm.png', 0.05)]
+    found |= {name: [_File(data / f'gdc/robot_maps/{name}.yaml')] for name in ('gdc1', 'gdc2')}
+    found['g4s'].append(_File(data / 'g4s/robot_maps/g4s.yaml'))
+    house = 'mesh_aws_small_house'
+    found[house] = [_File(data / house / 'map_turtlebot.yaml')]
+    return _checked(found)
+
+
+def _checked(found: dict[str, list[_File]]) -> dict[str, list[_File]]:
+    for files in found.values():
+        for file in files:
+            if not file.path.is_file():
+                raise FpnetError(f'{file.path} is missing; give the folder of the shared data')
+    return found
+
+
+def _drawing(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], GridMap]:
+    """Return what makes a variant: the files as they are, then redrawn."""
+
+    def make(rng: np.random.Generator) -> GridMap:
+        if variant < len(files):
+            return files[variant].read()
+        grid = _rewalled(files[int(rng.integers(len(files)))].read(), rng)
+        grid = _redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
+        if rng.random() < _TURNED:
+            turn = SE2.from_xy_yaw(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
+            grid = warp_map(grid, Affine2D(turn.linear, turn.translation))
+        return grid
+
+    return make
+
+
+def _robot_map(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], Submap]:
+    return lambda rng: _part(files[variant % len(files)].read(), rng)
+
+
+def _drawn_map(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], Submap]:
+    """Return what makes a drawing into a part of a robot's map."""
+    return lambda rng: _part(robot_map_of(files[variant % len(files)].read(), rng), rng)
+
+
+_MAKERS: tuple[Callable[[Sequence[_File], int], Callable[..., GridMap | Submap]], ...] = (
+    _drawing,
+    _robot_map,
+    _drawn_map,
+)
+
+
+def _generated_map(rng: np.random.Generator) -> Submap:
+    return _part(robot_map_of(styled_drawing(rng), rng), rng)
+
+
+def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
+    """Return a connected part of a robot's map, turned."""
+    share = _SHARES[int(rng.integers(len(_SHARES)))]
+    whole = RobotPair('', grid, grid, Affine2D.identity(), is_metric=True)
+    cut = varied(whole, rng, share).robot
+    known = cut.cells != UNKNOWN
+    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
+    return submap_from_grid(cut.cropped(*window))
+
+
+def _redrawn(grid: GridMap, cell_m: float) -> GridMap:
+    """Return a drawing with cells of another size."""
+    rows, cols = (max(1, round(size * grid.resolution / cell_m)) for size in grid.shape)
+    how = cv2.INTER_AREA if cell_m > grid.resolution else cv2.INTER_LINEAR
+
+    def share(value: int) -> NDArray[np.float32]:
+        mask = (grid.cells == value).astype(np.float32)
+        return np.asarray(cv2.resize(mask, (cols, rows), interpolation=how), np.float32)
+
+    cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
+    cells[share(FREE) > _FREE_SHARE] = FREE
+    cells[share(OCCUPIED) > _WALL_SHARE] = OCCUPIED
+    return replace(grid, cells=cells, resolution=grid.resolution * grid.shape[0] / rows)
+
+
+def _rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
+    """Return a drawing whose walls are a cell thicker or thinner now and then, never open."""
+    kind, cells = rng.random(), np.array(grid.cells)
+    wall = cells == OCCUPIED
+    if kind < _THICKENED:
+        cells[cv2.dilate(wall.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = OCCUPIED
+    elif kind < _THICKENED + _THINNED:
+        depth = distance_transform_edt(wall)
+        core = cv2.dilate((depth > 1.5).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        beside = cv2.dilate((cells == FREE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        cells[wall & (depth <= 1.0) & core & beside] = FREE
+    return replace(grid, cells=cells)
+
+
+def _states(
+    source: GridMap | Submap,
+    side: Side,
+    building: str,
+    is_real: bool,
+    config: SegmentationConfig,
+    rng: np.random.Generator,
+) -> Iterator[_Row]:
+    """Yield a map segmented at several scales; its own metres are the true ones."""
+    factors = [first_guess(source), *np.exp(rng.normal(0.0, _OFF)).tolist()]
+    for number, factor in enumerate(factors):
+        if abs(np.log(factor)) > _MOST_OFF:
+            continue
+        figures = scale_figures(segment_at(source, config, factor), factor)
+        if figures.reference is not None:
+            is_final = number == len(factors) - 1
+            truth = -float(np.log(factor))
+            yield figures.values, figures.reference, truth, side, building, is_real, is_final
