@@ -37,6 +37,7 @@ status 1), or raises ``typer.Exit(code)`` when it ran but its answer is no.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -86,10 +87,11 @@ COMMANDS = {
 
 def installed_commands() -> dict[str, Subcommand]:
     """Return the core's subcommands and those that installed packages bring, by name."""
-    brought = [entry.load() for entry in entry_points(group=ENTRY_POINTS)]
-    return dict(
-        sorted({**COMMANDS, **{k: v for found in brought for k, v in found.items()}}.items())
-    )
+    found = dict(COMMANDS)
+    for entry in entry_points(group=ENTRY_POINTS):
+        with suppress(ModuleNotFoundError):  # a robot may be installed without its lab
+            found.update(entry.load())
+    return dict(sorted(found.items()))
 
 
 def build_app(subcommand: str | None) -> typer.Typer:

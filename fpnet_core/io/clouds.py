@@ -158,8 +158,13 @@ def _pcd_dtype(header: dict[str, list[str]]) -> np.dtype[Any]:
 
 
 def _read_with_open3d(path: Path) -> NDArray[np.float64]:
-    import open3d as o3d
-
+    try:
+        import open3d as o3d
+    except ImportError:
+        raise CloudFormatError(
+            f"{path}: this kind of file needs Open3D; run pip install 'fpnet_ros[clouds]', or "
+            'convert it to a binary .ply'
+        ) from None
     if not path.is_file():
         raise FileNotFoundError(2, 'No such file')
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):

@@ -26,6 +26,7 @@ from safetensors import SafetensorError
 import safetensors.numpy
 
 from fpnet_core.errors import WeightsError
+from fpnet_core.io.atomic import replaced
 
 PACKAGED_NAME = 'matcher.safetensors'
 
@@ -86,6 +87,9 @@ def write_weights(
     """
     Write ``path`` (.safetensors) and its manifest.
 
+    Both take their names when both are complete; should a machine stop between the two renames,
+    the hash tells.
+
     ``facts`` are the manifest's other entries, JSON-serialisable; ``network`` must be among them.
     """
     # Row-major copies, because safetensors stores the buffer as it lies in memory.
@@ -96,9 +100,9 @@ def write_weights(
         **facts,
         'tensors': {key: list(value.shape) for key, value in sorted(tensors.items())},
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
-    _manifest_of(path).write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
+    with replaced(path) as weights, replaced(_manifest_of(path)) as said:
+        weights.write_bytes(data)
+        said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
 
 
 def check_shapes(

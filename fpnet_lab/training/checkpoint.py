@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from fpnet_core.errors import WeightsError
+from fpnet_core.io.atomic import replaced
 
 _NETWORK, _OPTIMIZER = 'network.', 'optimizer.'
 _HEADER = 'state'
@@ -33,10 +33,9 @@ def save_state(
     tensors = {_NETWORK + key: value for key, value in network.state_dict().items()}
     for index, moments in optimizer.state_dict()['state'].items():
         tensors.update({f'{_OPTIMIZER}{index}.{key}': value for key, value in moments.items()})
-    partial = path.with_suffix('.partial')
     plain = {key: value.detach().cpu().contiguous() for key, value in tensors.items()}
-    save_file(plain, partial, metadata={_HEADER: json.dumps(dict(scalars))})
-    os.replace(partial, path)
+    with replaced(path) as partial:
+        save_file(plain, partial, metadata={_HEADER: json.dumps(dict(scalars))})
 
 
 def load_state(path: Path, network: nn.Module, optimizer: torch.optim.Optimizer) -> dict[str, Any]:

@@ -4,6 +4,8 @@
 
 import json
 import shlex
+import subprocess
+import sys
 
 import numpy as np
 from PIL import Image, ImageOps
@@ -49,6 +51,42 @@ def localized(tmp_path_factory):
     )  # fmt: skip
     assert code == 0
     return folder, json.loads((folder / 'out.json').read_text()), on_plan
+
+
+LAB = (
+    *('fpnet_lab', 'open3d', 'sklearn', 'lightning_fabric', 'tensorboardX', 'pygmtools'),
+    *('matplotlib', 'plotly', 'jinja2', 'ezdxf', 'pypdfium2', 'svgelements', 'distributed'),
+)
+WITHOUT_LAB = f"""
+import sys
+sys.modules.update(dict.fromkeys({LAB!r}))  # None: cannot be imported
+from fpnet_core.cli import main
+main(sys.argv[1:])
+"""
+
+
+def run_without_lab(*arguments):
+    words = [sys.executable, '-c', WITHOUT_LAB, *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+def test_a_robot_needs_no_library_of_the_lab(localized, tmp_path):
+    folder, summary, _ = localized
+    drive = folder / 'drive'
+    plan = ('--floorplan', drive / 'floorplan.yaml')
+    done = run_without_lab('localize', drive / 'bag', *plan, '--json', tmp_path / 'out.json')
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / 'out.json').read_text())
+    assert (figures['status'], figures['scans']) == (summary['status'], summary['scans'])
+
+
+def test_what_a_report_needs_is_missed_before_the_run(localized, tmp_path):
+    drive = localized[0] / 'drive'
+    plan = ('--floorplan', drive / 'floorplan.yaml')
+    done = run_without_lab('localize', drive / 'bag', *plan, '--out', tmp_path / 'run')
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].endswith("pip install 'fpnet_ros[report]'")
+    assert not (tmp_path / 'run').exists()
 
 
 def test_the_robot_is_found_and_no_pose_is_wrong(localized):

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What pyproject.toml says is needed is what set-up pins, and nothing else is pinned."""
+
+from importlib.metadata import entry_points
+from pathlib import Path
+import re
+import tomllib
+
+from packaging.requirements import Requirement
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
+# Of developers, not of users.
+TOOLS_OF = ('hypothesis', 'mkdocs', 'mypy', 'pytest', 'ruff', 'selenium', 'types', 'colcon',
+            'setuptools', 'wheel')  # fmt: skip
+
+
+def asked_for():
+    extras = [entry for extra in PROJECT['optional-dependencies'].values() for entry in extra]
+    return [Requirement(text) for text in (*PROJECT['dependencies'], *extras)]
+
+
+def pinned():
+    found = {}
+    for name in ('core', 'dev', ''):
+        path = ROOT / f'requirements-{name}.txt' if name else ROOT / 'requirements.txt'
+        for line in path.read_text(encoding='utf-8').splitlines():
+            if match := re.match(r'([\w.-]+)(?:\[\w+\])?==(\S+)', line):
+                found[match[1].lower().replace('_', '-')] = match[2]
+    return found
+
+
+def test_every_requirement_is_pinned_to_a_version_that_it_allows():
+    for requirement in asked_for():
+        name = requirement.name.lower().replace('_', '-')
+        if name != 'fpnet-ros':  # the lab asks for other extras
+            assert requirement.specifier.contains(pinned()[name]), requirement
+
+
+def test_every_pin_is_of_something_asked_for():
+    names = {requirement.name.lower().replace('_', '-') for requirement in asked_for()}
+    assert {name for name in pinned() if not name.startswith(TOOLS_OF)} <= names
+
+
+@pytest.mark.parametrize('group', ['fpnet.commands', 'fpnet.plan_tours'])
+def test_entry_points_of_the_lab_are_installed(group):
+    [entry] = entry_points(group=group)
+    assert entry.load()
