@@ -20,6 +20,7 @@ import numpy as np
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
 from fpnet_core.io import Scan
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
 from fpnet_lab.evaluation.localization.drives import Drive, run_product
@@ -30,7 +31,6 @@ from fpnet_lab.sim.tours import TourLimits
 ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
-NS_PER_S = 1e9
 
 
 def carried(scans):

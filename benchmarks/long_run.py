@@ -22,6 +22,7 @@ import numpy as np
 
 from fpnet_core.config import load_config
 from fpnet_core.localizer import create_localizer
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.evaluation.localization.drives import resident_mb
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
@@ -33,7 +34,6 @@ TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
 SCAN_POINTS = 25_000
 EARLY_MIN = 5.0
 WINDOW_MIN = 2.0  # figures are taken over so long before each mark
-NS_PER_S = 10**9
 
 
 class LongRun:

@@ -32,6 +32,7 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.sim.recording import make_recording
 from fpnet_ros.processes import (
@@ -193,7 +194,7 @@ class Load:
         self.heard.tf_ns.append(stamp_ns - TF_AHEAD_NS)
 
     def _on_pose(self, msg: PoseStamped) -> None:
-        self.heard.behind_s.append((time.time_ns() - stamp_from_msg(msg.header.stamp)) / 1e9)
+        self.heard.behind_s.append((time.time_ns() - stamp_from_msg(msg.header.stamp)) / NS_PER_S)
 
     def _on_tick(self, msg: DiagnosticStatus) -> None:
         report = report_from_msg(msg)

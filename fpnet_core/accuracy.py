@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, angle_between
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 
 WRONG_POSITION_M = 3.0
@@ -102,7 +103,7 @@ def summarize_run(
         wrong_poses=wrong,
         time_to_first_pose_s=None
         if first_ns is None or len(odometry) == 0
-        else (first_ns - int(odometry.stamps_ns[0])) / 1e9,
+        else (first_ns - int(odometry.stamps_ns[0])) / NS_PER_S,
         path_to_first_pose_m=None if first_ns is None else odometry.path_length_m(first_ns),
         median_position_error_m=_quantile(position, 0.5),
         median_yaw_error_deg=_quantile(np.rad2deg(yaw), 0.5),

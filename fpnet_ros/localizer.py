@@ -30,6 +30,7 @@ from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.map_frame import MapFrame, warped_grid
 from fpnet_core.localizer.warm_up import warm_up
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFMessage
 from fpnet_ros.lifecycle import ManagedNode, run_managed
@@ -191,7 +192,7 @@ class LocalizerNode(ManagedNode):
     def _follow_parameters(self) -> None:
         if self._is_configured:
             period_s = self._config.value.localizer.tick_period_s
-            self._tick_timer.timer_period_ns = round(period_s * 1e9)
+            self._tick_timer.timer_period_ns = round(period_s * NS_PER_S)
 
     # ---- inputs: the executor's thread
 
@@ -292,7 +293,7 @@ class LocalizerNode(ManagedNode):
         now_ns = self.get_clock().now().nanoseconds
         if map_odom is None or not parameters.tf_broadcast or now_ns == 0:
             return
-        stamp_ns = now_ns + round(parameters.transform_tolerance * 1e9)
+        stamp_ns = now_ns + round(parameters.transform_tolerance * NS_PER_S)
         if stamp_ns != self._tf_stamp_ns:
             self._tf_stamp_ns = stamp_ns
             self._out.publish_tf(map_odom.T_map_odom, stamp_ns, map_odom.odom_frame)

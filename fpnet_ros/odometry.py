@@ -22,6 +22,7 @@ from fpnet_core.config import OdometryConfig, Section
 from fpnet_core.errors import FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, TF, TF_STATIC, ErrorLog, run_node, sensor_data
@@ -148,7 +149,7 @@ class OdometryNode(Node):
                     f'cloud at {stamp_ns} ns is not newer than the last one at {newest_ns} ns; it '
                     'was dropped (is the recording looping, or are there two publishers?)'
                 )
-            back_s = (newest_ns - stamp_ns) / 1e9
+            back_s = (newest_ns - stamp_ns) / NS_PER_S
             self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
             self._kiss.reset()
         self._newest_ns, self._stale = stamp_ns, 0

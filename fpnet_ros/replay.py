@@ -23,6 +23,7 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
+from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, run_node
 from msg_adapters.stamps import stamp_to_msg
@@ -120,7 +121,7 @@ class Replay(Node):
             for topic, _, stamp_ns, data in bag.raw_messages(list(publishers)):
                 bar.advance(task)
                 if first_ns is None:
-                    first_ns = stamp_ns + round(self._settings.start_offset_s * 1e9)
+                    first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
                     started_s = time.monotonic()
                 if stamp_ns < first_ns:
                     continue
@@ -156,12 +157,12 @@ class Replay(Node):
         """Spin until the recorded time ``stamp_ns`` is due, keeping /clock running."""
         rate = self._settings.rate
         while True:
-            elapsed_ns = round((time.monotonic() - started_s) * 1e9 * rate)
+            elapsed_ns = round((time.monotonic() - started_s) * NS_PER_S * rate)
             now_ns = min(first_ns + elapsed_ns, stamp_ns)
             self._publish_clock(now_ns)
             if now_ns == stamp_ns:
                 return
-            self._spin_for(min((stamp_ns - now_ns) / 1e9 / rate, _CLOCK_PERIOD_S))
+            self._spin_for(min((stamp_ns - now_ns) / NS_PER_S / rate, _CLOCK_PERIOD_S))
 
     def _publish_clock(self, now_ns: int) -> None:
         if self._clock_publisher is not None and now_ns != self._now_ns:

@@ -6,19 +6,19 @@ from __future__ import annotations
 
 from typing import Any
 
-_NS_PER_S = 10**9
+from fpnet_core.stamps import NS_PER_S
 
 
 def stamp_from_msg(msg: Any) -> int:
     """Return the nanoseconds of a ``builtin_interfaces/Time``."""
-    return int(msg.sec) * _NS_PER_S + int(msg.nanosec)
+    return int(msg.sec) * NS_PER_S + int(msg.nanosec)
 
 
 def stamp_to_msg(stamp_ns: int) -> Any:
     """Return a ``builtin_interfaces/Time``."""
     from builtin_interfaces.msg import Time
 
-    sec, nanosec = divmod(int(stamp_ns), _NS_PER_S)
+    sec, nanosec = divmod(int(stamp_ns), NS_PER_S)
     return Time(sec=sec, nanosec=nanosec)
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from fpnet_core.stamps import NS_PER_S
+
 Array = NDArray[np.float64]
 
-_NS_PER_S = 10**9
 # Samples arrive out of order by less than this; one that is older says that the clock went back.
-_DISORDER_NS = _NS_PER_S
+_DISORDER_NS = NS_PER_S
 
 
 @dataclass(eq=False)
@@ -39,8 +40,8 @@ class FrameTree:
     """
 
     def __init__(self, horizon_s: float = 10.0, max_gap_s: float = 0.5) -> None:
-        self._horizon_ns = int(horizon_s * _NS_PER_S)
-        self._max_gap_ns = int(max_gap_s * _NS_PER_S)
+        self._horizon_ns = int(horizon_s * NS_PER_S)
+        self._max_gap_ns = int(max_gap_s * NS_PER_S)
         self._edges: dict[str, _Edge] = {}
 
     def clear(self) -> None:

@@ -19,6 +19,7 @@ from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import ODOMETRY, POINT_CLOUD, POSE, BagReader, stamp_to_ns
 from fpnet_core.io.pointcloud2 import decode_points
 from fpnet_core.io.scans import Scan
+from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
 
@@ -40,7 +41,7 @@ class PoseTrack:
         self._poses = np.array(poses)[first]
         self.child_frame = child_frame
         if len(self._stamps_ns) > 1:
-            seconds = (self._stamps_ns - self._stamps_ns[0]) * 1e-9
+            seconds = (self._stamps_ns - self._stamps_ns[0]) / NS_PER_S
             self._slerp = Slerp(seconds, Rotation.from_matrix(self._poses[:, :3, :3]))
 
     def at(self, stamp_ns: int) -> NDArray[np.float64] | None:
@@ -59,7 +60,7 @@ class PoseTrack:
         pose[:3, 3] = (1.0 - weight) * self._poses[after - 1, :3, 3] + (
             weight * self._poses[after, :3, 3]
         )
-        pose[:3, :3] = self._slerp((stamp_ns - self._stamps_ns[0]) * 1e-9).as_matrix()
+        pose[:3, :3] = self._slerp((stamp_ns - self._stamps_ns[0]) / NS_PER_S).as_matrix()
         return pose
 
 

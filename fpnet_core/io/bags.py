@@ -28,6 +28,7 @@ from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid
 from fpnet_core.io.pointcloud2 import encode_points
 from fpnet_core.plain_yaml import parse_yaml
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 
 POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
@@ -41,7 +42,6 @@ TEXT = 'std_msgs/msg/String'
 Storage = Literal['sqlite3', 'mcap']
 
 _BAG_VERSION: Literal[9] = 9  # what ROS 2 Jazzy writes
-_NS_PER_S = 10**9
 _NO_LIMIT = QosTime(0, 0)
 _TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 _MSG = _TYPESTORE.types
@@ -309,7 +309,7 @@ class BagReader:
 
 def stamp_to_ns(stamp: Any) -> int:
     """Return the nanoseconds of a ``builtin_interfaces/Time``."""
-    return int(stamp.sec) * _NS_PER_S + int(stamp.nanosec)
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
 def _check_metadata(path: Path) -> None:
@@ -335,7 +335,7 @@ def _storage_path(path: Path) -> Path:
 
 
 def _header(stamp_ns: int, frame_id: str) -> Any:
-    sec, nanosec = divmod(int(stamp_ns), _NS_PER_S)
+    sec, nanosec = divmod(int(stamp_ns), NS_PER_S)
     return _MSG['std_msgs/msg/Header'](_MSG['builtin_interfaces/msg/Time'](sec, nanosec), frame_id)
 
 

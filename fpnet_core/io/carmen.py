@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
+from fpnet_core.stamps import NS_PER_S
 
-NOMINAL_PERIOD_NS = 1_000_000_000
+NOMINAL_PERIOD_NS = NS_PER_S
 """Time between scans where the log's clock is useless: several logs print 10 digits too few."""
 
 MAX_LOG_BYTES = 10**9
@@ -35,7 +36,6 @@ _NO_RETURN_M = 30.0  # lasers report 32.8, 50, 51.1 or 81.9 m for no echo; no ro
 _MIN_RANGE_M = 0.05
 _MAX_READINGS = 10_000
 _MIN_STEP_NS = 1_000_000  # puts right the few stamps that go backwards in a good log
-_NS_PER_S = 1e9
 
 
 class _Laser(NamedTuple):
@@ -155,6 +155,6 @@ def _increasing_stamps(times_s: list[float]) -> list[int]:
         return [index * NOMINAL_PERIOD_NS for index in range(len(times))]
     stamps: list[int] = []
     for time_s in times_s:
-        stamp_ns = round(time_s * _NS_PER_S)
+        stamp_ns = round(time_s * NS_PER_S)
         stamps.append(max(stamp_ns, stamps[-1] + _MIN_STEP_NS) if stamps else stamp_ns)
     return stamps

@@ -15,12 +15,12 @@ from scipy.spatial.transform import Rotation
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry.rigid3d import is_rigid
 from fpnet_core.io.arrays import read_array
+from fpnet_core.stamps import NS_PER_S
 
 KITTI_PERIOD_NS = 100_000_000
 """KITTI pose files carry no time: poses are taken to be a tenth of a second apart."""
 
 _TUM_COLUMNS, _KITTI_COLUMNS, _BALM_COLUMNS = 8, 12, 4
-_NS_PER_S = 10**9
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def write_tum(
         strict=True,
     )
     lines = [
-        f'{ns // _NS_PER_S}.{ns % _NS_PER_S:09d} {x:.6f} {y:.6f} {z:.6f} 0 0 {qz:.9f} {qw:.9f}\n'
+        f'{ns // NS_PER_S}.{ns % NS_PER_S:09d} {x:.6f} {y:.6f} {z:.6f} 0 0 {qz:.9f} {qw:.9f}\n'
         for ns, (x, y), qz, qw in rows
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -219,4 +219,4 @@ def _stamps(texts: list[str]) -> NDArray[np.int64]:
     seconds = [Decimal(text) for text in texts]
     if not all(second.is_finite() for second in seconds):
         raise ValueError('a time is not finite')
-    return np.array([int(second * _NS_PER_S) for second in seconds], dtype=np.int64)
+    return np.array([int(second * NS_PER_S) for second in seconds], dtype=np.int64)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
+from fpnet_core.stamps import NS_PER_S
 
 _RIGID_TOLERANCE = 1e-3
-_NS_PER_S = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +70,10 @@ class Continuity:
                     f'scan at {stamp_ns} ns is not newer than the last one at {last_ns} ns; it '
                     'was dropped (is the recording looping, or are there two publishers?)'
                 )
-            return Break(f'the clock went back by {(last_ns - stamp_ns) / _NS_PER_S:.3f} s')
+            return Break(f'the clock went back by {(last_ns - stamp_ns) / NS_PER_S:.3f} s')
         self._stale_scans = 0
         step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
-        elapsed_s = max((stamp_ns - last_ns) / _NS_PER_S, 0.1)
+        elapsed_s = max((stamp_ns - last_ns) / NS_PER_S, 0.1)
         if step_m <= self._config.max_speed_mps * elapsed_s and not self._is_replaced:
             return None
         reason = 'was restarted' if self._is_replaced else f'jumped by {step_m:.2f} m'

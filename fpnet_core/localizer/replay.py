@@ -16,6 +16,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
 from fpnet_core.localizer.localizer import Localizer
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput
 
@@ -75,7 +76,7 @@ def replay(
     path: list[tuple[int, SE2]] = []
     add_ms: list[float] = []
     rejected, next_tick_ns = 0, None
-    period_ns = int(tick_period_s * 1e9)
+    period_ns = int(tick_period_s * NS_PER_S)
     for scan in scans:
         points, T_odom_sensor = _registered(scan, register)
         start = time.perf_counter()
@@ -113,7 +114,7 @@ def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:
     """Log the last of the outputs where its status is another than the one's before it."""
     last = outputs[-1]
     if len(outputs) < 2 or outputs[-2].status is not last.status:
-        _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / 1e9, last.said)
+        _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / NS_PER_S, last.said)
 
 
 def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:

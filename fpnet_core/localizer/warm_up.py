@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.localizer.localizer import Localizer
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 # Two rooms side by side with a door between them, inner sizes in metres.
@@ -15,7 +16,7 @@ _ROOM_M = np.array([6.0, 5.0])
 _WALL_M, _DOOR_M, _RESOLUTION_M = 0.2, 1.0, 0.1
 _HEIGHTS_M = np.linspace(-0.8, 1.6, 25)
 _SPACING_M = 0.05
-_SCAN_NS = 10**9
+_SCAN_NS = NS_PER_S
 
 
 def warm_up(localizer: Localizer) -> None:

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import pose_errors
 from fpnet_core.geometry import Affine2D
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
-
-NS_PER_S = 1e9
 
 
 @dataclass(frozen=True, eq=False)

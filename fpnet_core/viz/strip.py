@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import (
     OCCUPIED,
@@ -42,7 +43,6 @@ _UNMATCHED = (0.75, 0.75, 0.75)
 _TRUTH = 'tab:green'
 _WALL_STRIDE = 8  # every so many wall cells are drawn
 _DISTANT_M = 30.0  # errors beyond are drawn at the edge
-_NS_PER_S = 1e9
 _WIDTH_INCHES, _DPI = 22.0, 90
 _ROW_HEIGHTS = (4.0, 4.0, 2.2)
 
@@ -76,7 +76,7 @@ def plot_strip(
     for column, output in enumerate(moments):
         plan_axes, sub_axes = (figure.add_subplot(grid[row, column]) for row in (0, 1))
         _draw_plan(plan_axes, plan, output, truth)
-        plan_axes.set_title(f'{(output.stamp_ns - start_ns) / _NS_PER_S:.0f} s')
+        plan_axes.set_title(f'{(output.stamp_ns - start_ns) / NS_PER_S:.0f} s')
         _draw_submap(plan_axes, sub_axes, plan, output)
     timeline = figure.add_subplot(grid[2, :])
     _draw_timeline(timeline, outputs, errors_m, start_ns)
@@ -152,7 +152,7 @@ def _draw_timeline(
     start_ns: int,
 ) -> None:
     """Draw status as background, probability and the error of the best placement over time."""
-    times = np.array([(o.stamp_ns - start_ns) / _NS_PER_S for o in outputs])
+    times = np.array([(o.stamp_ns - start_ns) / NS_PER_S for o in outputs])
     ends = np.append(times[1:], times[-1:] + np.median(np.diff(times)) if len(times) > 1 else 1.0)
     for output, start, end in zip(outputs, times, ends, strict=False):
         ax.axvspan(start, end, color=STATUS_COLOURS[output.status], alpha=0.35, linewidth=0)

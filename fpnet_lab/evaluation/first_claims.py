@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.localizer import Localizer
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.sim.recording import Recording
 
@@ -41,13 +42,13 @@ def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
     steps_m = np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1)
     path_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     T_odom_building = np.linalg.inv(poses[0])
-    next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * 1e9)
+    next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * NS_PER_S)
     for index in range(0, len(recording), _SCAN_EVERY):
         T_odom_sensor = T_odom_building @ poses[index]
         localizer.add_scan(recording.scan(index).points, T_odom_sensor, int(stamps_ns[index]))
         if stamps_ns[index] < next_tick_ns:
             continue
-        next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * 1e9)
+        next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * NS_PER_S)
         if localizer.tick(int(stamps_ns[index])).status is Status.LOCALIZED:
             pose = localizer.pose(T_odom_sensor)
             assert pose is not None  # it is localised

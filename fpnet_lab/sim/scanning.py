@@ -11,15 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.io.scans import Scan
+from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.building import Building
 from fpnet_lab.sim.driving import Tour
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.sensors import SensorModel, sensor_named
 
-EPOCH_NS = 1_750_000_000 * 10**9
+EPOCH_NS = 1_750_000_000 * NS_PER_S
 """Sensor time of a recording's start; ROS takes times near zero as unset."""
-
-_NS_PER_S = 10**9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,13 +37,13 @@ class SimulatedScan(Scan):
 
 def scan_stamps_ns(tour: Tour, period_s: float) -> NDArray[np.int64]:
     """Return the stamps ``(S,)`` of the sweeps that end within a tour."""
-    period_ns = round(period_s * _NS_PER_S)
+    period_ns = round(period_s * NS_PER_S)
     return EPOCH_NS + period_ns * np.arange(1, int(tour.duration_s / period_s) + 1, dtype=np.int64)
 
 
 def sensor_poses_at(tour: Tour, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return ``T_building_sensor (S, 4, 4)`` at sensor times ``(S,)``."""
-    R, origin = tour.sensor_poses((stamps_ns - EPOCH_NS) / _NS_PER_S)
+    R, origin = tour.sensor_poses((stamps_ns - EPOCH_NS) / NS_PER_S)
     poses = np.tile(np.eye(4), (len(R), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = R, origin
     return poses
@@ -58,7 +57,7 @@ def cast_scan(
     start_s = index * model.period_s
     R, origin = tour.sensor_poses(start_s + model.column_times_s)
     sweep = lidar.sweep(R, origin, start_s, rng)
-    stamp_ns = EPOCH_NS + round(model.period_s * _NS_PER_S) * (index + 1)
+    stamp_ns = EPOCH_NS + round(model.period_s * NS_PER_S) * (index + 1)
     return SimulatedScan(
         stamp_ns=stamp_ns,
         points=sweep.points,

@@ -27,6 +27,7 @@ from fpnet_core.localizer.sides import StageTimer, prepare_submap
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Submap
@@ -48,7 +49,6 @@ PLAIN_DRIVES = 42
 _WRONG_PLANS = 3  # other buildings' plans per drive, the first one of its own family
 _GROWTH = 1.12  # a look becomes a trial when the free space has grown by this factor
 _SCANS_PER_LOOK = 10  # a second of sensor time
-_NS_PER_S = 10**9
 
 
 class DriveSource:
@@ -105,7 +105,7 @@ def _looks(
         builder.add_scan(points, pose, scan.stamp_ns)
         stamps.append(scan.stamp_ns)
         poses.append(pose)
-        if scan.stamp_ns - stamps[0] > DRIVE_S * _NS_PER_S:
+        if scan.stamp_ns - stamps[0] > DRIVE_S * NS_PER_S:
             return
         if len(stamps) % _SCANS_PER_LOOK:
             continue

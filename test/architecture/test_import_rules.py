@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 LAYERS = {
     'fpnet_core': [
-        {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'trajectory'},
+        {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'stamps'}
+        | {'trajectory'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings'},
         {'localizer'},
@@ -45,6 +46,7 @@ ROBOT = ('fpnet_core', 'msg_adapters', 'fpnet_ros')
 HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
+    'fpnet_core.stamps',
 )  # fmt: skip
 
 

@@ -13,7 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = (
-    *('fpnet_core', 'fpnet_ros', 'msg_adapters', 'config', 'launch', 'resource'),
+    *('fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters'),
+    *('config', 'launch', 'resource'),
     *('setup.py', 'setup.cfg', 'pyproject.toml', 'package.xml', 'LICENSE', 'README.md'),
 )
 PIP = (sys.executable, '-m', 'pip', '--disable-pip-version-check', '--no-input', '-q')

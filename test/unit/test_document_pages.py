@@ -54,7 +54,7 @@ def test_the_benchmarks_page_names_every_benchmark():
     page = (ROOT / 'docs' / 'benchmarks.md').read_text(encoding='utf-8')
     scripts = {path.name for path in (ROOT / 'benchmarks').glob('*.py')}
     assert {name for name in scripts if name not in page} == set()
-    source = (ROOT / 'fpnet_core' / 'cli' / 'bench.py').read_text(encoding='utf-8')
+    source = (ROOT / 'fpnet_lab' / 'cli' / 'bench.py').read_text(encoding='utf-8')
     subcommands = re.findall(r"app\.command\('([a-z-]+)'", source)
     assert len(subcommands) >= 5
     assert {name for name in subcommands if f'fpnet bench {name}' not in page} == set()
