@@ -287,7 +287,7 @@ def _origin(error: BaseException) -> str:
     lines, trace = [], error.__traceback__
     while trace is not None:
         name = trace.tb_frame.f_code.co_filename
-        if 'fpnet_core' in name:
+        if 'fpnet_core' in name or 'fpnet_lab' in name:
             lines.append(f'{Path(name).name}:{trace.tb_lineno}')
         trace = trace.tb_next
     return f' at {" ".join(lines[-3:])}' if lines else ''

@@ -10,7 +10,8 @@ from fpnet_core.localizer import warm_up as module
 from fpnet_core.types import OCCUPIED, Status
 
 
-def test_every_stage_runs(monkeypatch):
+def recorded_ticks(monkeypatch):
+    """What every tick from now on returns, as it is returned."""
     outputs = []
     tick = Localizer.tick
 
@@ -19,6 +20,11 @@ def test_every_stage_runs(monkeypatch):
         return outputs[-1]
 
     monkeypatch.setattr(Localizer, 'tick', recording_tick)
+    return outputs
+
+
+def test_every_stage_runs(monkeypatch):
+    outputs = recorded_ticks(monkeypatch)
     module.warm_up(create_localizer(FpnetConfig()))
     # Placements were proposed, verified and refined, so that nothing is left to compile.
     assert outputs[-1].status in (Status.AMBIGUOUS, Status.LOCALIZED)
@@ -29,8 +35,11 @@ def test_every_stage_runs(monkeypatch):
 
 
 @pytest.mark.parametrize('resolution_m', [0.02, 0.2])
-def test_any_configured_resolution_will_do(resolution_m):
+def test_any_configured_resolution_will_do(monkeypatch, resolution_m):
+    outputs = recorded_ticks(monkeypatch)
     module.warm_up(create_localizer(FpnetConfig(submap={'resolution_m': resolution_m})))
+    assert outputs[-1].submap.grid.resolution == resolution_m
+    assert outputs[-1].segmentation.rooms
 
 
 def test_the_scan_fits_the_toy_plan():

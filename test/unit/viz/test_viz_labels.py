@@ -19,7 +19,3 @@ def test_a_name_is_written_inside_its_room(polygon):
     vertices = np.array(polygon, dtype=float)
     region = Region(0, RegionLabel.ROOM, vertices, vertices.mean(axis=0), 9.0)
     assert make_valid(Polygon(polygon)).contains(Point(label_xy(region)))
-
-
-def test_the_centroid_of_a_corridor_would_not_do():
-    assert not Polygon(CORRIDOR).contains(Polygon(CORRIDOR).centroid)
