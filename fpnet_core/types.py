@@ -438,6 +438,18 @@ class LocalizerOutput:
         """Status, probability and reason in one line."""
         return status_line(self.status, self.probability, self.reason)
 
+    def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
+        """
+        Return the pose of ``base`` in the floorplan grid's own frame and nominal metres.
+
+        None unless LOCALIZED. ``T_odom_base`` is (4, 4); between ticks odometry carries on.
+        """
+        if self.A_plan_odom is None:
+            return None
+        base = SE2.from_matrix4(T_odom_base)
+        x, y = self.A_plan_odom.apply(base.translation)
+        return SE2.from_xy_yaw(float(x), float(y), self.A_plan_odom.apply_yaw(base.yaw))
+
     def __post_init__(self) -> None:
         """Check that a pose and the LOCALIZED status go together."""
         if (self.A_plan_odom is not None) != (self.status is Status.LOCALIZED):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 import sys
 from threading import Lock
@@ -328,21 +328,20 @@ class LocalizerNode(ManagedNode):
         """Publish the pose at the newest scan, once, if the localizer claims one."""
         with self._publish_lock:
             scan, floorplan, output = self._newest, self._floorplan, self._localizer.output
-            if scan is None or floorplan is None or output.A_plan_odom is None:
+            located = None
+            if scan is not None and floorplan is not None:
+                located = floorplan.map_frame.located(output, scan.T_odom_base)
+            if scan is None or floorplan is None or located is None:
                 self._map_odom = None
                 return
-            base = SE2.from_matrix4(scan.T_odom_base)
-            T_map_odom = floorplan.map_frame.T_map_odom(output.A_plan_odom, base.translation)
-            T_map_tf = T_map_odom.as_matrix4() @ np.linalg.inv(scan.T_tf_odom)
+            T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.T_tf_odom)
             self._map_odom = _MapOdom(T_map_tf, scan.tf_frame)
-            pose = self._localizer.pose(scan.T_odom_base)
-            if pose is None or scan.stamp_ns == self._published_ns:
+            if scan.stamp_ns == self._published_ns:
                 return
             self._published_ns = scan.stamp_ns
-            self._out.publish_pose(pose, scan.stamp_ns, floorplan.frame_id)
-            cov = floorplan.map_frame.covariance(output, base.translation)
-            if cov is not None:
-                self._out.publish_twin(T_map_odom @ base, cov, scan.stamp_ns)
+            self._out.publish_pose(located.T_plan_base, scan.stamp_ns, floorplan.frame_id)
+            if located.cov is not None:
+                self._out.publish_twin(located.T_map_base, located.cov, scan.stamp_ns)
 
     # ---- ticks: their own thread
 
@@ -357,7 +356,9 @@ class LocalizerNode(ManagedNode):
     def _publish_tick(self) -> None:
         output, floorplan, scan = self._localizer.output, self._floorplan, self._newest
         if floorplan is not None and output.A_plan_odom is not None:
-            if floorplan.map_frame.follow(output.A_plan_odom):
+            map_frame = floorplan.map_frame.followed(output.A_plan_odom)
+            if map_frame is not floorplan.map_frame:
+                self._floorplan = floorplan = replace(floorplan, map_frame=map_frame)
                 self._publish_scaled(floorplan)
             self._out.publish_path(output.stamp_ns, floorplan.frame_id)
         self._publish_pose()  # the tick may have found the robot after its newest scan

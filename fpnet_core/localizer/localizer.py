@@ -163,19 +163,6 @@ class Localizer:
             output = self._solve(plan, submap, robot_xy, segmenter, epoch, timer)
         return self._publish(output, epoch)
 
-    def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
-        """
-        Return the pose of ``base`` in the floorplan grid's own frame and nominal metres.
-
-        None unless LOCALIZED. ``T_odom_base`` is (4, 4); between ticks odometry carries on.
-        """
-        A_plan_odom = self._output.A_plan_odom
-        if A_plan_odom is None:
-            return None
-        base = SE2.from_matrix4(T_odom_base)
-        x, y = A_plan_odom.apply(base.translation)
-        return SE2.from_xy_yaw(float(x), float(y), A_plan_odom.apply_yaw(base.yaw))
-
     def reset(self) -> None:
         """Forget the submap and every placement; the plan stays."""
         with self._lock:

@@ -10,6 +10,8 @@ and ``T_map_odom = (R, P^-1 t)``. Where the drawing's scale is trusted, ``map`` 
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +24,25 @@ from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput
 _HOLD_M = 0.25
 
 
+@dataclass(frozen=True, eq=False)
+class Located:
+    """
+    Where a robot is by one output: the same place in every frame that somebody asks for.
+
+    ``T_plan_base`` is in the floorplan grid's own frame and nominal metres; ``cov (3, 3)`` over
+    x, y [m] and yaw [rad] is that of ``T_map_base``, None where nothing has measured it.
+    """
+
+    T_plan_base: SE2
+    T_map_base: SE2
+    T_map_odom: SE2
+    cov: NDArray[np.float64] | None
+
+
+@dataclass(frozen=True, eq=False)
 class MapFrame:
     """
-    Holds ``A_map_plan`` of one floorplan.
+    ``map`` of one floorplan.
 
     Parameters
     ----------
@@ -32,24 +50,35 @@ class MapFrame:
         The floorplan; its corners tell how much a new scale moves.
     is_trusted
         The drawing has its true size, whatever placements say.
+    A_map_plan
+        About the drawing's origin.
     """
 
-    def __init__(self, plan: GridMap, is_trusted: bool = False) -> None:
-        rows, columns = plan.shape
-        self._corners = plan.rc_to_xy([[0, 0], [0, columns], [rows, 0], [rows, columns]])
-        self._is_trusted = is_trusted
-        self.A_map_plan = Affine2D.identity()
+    plan: GridMap
+    is_trusted: bool = False
+    A_map_plan: Affine2D = field(default_factory=Affine2D.identity)
 
-    def follow(self, A_plan_odom: Affine2D) -> bool:
-        """Take the drawing's scale from a placement; True where ``A_map_plan`` has changed."""
-        if self._is_trusted:
-            return False
+    def followed(self, A_plan_odom: Affine2D) -> MapFrame:
+        """Return the frame with the drawing's scale as a placement has it; itself if unmoved."""
+        if self.is_trusted:
+            return self
         A_map_plan = Affine2D(A_plan_odom.stretch, np.zeros(2)).inv()
-        moved = A_map_plan.apply(self._corners) - self.A_map_plan.apply(self._corners)
+        rows, columns = self.plan.shape
+        corners = self.plan.rc_to_xy([[0, 0], [0, columns], [rows, 0], [rows, columns]])
+        moved = A_map_plan.apply(corners) - self.A_map_plan.apply(corners)
         if np.linalg.norm(moved, axis=1).max() <= _HOLD_M:
-            return False
-        self.A_map_plan = A_map_plan
-        return True
+            return self
+        return replace(self, A_map_plan=A_map_plan)
+
+    def located(self, output: LocalizerOutput, T_odom_base: NDArray[np.float64]) -> Located | None:
+        """Return where ``base`` is, all of it by one output; None unless it is LOCALIZED."""
+        T_plan_base = output.pose(T_odom_base)
+        if T_plan_base is None or output.A_plan_odom is None:
+            return None
+        base = SE2.from_matrix4(T_odom_base)
+        T_map_odom = self.T_map_odom(output.A_plan_odom, base.translation)
+        cov = self.covariance(output, base.translation)
+        return Located(T_plan_base, T_map_odom @ base, T_map_odom, cov)
 
     def T_map_odom(self, A_plan_odom: Affine2D, xy_odom: NDArray[np.float64]) -> SE2:
         """

@@ -94,7 +94,7 @@ def replay(
                 outputs.append(localizer.tick(scan.stamp_ns))
                 _log_change(outputs, path[0][0])
                 next_tick_ns = scan.stamp_ns + period_ns
-            pose = localizer.pose(T_odom_sensor)
+            pose = localizer.output.pose(T_odom_sensor)
             if pose is not None:
                 published.append((scan.stamp_ns, pose))
         on_scan()

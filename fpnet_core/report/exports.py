@@ -65,7 +65,7 @@ def final_map_frame(plan: GridMap, outputs: tuple[LocalizerOutput, ...]) -> MapF
     frame = MapFrame(plan)
     claimed = [o.A_plan_odom for o in outputs if o.A_plan_odom is not None]
     if claimed:
-        frame.follow(claimed[-1])
+        frame = frame.followed(claimed[-1])
     return frame
 
 

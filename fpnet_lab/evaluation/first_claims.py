@@ -50,7 +50,7 @@ def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
             continue
         next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * NS_PER_S)
         if localizer.tick(int(stamps_ns[index])).status is Status.LOCALIZED:
-            pose = localizer.pose(T_odom_sensor)
+            pose = localizer.output.pose(T_odom_sensor)
             assert pose is not None  # it is localised
             found_m, truth = float(path_m[index]), poses[index, :2, 3]
             return FirstClaim(float(path_m[-1]), found_m, pose.translation, truth)

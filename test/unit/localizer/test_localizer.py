@@ -81,7 +81,7 @@ def test_the_pose_is_right_on_the_drawing(finished):
     x, y, yaw = drive()[-1]
     first = SE2.from_xy_yaw(*drive()[0])
     T_odom_sensor = first.inv() @ SE2.from_xy_yaw(x, y, yaw)
-    pose = localizer.pose(T_odom_sensor.as_matrix4())
+    pose = localizer.output.pose(T_odom_sensor.as_matrix4())
     in_building = A_BUILDING_PLAN.apply(pose.translation)
     assert np.linalg.norm(in_building - (x, y)) < 0.2
     assert angle_between(pose.yaw + A_BUILDING_PLAN.yaw, yaw) < np.deg2rad(2.0)
@@ -101,7 +101,7 @@ def test_without_a_plan_it_says_so():
     assert localizer.output.reason == NO_PLAN
     assert localizer.tick(1).status is Status.NO_PLAN
     assert localizer.output.reason == NO_PLAN
-    assert localizer.pose(np.eye(4)) is None
+    assert localizer.output.pose(np.eye(4)) is None
 
 
 def test_without_scans_it_waits():
@@ -195,7 +195,7 @@ def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
     assert 'carried off' in localizer.output.reason or statuses[-1] is Status.WAITING
     assert run(localizer, rest)[-1] is Status.LOCALIZED
     x, y, _ = drive()[-1]
-    in_building = A_BUILDING_PLAN.apply(localizer.pose(again[-1][1]).translation)
+    in_building = A_BUILDING_PLAN.apply(localizer.output.pose(again[-1][1]).translation)
     assert np.linalg.norm(in_building - (x, y)) < 0.2
 
 
@@ -204,7 +204,7 @@ def test_a_claim_never_outlives_its_plan(finished):
     assert localizer.output.status is Status.LOCALIZED
     localizer.set_plan(plan_grid())
     assert localizer.output.A_plan_odom is None
-    assert localizer.pose(np.eye(4)) is None
+    assert localizer.output.pose(np.eye(4)) is None
 
 
 def test_it_can_be_told_to_look_again(finished):
@@ -285,7 +285,7 @@ class TestSavedState:
         second = new_localizer()
         second.load_state(saved[1])
         assert second.output.status is Status.WAITING
-        assert second.pose(np.eye(4)) is None
+        assert second.output.pose(np.eye(4)) is None
 
     def test_another_configuration_or_a_damaged_file_is_refused(self, saved, tmp_path):
         coarse = new_localizer(**{'submap.resolution_m': 0.1})

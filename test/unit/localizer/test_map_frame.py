@@ -17,8 +17,7 @@ ROBOT = np.array([4.0, 9.0])
 
 
 def test_a_stretched_drawing_gives_the_rigid_transform_of_the_definition():
-    frame = MapFrame(plan_grid())
-    assert frame.follow(A_PLAN_ODOM)
+    frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     np.testing.assert_allclose(frame.A_map_plan.linear, np.linalg.inv(STRETCH), atol=1e-12)
     T_map_odom = frame.T_map_odom(A_PLAN_ODOM, ROBOT)
     np.testing.assert_allclose(T_map_odom.linear, RIGID.linear, atol=1e-12)
@@ -26,19 +25,17 @@ def test_a_stretched_drawing_gives_the_rigid_transform_of_the_definition():
 
 
 def test_small_changes_of_scale_move_neither_the_drawing_nor_the_robot_on_it():
-    frame = MapFrame(plan_grid())
-    frame.follow(A_PLAN_ODOM)
+    frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     held = frame.A_map_plan
     slightly = Affine2D(1.001 * A_PLAN_ODOM.linear, SHIFT)
-    assert not frame.follow(slightly)
-    assert frame.A_map_plan is held
+    assert frame.followed(slightly) is frame
     in_map = frame.T_map_odom(slightly, ROBOT).apply(ROBOT)
     np.testing.assert_allclose(in_map, held.apply(slightly.apply(ROBOT)), atol=1e-12)
 
 
 def test_a_trusted_drawing_is_the_map():
     frame = MapFrame(plan_grid(), is_trusted=True)
-    assert not frame.follow(A_PLAN_ODOM)
+    assert frame.followed(A_PLAN_ODOM) is frame
     np.testing.assert_array_equal(frame.A_map_plan.matrix, np.eye(3))
     in_map = frame.T_map_odom(A_PLAN_ODOM, ROBOT).apply(ROBOT)
     np.testing.assert_allclose(in_map, A_PLAN_ODOM.apply(ROBOT), atol=1e-12)
@@ -49,8 +46,7 @@ def test_the_covariance_is_that_of_the_robot():
     sigma = np.diag([0.1, 0.2, 0.01]) ** 2
     submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
     output = LocalizerOutput(0, Status.LOCALIZED, A_PLAN_ODOM, sigma, submap=submap)
-    frame = MapFrame(plan_grid())
-    frame.follow(A_PLAN_ODOM)
+    frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     draws = np.random.default_rng(3).multivariate_normal(np.zeros(3), sigma, 20_000)
     in_map = []
     for x, y, yaw in draws:
@@ -61,6 +57,23 @@ def test_the_covariance_is_that_of_the_robot():
         frame.covariance(output, ROBOT), np.cov(np.array(in_map).T), atol=1.5e-3
     )
     assert frame.covariance(LocalizerOutput(0, Status.LOST), ROBOT) is None
+
+
+def test_one_output_says_the_same_place_in_every_frame():
+    output = LocalizerOutput(0, Status.LOCALIZED, A_PLAN_ODOM)
+    frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
+    T_odom_base = SE2.from_xy_yaw(*ROBOT, 0.3)
+    located = frame.located(output, T_odom_base.as_matrix4())
+    in_plan = A_PLAN_ODOM.apply(ROBOT)
+    np.testing.assert_allclose(located.T_plan_base.translation, in_plan, atol=1e-12)
+    np.testing.assert_allclose(
+        located.T_map_base.translation, frame.A_map_plan.apply(in_plan), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        (located.T_map_odom @ T_odom_base).matrix, located.T_map_base.matrix, atol=1e-12
+    )
+    assert located.cov is None
+    assert frame.located(LocalizerOutput(0, Status.LOST), T_odom_base.as_matrix4()) is None
 
 
 @pytest.mark.parametrize('A_map_plan', [Affine2D(np.linalg.inv(STRETCH), np.zeros(2))])

@@ -132,7 +132,7 @@ def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
     assert output.status is Status.LOCALIZED
     assert output.scale.factor == pytest.approx(factor, rel=0.03)
     x, y, _ = drive()[-1]
-    pose = localizer.pose(recorded()[-1][1])
+    pose = localizer.output.pose(recorded()[-1][1])
     in_building = A_BUILDING_PLAN.apply(pose.translation / factor)
     assert np.linalg.norm(in_building - (x, y)) < 0.3
 
