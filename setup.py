@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a ROS workspace looks for files of a package; all else is said in pyproject.toml."""
+"""Where a ROS workspace looks for files of a package; all else is in pyproject.toml."""
 
 from pathlib import Path
 
@@ -17,6 +17,7 @@ def files(pattern: str) -> list[str]:
 
 
 setup(
+    python_requires='>=3.11',
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (SHARE, ['package.xml']),
