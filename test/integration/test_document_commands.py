@@ -65,7 +65,8 @@ ELSEWHERE = {
     'test_the_command_reports_and_names_what_it_skipped',
     'fpnet bench calibration': 'test/integration/test_judge_trials.py::'
     'test_the_benchmark_measures_what_is_packaged_and_draws_it',
-    'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::test_rates_are_what_was_made_over_the_time_that_it_took',
+    'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::'
+    'test_rates_are_what_was_made_over_the_time_that_it_took',
     'evo_ape tum drive/truth.tum out/run/poses.tum --align --correct_scale': (
         'test/unit/report/test_run_exports.py::test_evo_reads_the_trajectories'
     ),

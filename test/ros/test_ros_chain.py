@@ -57,7 +57,8 @@ def test_the_install_space_holds_what_ros2_run_needs(install_space):
 
 def test_the_packages_come_from_the_install_space(install_space, tmp_path):
     script = (
-        'import fpnet_core, fpnet_lab.sim.plans, fpnet_ros, msg_adapters; from importlib import resources;'
+        'import fpnet_core, fpnet_lab.sim.plans, fpnet_ros, msg_adapters;'
+        'from importlib import resources;'
         'print(fpnet_core.__file__, fpnet_ros.__file__, msg_adapters.__file__);'
         'print(sorted(p.name for p in resources.files("fpnet_core.weights").iterdir()))'
     )
