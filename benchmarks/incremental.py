@@ -65,7 +65,7 @@ class Run:
         self.config = config
         self.rng = np.random.default_rng(SEED)
         self.builder = SubmapBuilder(config.submap)
-        self.segmenter = SubmapSegmenter(config.segmentation)
+        self.segmenter = SubmapSegmenter()
         self.stamp_ns = 0
         self.explored_m2 = 0.0
         self.rooms = 0
@@ -88,7 +88,7 @@ class Run:
                 if k >= first:
                     updated.append(ms)
         if is_timed:
-            _, ms = cpu_ms(lambda: segment_submap(submap, self.config.segmentation))
+            _, ms = cpu_ms(lambda: segment_submap(submap))
             scratch.append(ms)
         return added, updated, scratch
 

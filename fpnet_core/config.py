@@ -46,31 +46,6 @@ class SubmapConfig(Section):
     body_high_m: float = Field(
         1.8, gt=0.3, description='Upper limit of body height, above the floor.'
     )
-    lintel_height_m: float = Field(
-        1.95, gt=1.0, description='Lowest lintel above the floor; higher returns may be one.'
-    )
-    lintel_top_m: float = Field(
-        2.45, gt=1.0, description='Returns above this height say nothing about lintels.'
-    )
-    carve_top_m: float = Field(
-        3.0, gt=1.0, description='Rays above this height prove no free space: uneven high walls.'
-    )
-    lintel_min_hits: int = Field(2, ge=1, description='High returns that make a lintel cell.')
-    lintel_share: float = Field(
-        0.5, ge=0.0, lt=1.0, description='Returns among rays at its height that make a lintel.'
-    )
-    wall_share: float = Field(
-        0.2, gt=0.0, lt=1.0, description='Returns among returns and crossings that make a wall.'
-    )
-    end_margin_m: float = Field(
-        0.2, ge=0.0, description='Last stretch before a return that proves no free space.'
-    )
-    path_spacing_m: float = Field(
-        0.1, ge=0.0, description='Distance between kept robot positions.'
-    )
-    max_extent_m: float = Field(
-        400.0, gt=10.0, description='A longer submap means that the odometry has diverged.'
-    )
 
 
 class SegmentationConfig(Section):
@@ -78,66 +53,6 @@ class SegmentationConfig(Section):
 
     method: Literal['default', 'morphological', 'distance'] = Field(
         'default', description='How floorplans are cut; submaps are always cut by the default.'
-    )
-    work_resolution_m: float = Field(
-        0.1, ge=0.02, le=0.5, description='Cell edge at which regions are grown.'
-    )
-    smoothing_m: float = Field(
-        0.1, ge=0.0, le=0.5, description='Standard deviation of the blur of the clearance.'
-    )
-    furniture_area_m2: float = Field(
-        2.0, ge=0.0, description='Free-standing obstacles smaller than this are furniture.'
-    )
-    furniture_extent_m: float = Field(
-        2.5, ge=0.0, description='Free-standing obstacles longer than this are walls.'
-    )
-    open_width_m: float = Field(
-        2.5, gt=0.0, description='Openings wider than this join both sides into one room.'
-    )
-    narrow_width_m: float = Field(
-        1.4, gt=0.0, description='Openings up to this width are judged as doors.'
-    )
-    narrow_merge_ratio: float = Field(
-        0.9, gt=0.0, le=1.0, description='Narrow opening over narrower room above which they join.'
-    )
-    wide_merge_ratio: float = Field(
-        0.8, gt=0.0, le=1.0, description='Same ratio for openings wider than narrow_width_m.'
-    )
-    merge_depth_m: float = Field(
-        0.1, ge=0.0, description='Constrictions shallower than this never separate rooms.'
-    )
-    sure_width_m: float = Field(
-        1.2, gt=0.0, description='Narrower openings are doors even where nothing widens behind.'
-    )
-    jamb_reach_m: float = Field(
-        1.0, gt=0.0, description='How far from an opening both rooms must have widened.'
-    )
-    jamb_widening: float = Field(
-        1.1, ge=1.0, description='By which factor they must have widened to be rooms.'
-    )
-    gap_width_m: float = Field(
-        4.0, ge=0.0, description='Widest opening between the ends of walls that parts rooms.'
-    )
-    gap_room_area_m2: float = Field(
-        3.0, ge=0.0, description='Gaps that would shut off less than this stay open.'
-    )
-    min_room_area_m2: float = Field(
-        1.5, ge=0.0, description='Smaller rooms join the neighbour with the widest opening.'
-    )
-    min_submap_room_area_m2: float = Field(
-        2.0, ge=0.0, description='Glimpsed rooms smaller than this are dropped (a_th).'
-    )
-    glimpse_edge_m: float = Field(
-        0.8, ge=0.0, description='Small rooms with a longer edge to unseen space stay apart.'
-    )
-    solid_width_m: float = Field(
-        0.2, ge=0.0, le=1.0, description='Seen free space narrower than this is a stray ray.'
-    )
-    door_separation_m: float = Field(
-        0.7, ge=0.0, description='Doors between the same rooms nearer than this are one.'
-    )
-    door_depth_m: float = Field(
-        0.2, gt=0.0, le=1.0, description="Extent of a door's region across its opening line."
     )
 
 

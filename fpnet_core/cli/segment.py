@@ -136,7 +136,7 @@ def _segment(
     if not scale_is_known:
         return segment_unknown_scale(subject, tree.segmentation)
     if isinstance(subject, Submap):
-        segmentation = segment_submap(subject, tree.segmentation)
+        segmentation = segment_submap(subject)
     else:
         segmentation = segment_floorplan(subject, tree.segmentation)
     is_partial = isinstance(subject, Submap)

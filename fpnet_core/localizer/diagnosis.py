@@ -123,7 +123,7 @@ def _looked_at(
     """Return ``found`` with what a fresh search of one submap says, and wider ones."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
     timer = StageTimer()
-    sub = prepare_submap(submap, SubmapSegmenter(config.segmentation), timer)
+    sub = prepare_submap(submap, SubmapSegmenter(), timer)
     working, search, area_m2 = floorplan.working, floorplan.scale.search, submap.free_area_m2
     if area_m2 < found.needed_m2:
         plan_m2 = working.evidence.free_area_m2

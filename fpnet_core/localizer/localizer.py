@@ -70,7 +70,7 @@ class Localizer:
         self._finder = Finder(matcher, judge, config)
         self._lock = threading.Lock()
         self._builder = SubmapBuilder(config.submap)
-        self._segmenter = SubmapSegmenter(config.segmentation)
+        self._segmenter = SubmapSegmenter()
         self._tracker = HypothesisTracker(config.localizer, judge, config.pose.distinct_m)
         self._surroundings = Surroundings(config)
         self._plan: Floorplan | None = None
@@ -339,7 +339,7 @@ class Localizer:
     def _start_anew(self, why: str = '') -> None:
         self._builder.reset()
         # A new one: a tick may be using the old one in another thread.
-        self._segmenter = SubmapSegmenter(self._config.segmentation)
+        self._segmenter = SubmapSegmenter()
         self._submap = None
         self._continuity.forget()
         self._forget_placements(anew(why) if why else NOT_LOOKED)

@@ -124,7 +124,7 @@ def cut_robot_map(submap: Submap, config: FpnetConfig, is_metric: bool = False) 
     """Cut a robot's map into rooms, possibly none; ``is_metric`` says that it is in metres."""
     trimmed = _trimmed(submap)
     if is_metric:
-        segmentation, scale = segment_submap(trimmed, config.segmentation), STATED_SCALE
+        segmentation, scale = segment_submap(trimmed), STATED_SCALE
     else:
         segmentation, scale = segment_unknown_scale(trimmed, config.segmentation)
     return CutMap(segmentation, scale, is_metric, submap.free_area_m2)

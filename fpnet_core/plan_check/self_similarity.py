@@ -172,7 +172,7 @@ def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
 
 def _mapped(grid: GridMap, finder: Finder) -> MapSide:
     """Return a part of the plan as a robot's map of it."""
-    segmenter = SubmapSegmenter(finder.config.segmentation)
+    segmenter = SubmapSegmenter()
     return prepare_submap(submap_from_grid(grid), segmenter, StageTimer())
 
 

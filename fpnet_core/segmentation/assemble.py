@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 import shapely
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.scene import Mask
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
+
+_DOOR_DEPTH_M = 0.2  # physical: extent of a door's region across its opening line, a wall's
 
 # Corners of a polygon may leave the raster's outline by this many cells.
 _SIMPLIFY_CELLS = 1.0
@@ -78,7 +79,6 @@ def assemble(
     grid: GridMap,
     labels: NDArray[np.int32],
     openings: Sequence[Opening],
-    config: SegmentationConfig,
     metres_per_unit: float = 1.0,
     scores: dict[int, RoomScore] | None = None,
 ) -> Segmentation:
@@ -90,8 +90,7 @@ def assemble(
     grid : the segmented grid; its frame and nominal metres are the result's
     labels : (H, W) int32, room labels with or without gaps, 0 outside
     openings : their rooms are such labels; a label that is 0 or absent is unseen space
-    config : depth of door regions
-    metres_per_unit : true metres per nominal metre, for lengths taken from ``config``
+    metres_per_unit : true metres per nominal metre, for a door's depth
     scores : completeness by label; missing labels count as fully seen
 
     Returns
@@ -109,7 +108,7 @@ def assemble(
         if not pair or np.hypot(*(ends[1] - ends[0])) == 0.0:
             continue
         door = len(rooms) + len(doors)
-        depth = config.door_depth_m / metres_per_unit
+        depth = _DOOR_DEPTH_M / metres_per_unit
         doors.append(_door_region(door, ends, depth, opening))
         second = pair[1] if len(pair) == 2 else None
         portals.append(Portal(door, (pair[0], second), ends, opening.has_lintel))

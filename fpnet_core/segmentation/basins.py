@@ -10,8 +10,21 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.scene import WorkRaster
+
+# Openings up to this width are judged as doors; chosen on the tune half (docs/segmentation.md).
+_NARROW_WIDTH_M = 1.4
+# Narrow opening over narrower room above which they join;
+# chosen on the tune half (docs/segmentation.md).
+_NARROW_MERGE_RATIO = 0.9
+# The same for wider openings; chosen on the tune half (docs/segmentation.md).
+_WIDE_MERGE_RATIO = 0.8
+# Wider openings join both sides into one room; chosen on the tune half (docs/segmentation.md).
+_OPEN_WIDTH_M = 2.5
+_MERGE_DEPTH_M = 0.1  # numerical: shallower constrictions are of the raster
+# Small rooms with a longer edge to unseen space stay apart;
+# chosen on the tune half (docs/segmentation.md).
+_GLIMPSE_EDGE_M = 0.8
 
 # Clearances are ordered in steps of a millimetre: radix sort, and no ties decided by rounding.
 _STEP_M = 1e-3
@@ -142,7 +155,7 @@ class _Groups:
         self.frontier[keep] += self.frontier[gone]
 
 
-def is_one_room(saddle_m: float, peak_m: float, config: SegmentationConfig) -> bool:
+def is_one_room(saddle_m: float, peak_m: float) -> bool:
     """
     Tell whether an opening is too wide or too shallow to separate two rooms.
 
@@ -150,18 +163,12 @@ def is_one_room(saddle_m: float, peak_m: float, config: SegmentationConfig) -> b
     the narrower of both rooms.
     """
     width = 2.0 * saddle_m
-    narrow = width <= config.narrow_width_m
-    ratio = config.narrow_merge_ratio if narrow else config.wide_merge_ratio
-    return (
-        width > config.open_width_m
-        or saddle_m > ratio * peak_m
-        or peak_m - saddle_m < config.merge_depth_m
-    )
+    narrow = width <= _NARROW_WIDTH_M
+    ratio = _NARROW_MERGE_RATIO if narrow else _WIDE_MERGE_RATIO
+    return width > _OPEN_WIDTH_M or saddle_m > ratio * peak_m or peak_m - saddle_m < _MERGE_DEPTH_M
 
 
-def merge_basins(
-    basins: Basins, work: WorkRaster, min_area_m2: float, config: SegmentationConfig
-) -> NDArray[np.int32]:
+def merge_basins(basins: Basins, work: WorkRaster, min_area_m2: float) -> NDArray[np.int32]:
     """
     Join basins into rooms; returns room labels (h, w), 1..R without gaps, 0 outside.
 
@@ -177,9 +184,9 @@ def merge_basins(
     edges = [(*pair, s) for pair, s in zip(pairs.tolist(), saddles.tolist(), strict=True)]
     for left, right, saddle in edges:
         a, b = groups.root(left), groups.root(right)
-        if a != b and is_one_room(saddle, min(groups.peak[a], groups.peak[b]), config):
+        if a != b and is_one_room(saddle, min(groups.peak[a], groups.peak[b])):
             groups.join(a, b)
-    _absorb_small(groups, edges, min_area_m2 / work.cell_m**2, config.glimpse_edge_m / work.cell_m)
+    _absorb_small(groups, edges, min_area_m2 / work.cell_m**2, _GLIMPSE_EDGE_M / work.cell_m)
     roots = np.array([groups.root(label) for label in range(len(groups.parent))])
     keep = np.array([label for label in np.unique(roots) if label and groups.area[label] >= 1])
     relabel = np.zeros(len(roots), dtype=np.int32)

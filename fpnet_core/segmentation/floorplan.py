@@ -13,7 +13,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import border_of, is_on_paper, outside_as_unknown
 from fpnet_core.segmentation.assemble import assemble
-from fpnet_core.segmentation.rooms import cut_rooms
+from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
 from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
 from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.segmentation.strokes import erase_door_symbols
@@ -40,7 +40,7 @@ def segment_floorplan(
     Parameters
     ----------
     grid : the drawing; unknown cells count as not free
-    config : thresholds in true metres
+    config : how it is cut
     metres_per_unit : true metres per nominal metre of the grid; results stay nominal
 
     Returns
@@ -68,16 +68,16 @@ def segment_floorplan(
     if free.all():
         return _empty(grid, 'the grid has no walls')
     if config.method == 'default':
-        free = fill_furniture(erase_door_symbols(free, cell_m), cell_m, config)
+        free = fill_furniture(erase_door_symbols(free, cell_m), cell_m)
     blocked = ~free if on_paper else _framed(~free)
     scene = Scene(free, np.zeros_like(free), cell_m, clearance_m(blocked, cell_m))
-    cut = cut_rooms if config.method == 'default' else cut_rooms_simply
-    full, openings = cut(scene, config)
-    full = _drop(full, _small(full, config.min_room_area_m2 / cell_m**2))
+    is_default = config.method == 'default'
+    full, openings = cut_rooms(scene) if is_default else cut_rooms_simply(scene, config.method)
+    full = _drop(full, _small(full, MIN_ROOM_AREA_M2 / cell_m**2))
     full = _drop(full, _thin(full, scene.clearance))
     if on_paper:
         full = _drop(full, np.unique(border_of(full)))
-    return assemble(grid, full, openings, config, metres_per_unit)
+    return assemble(grid, full, openings, metres_per_unit)
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:

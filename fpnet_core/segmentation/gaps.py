@@ -17,11 +17,16 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rays import is_inside, run_length
 from fpnet_core.segmentation.scene import Mask
+
+# Widest opening between the ends of walls that parts rooms;
+# chosen on the tune half (docs/segmentation.md).
+GAP_WIDTH_M = 4.0
+# Gaps that would shut off less stay open; chosen on the tune half (docs/segmentation.md).
+_GAP_ROOM_AREA_M2 = 3.0
 
 # Outlines of walls are straightened by so much before their corners are looked for [m].
 _STRAIGHTEN_M = 0.08
@@ -122,9 +127,7 @@ def _gaps_from(
     return count
 
 
-def find_gaps(
-    free: Mask, solid: Mask, cell_m: float, config: SegmentationConfig
-) -> list[NDArray[np.float64]]:
+def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64]]:
     """
     Find the openings at which walls end.
 
@@ -136,7 +139,6 @@ def find_gaps(
     ----------
     free, solid : (H, W) bool; cells that are neither are unseen, and no gap ends there
     cell_m : cell edge [true metres]
-    config : the widest gap, and the smallest room behind one
 
     Returns
     -------
@@ -144,14 +146,14 @@ def find_gaps(
     """
     starts = _wall_ends(free, cell_m)
     found = np.empty((len(starts), 4))
-    longest = config.gap_width_m / cell_m
+    longest = GAP_WIDTH_M / cell_m
     count = _gaps_from(free, solid, starts, cell_m, longest, found)
     candidates = found[:count].reshape(-1, 2, 2)
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
     candidates = candidates[np.argsort(lengths, kind='stable')]
     distinct = candidates[_distinct(candidates, _SAME_GAP_M / cell_m)]
     kept = [ends for ends in distinct if not is_corridor_frame(ends, free, cell_m)]
-    return _with_rooms_behind(kept, free, cell_m, config.gap_room_area_m2)
+    return _with_rooms_behind(kept, free, cell_m, _GAP_ROOM_AREA_M2)
 
 
 def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:

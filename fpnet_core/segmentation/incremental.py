@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation.lintels import Doorway
-from fpnet_core.segmentation.scene import Mask, block_means
+from fpnet_core.segmentation.rooms import SURE_WIDTH_M
+from fpnet_core.segmentation.scene import WORK_RESOLUTION_M, Mask, block_means
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
 
@@ -55,8 +55,7 @@ class SubmapSegmenter:
     common is found by comparing their cells.
     """
 
-    def __init__(self, config: SegmentationConfig) -> None:
-        self._config = config
+    def __init__(self) -> None:
         self._last: _Last | None = None
         self._tracks = 0
 
@@ -64,7 +63,7 @@ class SubmapSegmenter:
         """Return the segmentation of ``submap``, equal to a new one within small tolerances."""
         last = None if self._last is None else _moved(self._last, submap.grid)
         if last is None:
-            result = segment_submap(submap, self._config)
+            result = segment_submap(submap)
             regions = self._named(result.regions, [None] * len(result.regions))
             result = replace(result, regions=tuple(regions))
             cells, lintel = submap.grid.cells, submap.lintel
@@ -84,15 +83,14 @@ class SubmapSegmenter:
             return last.segmentation, last.cells, last.lintel
         box, near = _dirty_cells(dirty, grid)
         touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
-        touched = _with_partners(touched, last.segmentation, self._config.sure_width_m)
-        stride = max(1, round(self._config.work_resolution_m / grid.resolution))
+        touched = _with_partners(touched, last.segmentation, SURE_WIDTH_M)
+        stride = max(1, round(WORK_RESOLUTION_M / grid.resolution))
         window = _window(last.segmentation, touched, box, stride)
         kept, labels = _held(last.segmentation, touched)
         held = labels[window] > 0
         part = segment_part(
             _cropped(grid, window),
             submap.lintel[window],
-            self._config,
             held=held,
             known_doors=_doorways(kept, grid, window),
             has_scans=is_from_scans(submap),

@@ -12,9 +12,12 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.basins import NEIGHBOURS
 from fpnet_core.segmentation.scene import Mask, WorkRaster
+
+# Doors between the same rooms nearer than this are one: half a leaf and a jamb;
+# chosen on the tune half (docs/segmentation.md).
+_DOOR_SEPARATION_M = 0.7
 
 # The closing line is looked for within this many clearances of a saddle, on each side.
 _LINE_REACH = 3.0
@@ -177,7 +180,6 @@ def find_openings(
     labels: NDArray[np.int32],
     work: WorkRaster,
     free: Mask,
-    config: SegmentationConfig,
 ) -> list[Opening]:
     """
     Find the saddles that survived merging, each with the line that closes it.
@@ -187,14 +189,13 @@ def find_openings(
     labels : (h, w) int32, room labels at working resolution
     work : the raster that was labelled
     free : (H, W) bool at full resolution; lines end where it ends
-    config : separation below which two openings of the same rooms count once
 
     Returns
     -------
     list of Opening, widest first; empty where no two rooms touch
     """
     kept: list[Saddle] = []
-    separation = config.door_separation_m / work.cell_m
+    separation = _DOOR_SEPARATION_M / work.cell_m
     for saddle in find_saddles_of_rooms(labels, work):
         if not any(
             other.rooms == saddle.rooms and math.dist(other.rc, saddle.rc) < separation

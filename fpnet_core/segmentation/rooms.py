@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_basins
 from fpnet_core.segmentation.corridors import is_corridor_frame
@@ -24,13 +23,26 @@ from fpnet_core.segmentation.openings import (
 )
 from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
 
+# Smaller rooms join the neighbour with the widest opening;
+# chosen on the tune half (docs/segmentation.md).
+MIN_ROOM_AREA_M2 = 1.5
+# Narrower openings are doors even where nothing widens behind;
+# chosen on the tune half (docs/segmentation.md).
+SURE_WIDTH_M = 1.2
+# How far from an opening both rooms must have widened;
+# chosen on the tune half (docs/segmentation.md).
+_JAMB_REACH_M = 1.0
+# By which factor they must have widened to be rooms;
+# chosen on the tune half (docs/segmentation.md).
+_JAMB_WIDENING = 1.1
+
 # Joining rooms changes what their neighbours look like; it settles within so many rounds.
 _MAX_ROUNDS = 4
 
 IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]
 
 
-def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int32], list[Opening]]:
+def cut_rooms(scene: Scene) -> tuple[NDArray[np.int32], list[Opening]]:
     """
     Label the rooms of a scene and find the openings between them.
 
@@ -38,21 +50,20 @@ def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int3
     ----------
     scene : free space, closed doorways, clearance; where it has a ``wall``, openings must touch
         it: between two unseen places lies the ragged edge of what was seen, not a door
-    config : thresholds in true metres
 
     Returns
     -------
     labels (H, W) int32 : 1..R, 0 where there is no room
     openings : between these labels; saddles first, widest first, then gaps in walls
     """
-    gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m, config)
+    gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m)
     scene = _closed(scene, gaps)
-    work = reduce_scene(scene, config)
-    labels = merge_basins(grow_basins(work), work, config.min_room_area_m2, config)
+    work = reduce_scene(scene)
+    labels = merge_basins(grow_basins(work), work, MIN_ROOM_AREA_M2)
     passable = scene.free & ~scene.lintel
 
     def is_door(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
-        if not _has_jambs(saddle, labels, work, config):
+        if not _has_jambs(saddle, labels, work):
             return False
         ends = closing_line(saddle, work, passable)
         if is_corridor_frame(ends, passable, scene.cell_m):
@@ -60,7 +71,7 @@ def cut_rooms(scene: Scene, config: SegmentationConfig) -> tuple[NDArray[np.int3
         return scene.wall is None or _is_anchored(ends, scene.wall)
 
     labels = _join_across(labels, work, is_door)
-    openings = find_openings(labels, work, passable, config)
+    openings = find_openings(labels, work, passable)
     full = upsample_labels(labels, work.stride, passable)
     return full, openings + openings_across(gaps, full, scene.cell_m)
 
@@ -95,18 +106,16 @@ def _join_across(
     return labels
 
 
-def _has_jambs(
-    saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster, config: SegmentationConfig
-) -> bool:
+def _has_jambs(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
     """
     Tell whether the free space widens on both sides of an opening, as it does at a door.
 
     The neck between two bulges of a corridor stays as narrow as its saddle. Openings below
-    ``sure_width_m`` are taken for doors without this test.
+    ``SURE_WIDTH_M`` are taken for doors without this test.
     """
-    if 2.0 * saddle.clearance_m < config.sure_width_m:
+    if 2.0 * saddle.clearance_m < SURE_WIDTH_M:
         return True
-    reach = config.jamb_reach_m / work.cell_m
+    reach = _JAMB_REACH_M / work.cell_m
     row, col = saddle.rc
     size = int(np.ceil(reach))
     window = np.s_[max(0, row - size) : row + size + 1, max(0, col - size) : col + size + 1]
@@ -114,7 +123,7 @@ def _has_jambs(
     rows, cols = np.ogrid[: near.shape[0], : near.shape[1]]
     disc = np.hypot(rows + window[0].start - row, cols + window[1].start - col) <= reach
     widest = (float(clearance[disc & (near == room)].max(initial=0.0)) for room in saddle.rooms)
-    return min(widest) >= config.jamb_widening * saddle.clearance_m
+    return min(widest) >= _JAMB_WIDENING * saddle.clearance_m
 
 
 def _is_anchored(ends_rc: NDArray[np.float64], wall: Mask) -> bool:

@@ -96,7 +96,7 @@ def segment_at(
 ) -> Segmentation:
     """Segment a drawing or a robot's map whose nominal metres are so many true ones."""
     if isinstance(source, Submap):
-        return segment_submap(source, config, metres_per_unit)
+        return segment_submap(source, metres_per_unit)
     return segment_floorplan(source, config, metres_per_unit)
 
 

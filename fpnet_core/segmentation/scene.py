@@ -10,8 +10,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.distance import cells_to_nearest
+
+# Free-standing obstacles smaller than this are furniture;
+# chosen on the tune half (docs/segmentation.md).
+_FURNITURE_AREA_M2 = 2.0
+# Free-standing obstacles longer than this are walls;
+# chosen on the tune half (docs/segmentation.md).
+_FURNITURE_EXTENT_M = 2.5
+WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
+_SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
 Mask = NDArray[np.bool_]
 
@@ -57,12 +65,12 @@ class WorkRaster:
     cell_m: float
 
 
-def fill_furniture(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
+def fill_furniture(free: Mask, cell_m: float) -> Mask:
     """
     Return ``free (H, W)`` with small free-standing obstacles turned into free space.
 
     Components of not-free cells are furniture where both area and bounding-box diagonal stay
-    below the configured limits; what touches the image's border is never furniture.
+    below these limits; what touches the image's border is never furniture.
     """
     blocked = (~free).astype(np.uint8)
     count, components, stats, _ = cv2.connectedComponentsWithStats(blocked, connectivity=8)
@@ -70,8 +78,8 @@ def fill_furniture(free: Mask, cell_m: float, config: SegmentationConfig) -> Mas
     left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
     width, height = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
     inside = (left > 0) & (top > 0) & (left + width < cols) & (top + height < rows)
-    small = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < config.furniture_area_m2
-    short = np.hypot(width, height) * cell_m < config.furniture_extent_m
+    small = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < _FURNITURE_AREA_M2
+    short = np.hypot(width, height) * cell_m < _FURNITURE_EXTENT_M
     furniture = inside & small & short
     furniture[0] = False
     if count == 1 or not furniture.any():
@@ -85,12 +93,12 @@ def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
     return np.asarray(faces * np.float32(cell_m), dtype=np.float32)
 
 
-def reduce_scene(scene: Scene, config: SegmentationConfig) -> WorkRaster:
+def reduce_scene(scene: Scene) -> WorkRaster:
     """Reduce a scene to the working resolution."""
-    stride = max(1, round(config.work_resolution_m / scene.cell_m))
+    stride = max(1, round(WORK_RESOLUTION_M / scene.cell_m))
     passable = block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
     work = block_means(scene.clearance, stride)
-    sigma = config.smoothing_m / (scene.cell_m * stride)
+    sigma = _SMOOTHING_M / (scene.cell_m * stride)
     if sigma > 0.0:
         work = np.asarray(
             cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), np.float32

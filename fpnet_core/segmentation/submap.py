@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
@@ -21,6 +20,13 @@ from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furnitu
 from fpnet_core.segmentation.stubs import find_stubs
 from fpnet_core.submaps.morphology import closed, opened
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
+
+# Seen free space narrower than this is a stray ray;
+# chosen on the tune half (docs/segmentation.md).
+_SOLID_WIDTH_M = 0.2
+# Glimpsed rooms smaller than this are dropped (a_th of the paper);
+# chosen on the tune half (docs/segmentation.md).
+_MIN_SUBMAP_ROOM_AREA_M2 = 2.0
 
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.1
@@ -44,9 +50,7 @@ _SCATTER_M = 0.05
 _ROOM_DISC_M = 0.5
 
 
-def segment_submap(
-    submap: Submap, config: SegmentationConfig, metres_per_unit: float = 1.0
-) -> Segmentation:
+def segment_submap(submap: Submap, metres_per_unit: float = 1.0) -> Segmentation:
     """
     Cut a partial map into rooms and doors.
 
@@ -58,7 +62,6 @@ def segment_submap(
     Parameters
     ----------
     submap : the raster, its lintel mask
-    config : thresholds in true metres
     metres_per_unit : true metres per nominal metre, 1 for a lidar's own submap
 
     Returns
@@ -66,7 +69,7 @@ def segment_submap(
     Segmentation in the submap frame; an empty one with a reason where nothing was found
     """
     has_scans = is_from_scans(submap)
-    return segment_part(submap.grid, submap.lintel, config, metres_per_unit, has_scans=has_scans)
+    return segment_part(submap.grid, submap.lintel, metres_per_unit, has_scans=has_scans)
 
 
 def is_from_scans(submap: Submap) -> bool:
@@ -77,7 +80,6 @@ def is_from_scans(submap: Submap) -> bool:
 def segment_part(
     grid: GridMap,
     lintel: Mask,
-    config: SegmentationConfig,
     metres_per_unit: float = 1.0,
     held: Mask | None = None,
     known_doors: Sequence[Doorway] = (),
@@ -89,7 +91,7 @@ def segment_part(
     Parameters
     ----------
     grid, lintel : the window's cells and lintel mask
-    config, metres_per_unit : as for :func:`segment_submap`
+    metres_per_unit : as for :func:`segment_submap`
     held : (H, W) bool, cells of rooms that are known already: seen as what they are, but not
         cut again; None holds nothing
     known_doors : doorways between held and other rooms, in the window's cells
@@ -100,7 +102,7 @@ def segment_part(
     free = grid.cells == FREE
     if has_scans:
         free = _to_walls(free, wall, cell_m)
-    free = _solid(free, cell_m, config)
+    free = _solid(free, cell_m)
     if not free.any():
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
@@ -108,21 +110,21 @@ def segment_part(
     shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
     open_cells = free & ~shut
-    free = (fill_furniture(open_cells, cell_m, config) & ~find_stubs(open_cells, cell_m)) | shut
+    free = (fill_furniture(open_cells, cell_m) & ~find_stubs(open_cells, cell_m)) | shut
     near_wall = _grown(wall | shut, _WALL_SHADOW_M, cell_m)
     scene = _scene(free, shut, near_wall, cell_m)
     if held is not None:
         scene = replace(scene, free=free & ~held)
-    full, openings = cut_rooms(scene, config)
+    full, openings = cut_rooms(scene)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
-    full = _drop_glimpses(full, config, cell_m)
+    full = _drop_glimpses(full, cell_m)
     rooms = set(np.unique(full).tolist()) - {0}
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
         full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
     scores = _scores(full, ~free & ~near_wall)
-    return assemble(grid, full, openings, config, metres_per_unit, scores)
+    return assemble(grid, full, openings, metres_per_unit, scores)
 
 
 def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
@@ -151,9 +153,9 @@ def _width_m(opening: Opening, cell_m: float) -> float:
     return float(np.hypot(*(opening.ends_rc[1] - opening.ends_rc[0]))) * cell_m
 
 
-def _solid(free: Mask, cell_m: float, config: SegmentationConfig) -> Mask:
-    """Return ``free`` without stray rays narrower than the configured width."""
-    return _opened(free, config.solid_width_m, cell_m)
+def _solid(free: Mask, cell_m: float) -> Mask:
+    """Return ``free`` without stray rays as narrow as they are."""
+    return _opened(free, _SOLID_WIDTH_M, cell_m)
 
 
 def _opened(mask: Mask, width_m: float, cell_m: float) -> Mask:
@@ -231,14 +233,12 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
     )
 
 
-def _drop_glimpses(
-    labels: NDArray[np.int32], config: SegmentationConfig, cell_m: float
-) -> NDArray[np.int32]:
-    """Return ``labels`` without rooms whose wide part is smaller than the configured area."""
+def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
+    """Return ``labels`` without rooms whose wide part is no room's."""
     wide = np.zeros(labels.shape, dtype=bool)
     for label, window in enumerate(find_objects(labels), start=1):
         if window is not None:
             wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
     cells = np.bincount(labels[wide], minlength=int(labels.max(initial=0)) + 1)
-    keep = cells * cell_m**2 >= config.min_submap_room_area_m2
+    keep = cells * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2
     return np.where(keep[labels], labels, 0).astype(np.int32)

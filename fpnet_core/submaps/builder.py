@@ -18,6 +18,8 @@ from fpnet_core.submaps.raster import CountRaster
 from fpnet_core.submaps.recent import RecentReturns
 from fpnet_core.types import Submap
 
+_PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
+
 # Robot positions that memory is reserved for at first; doubled when they are used up.
 _PATH_BLOCK = 1024
 # Fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
@@ -120,7 +122,7 @@ class SubmapBuilder:
         KeyError, ValueError
             If an array is missing or has another shape or type.
         OdometryError
-            If the submap exceeds ``max_extent_m``.
+            If the submap exceeds ``MAX_EXTENT_M``.
         """
         builder, path = cls(config), np.array(arrays['path'], dtype=np.float64)
         if path.ndim != 2 or path.shape[1] != 2 or not np.isfinite(path).all():
@@ -169,7 +171,7 @@ class SubmapBuilder:
 
     def _extend_path(self, xy: NDArray[np.float64]) -> None:
         length = self._path_length
-        if length and np.hypot(*(xy - self._path[length - 1])) < self._config.path_spacing_m:
+        if length and np.hypot(*(xy - self._path[length - 1])) < _PATH_SPACING_M:
             return
         if length == len(self._path):
             self._path = np.concatenate([self._path, np.zeros_like(self._path)])

@@ -127,7 +127,7 @@ def classify(
     counts : (H, W, LAYERS) uint16
     cells : (H, W) int8, receives the values of a ``GridMap``
     lintel : (H, W) bool, receives the mask
-    wall_share, lintel_share, lintel_min_hits : see ``SubmapConfig``
+    wall_share, lintel_share, lintel_min_hits : see :mod:`fpnet_core.submaps.raster`
     """
     is_seen = False
     for row in range(counts.shape[0]):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
 from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
@@ -66,7 +67,7 @@ def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Subm
     cells[wall] = OCCUPIED
     origin = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
     grid = GridMap(cells, config.resolution_m, origin, 'submap')
-    lintel = free & (counts(config.lintel_height_m, config.lintel_top_m) >= _MIN_WALL_POINTS)
+    lintel = free & (counts(LINTEL_HEIGHT_M, LINTEL_TOP_M) >= _MIN_WALL_POINTS)
     return Submap(grid, lintel, np.zeros((0, 2)))
 
 

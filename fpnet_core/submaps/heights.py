@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SubmapConfig
 
+# Physical: lowest lintel above the floor, a low door; higher returns may be one.
+LINTEL_HEIGHT_M = 1.95
+LINTEL_TOP_M = 2.45  # physical: highest lintel; returns above say nothing about one
+# Rays above prove no free space: high walls are uneven; chosen on tune drives (docs/submaps.md).
+_CARVE_TOP_M = 3.0
+
 # Histogram of heights relative to the sensor: bin edge and reach [m].
 _BIN_M = 0.05
 _REACH_M = 6.0
@@ -148,17 +154,17 @@ class HeightTracker:
         if below.size:
             self._sensor_height_m = sensor_z_m - float(centre[_peak(self._counts, below[0])])
         floor = sensor_z_m - self._sensor_height_m
-        lowest_ceiling = floor + config.lintel_height_m + _CEILING_MARGIN_M
+        lowest_ceiling = floor + LINTEL_HEIGHT_M + _CEILING_MARGIN_M
         is_above = centre > max(sensor_z_m, lowest_ceiling)
         above = np.flatnonzero(_planes(smooth[::-1], _PLANE_SHARE)[::-1] & is_above)
         ceiling = float(centre[_peak(self._counts, above[-1])]) if above.size else math.inf
-        top = min(floor + config.lintel_top_m, ceiling - _CEILING_MARGIN_M)
+        top = min(floor + LINTEL_TOP_M, ceiling - _CEILING_MARGIN_M)
         return HeightBands(
             floor + config.body_low_m,
             floor + config.body_high_m,
-            floor + config.lintel_height_m,
+            floor + LINTEL_HEIGHT_M,
             top,
-            min(ceiling - _CEILING_MARGIN_M, floor + config.carve_top_m),
+            min(ceiling - _CEILING_MARGIN_M, floor + _CARVE_TOP_M),
         )
 
 

@@ -16,6 +16,16 @@ from fpnet_core.submaps.carving import LAYERS, carve_rays, classify
 from fpnet_core.submaps.heights import HeightBands
 from fpnet_core.types import UNKNOWN, GridMap
 
+# High returns that make a lintel cell; chosen on tune drives (docs/submaps.md).
+LINTEL_MIN_HITS = 2
+# Returns among rays at its height that make a lintel; chosen on tune drives (docs/submaps.md).
+LINTEL_SHARE = 0.5
+# Returns among returns and crossings that make a wall; chosen on tune drives (docs/submaps.md).
+WALL_SHARE = 0.2
+# Last stretch before a return that proves no free space; chosen on tune drives (docs/submaps.md).
+END_MARGIN_M = 0.2
+MAX_EXTENT_M = 400.0  # physical: no storey is longer; the odometry has diverged
+
 # The raster grows by whole margins, so that growth is rare [cells].
 _MARGIN_CELLS = 128
 
@@ -25,7 +35,7 @@ class CountRaster:
     Counts of crossings and returns per cell, and the cell values that follow from them.
 
     Memory is that of the bounding box of everything in range of the path, which
-    ``max_extent_m`` limits; rays are cut at ``max_range_m`` before they get here, so that
+    ``MAX_EXTENT_M`` limits; rays are cut at ``max_range_m`` before they get here, so that
     outliers do not stretch it.
     """
 
@@ -46,7 +56,7 @@ class CountRaster:
         Raises
         ------
         OdometryError
-            If the raster would exceed ``max_extent_m``; nothing has changed.
+            If the raster would exceed ``MAX_EXTENT_M``; nothing has changed.
         """
         corners = np.stack([ends.min(axis=0), ends.max(axis=0), origin])[:, :2]
         cells = np.floor(corners / self._config.resolution_m).astype(np.int64)
@@ -71,7 +81,7 @@ class CountRaster:
         resolution = self._config.resolution_m
         scale = np.array([resolution, resolution, 1.0])
         shift = np.array([self._corner[0], self._corner[1], 0.0])
-        margin = self._config.end_margin_m / resolution
+        margin = END_MARGIN_M / resolution
         carve_rays(
             self._counts,
             origin / scale - shift,
@@ -85,14 +95,13 @@ class CountRaster:
         """Return the grid of everything seen and its lintel mask; None before the first mark."""
         if not self._changed.is_empty:
             window = self._changed.window(self._corner)
-            config = self._config
             self._is_marked |= classify(
                 self._counts[window],
                 self._cells[window],
                 self._lintel[window],
-                config.wall_share,
-                config.lintel_share,
-                config.lintel_min_hits,
+                WALL_SHARE,
+                LINTEL_SHARE,
+                LINTEL_MIN_HITS,
             )
             self._changed = _Box()
         if not self._is_marked:
@@ -121,7 +130,7 @@ class CountRaster:
         ValueError
             If shapes or types are others.
         OdometryError
-            If the raster exceeds ``max_extent_m``.
+            If the raster exceeds ``MAX_EXTENT_M``.
         """
         if counts.ndim != 3 or counts.shape[2] != LAYERS or counts.dtype != np.uint16:
             raise ValueError(f'ray counts: expected (H, W, {LAYERS}) uint16, got {counts.shape}')
@@ -161,10 +170,10 @@ class CountRaster:
 
     def _check_extent(self, size: NDArray[np.int64]) -> None:
         extent_m = float(size.max()) * self._config.resolution_m
-        if extent_m > self._config.max_extent_m:
+        if extent_m > MAX_EXTENT_M:
             raise OdometryError(
                 f'the submap would be {extent_m:.0f} m long, limit '
-                f'{self._config.max_extent_m:.0f} m (submap.max_extent_m): the odometry has '
+                f'{MAX_EXTENT_M:.0f} m: the odometry has '
                 'probably diverged; restart it and reset the submap'
             )
 

@@ -108,7 +108,7 @@ def bench_robot_maps(
         for method in METHODS:
             config = SegmentationConfig(method=method)
             found = (
-                segment_submap(submap_from_grid(grid), config)
+                segment_submap(submap_from_grid(grid))
                 if method == 'default'
                 else segment_floorplan(grid, config)
             )

@@ -138,7 +138,7 @@ def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
         builder.add_scan(points, T_odom_sensor, stamp_ns)
     submap = builder.take()
     assert submap is not None, 'a drive holds scans with returns'
-    return segment_submap(submap, config.segmentation)
+    return segment_submap(submap)
 
 
 def score_segmentation(

@@ -8,7 +8,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from fpnet_core.config import Section, SegmentationConfig, SubmapConfig
+from fpnet_core.config import Section, SegmentationConfig
 from fpnet_lab.sim.styles import StyleConfig
 
 Range = tuple[float, float]
@@ -133,7 +133,6 @@ class SimConfig(Section):
     building: BuildingConfig = BuildingConfig()
     scan: ScanConfig = ScanConfig()
     clip: ClipConfig = ClipConfig()
-    submap: SubmapConfig = SubmapConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
 
     @model_validator(mode='after')

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import SubmapConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED, HIGH_HIT, LAYERS, MID_HIT, classify
+from fpnet_core.submaps.raster import END_MARGIN_M, LINTEL_MIN_HITS, LINTEL_SHARE, WALL_SHARE
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
@@ -73,12 +73,11 @@ def scan_walk(
     scanner: Scanner,
     rng: np.random.Generator,
     config: ScanConfig,
-    rule: SubmapConfig,
 ) -> tuple[Submap, SE2]:
     """
     Scan at every position (S, 2) of a walk and accumulate what drifting odometry makes of it.
 
-    ``rule`` decides as at run time which counts make a cell free, wall or lintel.
+    The run-time builder's rule decides which counts make a cell free, wall or lintel.
 
     Returns
     -------
@@ -96,9 +95,9 @@ def scan_walk(
     counts = _Counts(rows, cols, cell_m)
     directions = _ray_directions(xy, scanner, rng)
     returns = _measure(world, xy, directions, scanner, rng)
-    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns, rule)
+    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns)
     window = counts.window()
-    cells, lintel = counts.classify(window, rule)
+    cells, lintel = counts.classify(window)
     corner = origin + np.array([window[1].start, window[0].start]) * cell_m
     grid = GridMap(cells, cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
     return Submap(grid, lintel, estimated), fit_rigid(xy, estimated, turn)
@@ -171,10 +170,9 @@ class _Counts:
         starts: NDArray[np.float64],
         directions: NDArray[np.float64],
         returns: Sequence[_Returns],
-        rule: SubmapConfig,
     ) -> None:
         """Enter what rays from ``starts (S, 2)`` [cells] along ``directions`` met."""
-        proven = [(r.seen - rule.end_margin_m * r.is_near) / self.cell_m for r in returns]
+        proven = [(r.seen - END_MARGIN_M * r.is_near) / self.cell_m for r in returns]
         body, high = proven if len(proven) > 1 else (proven[0], np.zeros_like(proven[0]))
         standoff = LINTEL_STANDOFF_M / self.cell_m
         crossed, high_crossed = self.layers[CROSSED], self.layers[HIGH_CROSSED]
@@ -192,15 +190,13 @@ class _Counts:
             slice(max(0, cols[0] - _MARGIN_CELLS), cols[-1] + 1 + _MARGIN_CELLS),
         )
 
-    def classify(
-        self, window: tuple[slice, slice], rule: SubmapConfig
-    ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    def classify(self, window: tuple[slice, slice]) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
         """Return a window's cell values and lintel mask, by the rule of the run-time builder."""
         counts = np.moveaxis(self.layers, 0, 2)[window]
         cells = np.empty(counts.shape[:2], np.int8)
         lintel = np.empty(counts.shape[:2], np.bool_)
-        shares = rule.wall_share, rule.lintel_share
-        classify(counts, cells, lintel, *shares, rule.lintel_min_hits)
+        shares = WALL_SHARE, LINTEL_SHARE
+        classify(counts, cells, lintel, *shares, LINTEL_MIN_HITS)
         return cells, lintel
 
 

@@ -187,7 +187,7 @@ def _explore(
     if made is None:
         return None
     submap, T_submap_building = made
-    sub = segment_submap(submap, config.segmentation)
+    sub = segment_submap(submap)
     if len(sub.regions) < MIN_SUB_REGIONS or not drawing.segmentation.regions:
         return None
     A_plan_submap = drawing.A_plan_building @ T_submap_building.inv()
@@ -217,7 +217,7 @@ def _tour(
     walk = plan_walk(world, rng, config.scan, drawing.area)
     if not len(walk):
         return None
-    return scan_walk(world, walk, scanner, rng, config.scan, config.submap)
+    return scan_walk(world, walk, scanner, rng, config.scan)
 
 
 def _clip(

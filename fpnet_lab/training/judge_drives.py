@@ -76,7 +76,7 @@ class DriveSource:
         others = [self._cases[number] for number in case.wrong_cases[:_WRONG_PLANS]]
         foreign = [Floorplan(make_plan(other), config) for other in others]
         odometry = KissOdometry(config.odometry)
-        segmenter = SubmapSegmenter(config.segmentation)
+        segmenter = SubmapSegmenter()
         for submap, pose, path in _looks(scene.scans, odometry, config):
             sub = prepare_submap(submap, segmenter, StageTimer())
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])

@@ -69,14 +69,14 @@ def test_scale_of_a_plan_is_recovered(plan, wrong_by):
 )
 def test_robot_maps_agree_with_human_labels(name, least_f1):
     grid = read_grid(BORMANN / 'robot_maps' / f'{name}.png')
-    segmentation = segment_submap(submap_from_grid(grid), CONFIG)
+    segmentation = segment_submap(submap_from_grid(grid))
     truth = read_labels(BORMANN / 'robot_room_labels' / f'{name}.png')
     assert room_agreement(segmentation.labels, truth).f1 > least_f1
 
 
 def test_partial_laser_map_has_rooms_doors_and_frontiers():
     grid = read_grid(DATA / 'radish' / 'robot_maps' / 'freiburg-079_part0.png', free_grey=200)
-    segmentation = segment_submap(submap_from_grid(grid), CONFIG)
+    segmentation = segment_submap(submap_from_grid(grid))
     assert len(segmentation.rooms) >= 5
     assert len(segmentation.portals) >= 4
     assert any(room.frontier_fraction > 0.1 for room in segmentation.rooms)
@@ -94,7 +94,7 @@ def test_real_lidar_scans_become_one_large_hall():
         builder.add_scan(points[np.isfinite(points).all(axis=1)], poses[k], k * 100_000_000)
     submap = builder.take()
     assert 900.0 < submap.free_area_m2 < 1300.0
-    segmentation = segment_submap(submap, CONFIG)
+    segmentation = segment_submap(submap)
     assert 1 <= len(segmentation.rooms) <= 5
     hall = segmentation.rooms[0]
     assert hall.area_m2 > 800.0

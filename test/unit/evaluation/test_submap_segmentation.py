@@ -5,7 +5,6 @@
 import numpy as np
 import pytest
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
@@ -56,7 +55,7 @@ def drive():
 
 
 def score(sub):
-    return score_segmentation(segment_submap(sub, SegmentationConfig()), drive(), 'drawn', 0)
+    return score_segmentation(segment_submap(sub), drive(), 'drawn', 0)
 
 
 def test_a_right_segmentation_scores_nearly_one():

@@ -32,7 +32,7 @@ def plan():
 def side_of(grid):
     from fpnet_core.submaps import submap_from_grid
 
-    cut = segment_submap(submap_from_grid(grid), FpnetConfig().segmentation)
+    cut = segment_submap(submap_from_grid(grid))
     return MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(grid))
 
 

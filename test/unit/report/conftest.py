@@ -50,7 +50,7 @@ def made_up_run():
     path = (A_BUILDING_PLAN @ A_PLAN_SUBMAP).inv().apply(IN_BUILDING)
     drawn = submap_from_grid(submap_grid())
     submap = Submap(drawn.grid, drawn.lintel, path, T_ODOM_SUBMAP, 2 * SECOND, 1)
-    sub = segment_submap(submap, config)
+    sub = segment_submap(submap)
     count = min(len(plan.rooms), len(sub.rooms))
     pairs = np.stack([np.arange(count), np.arange(count)], axis=1)
     match = MatchResult(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpnet_core.config import SegmentationConfig, SubmapConfig
+from fpnet_core.config import SubmapConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import SubmapSegmenter, incremental, segment_submap
 from fpnet_core.submaps import SubmapBuilder
@@ -15,7 +15,6 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.tours import TourLimits
 
-CONFIG = SegmentationConfig()
 SAME_IOU = 0.95
 ROOM, WALL, DOOR = 80, 4, 18
 
@@ -53,11 +52,11 @@ def agreement(found, truth):
 
 @pytest.mark.parametrize('high', [True, False])
 def test_a_growing_row_of_rooms_is_cut_as_from_scratch_and_keeps_its_tracks(high):
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     tracks = {}
     for seen in range(60, 424, 20):
         submap = row_of_rooms(seen, high=high)
-        found, fresh = segmenter.update(submap), segment_submap(submap, CONFIG)
+        found, fresh = segmenter.update(submap), segment_submap(submap)
         assert len(found.rooms) == len(fresh.rooms)
         assert len(found.doors) == len(fresh.doors)
         assert (agreement(found, fresh) > SAME_IOU).all()
@@ -69,16 +68,16 @@ def test_a_growing_row_of_rooms_is_cut_as_from_scratch_and_keeps_its_tracks(high
 
 
 def test_a_raster_that_grows_to_the_left_keeps_the_tracks():
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     before = segmenter.update(row_of_rooms(300, corner=(0, 130)))
     after = segmenter.update(row_of_rooms(300))
     assert {r.track for r in before.rooms} < {r.track for r in after.rooms}
-    fresh = segment_submap(row_of_rooms(300), CONFIG)
+    fresh = segment_submap(row_of_rooms(300))
     assert (agreement(after, fresh) > SAME_IOU).all()
 
 
 def test_doors_keep_their_tracks_and_gain_the_room_behind():
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     glimpse = segmenter.update(row_of_rooms(WALL + ROOM + WALL + 8))
     (before,) = glimpse.portals
     assert before.rooms == (0, None)
@@ -89,7 +88,7 @@ def test_doors_keep_their_tracks_and_gain_the_room_behind():
 
 
 def test_only_rooms_beside_a_change_are_cut_again(monkeypatch):
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     before = segmenter.update(row_of_rooms(424))
     sizes = []
     original = incremental.segment_part
@@ -116,7 +115,7 @@ def test_only_rooms_beside_a_change_are_cut_again(monkeypatch):
 
 
 def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
     segmenter.update(submap)
     cuts = []
@@ -133,7 +132,7 @@ def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
 
 
 def test_a_turned_or_coarser_raster_starts_anew():
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
     first = {r.track for r in segmenter.update(submap).regions}
     grid = GridMap(submap.grid.cells, 0.06, submap.grid.T_frame_grid, 'submap')
@@ -143,7 +142,7 @@ def test_a_turned_or_coarser_raster_starts_anew():
 
 
 def test_a_submap_that_empties_gives_a_reason():
-    segmenter = SubmapSegmenter(CONFIG)
+    segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
     segmenter.update(submap)
     gone = replace(submap.grid, cells=np.full(submap.grid.shape, UNKNOWN, dtype=np.int8))
@@ -159,14 +158,14 @@ def test_a_recording_is_cut_as_from_scratch_at_every_step():
         limits=TourLimits(rooms=3, shortest_s=15.0, longest_s=60.0),
     )
     recording = make_recording(7, options, threads=1)
-    builder, segmenter = SubmapBuilder(SubmapConfig()), SubmapSegmenter(CONFIG)
+    builder, segmenter = SubmapBuilder(SubmapConfig()), SubmapSegmenter()
     same, kept, tracks = [], [], None
     for index in range(0, min(len(recording), 320), 8):
         scan = recording.scan(index)
         builder.add_scan(scan.points, scan.T_truth_sensor, scan.stamp_ns)
         if index % 32 == 0:
             submap = builder.take()
-            found, fresh = segmenter.update(submap), segment_submap(submap, CONFIG)
+            found, fresh = segmenter.update(submap), segment_submap(submap)
             same.extend(agreement(found, fresh) >= SAME_IOU)
             now = {room.track for room in found.rooms}
             if tracks:

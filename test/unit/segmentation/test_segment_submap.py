@@ -7,13 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
-
-CONFIG = SegmentationConfig()
 
 
 def two_rooms(seen=None, lintel=False, door=(40, 58)):
@@ -38,7 +35,7 @@ def seen_left(columns):
 
 
 def test_fully_seen_rooms_have_no_frontier():
-    segmentation = segment_submap(two_rooms(), CONFIG)
+    segmentation = segment_submap(two_rooms())
     assert [round(room.area_m2) for room in segmentation.rooms] == [24, 19]
     assert all(room.observed_fraction == 1.0 for room in segmentation.rooms)
     assert all(room.frontier_fraction == 0.0 for room in segmentation.rooms)
@@ -49,14 +46,14 @@ def test_fully_seen_rooms_have_no_frontier():
 
 def test_rooms_of_scans_reach_into_the_cells_with_returns_of_their_walls():
     drawn, path = two_rooms(), np.zeros((1, 2))
-    rooms = segment_submap(Submap(drawn.grid, drawn.lintel, path), CONFIG).rooms
+    rooms = segment_submap(Submap(drawn.grid, drawn.lintel, path)).rooms
     assert rooms[0].area_m2 == pytest.approx(122 * 82 * 0.05**2, rel=0.01)
 
 
 def test_half_seen_room_knows_its_frontier():
     seen = np.ones((100, 260), dtype=bool)
     seen[:, 185:] = False
-    segmentation = segment_submap(two_rooms(seen), CONFIG)
+    segmentation = segment_submap(two_rooms(seen))
     left, right = segmentation.rooms
     assert left.frontier_fraction == 0.0
     assert 0.15 < right.frontier_fraction < 0.45
@@ -65,7 +62,7 @@ def test_half_seen_room_knows_its_frontier():
 
 def test_corner_cut_off_by_unseen_space_lowers_the_observed_fraction():
     rows, cols = np.mgrid[:100, :260]
-    segmentation = segment_submap(two_rooms(~((rows - 10) + (cols - 134) > 110)), CONFIG)
+    segmentation = segment_submap(two_rooms(~((rows - 10) + (cols - 134) > 110)))
     right = segmentation.rooms[1]
     hidden = 1.0 - right.observed_fraction
     truly_hidden = 1.0 - right.area_m2 / (96 * 80 * 0.05**2)
@@ -76,14 +73,14 @@ def test_a_glimpse_is_dropped_and_its_door_stays():
     seen = seen_left(136)
     rows, cols = np.mgrid[:100, :260]
     fan = (cols >= 134) & (cols < 230) & (np.abs(rows - 49) < 3 + 0.02 * (cols - 134))
-    segmentation = segment_submap(two_rooms(seen | fan), CONFIG)
+    segmentation = segment_submap(two_rooms(seen | fan))
     assert len(segmentation.rooms) == 1
     assert [portal.rooms for portal in segmentation.portals] == [(0, None)]
 
 
 @pytest.mark.parametrize('door', [(40, 58), (20, 68)])
 def test_a_lintel_closes_its_doorway_even_where_it_is_wide(door):
-    segmentation = segment_submap(two_rooms(lintel=True, door=door), CONFIG)
+    segmentation = segment_submap(two_rooms(lintel=True, door=door))
     assert len(segmentation.rooms) == 2
     (portal,) = segmentation.portals
     assert portal.has_lintel
@@ -95,11 +92,11 @@ def test_a_lintel_closes_its_doorway_even_where_it_is_wide(door):
 
 
 def test_the_wide_opening_without_a_lintel_is_a_door_where_walls_end_at_it():
-    with_jambs = segment_submap(two_rooms(door=(20, 68)), CONFIG)
+    with_jambs = segment_submap(two_rooms(door=(20, 68)))
     assert len(with_jambs.rooms) == 2
     (portal,) = with_jambs.portals
     assert portal.width_m == pytest.approx(2.4, abs=0.15)
-    without = segment_submap(two_rooms(door=(10, 90)), CONFIG)
+    without = segment_submap(two_rooms(door=(10, 90)))
     assert len(without.rooms) == 1
 
 
@@ -114,12 +111,12 @@ def redrawn(submap, window, value, path=0):
 def test_a_piece_of_wall_between_two_doorways_stays_and_a_cabinet_does_not(half_width, rooms):
     piece = np.s_[28:72, 132 - half_width : 132 + half_width]
     submap = redrawn(two_rooms(door=(10, 90)), piece, OCCUPIED)
-    assert len(segment_submap(submap, CONFIG).rooms) == rooms
+    assert len(segment_submap(submap).rooms) == rooms
 
 
 def test_a_wall_without_returns_parts_rooms():
     submap = redrawn(two_rooms(door=(10, 90)), np.s_[10:90, 131:133], UNKNOWN, path=1)
-    assert len(segment_submap(submap, CONFIG).rooms) == 2
+    assert len(segment_submap(submap).rooms) == 2
 
 
 def test_high_returns_inside_a_room_close_nothing():
@@ -128,7 +125,7 @@ def test_high_returns_inside_a_room_close_nothing():
     high[30:34, 60:90] = True
     high[10:12, 20:60] = True
     shelf = Submap(submap.grid, high, submap.path_xy)
-    segmentation = segment_submap(shelf, CONFIG)
+    segmentation = segment_submap(shelf)
     assert [portal.has_lintel for portal in segmentation.portals] == [False]
     assert len(segmentation.rooms) == 2
 
@@ -141,14 +138,14 @@ def test_speckle_does_not_make_regions():
     outside = (cells == UNKNOWN) & (rng.random(cells.shape) < 0.05)
     cells[outside] = FREE
     noisy = GridMap(cells, 0.05, submap.grid.T_frame_grid)
-    segmentation = segment_submap(submap_from_grid(noisy), CONFIG)
+    segmentation = segment_submap(submap_from_grid(noisy))
     assert [round(room.area_m2) for room in segmentation.rooms] == [24, 19]
 
 
 @pytest.mark.parametrize('value', [OCCUPIED, UNKNOWN])
 def test_nothing_free_gives_a_reason(value):
     grid = GridMap(np.full((7, 9), value), 0.05)
-    segmentation = segment_submap(submap_from_grid(grid), CONFIG)
+    segmentation = segment_submap(submap_from_grid(grid))
     assert segmentation.regions == ()
     assert segmentation.reason
 
@@ -156,6 +153,6 @@ def test_nothing_free_gives_a_reason(value):
 def test_a_small_free_patch_is_no_room():
     cells = np.full((40, 40), UNKNOWN, dtype=np.int8)
     cells[10:20, 10:20] = FREE
-    segmentation = segment_submap(submap_from_grid(GridMap(cells, 0.05)), CONFIG)
+    segmentation = segment_submap(submap_from_grid(GridMap(cells, 0.05)))
     assert segmentation.regions == ()
     assert segmentation.reason

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation import gaps, segment_floorplan
 from fpnet_core.segmentation.gaps import find_gaps, openings_across
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
@@ -51,7 +51,7 @@ CUBICLES = [
 @pytest.mark.parametrize('angle_deg', ANGLES)
 def test_wide_opening_between_jambs_parts_two_rooms(angle_deg):
     free = drawing(WIDE, angle_deg)
-    (gap,) = find_gaps(free, ~free, CELL_M, CONFIG)
+    (gap,) = find_gaps(free, ~free, CELL_M)
     assert np.hypot(*(gap[1] - gap[0])) * CELL_M == pytest.approx(2.8, abs=0.15)
     segmentation = segment_floorplan(GridMap(np.where(free, FREE, OCCUPIED), CELL_M), CONFIG)
     assert [room.area_m2 for room in segmentation.rooms] == pytest.approx([53.1, 53.1], abs=0.9)
@@ -69,27 +69,28 @@ def test_cubicles_open_to_the_room_in_front(angle_deg):
     assert all(0 in portal.rooms for portal in segmentation.portals)
 
 
-def test_an_opening_wider_than_configured_joins():
+def test_an_opening_wider_than_any_gap_joins(monkeypatch):
+    monkeypatch.setattr(gaps, 'GAP_WIDTH_M', 2.0)
     free = drawing(WIDE, 21.7)
-    assert find_gaps(free, ~free, CELL_M, SegmentationConfig(gap_width_m=2.0)) == []
+    assert find_gaps(free, ~free, CELL_M) == []
 
 
 @pytest.mark.parametrize('angle_deg', ANGLES)
 def test_corridor_corner_is_no_gap(angle_deg):
     free = drawing([(0.0, 2.0, 10.0, 9.0)], angle_deg)
-    assert find_gaps(free, ~free, CELL_M, CONFIG) == []
+    assert find_gaps(free, ~free, CELL_M) == []
 
 
 def test_unseen_cells_end_no_gap():
     free = drawing(WIDE, 0.0)
-    assert find_gaps(free, np.zeros_like(free), CELL_M, CONFIG) == []
+    assert find_gaps(free, np.zeros_like(free), CELL_M) == []
 
 
 def test_niche_smaller_than_a_room_stays_open():
     niche = [(0.0, 7.6, 4.0, 9.0), (6.0, 7.6, 12.0, 9.0)]
     front = [(4.0, 7.6, 4.4, 7.8), (5.6, 7.6, 6.0, 7.8)]
     free = drawing(niche + front, 0.0)
-    assert find_gaps(free, ~free, CELL_M, CONFIG) == []
+    assert find_gaps(free, ~free, CELL_M) == []
 
 
 def test_gap_onto_a_partition_is_two_openings():

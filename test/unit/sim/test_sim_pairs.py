@@ -84,7 +84,7 @@ def test_an_exact_robot_in_an_empty_building_sees_its_plan(plan):
     world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=1.0)
     walk = plan_walk(world, rng, EXACT)
     scanner = Scanner(is_planar=False, height_m=1.0, max_range_m=15.0, noise_m=0.0, rays=540)
-    submap, T_submap_building = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    submap, T_submap_building = scan_walk(world, walk, scanner, rng, EXACT)
     np.testing.assert_allclose(T_submap_building.apply(walk), submap.path_xy, atol=1e-9)
     rooms = world.room_of >= 0
     for value, near_room in ((FREE, True), (OCCUPIED, True)):
@@ -105,7 +105,7 @@ def test_lintels_lie_in_walls_and_span_a_door(plan):
     world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=1.0)
     walk = plan_walk(world, rng, EXACT)
     scanner = Scanner(is_planar=False, height_m=1.0, max_range_m=15.0, noise_m=0.0, rays=540)
-    submap, T = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    submap, T = scan_walk(world, walk, scanner, rng, EXACT)
     lintels = T.inv().apply(submap.grid.rc_to_xy(np.argwhere(submap.lintel)))
     rooms = shapely.union_all([shapely.Polygon(room.polygon).buffer(-0.1) for room in plan.rooms])
     assert not shapely.contains_xy(rooms, *lintels.T).any()
@@ -121,7 +121,7 @@ def test_planar_scanners_know_no_lintels(plan):
     world = build_world(plan, draw_changes(plan, rng, BARE), scan_height_m=0.3)
     scanner = Scanner(is_planar=True, height_m=0.3, max_range_m=15.0, noise_m=0.0, rays=540)
     walk = plan_walk(world, rng, EXACT)
-    submap, _ = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    submap, _ = scan_walk(world, walk, scanner, rng, EXACT)
     assert not submap.lintel.any()
 
 
@@ -132,7 +132,7 @@ def test_narrow_scanners_look_ahead(plan):
     ahead = np.array([0.8, -0.6])
     walk = np.stack([middle, middle + 0.1 * ahead])
     scanner = Scanner(True, 0.3, max_range_m=15.0, noise_m=0.0, rays=540, fov_rad=np.pi)
-    submap, T = scan_walk(world, walk, scanner, rng, EXACT, SimConfig().submap)
+    submap, T = scan_walk(world, walk, scanner, rng, EXACT)
     seen = T.inv().apply(submap.grid.rc_to_xy(np.argwhere(submap.grid.cells == FREE)))
     along = (seen - middle) @ ahead
     assert along.min() > -0.2

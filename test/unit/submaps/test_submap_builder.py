@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from fpnet_core.config import SegmentationConfig, SubmapConfig
+from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
@@ -121,7 +121,7 @@ def test_lintel_lies_over_the_door_only(both_rooms):
 
 
 def test_two_rooms_and_a_lintel_door_come_out(both_rooms):
-    segmentation = segment_submap(both_rooms, SegmentationConfig())
+    segmentation = segment_submap(both_rooms)
     areas = sorted(room.area_m2 for room in segmentation.rooms)
     assert areas == pytest.approx([14.0, 24.0], rel=0.06)
     (portal,) = segmentation.portals
@@ -136,7 +136,7 @@ def test_two_rooms_and_a_lintel_door_come_out(both_rooms):
 def test_a_glimpse_through_the_door_keeps_the_door_and_drops_the_room():
     builder = SubmapBuilder(SubmapConfig())
     tour(builder, [(x, 3.0, 0.2) for x in np.linspace(4.6, 5.4, 8)])
-    segmentation = segment_submap(builder.take(), SegmentationConfig())
+    segmentation = segment_submap(builder.take())
     assert len(segmentation.rooms) == 1
     assert [portal.rooms for portal in segmentation.portals] == [(0, None)]
 
@@ -151,7 +151,7 @@ def test_standing_still_does_not_erode_the_walls():
         for k in range(scans):
             noise = rng.normal(0.0, 0.01, points.shape)
             builder.add_scan(points + noise, pose, k)
-        segmentation = segment_submap(builder.take(), SegmentationConfig())
+        segmentation = segment_submap(builder.take())
         areas.append(segmentation.rooms[0].area_m2)
     assert areas[1] == pytest.approx(areas[0], rel=0.05)
 
@@ -161,7 +161,7 @@ def test_planar_scans_build_the_same_room():
     tour(builder, BOTH_ROOMS, rings=1, half_fov_deg=0.0, columns=720)
     submap = builder.take()
     assert not submap.lintel.any()
-    segmentation = segment_submap(submap, SegmentationConfig())
+    segmentation = segment_submap(submap)
     areas = sorted(room.area_m2 for room in segmentation.rooms)
     assert areas == pytest.approx([14.0, 24.0], rel=0.06)
 

@@ -5,13 +5,11 @@
 import numpy as np
 import pytest
 
-from fpnet_core.config import SegmentationConfig, SubmapConfig
+from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.segmentation import segment_submap
-from fpnet_core.submaps import SubmapBuilder, submap_from_cloud
+from fpnet_core.submaps import SubmapBuilder, raster, submap_from_cloud
 from fpnet_core.types import FREE, OCCUPIED
-
-CONFIG = SegmentationConfig()
 
 
 def submap_of(points, scans=3, pose=None, config=None):
@@ -31,7 +29,7 @@ def room_scan(rng, half_m=3.0, points=12_000):
 
 
 def test_one_point_is_no_room_and_says_so():
-    segmentation = segment_submap(submap_of(np.array([[2.0, 0.0, 0.0]])), CONFIG)
+    segmentation = segment_submap(submap_of(np.array([[2.0, 0.0, 0.0]])))
     assert segmentation.regions == ()
     assert segmentation.reason
 
@@ -41,7 +39,7 @@ def test_points_in_one_plane_give_a_result_or_a_reason(axis):
     points = np.random.default_rng(axis).uniform(-4.0, 4.0, (5000, 3))
     points[:, axis] = -0.9
     submap = submap_of(points)
-    segmentation = segment_submap(submap, CONFIG)
+    segmentation = segment_submap(submap)
     assert segmentation.rooms or segmentation.reason
 
 
@@ -56,7 +54,7 @@ def test_a_tilted_sensor_sees_the_same_room():
     pose = np.eye(4)
     pose[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
     tilted = submap_of(room_scan(rng) @ pose[:3, :3], pose=pose)
-    areas = [segment_submap(submap, CONFIG).rooms[0].area_m2 for submap in (level, tilted)]
+    areas = [segment_submap(submap).rooms[0].area_m2 for submap in (level, tilted)]
     assert areas[0] == pytest.approx(36.0, rel=0.08)
     assert areas[1] == pytest.approx(areas[0], rel=0.05)
 
@@ -83,15 +81,16 @@ def test_nans_are_refused_with_what_to_do():
         SubmapBuilder(SubmapConfig()).add_scan(points, np.eye(4), 0)
 
 
-def test_a_robot_that_drives_too_far_is_refused_and_keeps_its_map():
-    builder = SubmapBuilder(SubmapConfig(max_extent_m=60.0))
+def test_a_robot_that_drives_too_far_is_refused_and_keeps_its_map(monkeypatch):
+    monkeypatch.setattr(raster, 'MAX_EXTENT_M', 60.0)
+    builder = SubmapBuilder(SubmapConfig())
     scan = room_scan(np.random.default_rng(5), points=500)
     pose = np.eye(4)
     for k in range(6):
         pose[0, 3] = 8.0 * k
         builder.add_scan(scan, pose, k)
     pose[0, 3] = 80.0
-    with pytest.raises(OdometryError, match='max_extent_m'):
+    with pytest.raises(OdometryError, match='odometry has'):
         builder.add_scan(scan, pose, 99)
     assert builder.take().grid.shape[1] * 0.05 < 60.0
 
