@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_core.drawings.dxf_outlines import corners_of, rings_of, tolerant
 from fpnet_core.drawings.layers import Role, layer_role
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
@@ -38,8 +39,6 @@ MAX_ENTITIES = 300_000
 _MAX_DEPTH = 12  # blocks in blocks
 _UNITS_M = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
             1200 / 3937}  # fmt: skip  # $INSUNITS
-_CURVE_SHARE = 0.02  # of a curve's size, how far its pieces may be off
-_ARC_STEP = np.radians(7.5)
 _TEXT_ASPECT = 0.7  # of a letter, width to height
 _THIN = 0.7  # of a hatched area [m], the width up to which it is a wall and not a floor
 _LEFT_OUT = frozenset({
@@ -191,7 +190,7 @@ def _insert(
     name = block if block and layer_role(block) != Role.UNKNOWN else str(insert.dxf.name)
     copies = insert.multi_insert() if insert.mcount > 1 else [insert]
     for copy in copies:
-        parts = _tolerant(copy.virtual_entities(skipped_entity_callback=_ignore))
+        parts = tolerant(copy.virtual_entities(skipped_entity_callback=_ignore))
         yield from _entities(reader, parts, layer, name, depth + 1)
         for attribute in copy.attribs:
             yield attribute, layer
@@ -202,19 +201,9 @@ def _ignore(entity: Any, reason: str) -> None:
 
 
 def _dimension(reader: _Reader, dimension: Any, layer: str) -> Iterator[tuple[Any, str]]:
-    for part in _tolerant(dimension.virtual_entities()):
+    for part in tolerant(dimension.virtual_entities()):
         reader.count += 1
         yield part, f'{layer}: dimensions'
-
-
-def _tolerant(parts: Iterator[Any]) -> Iterator[Any]:
-    """Yield parts until one of them is damaged."""
-    try:
-        yield from parts
-    except MapFormatError:
-        raise
-    except Exception:  # ezdxf raises many kinds on damaged entities
-        return
 
 
 def _add(reader: _Reader, entity: Any, layer: str) -> None:
@@ -236,7 +225,7 @@ def _add(reader: _Reader, entity: Any, layer: str) -> None:
         elif kind in _POLYGONS:
             _add_polygon(reader, entity, kind, paint)
         else:
-            rings, width = _rings(entity, kind)
+            rings, width = rings_of(entity, kind)
             reader.builder.add(rings, replace(paint, width=width))
     except MapFormatError:
         raise
@@ -244,139 +233,8 @@ def _add(reader: _Reader, entity: Any, layer: str) -> None:
         reader.damaged += 1
 
 
-def _rings(entity: Any, kind: str) -> tuple[list[Ring], float]:
-    """Return an entity's outline and its width."""
-    if kind == 'POLYLINE':
-        return _old_polyline(entity)
-    if kind == 'LWPOLYLINE':
-        return [_polyline(entity)], _width(entity)
-    if kind == 'MLINE':
-        parts = entity.virtual_entities()
-        return [ring for part in parts for ring in _rings(part, part.dxftype())[0]], 0.0
-    make = _OUTLINES.get(kind)
-    return ([make(entity)] if make else []), 0.0
-
-
-def _line(entity: Any) -> Ring:
-    start, end = entity.dxf.start, entity.dxf.end
-    return Ring(np.array([[start.x, start.y], [end.x, end.y]]))
-
-
-def _arc(entity: Any) -> Ring:
-    start, end = 0.0, 360.0
-    if entity.dxftype() == 'ARC':
-        start, end = entity.dxf.start_angle, entity.dxf.end_angle
-    sweep = math.radians((end - start) % 360.0) or 2.0 * math.pi
-    steps = max(math.ceil(sweep / _ARC_STEP), 4)
-    angle = math.radians(start) + np.linspace(0.0, sweep, steps + 1)
-    points = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(steps + 1)])
-    centre = entity.dxf.center
-    points = entity.dxf.radius * points + (centre.x, centre.y, centre.z)
-    return Ring(_to_world(entity, points), is_curve=True)
-
-
-def _to_world(entity: Any, points: Array) -> Array:
-    """Return points ``(N, 3)`` of an entity's own plane, which mirrored blocks turn over."""
-    ocs = entity.ocs()
-    if not ocs.transform:
-        return points[:, :2]
-    return np.array([(p.x, p.y) for p in ocs.points_to_wcs([tuple(q) for q in points])])
-
-
-def _polyline(entity: Any) -> Ring:
-    data = np.array(entity.get_points('xyb'), dtype=np.float64).reshape(-1, 3)
-    points, is_curve = _bulged(data, entity.closed)
-    height = np.full((len(points), 1), entity.dxf.elevation)
-    return Ring(_to_world(entity, np.hstack([points, height])), is_curve, bool(entity.closed))
-
-
-def _bulged(data: Array, is_closed: bool) -> tuple[Array, Any]:
-    """Return points of vertices ``(x, y, bulge)``, where a bulge is an arc to the next vertex."""
-    if not data[:, 2].any():
-        return data[:, :2], np.zeros(len(data), dtype=np.bool_)
-    points: list[Array] = []
-    curve: list[Array] = []
-    following = np.roll(data, -1, axis=0)
-    for k, (x, y, bulge) in enumerate(data):
-        is_arc = bool(bulge) and (is_closed or k + 1 < len(data))
-        if not is_arc:
-            points.append(np.array([[x, y]]))
-            curve.append(np.zeros(1, dtype=np.bool_))
-            continue
-        arc = _bulge(np.array([x, y]), following[k, :2], float(bulge))
-        points.append(arc)
-        curve.append(np.ones(len(arc), dtype=np.bool_))
-    return np.concatenate(points), np.concatenate(curve)
-
-
-def _bulge(start: Array, end: Array, bulge: float) -> Array:
-    """Return points of an arc without its end; ``bulge`` is the tangent of a quarter of it."""
-    sweep = 4.0 * math.atan(bulge)
-    chord = end - start
-    normal = np.array([-chord[1], chord[0]])
-    centre = 0.5 * (start + end) + normal * (1.0 - bulge**2) / (4.0 * bulge)
-    steps = max(math.ceil(abs(sweep) / _ARC_STEP), 4)
-    angle = np.linspace(0.0, sweep, steps, endpoint=False)
-    cos, sin = np.cos(angle), np.sin(angle)
-    x, y = start - centre
-    points: Array = centre + np.column_stack([x * cos - y * sin, x * sin + y * cos])
-    return points
-
-
-def _width(entity: Any) -> float:
-    if entity.dxf.const_width:
-        return float(entity.dxf.const_width)
-    widths = np.array(entity.get_points('se'), dtype=np.float64)
-    return float(np.median(widths)) if widths.size else 0.0
-
-
-def _old_polyline(entity: Any) -> tuple[list[Ring], float]:
-    if entity.is_poly_face_mesh or entity.is_polygon_mesh:
-        faces = [p for p in _tolerant(entity.virtual_entities()) if p.dxftype() == '3DFACE']
-        return [Ring(_face(face), is_closed=True) for face in faces], 0.0
-    data = np.array(
-        [(*v.dxf.location, v.dxf.get('bulge', 0.0)) for v in entity.vertices], dtype=np.float64
-    ).reshape(-1, 4)
-    if not len(data):
-        return [], 0.0
-    points, is_curve = _bulged(data[:, [0, 1, 3]], entity.is_closed)
-    height = np.full((len(points), 1), data[0, 2])
-    places = np.hstack([points, height])
-    ring = Ring(
-        _to_world(entity, places) if entity.is_2d_polyline else points, is_curve, entity.is_closed
-    )
-    return [ring], float(entity.dxf.get('default_start_width', 0.0))
-
-
-def _curve(entity: Any) -> Ring:
-    from ezdxf.path import make_path
-
-    path = make_path(entity)
-    controls = np.array([(v.x, v.y) for v in path.control_vertices()])
-    size = float(np.ptp(controls, axis=0).max()) if len(controls) else 0.0
-    points = [
-        (v.x, v.y) for v in path.flattening(max(_CURVE_SHARE * 0.1 * size, 1e-9), segments=8)
-    ]
-    return Ring(np.array(points), is_curve=True)
-
-
-_OUTLINES = {
-    'LINE': _line,
-    'ARC': _arc,
-    'CIRCLE': _arc,
-    'ELLIPSE': _curve,
-    'SPLINE': _curve,
-    'HELIX': _curve,
-}
-
-
-def _face(entity: Any) -> Array:
-    corners = entity.wcs_vertices()
-    return np.array([(p.x, p.y) for p in corners])
-
-
 def _add_polygon(reader: _Reader, entity: Any, kind: str, paint: Paint) -> None:
-    ring = Ring(_face(entity), is_closed=True)
+    ring = Ring(corners_of(entity), is_closed=True)
     if kind == '3DFACE':
         reader.builder.add([ring], paint)
     else:

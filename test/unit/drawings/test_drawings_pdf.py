@@ -17,7 +17,8 @@ from plan_files import (
 import pytest
 
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.pdf import POINT_M, merge_labels
+from fpnet_core.drawings.page_texts import merge_labels
+from fpnet_core.drawings.pdf import POINT_M
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
