@@ -68,7 +68,8 @@ class Finder:
         Match, propose, verify and judge: all placements worth knowing, most probable first.
 
         Where what the graph proposes leads to no claim, the rasters propose as well; where that
-        leads to none either and ``search`` doubts the stated scale, both do beyond it.
+        leads to none either, or to one held at the bounds of the scales to try, and ``search``
+        doubts what was stated, both do beyond it.
 
         Parameters
         ----------
@@ -86,7 +87,9 @@ class Finder:
             if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
-        if found.verdict.best >= limit or search.misstated is None:
+        best = found.estimates.take(slice(1))
+        is_sure = found.verdict.best >= limit and search.is_within(best.scale).all()
+        if is_sure or search.misstated is None:
             return found
         with timer.stage('misstated'):
             return self._doubted(plan, sub, found, search, tracked, robot_xy)
@@ -136,7 +139,9 @@ class Finder:
         doubt = self._judged(plan, sub, placed, match, wide, StageTimer())
         scale = doubt.placements.scale
         beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
-        both = self.judge.with_doubt(found.verdict, beyond, search.log_odds)
+        # What was held at the bounds has been let go of in the doubt.
+        stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
+        both = self.judge.with_doubt(stated, beyond, search.log_odds)
         distinct = both.placements.distinct(
             compared_at(sub.evidence, robot_xy),
             self.config.pose.distinct_m,

@@ -300,7 +300,7 @@ class Localizer:
                 mirrored,
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
-                scales=search.bounds,
+                scales=plan.scale.tolerated,
             )
             self._tracked = belief.judged.take(slice(_FOLLOWED)) @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None

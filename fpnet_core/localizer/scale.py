@@ -167,6 +167,11 @@ class ScaleTracker:
             return self._wide.misstated
         return self._wide
 
+    @property
+    def tolerated(self) -> tuple[float, float]:
+        """Smallest and largest mean scale that agree with what was stated."""
+        return self._wide.bounds
+
     def forget(self) -> None:
         """Start anew: a claim was lost, and it may have been the scale that was wrong."""
         self._seen.clear()
