@@ -67,9 +67,9 @@ class Finder:
         """
         Match, propose, verify and judge: all placements worth knowing, most probable first.
 
-        Where what the graph proposes leads to no claim, the rasters propose as well; where that
-        leads to none either, or to one held at the bounds of the scales to try, and ``search``
-        doubts what was stated, both do beyond it.
+        Where what the graph proposes leads to no claim, the rasters propose as well. Where
+        ``search`` doubts what was stated, both propose beyond it, too: what fits within may fit
+        better there.
 
         Parameters
         ----------
@@ -87,9 +87,7 @@ class Finder:
             if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
-        best = found.estimates.take(slice(1))
-        is_sure = found.verdict.best >= limit and search.is_within(best.scale).all()
-        if is_sure or search.misstated is None:
+        if search.misstated is None:
             return found
         with timer.stage('misstated'):
             return self._doubted(plan, sub, found, search, tracked, robot_xy)
