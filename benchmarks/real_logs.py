@@ -7,8 +7,9 @@ Run: python benchmarks/real_logs.py ../shared/data/radish [--set KEY=VALUE ...] 
 
 Both buildings are in the report half. The drawings are off by up to 20 percent, x against y by up
 to 11, and nobody says so: the configuration is the default one but for a tick each ten seconds.
-Errors are in the log's own metres against a fitted, not surveyed, placement. ``best_over_time`` says of every tick what
-the best placement is worth, claimed or not: ``[error m, probability, agreement]``.
+Errors are in the log's own metres against a fitted, not surveyed, placement. ``best_over_time``
+says of every tick what the best placement is worth, claimed or not: ``[error m, probability,
+agreement]``.
 """
 
 import argparse
