@@ -50,12 +50,6 @@ class Verdict:
             weights=self.weights[index],
         )
 
-    def gaining(self, index: int, weight: float) -> Verdict:
-        """Return the verdict where one placement takes over what another is worth."""
-        weights = self.weights.copy()
-        weights[index] = np.logaddexp(weights[index], weight)
-        return replace(self, weights=weights)
-
     @property
     def best(self) -> float:
         """Probability of the best placement, 0 without any."""

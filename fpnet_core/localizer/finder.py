@@ -139,19 +139,12 @@ class Finder:
         beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
         # What was held at the bounds has been let go of in the doubt.
         stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
-        at, config = compared_at(sub.evidence, robot_xy), self.config.pose
-        alike = _alike(beyond, stated, at, config.distinct_m)
-        if alike is not None:
-            pair = stated.placements.take(slice(1)).joined(
-                beyond.placements.take(slice(alike, alike + 1))
-            )
-            rivals = self._judged(plan, sub, pair, match, wide, StageTimer())
-            if search.prefers_beyond(rivals.placements.scale, rivals.weights):
-                # One place, which is worth what both are, at the scale that fits it better.
-                beyond = beyond.gaining(alike, stated.weights[0] - search.log_odds)
-                stated = stated.of(np.arange(1, len(stated.placements)))
         both = self.judge.with_doubt(stated, beyond, search.log_odds)
-        distinct = both.placements.distinct(at, config.distinct_m, config.max_estimates)
+        distinct = both.placements.distinct(
+            compared_at(sub.evidence, robot_xy),
+            self.config.pose.distinct_m,
+            self.config.pose.max_estimates,
+        )
         return Comparison(match, self.judge.reduced(both, distinct))
 
     def follow(
@@ -224,21 +217,6 @@ class Finder:
     ) -> Verdict:
         with timer.stage('judge'):
             return self.judge.judge(plan, sub, found, match, search.log_range)
-
-
-def _alike(
-    verdict: Verdict, other: Verdict, at: NDArray[np.float64], distinct_m: float
-) -> int | None:
-    """
-    Return the best placement of ``verdict`` that is where the best of ``other`` is, if any.
-
-    ``at (P, 2)`` are the points of the submap at which placements are compared.
-    """
-    if not (len(verdict.placements) and len(other.placements)):
-        return None
-    apart = verdict.placements.apply(at) - other.placements.take(slice(1)).apply(at)
-    alike = np.flatnonzero(np.linalg.norm(apart, axis=2).mean(axis=1) <= distinct_m)
-    return int(alike[0]) if len(alike) else None
 
 
 def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:

@@ -88,11 +88,6 @@ class ScaleSearch:
         low, high = self.bounds
         return np.asarray((scale > low * (1.0 + _AT_EDGE)) & (scale < high / (1.0 + _AT_EDGE)))
 
-    def prefers_beyond(self, scale: Array, weights: Array) -> bool:
-        """Tell whether the best of rivals ``(C,)``, by their log odds, has a misstated scale."""
-        is_beyond = ~self.is_within(scale)
-        return bool(is_beyond[np.argmax(weights + self.log_odds * is_beyond)])
-
     @classmethod
     def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:
         """Return the search of isotropic scales ``factors (L,)``."""

@@ -67,12 +67,6 @@ def test_a_doubt_takes_what_it_is_worth():
     assert certain.best == pytest.approx(stated.best)
 
 
-def test_one_place_is_worth_what_both_of_its_placements_are():
-    found = verdict(Judge(BLIND, 0.99), [2.0, 1.0])
-    assert np.exp(found.gaining(1, 2.0).weights[1]) == pytest.approx(np.exp(1.0) + np.exp(2.0))
-    np.testing.assert_allclose(found.weights, [2.0, 1.0])
-
-
 def test_placements_that_say_the_same_can_be_left_out():
     judge = Judge(BLIND, 0.99)
     found = verdict(judge, [2.0, 2.0, -5.0])

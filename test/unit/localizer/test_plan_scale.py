@@ -136,13 +136,6 @@ def test_a_scale_that_was_held_at_the_bounds_is_not_within_them():
     )
 
 
-def test_a_misstated_scale_is_preferred_only_where_it_fits_better_by_more_than_it_is_improbable():
-    search = ScaleTracker('approximate', CONFIG).search
-    scales = np.array([1.0, 1.25])
-    assert not search.prefers_beyond(scales, np.array([2.0, 2.0 - search.log_odds - 0.1]))
-    assert search.prefers_beyond(scales, np.array([2.0, 2.0 - search.log_odds + 0.1]))
-
-
 def test_a_claim_beyond_what_was_stated_goes_on_there_until_it_is_lost():
     tracker = ScaleTracker('approximate', CONFIG)
     tracker.follow(placement(1.22 * np.eye(2)), SLIVER)
