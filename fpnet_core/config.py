@@ -118,7 +118,8 @@ class LocalizerConfig(Section):
     )
     scale_policy: ScalePolicy = Field(
         'approximate',
-        description='Scale of the plan: trusted, within pose.scale_tolerance, or unknown.',
+        description='Scale of the plan: trusted; approximate, within pose.scale_tolerance unless '
+        'it fits better beyond; or unknown.',
     )
     search_every_ticks: int = Field(
         30, ge=1, description='While surely localized, ticks between searches of the whole plan.'

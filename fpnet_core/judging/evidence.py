@@ -65,6 +65,10 @@ class Evidence:
         """Return the evidence of the placements at ``index`` in that order."""
         return Evidence(self.figures[index], self.context)
 
+    def joined(self, other: Evidence) -> Evidence:
+        """Return the evidence of both's placements, in the context of this one."""
+        return Evidence(np.concatenate([self.figures, other.figures]), self.context)
+
     def of(self, name: str) -> NDArray[np.float32]:
         """Return one figure of every placement, ``(C,)``."""
         return self.figures[:, FIGURES.index(name)]

@@ -41,6 +41,15 @@ class Verdict:
     foreign: float
     mirror: float = 0.0
 
+    def of(self, index: NDArray[np.int64]) -> Verdict:
+        """Return the verdict on the placements at ``index`` only, as it stands."""
+        return replace(
+            self,
+            placements=self.placements.take(index),
+            evidence=self.evidence.take(index),
+            weights=self.weights[index],
+        )
+
     @property
     def best(self) -> float:
         """Probability of the best placement, 0 without any."""
@@ -134,6 +143,24 @@ class Judge:
     def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict where all placements but those at ``index`` are ruled out."""
         return self.weighed(verdict.placements.take(index), verdict.evidence.take(index))
+
+    def reduced(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
+        """Return the verdict without placements that say the same as those at ``index``."""
+        kept = verdict.of(index)
+        return self.verdict(kept.placements, kept.evidence, kept.weights, kept.none_weight)
+
+    def with_doubt(self, stated: Verdict, doubt: Verdict, log_odds: float) -> Verdict:
+        """
+        Return one verdict on the placements of two, which rest on different hypotheses.
+
+        ``log_odds`` are those of what ``doubt`` supposes against what ``stated`` does.
+        """
+        return self.verdict(
+            stated.placements.joined(doubt.placements),
+            stated.evidence.joined(doubt.evidence),
+            np.append(stated.weights, doubt.weights + log_odds),
+            float(np.logaddexp(stated.none_weight, doubt.none_weight + log_odds)),
+        )
 
     def against_mirror(self, drawn: Verdict, mirrored: Verdict, log_odds: float) -> Verdict:
         """

@@ -245,8 +245,11 @@ def _scale(verdict: Verdict, look: Look) -> str:
     edge = 1.0 + _AT_EDGE
     if not 0.0 < low * edge**2 < high < math.inf or low * edge < scale < high / edge:
         return ''
+    said = f'{scale:.2f} times the stated scale'
+    if not low / edge < scale < high * edge:
+        return said  # what was stated was doubted
     limit = 'least' if scale <= low * edge else 'most'
-    return f'{scale:.2f} times the stated scale, the {limit} that was searched'
+    return f'{said}, the {limit} that was searched'
 
 
 def _bent(verdict: Verdict) -> str:

@@ -147,7 +147,7 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
 
 
 def _of_look(found: Findings, look: Compared) -> Findings:
-    factors = look.search.factors
+    factors = (look.search.misstated or look.search).factors
     return replace(
         found,
         walls_m=look.sub.evidence.wall_length_m,

@@ -16,7 +16,13 @@ from fpnet_core.judging import Judge, Verdict
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import RobotXY, StageTimer
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import MapSide, propose, select_promising, verified_estimates
+from fpnet_core.pose import (
+    MapSide,
+    compared_at,
+    propose,
+    select_promising,
+    verified_estimates,
+)
 from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
 from fpnet_core.types import MatchResult
@@ -61,7 +67,9 @@ class Finder:
         """
         Match, propose, verify and judge: all placements worth knowing, most probable first.
 
-        Where what the graph proposes leads to no claim, the rasters propose as well.
+        Where what the graph proposes leads to no claim, the rasters propose as well. Where
+        ``search`` doubts what was stated, both propose beyond it, too: what fits within may fit
+        better there.
 
         Parameters
         ----------
@@ -79,7 +87,10 @@ class Finder:
             if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
-        return found
+        if search.misstated is None:
+            return found
+        with timer.stage('misstated'):
+            return self._doubted(plan, sub, found, search, tracked, robot_xy)
 
     def looks(
         self,
@@ -107,6 +118,34 @@ class Finder:
         with timer.stage('raster'):
             found = self._widened(plan, sub, verdict.placements, search, robot_xy)
         yield Comparison(match, self._judged(plan, sub, found, match, search, timer))
+
+    def _doubted(
+        self,
+        plan: MapSide,
+        sub: MapSide,
+        found: Comparison,
+        search: ScaleSearch,
+        tracked: Placements | None,
+        robot_xy: RobotXY,
+    ) -> Comparison:
+        """Return ``found`` with the placements that a scale beyond what was stated leads to."""
+        wide, match = search.misstated, found.match
+        assert wide is not None  # the caller has looked
+        known = found.estimates if tracked is None else tracked.joined(found.estimates)
+        promising = known.joined(self._proposed(plan, sub, match, wide))
+        placed = self._widened(plan, sub, promising, wide, robot_xy)
+        doubt = self._judged(plan, sub, placed, match, wide, StageTimer())
+        scale = doubt.placements.scale
+        beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
+        # What was held at the bounds has been let go of in the doubt.
+        stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
+        both = self.judge.with_doubt(stated, beyond, search.log_odds)
+        distinct = both.placements.distinct(
+            compared_at(sub.evidence, robot_xy),
+            self.config.pose.distinct_m,
+            self.config.pose.max_estimates,
+        )
+        return Comparison(match, self.judge.reduced(both, distinct))
 
     def follow(
         self,

@@ -18,7 +18,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.judging import Verdict
 from fpnet_core.localizer.finder import Finder
-from fpnet_core.localizer.scale import ScaleTracker
+from fpnet_core.localizer.scale import ScaleSearch, ScaleTracker
 from fpnet_core.localizer.sides import (
     StageTimer,
     plan_side,
@@ -73,7 +73,12 @@ class Floorplan:
         return 0.5 * self.working.evidence.free_area_m2
 
     def mirrored(
-        self, sub: MapSide, explored_area_m2: float, finder: Finder, timer: StageTimer
+        self,
+        sub: MapSide,
+        explored_area_m2: float,
+        search: ScaleSearch,
+        finder: Finder,
+        timer: StageTimer,
     ) -> Verdict:
         """Return the verdict on a submap's placements on the drawing's mirror image."""
         with timer.stage('mirror'):
@@ -81,9 +86,7 @@ class Floorplan:
                 grid = self.working.segmentation.grid
                 self._mirrored = prepare_plan(grid.mirrored(), self._config)
             # Its stages are not the drawing's.
-            found = finder.find(
-                self._mirrored, sub, explored_area_m2, self.scale.search, StageTimer()
-            )
+            found = finder.find(self._mirrored, sub, explored_area_m2, search, StageTimer())
         return found.verdict
 
     def to_working(self, T_plan_base: SE2) -> SE2:

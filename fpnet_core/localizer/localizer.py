@@ -23,6 +23,7 @@ from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_w
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import (
     RobotXY,
@@ -261,11 +262,16 @@ class Localizer:
         timer: StageTimer,
     ) -> LocalizerOutput:
         tracked = self._tracked @ submap.T_odom_submap
-        searched, result = self._placed(plan, submap, tracked, robot_xy, segmenter, timer)
+        doubts = self._tracker.wants_mirror
+        search = plan.scale.search if doubts else plan.scale.search.as_stated
+        searched, result = self._placed(plan, submap, tracked, search, robot_xy, segmenter, timer)
         sub = searched.sub
         mirrored = None
-        if self._tracker.wants_mirror:
-            mirrored = plan.mirrored(sub, submap.free_area_m2, self._finder, timer)
+        if doubts:
+            found = result.estimates.take(slice(1)).scale
+            # A drawing both flipped and misstated matters only as a misstated one's rival.
+            alike = search.as_stated if search.is_within(found).all() else search
+            mirrored = plan.mirrored(sub, submap.free_area_m2, alike, self._finder, timer)
         A_submap_odom = submap.T_odom_submap.inv()
         with self._lock:
             if epoch != self._epoch:  # overtaken: the tracker is that of a later plan or frame
@@ -274,7 +280,6 @@ class Localizer:
             if self._hint is not None:
                 agreeing = self._hint.agreeing(verdict.placements, A_submap_odom)
                 verdict = self._finder.judge.narrowed(verdict, agreeing)
-            search = plan.scale.search
             belief = self._tracker.update(
                 verdict,
                 sub.evidence,
@@ -282,7 +287,7 @@ class Localizer:
                 mirrored,
                 robot_xy,
                 needs_news=self._hint is None and submap.free_area_m2 < plan.half_area_m2,
-                scales=search.bounds,
+                scales=plan.scale.tolerated,
             )
             self._tracked = belief.judged.take(slice(_FOLLOWED)) @ A_submap_odom
             self._searched = searched if self._tracker.is_settled else None
@@ -301,6 +306,7 @@ class Localizer:
         plan: Floorplan,
         submap: Submap,
         tracked: Placements,
+        search: ScaleSearch,
         robot_xy: RobotXY,
         segmenter: SubmapSegmenter,
         timer: StageTimer,
@@ -309,11 +315,11 @@ class Localizer:
         last = self._searched
         if last is not None and last.holds(submap, self._config.localizer):
             return last.followed(
-                self._finder, plan.working, submap, tracked, timer, plan.scale.search, robot_xy
+                self._finder, plan.working, submap, tracked, timer, search, robot_xy
             )
         sub = prepare_submap(submap, segmenter, timer)
         result = self._finder.find(
-            plan.working, sub, submap.free_area_m2, plan.scale.search, timer, tracked, robot_xy
+            plan.working, sub, submap.free_area_m2, search, timer, tracked, robot_xy
         )
         return Searched(sub, result.match, submap.free_area_m2), result
 

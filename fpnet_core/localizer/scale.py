@@ -27,6 +27,14 @@ Array = NDArray[np.float64]
 _SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
 _INTERVALS_TRIED = 1.25  # times the 90 % interval: one scale in ten lies outside of it
 _MOST_TRIED = 2.2  # beyond this factor nothing is tried, however little is known
+_STATED_SCATTER = 0.010
+"""
+Stated scales are mostly right and now and then far off: their errors, as logarithms, scatter like
+a Cauchy distribution of this width. Fitted to the tune half's drawings (``benchmarks/
+stated_scales.py``); of a Gaussian they would be a thousand times less probable.
+"""
+_MISSTATED = 0.27  # in its logarithm: one stated scale in forty is further off, and not found
+_AT_EDGE = 0.01  # numerical: a scale as near to the bounds has been held there
 _KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
 _LOCK_TICKS = 5  # claimed ticks whose estimates are compared
 _LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
@@ -40,12 +48,15 @@ class ScaleSearch:
 
     ``stretches (L, 2, 2)`` are symmetric, plan metres per submap metre; ``strain_sigma`` is the
     standard deviation of what refinement adds. ``bounds`` are the smallest and largest mean scale
-    that a placement may have.
+    that a placement may have. ``misstated`` is what is tried beyond them where nothing within them
+    is claimed, at ``log_odds`` [nats] of a stated scale being so far off.
     """
 
     stretches: Array
     strain_sigma: float
     bounds: tuple[float, float] = (0.0, np.inf)
+    misstated: ScaleSearch | None = None
+    log_odds: float = 0.0
 
     def __len__(self) -> int:
         """Count the stretches."""
@@ -67,6 +78,16 @@ class ScaleSearch:
         """Logarithm of the largest over the smallest mean scale."""
         return float(np.log(self.factors.max() / self.factors.min()))
 
+    @property
+    def as_stated(self) -> ScaleSearch:
+        """Return the search that does not doubt what was stated."""
+        return replace(self, misstated=None)
+
+    def is_within(self, scale: Array) -> NDArray[np.bool_]:
+        """Tell which mean scales ``(C,)`` lie within the bounds, and were not held there."""
+        low, high = self.bounds
+        return np.asarray((scale > low * (1.0 + _AT_EDGE)) & (scale < high / (1.0 + _AT_EDGE)))
+
     @classmethod
     def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:
         """Return the search of isotropic scales ``factors (L,)``."""
@@ -84,6 +105,16 @@ def tolerant_search(scale_tolerance: float, config: PoseConfig) -> ScaleSearch:
     factors = allowed_scales(scale_tolerance)
     search = ScaleSearch.of_factors(factors, config.strain_sigma)
     return replace(search, bounds=(float(factors[0]), float(factors[-1])))
+
+
+def doubting(search: ScaleSearch, config: PoseConfig) -> ScaleSearch:
+    """Return a search within a tolerance that also knows what to try if the scale is misstated."""
+    farthest = tolerant_search(float(np.expm1(_MISSTATED)), config)
+    tolerated, reach = (np.log(each.bounds[1]) for each in (search, farthest))
+    if reach <= tolerated:
+        return search
+    within, in_reach = (np.arctan(each / _STATED_SCATTER) for each in (tolerated, reach))
+    return replace(search, misstated=farthest, log_odds=float(np.log(in_reach / within - 1.0)))
 
 
 def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig) -> ScaleSearch:
@@ -125,18 +156,27 @@ class ScaleTracker:
         self._is_fixed = policy == 'trusted'
         self._seen: deque[Array] = deque(maxlen=_LOCK_TICKS)
         self.estimate: PlanScale | None = None
+        self._is_misstated = False  # a claim stands beyond what was stated
 
     @property
     def search(self) -> ScaleSearch:
         """What the next tick should try."""
         if self.estimate is not None and self.estimate.is_locked:
             return ScaleSearch(self.estimate.stretch[None], _KNOWN_STRAIN)
+        if self._is_misstated and self._wide.misstated is not None:
+            return self._wide.misstated
         return self._wide
+
+    @property
+    def tolerated(self) -> tuple[float, float]:
+        """Smallest and largest mean scale that agree with what was stated."""
+        return self._wide.bounds
 
     def forget(self) -> None:
         """Start anew: a claim was lost, and it may have been the scale that was wrong."""
         self._seen.clear()
         self.estimate = None
+        self._is_misstated = False
 
     def follow(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> None:
         """
@@ -149,6 +189,8 @@ class ScaleTracker:
         if self._is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return
         self._seen.append(A_plan_submap.stretch)
+        scale = np.sqrt(np.linalg.det(A_plan_submap.stretch))
+        self._is_misstated |= not self._wide.is_within(scale)
         mean = np.mean(self._seen, axis=0)
         off_m = max(_DRAWING_SIGMA_M, bend_m)
         sigma = max(self._scatter(mean), off_m / _extent_m(A_plan_submap, walls))
@@ -167,7 +209,7 @@ def first_search(
     if policy == 'trusted':
         return ScaleSearch.of_factors(np.ones(1), min(_KNOWN_STRAIN, config.strain_sigma))
     if policy == 'approximate':
-        return tolerant_search(config.scale_tolerance, config)
+        return doubting(tolerant_search(config.scale_tolerance, config), config)
     return estimated_search(estimate, STATED_SCALE, config)
 
 

@@ -82,8 +82,8 @@ class DriveSource:
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])
             for plan in (own, *foreign):
                 found = finder.find(
-                    plan.working, sub, submap.free_area_m2, plan.scale.search, StageTimer(),
-                    robot_xy=robot_xy,
+                    plan.working, sub, submap.free_area_m2, plan.scale.search.as_stated,
+                    StageTimer(), robot_xy=robot_xy,
                 )  # fmt: skip
                 if len(found.estimates):
                     right = np.zeros(len(found.estimates), dtype=np.bool_)

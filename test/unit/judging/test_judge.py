@@ -54,6 +54,27 @@ def test_the_mirror_image_takes_what_it_is_worth():
     assert judge.against_mirror(drawn, verdict(judge, [-9.0]), 7.0).best > 0.98
 
 
+def test_a_doubt_takes_what_it_is_worth():
+    judge = Judge(BLIND, 0.99)
+    stated, doubt = verdict(judge, [2.0]), verdict(judge, [8.0, 1.0], none=3.0)
+    both = judge.with_doubt(stated, doubt, -6.0)
+    np.testing.assert_allclose(both.weights, [2.0, 2.0, -5.0])
+    assert np.exp(both.none_weight) == pytest.approx(np.exp(-5.0) + np.exp(-3.0))
+    p = both.placements.probability
+    assert p.sum() + both.none + both.foreign == pytest.approx(1.0)
+    assert p[0] == pytest.approx(p[1])
+    certain = judge.with_doubt(stated, doubt, -60.0)
+    assert certain.best == pytest.approx(stated.best)
+
+
+def test_placements_that_say_the_same_can_be_left_out():
+    judge = Judge(BLIND, 0.99)
+    found = verdict(judge, [2.0, 2.0, -5.0])
+    one = judge.reduced(found, np.array([0, 2]))
+    assert len(one.placements) == len(one.evidence) == 2
+    assert one.best > 0.98 > 0.51 > found.best
+
+
 def test_what_is_ruled_out_leaves_the_rest():
     judge = Judge(BLIND, 0.99)
     found = verdict(judge, [3.0, 3.0])

@@ -9,6 +9,7 @@ import pytest
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, Affine2D, angle_between
+from fpnet_core.judging.deform import deform, patches_of
 from fpnet_core.localizer.anchor import Anchor
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import FREE, OCCUPIED, GridMap
@@ -32,7 +33,10 @@ CORRIDOR = outline((-20.0, 2.0), (40.0, 4.0))
 
 @cache
 def plan(name):
-    walls = {'room': ROOM, 'corridor': CORRIDOR}[name]
+    return plan_of({'room': ROOM, 'corridor': CORRIDOR}[name])
+
+
+def plan_of(walls):
     corner = np.array([-25.0, -5.0])
     cells = np.full((400, 1400), FREE, dtype=np.int8)
     col, row = np.floor((walls - corner) / CELL_M).astype(int).T
@@ -80,6 +84,23 @@ def test_along_a_corridor_odometry_decides():
     x, y = anchored.apply(robot)
     assert abs(x - 5.0) < 0.02
     assert abs(y - 3.0) < 0.1
+
+
+@pytest.mark.parametrize('off_m', [0.25, 0.5])
+def test_the_pose_goes_where_the_judge_bends_the_drawing(off_m):
+    """Half of a building is drawn too far to the right."""
+    off, far = np.array([off_m, 0.0]), ROOM + np.array([20.0, 0.0])
+    seen, drawn = np.vstack([ROOM, far - off]), plan_of(np.vstack([ROOM, far]))
+    patches = patches_of(seen, plan_of(seen))
+    bent = deform(drawn, drawn.A_rc_xy[None], seen, patches)
+    shift_m = bent.shift_cells[0, patches.of_wall] @ np.linalg.inv(drawn.A_rc_xy[:, :2]).T
+    upright = np.isclose(seen[:, 0] % 20.0, 2.0) | np.isclose((seen[:, 0] + off_m) % 20.0, 2.0)
+    is_far = seen[:, 0] > 15.0
+    robot = ROBOT + np.array([20.0, 0.0]) - off
+    anchored = Anchor(FpnetConfig()).follow(drawn, seen[is_far], TRUTH, robot)
+    np.testing.assert_allclose(shift_m[upright & ~is_far].mean(axis=0), 0.0, atol=0.1)
+    np.testing.assert_allclose(shift_m[upright & is_far].mean(axis=0), off, atol=0.15)
+    np.testing.assert_allclose(anchored.apply(robot) - robot, off, atol=0.15)
 
 
 def test_few_returns_say_nothing():

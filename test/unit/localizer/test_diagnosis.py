@@ -77,7 +77,7 @@ def test_a_mirrored_plan(matcher):
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --mirrored'
 
 
-@pytest.mark.parametrize('factor', [1.5, 0.6])
+@pytest.mark.parametrize('factor', [1.5, 0.6])  # nearer ones are found all the same
 def test_a_plan_at_another_scale(matcher, factor):
     plan = rescaled(plan_grid(), factor)
     causes = explained(drive_on(plan, matcher), plan, matcher)

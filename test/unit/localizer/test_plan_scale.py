@@ -113,10 +113,57 @@ def test_a_lost_claim_takes_the_lock_with_it():
     assert len(tracker.search) > 1
 
 
+def test_a_stated_scale_is_doubted_at_the_odds_of_its_being_so_wrong():
+    search = ScaleTracker('approximate', CONFIG).search
+    farther = ScaleTracker(
+        'approximate', CONFIG.model_copy(update={'scale_tolerance': 0.2})
+    ).search
+    assert search.bounds[1] < search.misstated.bounds[1] < 1.4
+    assert -6.0 < farther.log_odds < search.log_odds < -2.0
+    assert search.as_stated.misstated is None
+    for settings in ('trusted', CONFIG), ('unknown', CONFIG):
+        assert ScaleTracker(*settings).search.misstated is None
+    told = CONFIG.model_copy(update={'scale_tolerance': 0.4})
+    assert ScaleTracker('approximate', told).search.misstated is None
+
+
+def test_a_scale_that_was_held_at_the_bounds_is_not_within_them():
+    search = ScaleTracker('approximate', CONFIG).search
+    low, high = search.bounds
+    scales = np.array([low, 1.02 * low, 1.0, 0.98 * high, high, 1.2 * high])
+    np.testing.assert_array_equal(
+        search.is_within(scales), [False, True, True, True, False, False]
+    )
+
+
+def test_a_claim_beyond_what_was_stated_goes_on_there_until_it_is_lost():
+    tracker = ScaleTracker('approximate', CONFIG)
+    tracker.follow(placement(1.22 * np.eye(2)), SLIVER)
+    assert tracker.search.bounds[1] > 1.25
+    assert tracker.search.misstated is None
+    tracker.forget()
+    assert tracker.search.bounds[1] < 1.2
+
+
 class IndifferentMatcher:
     def match(self, plan, sub, explored_area_m2):
         even = np.full((len(plan), len(sub)), 0.01)
         return MatchResult(np.zeros((0, 2)), np.zeros(0), even)
+
+
+@pytest.mark.parametrize('factor', [0.8, 1.22])
+def test_a_misstated_scale_is_found_out(factor):
+    localizer = Localizer(load_config(), IndifferentMatcher())
+    localizer.set_plan(rescaled(plan_grid(), factor))
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % 5 == 4:
+            output = localizer.tick(stamp_ns)
+    assert output.status is Status.LOCALIZED
+    assert f'{output.estimates.scale[0]:.2f} times the stated scale' in output.reason
+    assert output.estimates.scale[0] == pytest.approx(factor, rel=0.02)
+    in_building = A_BUILDING_PLAN.apply(localizer.pose(recorded()[-1][1]).translation / factor)
+    assert np.linalg.norm(in_building - drive()[-1][:2]) < 0.3
 
 
 def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
