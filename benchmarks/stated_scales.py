@@ -21,22 +21,22 @@ import numpy as np
 from scipy import optimize, stats
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.evaluation.robot_pairs import (
-    BANDS,
-    foreign_drawings,
-    read_drawings,
-    read_robot_pairs,
-    varied,
-)
 from fpnet_core.geometry import Affine2D
 from fpnet_core.judging import Judge
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.maps import cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.metrics import placement_error
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.training import use_threads
+from fpnet_lab.evaluation.robot_pairs import (
+    BANDS,
+    foreign_drawings,
+    read_drawings,
+    read_robot_pairs,
+    varied,
+)
+from fpnet_lab.metrics import placement_error
+from fpnet_lab.training import use_threads
 
 SCATTER, WRONG = 0.02, (0.1, 0.23)  # logarithms
 RIGHT_DIAGONALS, RIGHT_DEG, RIGHT_SCALE = 0.03, 5.0, 0.1

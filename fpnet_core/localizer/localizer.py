@@ -25,17 +25,8 @@ from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.search import Searched
-from fpnet_core.localizer.sides import (
-    RobotXY,
-    StageTimer,
-    prepare_submap,
-)
-from fpnet_core.localizer.state import (
-    LocalizerState,
-    plan_fingerprint,
-    read_state,
-    write_state,
-)
+from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
+from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_state, write_state
 from fpnet_core.localizer.surroundings import Surroundings
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide

@@ -162,7 +162,9 @@ def test_a_misstated_scale_is_found_out(factor):
     assert output.status is Status.LOCALIZED
     assert f'{output.estimates.scale[0]:.2f} times the stated scale' in output.reason
     assert output.estimates.scale[0] == pytest.approx(factor, rel=0.02)
-    in_building = A_BUILDING_PLAN.apply(localizer.pose(recorded()[-1][1]).translation / factor)
+    in_building = A_BUILDING_PLAN.apply(
+        localizer.output.pose(recorded()[-1][1]).translation / factor
+    )
     assert np.linalg.norm(in_building - drive()[-1][:2]) < 0.3
 
 
