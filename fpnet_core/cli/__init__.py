@@ -87,6 +87,9 @@ COMMANDS = {
     'train-scale': Subcommand(
         'fpnet_core.cli.train_scale', 'Train what tells the scale of a drawing or a map.'
     ),
+    'train-walls': Subcommand(
+        'fpnet_core.cli.train_walls', 'Train the network that reads walls from pictures.'
+    ),
 }
 
 

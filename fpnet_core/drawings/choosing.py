@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.building import cells_of, inside_of_lines
 from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
+from fpnet_core.drawings.learned import Trust, see_building
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import find_building
 from fpnet_core.drawings.straighten import map_points
@@ -26,6 +27,9 @@ from fpnet_core.io.images import interpret
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
+import os
+
+WAYS = os.environ.get('WAYS', 'both')
 Box = tuple[int, int, int, int]
 
 _FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
@@ -60,6 +64,7 @@ class Found:
     chosen: int = 0
     dropped: tuple[Dropped, ...] = ()
     is_straightened: bool = False
+    trust: Trust | None = None
 
 
 def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -75,6 +80,11 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     plain = None if options.storey else _best_plain(pictures, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
+    if WAYS != 'classical':
+        for picture in pictures:
+            seen = _seen(picture, options, config)
+            if seen is not None and (WAYS == 'network' or seen.probability > _PLAIN_SURE):
+                return seen
     found: tuple[Candidate, float] | None = None
     for picture in pictures:
         other = _most_plausible(picture, options, config)
@@ -122,6 +132,27 @@ def _best_plain(
     found = (_plain(picture, options, config) for picture in pictures)
     known = [plain for plain in found if plain is not None]
     return max(known, key=lambda plain: plain.probability, default=None)
+
+
+def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+    """Return the reading by the network; None where it sees no building."""
+    view = view_of(pixels, options.crop)
+    seen = see_building(view, options.storey)
+    if seen is None:
+        return None
+    segmentation, _ = _rooms_of(seen.cells, NOMINAL_M, config)
+    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
+    return Found(
+        cells=seen.cells,
+        H_cell_pixel=seen.H_cell_pixel,
+        segmentation=segmentation,
+        probability=probability(features(segmentation)),
+        how='walls as learned from drawings',
+        storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
+        chosen=seen.chosen,
+        is_straightened=view.is_straightened,
+        trust=seen.trust,
+    )
 
 
 def _most_plausible(

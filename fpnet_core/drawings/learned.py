@@ -1,0 +1,218 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The building on a sheet as a small network sees it, pixel by pixel.
+
+A look at the whole sheet says where the building is; a look at the building alone, as finely as
+the drawing allows, says what is wall, window, doorway and floor. Both looks must agree, and how
+far they do is a figure of trust.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.types import Array
+from fpnet_core.drawings.view import View
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
+Mask = NDArray[np.bool_]
+Box = tuple[int, int, int, int]
+Chances = NDArray[np.float32]
+
+SHEET_PX = 1024
+"""The longer side of the picture in which the network looks for the building."""
+
+BUILDING_PX = 1600
+"""The longer side of the building in the picture that walls are read from, at most."""
+
+_WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
+_STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
+_LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
+_MARGIN = 0.04  # of the building's longer side is looked at around it
+_SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
+_NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
+
+
+@dataclass(frozen=True)
+class Trust:
+    """
+    How sure the network is of a reading; all in [0, 1].
+
+    Parameters
+    ----------
+    certainty : mean probability of the most probable class, over the building
+    wall_certainty : mean probability of what was taken for wall or window
+    unsure : share of the building with no class above 0.8
+    agreement : share of the building's walls in either look that the other one sees, too
+    """
+
+    certainty: float
+    wall_certainty: float
+    unsure: float
+    agreement: float
+
+
+@dataclass(frozen=True, eq=False)
+class SeenBuilding:
+    """
+    A building as the network sees it.
+
+    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
+    them; ``boxes`` are those of all buildings on the sheet in the view's pixels, ``chosen``
+    indexes them.
+    """
+
+    cells: NDArray[np.int8]
+    H_cell_pixel: Array
+    boxes: tuple[Box, ...]
+    chosen: int
+    trust: Trust
+
+
+def see_building(view: View, storey: int | None) -> SeenBuilding | None:
+    """
+    Return the building of a view as the network sees it; None where it sees none.
+
+    ``storey`` is its number from 1, of several on a sheet; None takes the largest.
+
+    Raises
+    ------
+    MapFormatError
+        If there is no such storey.
+    """
+    shape = view.levels.shape
+    sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
+    coarse = _chances(sheet)
+    labels, boxes = _buildings(coarse[OUTSIDE] < 0.5)
+    if not boxes:
+        return None
+    order = _reading_order(boxes)
+    chosen = order.index(0) if storey is None else storey - 1
+    if not 0 <= chosen < len(order):
+        raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
+    S = view.H_view_pixel @ np.linalg.inv(H_sheet_pixel)
+    in_view = tuple(_mapped(S, boxes[k]) for k in order)
+    ground = (labels == order[chosen] + 1).astype(np.float32)
+    picture, H_cell_pixel = view.shown(_widened(in_view[chosen], shape), BUILDING_PX)
+    fine = _chances(picture)
+    H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
+    size = (fine.shape[2], fine.shape[1])
+    near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
+    earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
+    before = np.asarray(np.stack(earlier), np.float32)
+    cells = _cells(fine, near)
+    if not (cells == FREE).any():
+        return None
+    return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+
+
+def _chances(pixels: NDArray[np.uint8]) -> Chances:
+    from fpnet_core.models.walls import classify, packaged_wall_network  # loads torch
+
+    return classify(packaged_wall_network(), pixels)
+
+
+def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
+    """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
+    longest = max(inside.shape)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    if len(stats) < 2:
+        return np.zeros(inside.shape, np.int32), []
+    largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
+    extent = int(stats[largest, 2:4].max())
+    joined = _grown(inside.astype(np.float32), _WING_SHARE * extent / longest / 2.0)
+    count, labels = cv2.connectedComponents((joined > 0).astype(np.uint8))
+    labels = np.where(inside, labels, 0)
+    areas = np.bincount(labels.ravel(), minlength=count)[1:]
+    order = np.argsort(-areas, kind='stable')
+    least = max(_STOREY_SHARE * areas.max(), _LEAST_SHARE * inside.size)
+    kept = [int(k) + 1 for k in order if areas[k] >= least]
+    number = np.zeros(count, np.int32)
+    number[kept] = np.arange(1, len(kept) + 1)
+    return number[labels], [_box(labels == k) for k in kept]
+
+
+def _box(mask: Mask) -> Box:
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return int(cols[0]), int(rows[0]), int(cols[-1]) + 1, int(rows[-1]) + 1
+
+
+def _reading_order(boxes: list[Box]) -> list[int]:
+    """Return the places of the boxes row by row; those that overlap in height are a row."""
+    left = sorted(range(len(boxes)), key=lambda k: boxes[k][1])
+    found: list[int] = []
+    while left:
+        bottom = boxes[left[0]][3]
+        row = [k for k in left if (boxes[k][1] + boxes[k][3]) / 2.0 < bottom]
+        found += sorted(row, key=lambda k: boxes[k][0])
+        left = [k for k in left if k not in row]
+    return found
+
+
+def _grown(mask: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Return the mask dilated by a share of the picture's longer side."""
+    side = 2 * max(1, round(share * max(mask.shape))) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.dilate(mask, disc), np.float32)
+
+
+def _mapped(H: Array, box: Box) -> Box:
+    left, top, right, bottom = box
+    corners = np.array([[left, top, 1.0], [right - 1.0, bottom - 1.0, 1.0]]) @ H.T
+    (x0, y0), (x1, y1) = (corners[:, :2] / corners[:, 2:]).tolist()
+    return round(x0), round(y0), round(x1) + 1, round(y1) + 1
+
+
+def _widened(box: Box, shape: tuple[int, ...]) -> Box:
+    left, top, right, bottom = box
+    by = round(_MARGIN * max(right - left, bottom - top)) + 1
+    return (
+        max(0, left - by),
+        max(0, top - by),
+        min(shape[1], right + by),
+        min(shape[0], bottom + by),
+    )
+
+
+def _cells(chances: Chances, near: Mask) -> NDArray[np.int8]:
+    """Return cells (H, W) of the building within ``near (H, W)``."""
+    solid, open_ = chances[WALL] + chances[WINDOW], chances[FLOOR] + chances[DOOR]
+    outside = chances[OUTSIDE]
+    is_wall = _without_specks((solid > open_) & (solid > outside) & near)
+    is_free = (open_ >= outside) & near & ~is_wall
+    return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+
+
+def _without_specks(walls: Mask) -> Mask:
+    """Return the walls without pieces too short to be any."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
+    keep = stats[:, 2:4].max(axis=1) > _SPECK_SHARE * max(walls.shape)
+    keep[0] = False
+    return np.asarray(keep[labels])
+
+
+def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
+    built, walls = cells != UNKNOWN, cells == OCCUPIED
+    most = fine.max(axis=0)[built]
+    solid = fine[WALL] + fine[WINDOW]
+    earlier = (before[WALL] + before[WINDOW] > 0.5) & built
+    return Trust(
+        certainty=float(most.mean()),
+        wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,
+        unsure=float((most < 0.8).mean()),
+        agreement=min(_covered(walls, earlier), _covered(earlier, walls)),
+    )
+
+
+def _covered(walls: Mask, by: Mask) -> float:
+    """Return the share of walls that others are near to."""
+    side = 2 * _NEAR_PX + 1
+    near = cv2.dilate(by.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    return float((near & walls).sum() / max(walls.sum(), 1))
