@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.building import cells_of, inside_of_lines
 from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
-from fpnet_core.drawings.learned import Trust, see_building
+from fpnet_core.drawings.learned import SeenBuilding, see_building
 from fpnet_core.drawings.plausible import features, probability
-from fpnet_core.drawings.sheet import find_building
+from fpnet_core.drawings.sheet import FRAME, find_building
 from fpnet_core.drawings.straighten import map_points
-from fpnet_core.drawings.tones import Levels, is_dark_ground
-from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
+from fpnet_core.drawings.tones import Levels, inks, is_dark_ground
+from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.drawings.view import View, shrinking, view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io import pixel_to_xy
@@ -117,6 +117,12 @@ def all_readings(
             stride = -(-max(plain.cells.shape) // _JUDGED_PX)
             H = shrinking(1.0 / stride) @ plain.H_cell_pixel
             yield plain.segmentation, pixel_to_xy(grid).matrix @ H
+        seen = _seen(picture, options, config)
+        if seen is not None:
+            grid = seen.segmentation.grid
+            stride = -(-max(seen.cells.shape) // _JUDGED_PX)
+            H = shrinking(1.0 / stride) @ seen.H_cell_pixel
+            yield seen.segmentation, pixel_to_xy(grid).matrix @ H
         for candidate in candidates(view_of(picture, options.crop), options.storey, config):
             yield candidate.segmentation, candidate.H_plan_pixel
 
@@ -150,9 +156,26 @@ def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> F
         how='walls as learned from drawings',
         storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
         chosen=seen.chosen,
+        dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in _beside(view, seen)),
         is_straightened=view.is_straightened,
         trust=seen.trust,
     )
+
+
+def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:
+    """Return what lines show beside the buildings, as far as its shape tells what it is."""
+    tones = inks(view.levels)
+    try:
+        found = find_building(view.levels > tones[0].level).dropped if tones else ()
+    except MapFormatError:
+        return []
+    return [d for d in found if d.what == FRAME or not any(_meets(d.box, b) for b in seen.boxes)]
+
+
+def _meets(one: Box, other: Box) -> bool:
+    """Tell whether the middle of a box lies in another one."""
+    x, y = (one[0] + one[2]) / 2.0, (one[1] + one[3]) / 2.0
+    return other[0] <= x <= other[2] and other[1] <= y <= other[3]
 
 
 def _most_plausible(

@@ -16,10 +16,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.types import Array
+from fpnet_core.drawings.types import Array, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.segmentation.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Mask = NDArray[np.bool_]
@@ -37,26 +38,9 @@ _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
 _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
+_WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
+_LEAKS = 0.3  # of a space is unlike the rest of it
 _NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
-
-
-@dataclass(frozen=True)
-class Trust:
-    """
-    How sure the network is of a reading; all in [0, 1].
-
-    Parameters
-    ----------
-    certainty : mean probability of the most probable class, over the building
-    wall_certainty : mean probability of what was taken for wall or window
-    unsure : share of the building with no class above 0.8
-    agreement : share of the building's walls in either look that the other one sees, too
-    """
-
-    certainty: float
-    wall_certainty: float
-    unsure: float
-    agreement: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +91,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
-    cells = _cells(fine, near)
+    cells = _cells(fine, before, near)
     if not (cells == FREE).any():
         return None
     return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
@@ -181,13 +165,36 @@ def _widened(box: Box, shape: tuple[int, ...]) -> Box:
     )
 
 
-def _cells(chances: Chances, near: Mask) -> NDArray[np.int8]:
-    """Return cells (H, W) of the building within ``near (H, W)``."""
-    solid, open_ = chances[WALL] + chances[WINDOW], chances[FLOOR] + chances[DOOR]
-    outside = chances[OUTSIDE]
-    is_wall = _without_specks((solid > open_) & (solid > outside) & near)
-    is_free = (open_ >= outside) & near & ~is_wall
+def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
+    """
+    Return cells (H, W) of the building within ``near (H, W)``.
+
+    Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
+    """
+    is_wall = (
+        fine[WALL] + fine[WINDOW] > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])
+    ) & near
+    is_shut = is_wall | (fine[DOOR] > 0.5)
+    inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
+    is_free = inside & ~is_wall
+    reach = _WALL_SHARE * max(near.shape)
+    is_wall = _without_specks(is_wall & (cells_to_nearest(is_free) <= reach))
     return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+
+
+def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
+    """
+    Return what is more inside than outside, of the probability ``inside (H, W)``.
+
+    A space that lines shut off is one or the other as a whole, unless it is much of both: then
+    it leaks.
+    """
+    count, spaces = cv2.connectedComponents((~is_shut).astype(np.uint8), connectivity=4)
+    flat, likely = spaces.ravel(), (inside > 0.5).ravel()
+    share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
+    leaks = np.minimum(share, 1.0 - share) > _LEAKS
+    leaks[0] = True
+    return np.where(leaks[spaces], inside > 0.5, share[spaces] > 0.5)
 
 
 def _without_specks(walls: Mask) -> Mask:

@@ -31,6 +31,9 @@ WALLS_NAME = 'walls.safetensors'
 STRIDE = 32
 """Pictures are padded to a multiple of so many pixels."""
 
+PIXELS_PER_ANSWER = 4
+"""Logits of a class lie side by side for so many pixels: a block of two by two."""
+
 _MIDDLE, _SPREAD = 0.75, 0.25  # of brightness in [0, 1]: paper is bright
 
 
@@ -100,7 +103,7 @@ class WallNetwork(nn.Module):
         self.up = nn.ModuleList(_blocks(a, count) for a, _, count in inner)
         self.last_lift = ConvNorm(widths[1], widths[0], 1)
         self.last = ConvNorm(widths[0], widths[0])
-        self.head = nn.Conv2d(widths[0], 4 * len(CLASSES), 3, padding=1)
+        self.head = nn.Conv2d(widths[0], PIXELS_PER_ANSWER * len(CLASSES), 3, padding=1)
         self.shuffle = nn.PixelShuffle(2)
 
     def forward(self, picture: Tensor) -> Tensor:

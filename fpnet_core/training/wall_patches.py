@@ -206,15 +206,15 @@ def _inverted(shown: Shown, rng: np.random.Generator) -> Shown:
 
 
 _CHANGES: tuple[tuple[Callable[[Shown, np.random.Generator], Shown], float], ...] = (
-    (_grey, 0.2),
-    (_mixed, 0.3),
-    (_curved, 0.3),
-    (_faded, 0.4),
-    (_tinted, 0.25),
-    (_shaded, 0.25),
-    (_blurred, 0.25),
-    (_noisy, 0.3),
-    (_copied, 0.03),
-    (_pressed, 0.25),
-    (_inverted, 0.08),
+    (_grey, 0.15),
+    (_mixed, 0.2),
+    (_curved, 0.2),
+    (_faded, 0.25),
+    (_tinted, 0.15),
+    (_shaded, 0.2),
+    (_blurred, 0.2),
+    (_noisy, 0.2),
+    (_copied, 0.02),
+    (_pressed, 0.2),
+    (_inverted, 0.03),
 )

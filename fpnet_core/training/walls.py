@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from copy import deepcopy
 from dataclasses import asdict, dataclass
+from itertools import islice
 import math
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,13 @@ from torch.utils.data import DataLoader, IterableDataset
 
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import write_weights
-from fpnet_core.models.walls import WALLS_SCHEMA, WallNetwork, WallNetworkConfig, classify
+from fpnet_core.models.walls import (
+    PIXELS_PER_ANSWER,
+    WALLS_SCHEMA,
+    WallNetwork,
+    WallNetworkConfig,
+    classify,
+)
 from fpnet_core.training.checkpoint import load_state, save_state
 from fpnet_core.training.wall_patches import patches
 from fpnet_core.training.wall_samples import WallSample, read_sample, resized, sample_stems
@@ -44,7 +52,7 @@ class WallTraining:
     weight_decay: float = 1e-4
     warmup: float = 0.04
     """Share of the steps."""
-    class_weights: tuple[float, ...] = (0.7, 1.0, 2.0, 2.0, 2.0)
+    class_weights: tuple[float, ...] = (0.7, 1.0, 3.0, 6.0, 5.0)
     """Walls, doors and windows are few pixels that decide much."""
     averaged: float = 0.998
     """Of the running mean of weights that is kept is kept by each step."""
@@ -102,19 +110,19 @@ class WallTrainer:
         ``facts`` join the manifest; ``on_saved`` is told figures whenever weights are written.
         """
         config = self.config
+        left = max(0, config.steps - self.step)
         stems = sample_stems(self.folder / 'samples', 'train')
         data = _Patches(stems, config, self.step)
         loader = DataLoader(data, config.batch_size, num_workers=1, prefetch_factor=4)
         weight = torch.tensor(config.class_weights)
         losses: list[float] = []
-        for picture, classes in loader:
-            if self.step >= config.steps:
-                break
+        for picture, classes in islice(loader, left):
             losses.append(self._one_step(picture, classes.long(), weight))
             on_step(1.0)
-            if self.step % config.save_every == 0 or self.step == config.steps:
-                on_saved(self._saved(float(np.mean(losses)), facts))
+            if self.step % config.save_every == 0 and self.step < config.steps:
+                on_saved(self._saved(losses, facts))
                 losses.clear()
+        on_saved(self._saved(losses, facts))
 
     def _one_step(self, picture: Tensor, classes: Tensor, weight: Tensor) -> float:
         self.network.train()
@@ -139,16 +147,20 @@ class WallTrainer:
             else:
                 value.copy_(now[name])
 
-    def _saved(self, loss: float, facts: dict[str, Any]) -> dict[str, Any]:
+    def _saved(self, losses: list[float], facts: dict[str, Any]) -> dict[str, Any]:
+        """Write state and weights and return figures; there is no loss where no step was made."""
         save_state(self.folder / STATE_FILE, self.both, self.optimizer, {'step': self.step})
         stems = sample_stems(self.folder / 'samples', 'held')
-        figures = {'step': self.step, 'loss': round(loss, 4)} | held_figures(self.mean, stems)
+        found = held_figures(unweighted(self.mean, self.config.class_weights), stems)
+        loss = round(float(np.mean(losses)), 4) if losses else None
+        figures = {'step': self.step, 'loss': loss} | found
         self.write(facts | {'figures': figures})
         return figures
 
     def write(self, facts: dict[str, Any]) -> None:
         """Write the mean's weights, at half precision, with ``facts`` in the manifest."""
-        tensors = {name: _stored(value) for name, value in self.mean.state_dict().items()}
+        state = unweighted(self.mean, self.config.class_weights).state_dict()
+        tensors = {name: _stored(value) for name, value in state.items()}
         network = asdict(self.network_config) | {'classes': list(CLASSES)}
         write_weights(
             self.folder / WEIGHTS_FILE,
@@ -156,6 +168,17 @@ class WallTrainer:
             WALLS_SCHEMA,
             {'network': network, 'training': asdict(self.config), **facts},
         )
+
+
+def unweighted(network: WallNetwork, class_weights: tuple[float, ...]) -> WallNetwork:
+    """Return a copy whose probabilities are those of pixels that weigh the same."""
+    copy = deepcopy(network)
+    each = torch.tensor(class_weights).log().repeat_interleave(PIXELS_PER_ANSWER)
+    bias = copy.head.bias
+    assert bias is not None
+    with torch.no_grad():
+        bias -= each
+    return copy
 
 
 def _stored(value: Tensor) -> NDArray[Any]:
