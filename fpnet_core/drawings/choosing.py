@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -27,9 +27,7 @@ from fpnet_core.io.images import interpret
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
-import os
-
-WAYS = os.environ.get('WAYS', 'both')
+WAYS = 'both'
 Box = tuple[int, int, int, int]
 
 _FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
@@ -37,6 +35,10 @@ _SURE = 0.93  # a reading so plausible is taken without a look at others
 _PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
 _PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
+_MAX_DRAWN_PX = 3_000_000  # and so are larger ones without a level that means unknown
+_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
+_LEVELS_SHARE = 0.92  # of a clean picture has one of these
+_WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
 _KEPT = 0.5  # of its plausibility must be left to a reading that is made finer
@@ -80,26 +82,40 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     plain = None if options.storey else _best_plain(pictures, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
+    known = [plain] if plain is not None else []
     if WAYS != 'classical':
+        seen = _first_sure(lambda picture: _seen(picture, options, config), pictures)
+        known += [seen] if seen is not None else []
+    if WAYS == 'classical' or (
+        WAYS == 'both' and max((f.probability for f in known), default=0.0) < _PLAIN_SURE
+    ):
+        found: tuple[Candidate, float] | None = None
         for picture in pictures:
-            seen = _seen(picture, options, config)
-            if seen is not None and (WAYS == 'network' or seen.probability > _PLAIN_SURE):
-                return seen
-    found: tuple[Candidate, float] | None = None
-    for picture in pictures:
-        other = _most_plausible(picture, options, config)
-        if other is not None and (found is None or other[1] > found[1]):
-            found = other
-        if found is not None and found[1] > _PLAIN_SURE:
-            break
-    if plain is not None and (found is None or plain.probability >= found[1]):
-        return plain
-    if found is None:
+            other = _most_plausible(picture, options, config)
+            if other is not None and (found is None or other[1] > found[1]):
+                found = other
+            if found is not None and found[1] > _PLAIN_SURE:
+                break
+        if found is not None and found[1] > max((f.probability for f in known), default=0.0):
+            return _finished(*found, config)
+    if not known:
         raise MapFormatError(
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             'with walls that stand out from the paper'
         )
-    return _finished(*found, config)
+    return max(known, key=lambda reading: reading.probability)
+
+
+def _first_sure(read: Callable[[Levels], Found | None], pictures: list[Levels]) -> Found | None:
+    """Return the first reading that is plausible, or the most plausible one."""
+    best: Found | None = None
+    for picture in pictures:
+        found = read(picture)
+        if found is not None and (best is None or found.probability > best.probability):
+            best = found
+        if best is not None and best.probability > _PLAIN_SURE:
+            break
+    return best
 
 
 def all_readings(
@@ -286,13 +302,33 @@ def _rooms_of(
 
 
 def _grey(pixels: Levels) -> Levels | None:
-    """Return the grey levels (H, W) of a picture of modest size; None if it has colours."""
+    """
+    Return the grey levels (H, W) of a picture that a histogram explains; None of any other.
+
+    Such pictures are grey, of modest size, and of a few levels: neither paper nor a photograph.
+    """
     if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
         return None
     if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+    grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+    shares = _level_shares(grey)
+    is_map = any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
+    is_small = grey.size <= _MAX_DRAWN_PX or is_map
+    return grey if is_small and sum(share for _, share in shares) > _LEVELS_SHARE else None
+
+
+def _level_shares(grey: Levels) -> list[tuple[int, float]]:
+    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
+    count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
+    found = []
+    for _ in range(_LEVELS):
+        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
+        level = int(near.argmax())
+        found.append((level, float(near[level])))
+        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
+    return found
 
 
 def _is_within(inner: Box, outer: Box) -> bool:

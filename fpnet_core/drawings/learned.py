@@ -30,8 +30,11 @@ Chances = NDArray[np.float32]
 SHEET_PX = 1024
 """The longer side of the picture in which the network looks for the building."""
 
-BUILDING_PX = 1600
-"""The longer side of the building in the picture that walls are read from, at most."""
+BUILDING_PX = (500, 1300)
+"""The longer side of the building in the picture that walls are read from, and between them"""
+
+WALL_PX = 6.0
+"""so large that its walls are as thick as this in the mean."""
 
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
@@ -39,7 +42,7 @@ _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
-_LEAKS = 0.3  # of a space is unlike the rest of it
+_LEAKS = 0.12  # of a space is unlike the rest of it
 _NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
 
 
@@ -84,7 +87,8 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     S = view.H_view_pixel @ np.linalg.inv(H_sheet_pixel)
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = (labels == order[chosen] + 1).astype(np.float32)
-    picture, H_cell_pixel = view.shown(_widened(in_view[chosen], shape), BUILDING_PX)
+    box = _widened(in_view[chosen], shape)
+    picture, H_cell_pixel = view.shown(box, _longest(coarse, ground > 0, boxes[order[chosen]]))
     fine = _chances(picture)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
@@ -121,6 +125,21 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     number = np.zeros(count, np.int32)
     number[kept] = np.arange(1, len(kept) + 1)
     return number[labels], [_box(labels == k) for k in kept]
+
+
+def _longest(chances: Chances, ground: Mask, box: Box) -> int:
+    """Return how long a building's picture should be, by its walls as seen on the sheet."""
+    thickness = mean_thickness((chances[WALL] > 0.5) & ground)
+    side = max(box[2] - box[0], box[3] - box[1])
+    wanted = side * WALL_PX / max(thickness, 1.0)
+    return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
+
+
+def mean_thickness(walls: Mask) -> float:
+    """Return how thick walls (H, W) are in the mean [px]: twice their area over their outline."""
+    solid = walls.astype(np.uint8)
+    outline = int(solid.sum()) - int(cv2.erode(solid, np.ones((3, 3), np.uint8)).sum())
+    return 2.0 * float(solid.sum()) / outline if outline else 0.0
 
 
 def _box(mask: Mask) -> Box:

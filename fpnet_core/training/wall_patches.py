@@ -21,7 +21,9 @@ from fpnet_core.training.wall_samples import Pixels, WallSample, read_sample, re
 
 Shown = NDArray[np.float32]
 
-_BUILDING_PX = (420.0, 1800.0)  # the longer side of a building as the network may see it
+_BUILDING_PX = (400.0, 1300.0)  # the longer side of a building as the network may see it
+_WALL_PX = (2.5, 7.0)  # the mean thickness of walls, where the finer look is trained
+_BY_WALLS = 0.6  # of patches are sized by their walls, the others by the building
 _MOST_ENLARGED = 1.3
 _IN_BUILDING = 0.75  # of patches have their middle in the building
 _TURNED, _TURN_RAD, _ANY_TURN = 0.3, 0.07, 0.08
@@ -63,8 +65,7 @@ def patch(sample: WallSample, side_px: int, rng: np.random.Generator) -> tuple[P
 
 def _placed(sample: WallSample, side_px: int, rng: np.random.Generator) -> tuple[Pixels, Classes]:
     """Return a part at some size, turned and flipped."""
-    building = np.exp(rng.uniform(*np.log(_BUILDING_PX)))
-    factor = min(building / sample.building_px, _MOST_ENLARGED)
+    factor = _drawn_factor(sample, rng)
     turn = float(rng.uniform(-_TURN_RAD, _TURN_RAD)) if rng.random() < _TURNED else 0.0
     turn = float(rng.uniform(-np.pi, np.pi)) if rng.random() < _ANY_TURN else turn
     quarters, is_flipped = int(rng.integers(4)), rng.random() < 0.5
@@ -73,6 +74,16 @@ def _placed(sample: WallSample, side_px: int, rng: np.random.Generator) -> tuple
     if is_flipped:
         part, labels = part[:, ::-1], labels[:, ::-1]
     return np.ascontiguousarray(part, np.uint8), np.ascontiguousarray(labels, np.uint8)
+
+
+def _drawn_factor(sample: WallSample, rng: np.random.Generator) -> float:
+    """Draw how much larger a patch shows a drawing: as one look or the other would."""
+    low, high = np.array(_BUILDING_PX) / sample.building_px
+    building = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    thickness = float(np.exp(rng.uniform(*np.log(_WALL_PX))))
+    if rng.random() > _BY_WALLS or sample.wall_px == 0.0:
+        return min(building, _MOST_ENLARGED)
+    return float(min(max(thickness / sample.wall_px, low), high, _MOST_ENLARGED))
 
 
 def _square(

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import cached_property
 import multiprocessing
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.images import open_image
+from fpnet_core.drawings.learned import mean_thickness
 from fpnet_core.drawings.view import shrinking
 from fpnet_core.errors import FpnetError
 from fpnet_core.evaluation.segmentation import read_labels
@@ -45,11 +47,16 @@ class WallSample:
     pixels: Pixels
     classes: Classes
 
-    @property
+    @cached_property
     def building_px(self) -> int:
         """The longer side of the building or buildings."""
         rows, cols = (np.flatnonzero((self.classes != OUTSIDE).any(axis=k)) for k in (1, 0))
         return int(max(np.ptp(rows), np.ptp(cols)) + 1) if rows.size else 1
+
+    @cached_property
+    def wall_px(self) -> float:
+        """The mean thickness of walls; 0 without any."""
+        return mean_thickness(self.classes == WALL)
 
 
 def resized(sample: WallSample, size: tuple[int, int]) -> WallSample:
