@@ -26,6 +26,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 Chances = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
 
 SHEET_PX = 1024
 """The longer side of the picture in which the network looks for the building."""
@@ -36,13 +37,21 @@ BUILDING_PX = (500, 1300)
 WALL_PX = 6.0
 """so large that its walls are as thick as this in the mean."""
 
+FINAL_PX = 1600
+"""The longer side of the map at most: edges of walls are those of the drawing at this size."""
+
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
+_LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
 _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
 _LEAKS = 0.12  # of a space is unlike the rest of it
+_SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
+_EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
+_SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
+_LEAST = 1e-3  # numerical
 _NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
 
 
@@ -88,17 +97,62 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = (labels == order[chosen] + 1).astype(np.float32)
     box = _widened(in_view[chosen], shape)
-    picture, H_cell_pixel = view.shown(box, _longest(coarse, ground > 0, boxes[order[chosen]]))
-    fine = _chances(picture)
+    picture, _ = view.shown(box, _longest(coarse, ground > 0, boxes[order[chosen]]))
+    final, H_cell_pixel = view.shown(box, FINAL_PX)
+    fine = _enlarged(_chances(picture), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
     near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
-    cells = _cells(fine, before, near)
+    cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
     return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+
+
+def _enlarged(chances: Chances, picture: Pixels) -> Chances:
+    """Return the probabilities for each pixel of a larger ``picture (H, W, 3)``."""
+    size = (picture.shape[1], picture.shape[0])
+    factor = size[0] / chances.shape[2]
+    shown = [cv2.resize(each, size, interpolation=cv2.INTER_LINEAR) for each in chances]
+    found = np.asarray(np.stack(shown), np.float32)
+    solid = found[WALL] + found[WINDOW]
+    guide = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.float32) / 255.0
+    if not _are_solid(solid, guide):
+        return found
+    sharp = np.clip(_guided(solid, guide, max(1, round(_SHARP_PX * factor))), 0.0, 1.0)
+    rest = (1.0 - sharp) / np.maximum(1.0 - solid, _LEAST)
+    window = found[WINDOW] / np.maximum(solid, _LEAST) * sharp
+    found *= rest
+    found[WALL], found[WINDOW] = sharp - window, window
+    return found
+
+
+def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
+    """Tell whether walls are areas of one tone, darker than what is beside them."""
+    wall = (solid > 0.7).astype(np.uint8)
+    core = cv2.erode(wall, np.ones((3, 3), np.uint8)) > 0
+    beside = (cv2.dilate(wall, np.ones((9, 9), np.uint8)) > 0) & (solid < 0.2)
+    if not core.any() or not beside.any():
+        return False
+    tone = float(np.median(guide[core]))
+    spread = float(np.median(np.abs(guide[core] - tone)))
+    gap = float(np.median(guide[beside])) - tone
+    return gap > _SOLID_GAP and spread < _SOLID_SPREAD * gap
+
+
+def _guided(
+    values: NDArray[np.float32], guide: NDArray[np.float32], radius: int
+) -> NDArray[np.float32]:
+    """Return values (H, W) smoothed but at the guide's edges (He et al., 2010, equations 5-8)."""
+    side = (2 * radius + 1, 2 * radius + 1)
+    mean, about = cv2.blur(guide, side), cv2.blur(values, side)
+    both = cv2.blur(guide * values, side) - mean * about
+    spread = cv2.blur(guide * guide, side) - mean * mean
+    slope = both / (spread + (_EDGE * float(guide.std())) ** 2)
+    offset = about - slope * mean
+    return np.asarray(cv2.blur(slope, side) * guide + cv2.blur(offset, side), np.float32)
 
 
 def _chances(pixels: NDArray[np.uint8]) -> Chances:
@@ -110,6 +164,9 @@ def _chances(pixels: NDArray[np.uint8]) -> Chances:
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
     longest = max(inside.shape)
+    side = 2 * round(0.5 * _LINE_SHARE * longest) + 1  # odd, or it would move what it opens
+    square = np.ones((side, side), np.uint8)
+    inside = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
     _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
     if len(stats) < 2:
         return np.zeros(inside.shape, np.int32), []
@@ -199,6 +256,15 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     reach = _WALL_SHARE * max(near.shape)
     is_wall = _without_specks(is_wall & (cells_to_nearest(is_free) <= reach))
     return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+
+
+def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Return the cells without what stands apart from the building."""
+    labels, boxes = _buildings(cells != UNKNOWN)
+    if not boxes:
+        return np.full_like(cells, UNKNOWN)
+    near = _grown((labels == 1).astype(np.float32), _LINE_SHARE) > 0
+    return np.where(near, cells, UNKNOWN).astype(np.int8)
 
 
 def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:

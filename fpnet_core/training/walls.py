@@ -19,6 +19,7 @@ import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
+from fpnet_core.drawings.learned import BUILDING_PX, WALL_PX
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import write_weights
 from fpnet_core.models.walls import (
@@ -37,7 +38,6 @@ WEIGHTS_FILE, STATE_FILE = 'walls.safetensors', 'last.safetensors'
 HELD_SHEETS = 60
 """Generated drawings to measure on, of all kinds together."""
 
-_HELD_PX = 1200  # the longer side of a building on held-back drawings
 _SETTLING = 10.0  # steps after which the running mean forgets slowly
 
 
@@ -217,6 +217,8 @@ def _overlaps(table: NDArray[np.int64]) -> dict[str, float]:
 
 
 def _at_size(sample: WallSample) -> WallSample:
-    factor = min(1.0, _HELD_PX / sample.building_px)
+    """Return a sample as large as the reader's finer look would be."""
+    wanted = sample.building_px * WALL_PX / max(sample.wall_px, 1.0)
+    factor = min(1.0, float(np.clip(wanted, *BUILDING_PX)) / sample.building_px)
     height, width = sample.classes.shape
     return resized(sample, (max(1, round(factor * width)), max(1, round(factor * height))))
