@@ -48,6 +48,8 @@ _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
 _LEAKS = 0.12  # of a space is unlike the rest of it
+_SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
+_LEAST_PX = 280  # the longer side of a picture in which buildings can be read
 _SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
 _EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
 _SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
@@ -97,9 +99,9 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = (labels == order[chosen] + 1).astype(np.float32)
     box = _widened(in_view[chosen], shape)
-    picture, _ = view.shown(box, _longest(coarse, ground > 0, boxes[order[chosen]]))
+    longest = _longest(coarse, ground > 0, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
-    fine = _enlarged(_chances(picture), final)
+    fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
     near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
@@ -109,6 +111,29 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     if not (cells == FREE).any():
         return None
     return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+
+
+def _surest_look(view: View, box: Box, longest: int) -> Chances:
+    """
+    Return the probabilities of a part of the view at the size at which the network is surest.
+
+    From ``longest`` on, smaller pictures are looked at as long as that makes it surer: walls of
+    two lines may have been taken for two walls, and then looked at too closely.
+    """
+    best = _chances(view.shown(box, longest)[0])
+    while longest * _SMALLER > _LEAST_PX:
+        longest = round(longest * _SMALLER)
+        other = _chances(view.shown(box, longest)[0])
+        if _certainty(other) < _certainty(best) + _SURER:
+            break
+        best = other
+    return best
+
+
+def _certainty(chances: Chances) -> float:
+    """Return the mean probability of the most probable class, over the building."""
+    built = chances[OUTSIDE] < 0.5
+    return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
 
 
 def _enlarged(chances: Chances, picture: Pixels) -> Chances:
