@@ -43,6 +43,7 @@ FINAL_PX = 1600
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
+_DOOR_SHARE = 0.35  # of the largest building's share of doors: what has fewer is a table
 _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
@@ -91,7 +92,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     labels, boxes = _buildings(coarse[OUTSIDE] < 0.5)
     if not boxes:
         return None
-    order = _reading_order(boxes)
+    order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
     chosen = order.index(0) if storey is None else storey - 1
     if not 0 <= chosen < len(order):
         raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
@@ -222,6 +223,12 @@ def mean_thickness(walls: Mask) -> float:
     solid = walls.astype(np.uint8)
     outline = int(solid.sum()) - int(cv2.erode(solid, np.ones((3, 3), np.uint8)).sum())
     return 2.0 * float(solid.sum()) / outline if outline else 0.0
+
+
+def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:
+    """Tell whether doors take nearly as much of a building as of the largest one: tables lack."""
+    largest, other = (float(chances[DOOR][labels == k].mean()) for k in (1, label))
+    return other > _DOOR_SHARE * largest
 
 
 def _box(mask: Mask) -> Box:

@@ -35,25 +35,6 @@ class View:
     pixels: Levels
     is_straightened: bool
 
-    def cropped(self, box: Box) -> View:
-        """Return the part within ``box`` (left, top, right, bottom)."""
-        left, top, right, bottom = box
-        move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-        levels = np.ascontiguousarray(self.levels[top:bottom, left:right])
-        return View(levels, move @ self.H_view_pixel, self.pixels, self.is_straightened)
-
-    def finer(self, longest: int) -> tuple[View, float]:
-        """Return the same part with its longer side up to ``longest``, and by which factor."""
-        centre = np.array([self.levels.shape[1], self.levels.shape[0]]) / 2.0
-        factor = min(longest / max(self.levels.shape), self._reduction(centre))
-        if factor < _WORTH_IT:
-            return self, 1.0
-        H = shrinking(factor) @ self.H_view_pixel
-        size = [max(1, round(side * factor)) for side in self.levels.shape[::-1]]
-        pixels = cv2.warpPerspective(self.pixels, H, size, borderMode=cv2.BORDER_REPLICATE)
-        levels = contrast(np.asarray(pixels, dtype=np.uint8))
-        return View(levels, H, self.pixels, self.is_straightened), factor
-
     def shown(self, box: Box, longest: int) -> tuple[Levels, Array]:
         """
         Return the drawing's colours within ``box`` of the view, straightened like it.
@@ -118,7 +99,7 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # a view that is less finer shows nothing new
+_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging
 
 
 def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:
