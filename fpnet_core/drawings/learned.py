@@ -48,6 +48,7 @@ _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
+_WALLS_COUNT = 2.5  # times as much as floor: a hole in a wall joins two rooms
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read
@@ -279,9 +280,8 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
 
     Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
     """
-    is_wall = (
-        fine[WALL] + fine[WINDOW] > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])
-    ) & near
+    solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
+    is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
     is_shut = is_wall | (fine[DOOR] > 0.5)
     inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
     is_free = inside & ~is_wall
