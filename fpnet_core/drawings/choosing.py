@@ -1,24 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The choice between readings: what today's rules read well, else the most plausible way."""
+"""The choice between readings: what a histogram reads well, else what the network sees."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.building import cells_of, inside_of_lines
-from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
+from fpnet_core.drawings.learned import SeenBuilding, see_building
 from fpnet_core.drawings.plausible import features, probability
-from fpnet_core.drawings.sheet import find_building
+from fpnet_core.drawings.sheet import FRAME, find_building
 from fpnet_core.drawings.straighten import map_points
-from fpnet_core.drawings.tones import Levels, is_dark_ground
-from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions
+from fpnet_core.drawings.tones import Levels, ink_level, is_dark_ground
+from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.drawings.view import View, shrinking, view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io import pixel_to_xy
@@ -28,14 +26,18 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Box = tuple[int, int, int, int]
 
-_FINAL_PX = 1600  # the longer side of a building in cells, where the drawing has that many
-_SURE = 0.93  # a reading so plausible is taken without a look at others
-_PLAIN_SURE = 0.7  # and so a plain one, which has nothing to drop
+NOMINAL_M = 0.05
+"""Edge of a cell where nothing is known of the scale; every figure is a ratio then."""
+
+_SURE = 0.7  # a reading so plausible is taken without a look at others
 _PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
+_MAX_DRAWN_PX = 3_000_000  # and so are larger ones without a level that means unknown
+_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
+_LEVELS_SHARE = 0.92  # of a clean picture has one of these
+_WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
-_KEPT = 0.5  # of its plausibility must be left to a reading that is made finer
 _JUDGED_PX = 1200  # the longer side of a picture in which a plain reading is judged
 _ROUNDS = 2  # of scale and segmentation: enough to judge
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
@@ -60,6 +62,7 @@ class Found:
     chosen: int = 0
     dropped: tuple[Dropped, ...] = ()
     is_straightened: bool = False
+    trust: Trust | None = None
 
 
 def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -73,23 +76,20 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     """
     pictures = _pictures(drawing.pixels)
     plain = None if options.storey else _best_plain(pictures, options, config)
-    if plain is not None and plain.probability > _PLAIN_SURE:
+    if plain is not None and plain.probability > _SURE:
         return plain
-    found: tuple[Candidate, float] | None = None
+    known = [plain] if plain is not None else []
     for picture in pictures:
-        other = _most_plausible(picture, options, config)
-        if other is not None and (found is None or other[1] > found[1]):
-            found = other
-        if found is not None and found[1] > _PLAIN_SURE:
+        seen = _seen(picture, options, config)
+        known += [seen] if seen is not None else []
+        if seen is not None and seen.probability > _SURE:
             break
-    if plain is not None and (found is None or plain.probability >= found[1]):
-        return plain
-    if found is None:
+    if not known:
         raise MapFormatError(
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             'with walls that stand out from the paper'
         )
-    return _finished(*found, config)
+    return max(known, key=lambda reading: reading.probability)
 
 
 def all_readings(
@@ -103,12 +103,17 @@ def all_readings(
     for picture in _pictures(pixels):
         plain = _plain(picture, options, config)
         if plain is not None:
-            grid = plain.segmentation.grid
-            stride = -(-max(plain.cells.shape) // _JUDGED_PX)
-            H = shrinking(1.0 / stride) @ plain.H_cell_pixel
-            yield plain.segmentation, pixel_to_xy(grid).matrix @ H
-        for candidate in candidates(view_of(picture, options.crop), options.storey, config):
-            yield candidate.segmentation, candidate.H_plan_pixel
+            yield plain.segmentation, _to_rooms(plain)
+        seen = _seen(picture, options, config)
+        if seen is not None:
+            yield seen.segmentation, _to_rooms(seen)
+
+
+def _to_rooms(found: Found) -> Array:
+    """Return the map (3, 3) from the drawing's pixels to metres of the segmentation."""
+    stride = -(-max(found.cells.shape) // _JUDGED_PX)
+    H = shrinking(1.0 / stride) @ found.H_cell_pixel
+    return np.asarray(pixel_to_xy(found.segmentation.grid).matrix @ H)
 
 
 def _pictures(pixels: Levels) -> list[Levels]:
@@ -124,62 +129,42 @@ def _best_plain(
     return max(known, key=lambda plain: plain.probability, default=None)
 
 
-def _most_plausible(
-    pixels: Levels, options: ReadOptions, config: SegmentationConfig
-) -> tuple[Candidate, float] | None:
-    best: tuple[Candidate, float] | None = None
-    for candidate in candidates(view_of(pixels, options.crop), options.storey, config):
-        chance = probability(candidate.features)
-        if best is None or chance > best[1]:
-            best = candidate, chance
-        if chance > _SURE:
-            break
-    return best
-
-
-def _finished(candidate: Candidate, chance: float, config: SegmentationConfig) -> Found:
-    """
-    Return a candidate of this ``chance`` as finely as it is drawn, where that is as plausible.
-
-    Raises
-    ------
-    MapFormatError
-        If nothing is closed at either size.
-    """
-    found = _at(candidate, *candidate.view.finer(_FINAL_PX), config)
-    if found is None or found.probability < _KEPT * chance:
-        found = _at(candidate, candidate.view, 1.0, config) or found
-    if found is None:
-        raise MapFormatError('the drawing shows no building that is closed')
-    return found
-
-
-def _at(
-    candidate: Candidate, view: View, factor: float, config: SegmentationConfig
-) -> Found | None:
-    """Return a candidate read in a ``view`` that is larger by ``factor``; None if it is open."""
-    recipe = candidate.recipe.scaled(factor)
-    size = (view.levels.shape[1], view.levels.shape[0])
-    near = candidate.belongs.astype(np.uint8)
-    belongs = cv2.resize(near, size, interpolation=cv2.INTER_NEAREST) > 0
-    levels = np.where(belongs, view.levels, 0).astype(np.uint8)
-    cells = cells_of(recipe.walls(levels), inside_of_lines(levels > recipe.level))
-    if cells is None:
+def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+    """Return the reading by the network; None where it sees no building."""
+    view = view_of(pixels, options.crop)
+    seen = see_building(view, options.storey)
+    if seen is None:
         return None
-    segmentation, _ = _rooms_of(cells, NOMINAL_M, config)
-    sheet = candidate.sheet
-    to_pixel = np.asarray(np.linalg.inv(candidate.sheet_view.H_view_pixel), np.float64)
+    segmentation, _ = _rooms_of(seen.cells, NOMINAL_M, config)
+    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
     return Found(
-        cells=cells,
-        H_cell_pixel=view.H_view_pixel,
+        cells=seen.cells,
+        H_cell_pixel=seen.H_cell_pixel,
         segmentation=segmentation,
         probability=probability(features(segmentation)),
-        how=recipe.how,
-        storeys=tuple(_boxed(to_pixel, box) for box in sheet.boxes),
-        chosen=sheet.chosen,
-        dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in sheet.dropped),
+        how='walls as learned from drawings',
+        storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
+        chosen=seen.chosen,
+        dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in _beside(view, seen)),
         is_straightened=view.is_straightened,
+        trust=seen.trust,
     )
+
+
+def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:
+    """Return what lines show beside the buildings, as far as its shape tells what it is."""
+    level = ink_level(view.levels)
+    try:
+        found = () if level is None else find_building(view.levels > level).dropped
+    except MapFormatError:
+        return []
+    return [d for d in found if d.what == FRAME or not any(_meets(d.box, b) for b in seen.boxes)]
+
+
+def _meets(one: Box, other: Box) -> bool:
+    """Tell whether the middle of a box lies in another one."""
+    x, y = (one[0] + one[2]) / 2.0, (one[1] + one[3]) / 2.0
+    return other[0] <= x <= other[2] and other[1] <= y <= other[3]
 
 
 def _boxed(H: Array, box: Box) -> Box:
@@ -202,8 +187,7 @@ def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> 
         sheet = find_building(cells == OCCUPIED)
     except MapFormatError:
         return None
-    box = sheet.boxes[sheet.chosen]
-    if len(sheet.boxes) > 1 or any(not _is_within(d.box, box) for d in sheet.dropped):
+    if len(sheet.boxes) > 1 or any(not _is_within(d.box, sheet.boxes[0]) for d in sheet.dropped):
         return None
     segmentation, factor = _rooms_of(cells, options.resolution_m or NOMINAL_M, config)
     if options.resolution_m is None and abs(np.log(factor)) > _SAME_SCALE:
@@ -232,13 +216,33 @@ def _rooms_of(
 
 
 def _grey(pixels: Levels) -> Levels | None:
-    """Return the grey levels (H, W) of a picture of modest size; None if it has colours."""
+    """
+    Return the grey levels (H, W) of a picture that a histogram explains; None of any other.
+
+    Such pictures are grey, of modest size, and of a few levels: neither paper nor a photograph.
+    """
     if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
         return None
     if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+    grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+    shares = _level_shares(grey)
+    is_map = any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
+    is_small = grey.size <= _MAX_DRAWN_PX or is_map
+    return grey if is_small and sum(share for _, share in shares) > _LEVELS_SHARE else None
+
+
+def _level_shares(grey: Levels) -> list[tuple[int, float]]:
+    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
+    count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
+    found = []
+    for _ in range(_LEVELS):
+        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
+        level = int(near.argmax())
+        found.append((level, float(near[level])))
+        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
+    return found
 
 
 def _is_within(inner: Box, outer: Box) -> bool:

@@ -124,6 +124,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options)),
         doubts=(*drawing.doubts, *doubts_of(found.segmentation, found.probability)),
+        trust=found.trust,
     )
 
 

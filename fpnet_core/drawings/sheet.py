@@ -46,7 +46,6 @@ _WING_AREA, _STOREY_AREA = 0.12, 0.3  # of the building's
 _STOREY_ROOMS, _WING_ROOMS = 4, 2
 _STOREY_ROOM_SHARE = 0.25  # of the building's rooms: tables have fewer cells
 _CORE_SHARE = 0.07  # of the building's longer side: texts in rooms are shorter
-_MARGIN = 0.01  # of the longer side is kept around a building
 _DASH_SHARE = 0.012  # of the longer side: shorter pieces are letters and dashes
 _HALL_SHARES = (0.04, 0.12, 0.6)  # of the sheet: larger spaces between lines may be no rooms
 _HELD = 0.4  # of all lines lie in the building, or rooms may be larger,
@@ -73,54 +72,31 @@ class Sheet:
     """
     The buildings on a sheet, in reading order, and what is no building.
 
-    ``boxes`` and ``dropped`` are in pixels of the sheet; ``chosen`` indexes ``boxes``;
-    ``belongs (H, W)`` marks the ground of the chosen building; ``worth`` grows with the area
-    and the rooms that the largest one encloses, to compare readings of one sheet.
+    ``boxes`` and ``dropped`` are in pixels of the sheet.
     """
 
     boxes: tuple[Box, ...]
-    chosen: int
-    belongs: Mask
     dropped: tuple[Dropped, ...]
-    worth: float
-
-    @property
-    def has_frame(self) -> bool:
-        """Tell whether a frame was found around everything."""
-        return any(dropped.what == FRAME for dropped in self.dropped)
 
 
 class NoBuildingError(MapFormatError):
     """No lines of a sheet enclose anything."""
 
 
-def find_building(ink: Mask, storey: int | None = None) -> Sheet:
+def find_building(ink: Mask) -> Sheet:
     """
-    Find the building on a sheet.
-
-    Parameters
-    ----------
-    ink : (H, W)
-        All lines of the sheet.
-    storey : which building, from 1; None takes the largest
+    Find the buildings on a sheet with lines ``ink (H, W)``, and what else is there.
 
     Raises
     ------
     NoBuildingError
         If nothing on the sheet encloses anything.
-    MapFormatError
-        If there is no such storey.
     """
     factor = max(1.0, max(ink.shape) / _LOOK_PX)
     small = _reduced(ink, factor)
     frames, lines = _without_frames(small & ~_blots(small))
     main, others, labels = _clusters(_without_dashes(lines))
     buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
-    chosen = buildings.index(main) if storey is None else storey - 1
-    if not 0 <= chosen < len(buildings):
-        raise MapFormatError(
-            f'storey {storey} is not on the sheet: expected 1 to {len(buildings)}'
-        )
     grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
     dropped = [Dropped(FRAME, _scaled(box, factor)) for box in frames]
@@ -128,13 +104,7 @@ def find_building(ink: Mask, storey: int | None = None) -> Sheet:
         Dropped(_what(other, main), _scaled(other.box, factor))
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
-    return Sheet(
-        tuple(_scaled(b.box, factor) for b in buildings),
-        chosen,
-        _enlarged(grounds[chosen], ink.shape),
-        tuple(dropped),
-        _likeness(main),
-    )
+    return Sheet(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
 
 
 def _without_dashes(lines: Mask) -> Mask:
@@ -161,11 +131,6 @@ def _reduced(ink: Mask, factor: float) -> Mask:
     size = [max(1, round(side / factor)) for side in ink.shape[::-1]]
     shares = cv2.resize(ink.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     return np.asarray(shares > min(0.9, 0.25 / factor))
-
-
-def _enlarged(mask: Mask, shape: tuple[int, ...]) -> Mask:
-    size = (shape[1], shape[0])
-    return np.asarray(cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0)
 
 
 def _scaled(box: Box, factor: float) -> Box:
@@ -461,10 +426,3 @@ def _what(other: Cluster, main: Cluster) -> str:
     if min(right - left, bottom - top) < 0.2 * _TEXT_SHARE * side:
         return 'line'
     return 'text' if bottom - top < _TEXT_SHARE * side else 'drawing beside the building'
-
-
-def margin_around(box: Box, shape: tuple[int, ...]) -> Box:
-    """Return ``box`` with the paper that is kept around a building, inside of ``shape``."""
-    margin = round(_MARGIN * max(box[2] - box[0], box[3] - box[1])) + 2
-    left, top, right, bottom = box
-    return _inside((left - margin, top - margin, right + margin, bottom + margin), shape)

@@ -9,7 +9,6 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -35,12 +34,7 @@ _SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
 _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
-_DARKEST = 255
-_CUTS = (0.3, 0.12)  # shares of the darkest tone from which on a reading takes ink
-_TONE_BLUR = 6.0  # levels: tones that are nearer to each other are one
-_TONE_SHARE = 0.08  # of the lines have a tone that counts
-_APART = 14.0  # levels between two readings
-_MAX_TONES = 3
+_CUT = 0.3  # of the darkest tone: what is fainter is no ink
 
 
 def is_dark_ground(pixels: Levels) -> bool:
@@ -137,53 +131,18 @@ def _small(pixels: Levels, longest: int) -> Levels:
     return np.asarray(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
-@dataclass(frozen=True)
-class Tone:
-    """What is darker than ``level`` is ink; ``name`` says which lines those are."""
-
-    name: str
-    level: float
-
-
-def inks(levels: Levels) -> list[Tone]:
+def ink_level(levels: Levels) -> float | None:
     """
-    Return readings of which contrast is ink, most usual first.
+    Return the contrast from which on pixels are ink; None where nothing is drawn.
 
-    ``levels (H, W)`` are those of :func:`contrast`. Nothing drawn gives an empty list.
+    ``levels (H, W)`` are those of :func:`contrast`.
     """
     least = max(_FAINTEST, _NOISE_SIGMAS * _noise(levels))
-    count = np.bincount(levels.ravel(), minlength=256)
-    darker = count[::-1].cumsum()[::-1]  # pixels of at least that contrast
-    first = int(least) + 1
-    if first > _DARKEST or not darker[first]:
-        return []
-    ridge = levels[(levels >= first) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))]
-    cuts = _cuts(np.bincount(ridge, minlength=256).astype(np.float64), least)
-    return [Tone(_name(k, len(cuts)), level) for k, level in enumerate(cuts)]
-
-
-def _cuts(count: NDArray[np.float64], least: float) -> list[float]:
-    """Return levels from which on lines count: below the faintest tone that matters, then on."""
-    mass = np.cumsum(count[::-1])[::-1] / count.sum()
-    top = int(np.flatnonzero(mass >= 1.0 - _TOP_SHARE)[-1])
-    smooth = cv2.GaussianBlur(count[None], (0, 0), _TONE_BLUR, borderType=cv2.BORDER_REFLECT)[0]
-    valleys = np.flatnonzero((smooth[1:-1] < smooth[:-2]) & (smooth[1:-1] <= smooth[2:])) + 1
-    edges = np.array([0, *valleys, 256])
-    shares = np.add.reduceat(count, edges[:-1]) / count.sum()
-    cuts = [float(max(least, _CUTS[0] * top))]
-    for k in range(1, len(shares)):
-        level = float(edges[k])
-        has_both = shares[:k].sum() > _TONE_SHARE and shares[k:].sum() > _TONE_SHARE
-        if has_both and level > least and all(abs(level - cut) > _APART for cut in cuts):
-            cuts.append(level)
-    faint = float(max(least, _CUTS[1] * top))
-    if cuts[0] - faint > _APART:
-        cuts.append(faint)
-    return cuts[:_MAX_TONES]
-
-
-def _name(place: int, count: int) -> str:
-    return 'all lines' if place == 0 else f'lines of tone {place} of {count - 1}'
+    is_ridge = (levels > least) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))
+    if not is_ridge.any():
+        return None
+    darkest = float(np.quantile(levels[is_ridge], _TOP_SHARE))
+    return float(max(least, _CUT * darkest))
 
 
 def _noise(levels: Levels) -> float:

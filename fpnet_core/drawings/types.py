@@ -146,6 +146,25 @@ class Dropped:
     box: tuple[int, int, int, int]
 
 
+@dataclass(frozen=True)
+class Trust:
+    """
+    How sure the network that reads walls is of a reading; all in [0, 1].
+
+    Parameters
+    ----------
+    certainty : mean probability of the most probable class, over the building
+    wall_certainty : mean probability of what was taken for wall or window
+    unsure : share of the building with no class above 0.8
+    agreement : share of the building's walls in either look that the other one sees, too
+    """
+
+    certainty: float
+    wall_certainty: float
+    unsure: float
+    agreement: float
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """
@@ -164,6 +183,7 @@ class Reading:
     notes : what a user should know, a sentence each
     doubts : reasons not to believe the reading; empty for a plausible one
     drawing : what was read
+    trust : how sure the network is that read it; None where none did
     """
 
     grid: GridMap
@@ -175,6 +195,7 @@ class Reading:
     dropped: tuple[Dropped, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    trust: Trust | None = None
 
     @property
     def estimate(self) -> ScaleEstimate | None:

@@ -35,24 +35,36 @@ class View:
     pixels: Levels
     is_straightened: bool
 
-    def cropped(self, box: Box) -> View:
-        """Return the part within ``box`` (left, top, right, bottom)."""
-        left, top, right, bottom = box
-        move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-        levels = np.ascontiguousarray(self.levels[top:bottom, left:right])
-        return View(levels, move @ self.H_view_pixel, self.pixels, self.is_straightened)
+    def shown(self, box: Box, longest: int) -> tuple[Levels, Array]:
+        """
+        Return the drawing's colours within ``box`` of the view, straightened like it.
 
-    def finer(self, longest: int) -> tuple[View, float]:
-        """Return the same part with its longer side up to ``longest``, and by which factor."""
-        centre = np.array([self.levels.shape[1], self.levels.shape[0]]) / 2.0
-        factor = min(longest / max(self.levels.shape), self._reduction(centre))
-        if factor < _WORTH_IT:
-            return self, 1.0
-        H = shrinking(factor) @ self.H_view_pixel
-        size = [max(1, round(side * factor)) for side in self.levels.shape[::-1]]
-        pixels = cv2.warpPerspective(self.pixels, H, size, borderMode=cv2.BORDER_REPLICATE)
-        levels = contrast(np.asarray(pixels, dtype=np.uint8))
-        return View(levels, H, self.pixels, self.is_straightened), factor
+        Parameters
+        ----------
+        box : left, top, right, bottom in the view's pixels
+        longest : of the sides of what is returned; a drawing of fewer pixels is not enlarged
+
+        Returns
+        -------
+        picture : (H, W, 3)
+        H_picture_pixel : (3, 3), from the drawing's pixels
+        """
+        left, top, right, bottom = box
+        middle = np.array([left + right, top + bottom]) / 2.0
+        per_pixel = self._reduction(middle)
+        factor = min(longest / max(right - left, bottom - top), per_pixel)
+        size = [max(1, round(factor * side)) for side in (right - left, bottom - top)]
+        move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+        H = shrinking((size[0] / (right - left), size[1] / (bottom - top))) @ move
+        H = H @ self.H_view_pixel
+        source, H_source_pixel = _shrunk_part(
+            self.pixels, np.linalg.inv(H), size, per_pixel / factor
+        )
+        H_picture_source = H @ np.linalg.inv(H_source_pixel)
+        picture = cv2.warpPerspective(
+            source, H_picture_source, size, borderMode=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(picture, np.uint8), H
 
     def _reduction(self, centre: Array) -> float:
         """Return how many of the drawing's pixels are one of the view's, at a place."""
@@ -63,7 +75,31 @@ class View:
         return float(np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))
 
 
-_WORTH_IT = 1.2  # a view that is less finer shows nothing new
+def _shrunk_part(
+    pixels: Levels, H_pixel_picture: Array, size: list[int], reduction: float
+) -> tuple[Levels, Array]:
+    """
+    Return what of ``pixels (H, W, 3)`` a picture shows, averaged to about its size.
+
+    ``reduction`` is how many pixels are one of the picture's, along a side. The second is the map
+    (3, 3) from pixels to what is returned.
+    """
+    corners = np.array([[0, 0, 1], [size[0], 0, 1], [size[0], size[1], 1], [0, size[1], 1]], float)
+    there = corners @ H_pixel_picture.T
+    there = there[:, :2] / there[:, 2:]
+    limit = np.array(pixels.shape[1::-1])
+    left, top = np.clip(np.floor(there.min(axis=0)).astype(int) - 2, 0, limit - 1).tolist()
+    right, bottom = np.clip(np.ceil(there.max(axis=0)).astype(int) + 3, 1, limit).tolist()
+    part = pixels[top:bottom, left:right]
+    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+    if reduction < _WORTH_IT:
+        return part, move
+    small = [max(1, round(side / reduction)) for side in part.shape[1::-1]]
+    shown = np.asarray(cv2.resize(part, small, interpolation=cv2.INTER_AREA), np.uint8)
+    return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
+
+
+_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging
 
 
 def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:

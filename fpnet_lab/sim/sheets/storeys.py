@@ -91,15 +91,20 @@ def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
 
 def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
     """Return walls, windows and doors, the lowest first."""
-    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
-    if look.walls != 'thin':
-        outer_m = max(outer_m, look.outer_m)
-    panes = _panes(storey, outer_m) if Trait.WINDOWS in look.traits else np.zeros((0, 4, 2))
-    walls = _walls(storey, outer_m, panes)
+    walls, panes = solid_parts(storey, look)
     marks = _wall_marks(walls, look, rng)
     marks += _pane_marks(panes, look)
     marks += _door_marks(storey, look)
     return marks
+
+
+def solid_parts(storey: PlacedStorey, look: Look) -> tuple[BaseGeometry, Array]:
+    """Return all that is solid but windows, and windows (N, 4, 2), as drawn [m, page]."""
+    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
+    if look.walls != 'thin':
+        outer_m = max(outer_m, look.outer_m)
+    panes = _panes(storey, outer_m) if Trait.WINDOWS in look.traits else np.zeros((0, 4, 2))
+    return _walls(storey, outer_m, panes), panes
 
 
 def _walls(storey: PlacedStorey, outer_m: float, panes: Array) -> BaseGeometry:

@@ -1,0 +1,342 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The building on a sheet as a small network sees it, pixel by pixel.
+
+A look at the whole sheet says where the building is; a look at the building alone, as finely as
+the drawing allows, says what is wall, window, doorway and floor. Both looks must agree, and how
+far they do is a figure of trust.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.types import Array, Trust
+from fpnet_core.drawings.view import View
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
+Mask = NDArray[np.bool_]
+Box = tuple[int, int, int, int]
+Chances = NDArray[np.float32]
+Pixels = NDArray[np.uint8]
+
+SHEET_PX = 1024
+"""The longer side of the picture in which the network looks for the building."""
+
+BUILDING_PX = (500, 1300)
+"""The longer side of the building in the picture that walls are read from, and between them"""
+
+WALL_PX = 6.0
+"""so large that its walls are as thick as this in the mean."""
+
+FINAL_PX = 1600
+"""The longer side of the map at most: edges of walls are those of the drawing at this size."""
+
+_WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
+_LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
+_STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
+_DOOR_SHARE = 0.35  # of the largest building's share of doors: what has fewer is a table
+_LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
+_MARGIN = 0.04  # of the building's longer side is looked at around it
+_SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
+_WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
+_WALLS_COUNT = 2.5  # times as much as floor: a hole in a wall joins two rooms
+_LEAKS = 0.12  # of a space is unlike the rest of it
+_SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
+_LEAST_PX = 280  # the longer side of a picture in which buildings can be read
+_SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
+_EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
+_SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
+_LEAST = 1e-3  # numerical
+_NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
+
+
+@dataclass(frozen=True, eq=False)
+class SeenBuilding:
+    """
+    A building as the network sees it.
+
+    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
+    them; ``boxes`` are those of all buildings on the sheet in the view's pixels, ``chosen``
+    indexes them.
+    """
+
+    cells: NDArray[np.int8]
+    H_cell_pixel: Array
+    boxes: tuple[Box, ...]
+    chosen: int
+    trust: Trust
+
+
+def see_building(view: View, storey: int | None) -> SeenBuilding | None:
+    """
+    Return the building of a view as the network sees it; None where it sees none.
+
+    ``storey`` is its number from 1, of several on a sheet; None takes the largest.
+
+    Raises
+    ------
+    MapFormatError
+        If there is no such storey.
+    """
+    shape = view.levels.shape
+    sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
+    coarse = _chances(sheet)
+    labels, boxes = _buildings(coarse[OUTSIDE] < 0.5)
+    if not boxes:
+        return None
+    order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
+    chosen = order.index(0) if storey is None else storey - 1
+    if not 0 <= chosen < len(order):
+        raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
+    S = view.H_view_pixel @ np.linalg.inv(H_sheet_pixel)
+    in_view = tuple(_mapped(S, boxes[k]) for k in order)
+    ground = (labels == order[chosen] + 1).astype(np.float32)
+    box = _widened(in_view[chosen], shape)
+    longest = _longest(coarse, ground > 0, boxes[order[chosen]])
+    final, H_cell_pixel = view.shown(box, FINAL_PX)
+    fine = _enlarged(_surest_look(view, box, longest), final)
+    H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
+    size = (fine.shape[2], fine.shape[1])
+    near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
+    earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
+    before = np.asarray(np.stack(earlier), np.float32)
+    cells = _alone(_cells(fine, before, near))
+    if not (cells == FREE).any():
+        return None
+    return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+
+
+def _surest_look(view: View, box: Box, longest: int) -> Chances:
+    """
+    Return the probabilities of a part of the view at the size at which the network is surest.
+
+    From ``longest`` on, smaller pictures are looked at as long as that makes it surer: walls of
+    two lines may have been taken for two walls, and then looked at too closely.
+    """
+    best = _chances(view.shown(box, longest)[0])
+    while longest * _SMALLER > _LEAST_PX:
+        longest = round(longest * _SMALLER)
+        other = _chances(view.shown(box, longest)[0])
+        if _certainty(other) < _certainty(best) + _SURER:
+            break
+        best = other
+    return best
+
+
+def _certainty(chances: Chances) -> float:
+    """Return the mean probability of the most probable class, over the building."""
+    built = chances[OUTSIDE] < 0.5
+    return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
+
+
+def _enlarged(chances: Chances, picture: Pixels) -> Chances:
+    """Return the probabilities for each pixel of a larger ``picture (H, W, 3)``."""
+    size = (picture.shape[1], picture.shape[0])
+    factor = size[0] / chances.shape[2]
+    shown = [cv2.resize(each, size, interpolation=cv2.INTER_LINEAR) for each in chances]
+    found = np.asarray(np.stack(shown), np.float32)
+    solid = found[WALL] + found[WINDOW]
+    guide = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.float32) / 255.0
+    if not _are_solid(solid, guide):
+        return found
+    sharp = np.clip(_guided(solid, guide, max(1, round(_SHARP_PX * factor))), 0.0, 1.0)
+    rest = (1.0 - sharp) / np.maximum(1.0 - solid, _LEAST)
+    window = found[WINDOW] / np.maximum(solid, _LEAST) * sharp
+    found *= rest
+    found[WALL], found[WINDOW] = sharp - window, window
+    return found
+
+
+def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
+    """Tell whether walls are areas of one tone, darker than what is beside them."""
+    wall = (solid > 0.7).astype(np.uint8)
+    core = cv2.erode(wall, np.ones((3, 3), np.uint8)) > 0
+    beside = (cv2.dilate(wall, np.ones((9, 9), np.uint8)) > 0) & (solid < 0.2)
+    if not core.any() or not beside.any():
+        return False
+    tone = float(np.median(guide[core]))
+    spread = float(np.median(np.abs(guide[core] - tone)))
+    gap = float(np.median(guide[beside])) - tone
+    return gap > _SOLID_GAP and spread < _SOLID_SPREAD * gap
+
+
+def _guided(
+    values: NDArray[np.float32], guide: NDArray[np.float32], radius: int
+) -> NDArray[np.float32]:
+    """Return values (H, W) smoothed but at the guide's edges (He et al., 2010, equations 5-8)."""
+    side = (2 * radius + 1, 2 * radius + 1)
+    mean, about = cv2.blur(guide, side), cv2.blur(values, side)
+    both = cv2.blur(guide * values, side) - mean * about
+    spread = cv2.blur(guide * guide, side) - mean * mean
+    slope = both / (spread + (_EDGE * float(guide.std())) ** 2)
+    offset = about - slope * mean
+    return np.asarray(cv2.blur(slope, side) * guide + cv2.blur(offset, side), np.float32)
+
+
+def _chances(pixels: NDArray[np.uint8]) -> Chances:
+    from fpnet_core.models.walls import classify, packaged_wall_network  # loads torch
+
+    return classify(packaged_wall_network(), pixels)
+
+
+def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
+    """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
+    longest = max(inside.shape)
+    side = 2 * round(0.5 * _LINE_SHARE * longest) + 1  # odd, or it would move what it opens
+    square = np.ones((side, side), np.uint8)
+    inside = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
+    _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    if len(stats) < 2:
+        return np.zeros(inside.shape, np.int32), []
+    largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
+    extent = int(stats[largest, 2:4].max())
+    joined = _grown(inside.astype(np.float32), _WING_SHARE * extent / longest / 2.0)
+    count, labels = cv2.connectedComponents((joined > 0).astype(np.uint8))
+    labels = np.where(inside, labels, 0)
+    areas = np.bincount(labels.ravel(), minlength=count)[1:]
+    order = np.argsort(-areas, kind='stable')
+    least = max(_STOREY_SHARE * areas.max(), _LEAST_SHARE * inside.size)
+    kept = [int(k) + 1 for k in order if areas[k] >= least]
+    number = np.zeros(count, np.int32)
+    number[kept] = np.arange(1, len(kept) + 1)
+    return number[labels], [_box(labels == k) for k in kept]
+
+
+def _longest(chances: Chances, ground: Mask, box: Box) -> int:
+    """Return how long a building's picture should be, by its walls as seen on the sheet."""
+    thickness = mean_thickness((chances[WALL] > 0.5) & ground)
+    side = max(box[2] - box[0], box[3] - box[1])
+    wanted = side * WALL_PX / max(thickness, 1.0)
+    return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
+
+
+def mean_thickness(walls: Mask) -> float:
+    """Return how thick walls (H, W) are in the mean [px]: twice their area over their outline."""
+    solid = walls.astype(np.uint8)
+    outline = int(solid.sum()) - int(cv2.erode(solid, np.ones((3, 3), np.uint8)).sum())
+    return 2.0 * float(solid.sum()) / outline if outline else 0.0
+
+
+def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:
+    """Tell whether doors take nearly as much of a building as of the largest one: tables lack."""
+    largest, other = (float(chances[DOOR][labels == k].mean()) for k in (1, label))
+    return other > _DOOR_SHARE * largest
+
+
+def _box(mask: Mask) -> Box:
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return int(cols[0]), int(rows[0]), int(cols[-1]) + 1, int(rows[-1]) + 1
+
+
+def _reading_order(boxes: list[Box]) -> list[int]:
+    """Return the places of the boxes row by row; those that overlap in height are a row."""
+    left = sorted(range(len(boxes)), key=lambda k: boxes[k][1])
+    found: list[int] = []
+    while left:
+        bottom = boxes[left[0]][3]
+        row = [k for k in left if (boxes[k][1] + boxes[k][3]) / 2.0 < bottom]
+        found += sorted(row, key=lambda k: boxes[k][0])
+        left = [k for k in left if k not in row]
+    return found
+
+
+def _grown(mask: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+    """Return the mask dilated by a share of the picture's longer side."""
+    side = 2 * max(1, round(share * max(mask.shape))) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.dilate(mask, disc), np.float32)
+
+
+def _mapped(H: Array, box: Box) -> Box:
+    left, top, right, bottom = box
+    corners = np.array([[left, top, 1.0], [right - 1.0, bottom - 1.0, 1.0]]) @ H.T
+    (x0, y0), (x1, y1) = (corners[:, :2] / corners[:, 2:]).tolist()
+    return round(x0), round(y0), round(x1) + 1, round(y1) + 1
+
+
+def _widened(box: Box, shape: tuple[int, ...]) -> Box:
+    left, top, right, bottom = box
+    by = round(_MARGIN * max(right - left, bottom - top)) + 1
+    return (
+        max(0, left - by),
+        max(0, top - by),
+        min(shape[1], right + by),
+        min(shape[0], bottom + by),
+    )
+
+
+def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
+    """
+    Return cells (H, W) of the building within ``near (H, W)``.
+
+    Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
+    """
+    solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
+    is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
+    is_shut = is_wall | (fine[DOOR] > 0.5)
+    inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
+    is_free = inside & ~is_wall
+    reach = _WALL_SHARE * max(near.shape)
+    is_wall = _without_specks(is_wall & (cells_to_nearest(is_free) <= reach))
+    return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+
+
+def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Return the cells without what stands apart from the building."""
+    labels, boxes = _buildings(cells != UNKNOWN)
+    if not boxes:
+        return np.full_like(cells, UNKNOWN)
+    near = _grown((labels == 1).astype(np.float32), _LINE_SHARE) > 0
+    return np.where(near, cells, UNKNOWN).astype(np.int8)
+
+
+def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
+    """
+    Return what is more inside than outside, of the probability ``inside (H, W)``.
+
+    A space that lines shut off is one or the other as a whole, unless it is much of both: then
+    it leaks.
+    """
+    count, spaces = cv2.connectedComponents((~is_shut).astype(np.uint8), connectivity=4)
+    flat, likely = spaces.ravel(), (inside > 0.5).ravel()
+    share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
+    leaks = np.minimum(share, 1.0 - share) > _LEAKS
+    leaks[0] = True
+    return np.where(leaks[spaces], inside > 0.5, share[spaces] > 0.5)
+
+
+def _without_specks(walls: Mask) -> Mask:
+    """Return the walls without pieces too short to be any."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
+    keep = stats[:, 2:4].max(axis=1) > _SPECK_SHARE * max(walls.shape)
+    keep[0] = False
+    return np.asarray(keep[labels])
+
+
+def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
+    built, walls = cells != UNKNOWN, cells == OCCUPIED
+    most = fine.max(axis=0)[built]
+    solid = fine[WALL] + fine[WINDOW]
+    earlier = (before[WALL] + before[WINDOW] > 0.5) & built
+    return Trust(
+        certainty=float(most.mean()),
+        wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,
+        unsure=float((most < 0.8).mean()),
+        agreement=min(_covered(walls, earlier), _covered(earlier, walls)),
+    )
+
+
+def _covered(walls: Mask, by: Mask) -> float:
+    """Return the share of walls that others are near to."""
+    side = 2 * _NEAR_PX + 1
+    near = cv2.dilate(by.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    return float((near & walls).sum() / max(walls.sum(), 1))
