@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.building import cells_of, inside_of_lines
 from fpnet_core.drawings.candidates import NOMINAL_M, Candidate, candidates
+from fpnet_core.drawings.looking import Rival
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import find_building
 from fpnet_core.drawings.straighten import map_points
@@ -48,7 +49,7 @@ class Found:
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
-    ``dropped`` are in the drawing's pixels.
+    ``dropped`` are in the drawing's pixels; ``rivals`` are the other readings that were tried.
     """
 
     cells: NDArray[np.int8]
@@ -60,6 +61,14 @@ class Found:
     chosen: int = 0
     dropped: tuple[Dropped, ...] = ()
     is_straightened: bool = False
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def H_plan_pixel(self) -> Array:
+        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
+        stride = _stride(self.cells)
+        to_plan = pixel_to_xy(self.segmentation.grid).matrix
+        return np.asarray(to_plan @ shrinking(1.0 / stride) @ self.H_cell_pixel)
 
 
 def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -75,21 +84,21 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     plain = None if options.storey else _best_plain(pictures, options, config)
     if plain is not None and plain.probability > _PLAIN_SURE:
         return plain
-    found: tuple[Candidate, float] | None = None
+    tried: list[tuple[Candidate, float]] = []
     for picture in pictures:
-        other = _most_plausible(picture, options, config)
-        if other is not None and (found is None or other[1] > found[1]):
-            found = other
-        if found is not None and found[1] > _PLAIN_SURE:
+        tried += _tried(picture, options, config)
+        if any(chance > _PLAIN_SURE for _, chance in tried):
             break
+    found = max(tried, key=lambda each: each[1], default=None)
     if plain is not None and (found is None or plain.probability >= found[1]):
-        return plain
+        return replace(plain, rivals=_rivals(tried))
     if found is None:
         raise MapFormatError(
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             'with walls that stand out from the paper'
         )
-    return _finished(*found, config)
+    others = _rivals([each for each in tried if each is not found])
+    return replace(_finished(*found, config), rivals=others)
 
 
 def all_readings(
@@ -103,10 +112,7 @@ def all_readings(
     for picture in _pictures(pixels):
         plain = _plain(picture, options, config)
         if plain is not None:
-            grid = plain.segmentation.grid
-            stride = -(-max(plain.cells.shape) // _JUDGED_PX)
-            H = shrinking(1.0 / stride) @ plain.H_cell_pixel
-            yield plain.segmentation, pixel_to_xy(grid).matrix @ H
+            yield plain.segmentation, plain.H_plan_pixel
         for candidate in candidates(view_of(picture, options.crop), options.storey, config):
             yield candidate.segmentation, candidate.H_plan_pixel
 
@@ -124,17 +130,23 @@ def _best_plain(
     return max(known, key=lambda plain: plain.probability, default=None)
 
 
-def _most_plausible(
+def _tried(
     pixels: Levels, options: ReadOptions, config: SegmentationConfig
-) -> tuple[Candidate, float] | None:
-    best: tuple[Candidate, float] | None = None
+) -> list[tuple[Candidate, float]]:
+    """Return readings and how plausible they are, the last one surely if any is."""
+    found = []
     for candidate in candidates(view_of(pixels, options.crop), options.storey, config):
-        chance = probability(candidate.features)
-        if best is None or chance > best[1]:
-            best = candidate, chance
-        if chance > _SURE:
+        found.append((candidate, probability(candidate.features)))
+        if found[-1][1] > _SURE:
             break
-    return best
+    return found
+
+
+def _rivals(tried: list[tuple[Candidate, float]]) -> tuple[Rival, ...]:
+    return tuple(
+        Rival(candidate.segmentation, candidate.H_plan_pixel, chance)
+        for candidate, chance in tried
+    )
 
 
 def _finished(candidate: Candidate, chance: float, config: SegmentationConfig) -> Found:
@@ -219,7 +231,7 @@ def _rooms_of(
     cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
 ) -> tuple[Segmentation, float]:
     """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
-    stride = -(-max(cells.shape) // _JUDGED_PX)
+    stride = _stride(cells)
     rows, cols = (-(-side // stride) for side in cells.shape)
     padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
     padded[: cells.shape[0], : cells.shape[1]] = cells
@@ -229,6 +241,11 @@ def _rooms_of(
     grid = GridMap(coarse[::-1], cell_m * stride)
     segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
     return segmentation, scale.factor
+
+
+def _stride(cells: NDArray[np.int8]) -> int:
+    """Return how many cells (H, W) of a reading are one of those that it is judged by."""
+    return -(-max(cells.shape) // _JUDGED_PX)
 
 
 def _grey(pixels: Levels) -> Levels | None:

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What speaks for and against a reading as a whole, in figures that need no scale."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.building import enclosed_shares
+from fpnet_core.drawings.looking import WHAT_IFS, Look, wall_cells
+from fpnet_core.drawings.plausible import FEATURES, features
+from fpnet_core.drawings.room_figures import ROOM_FIGURES
+from fpnet_core.segmentation.agreement import room_agreement
+from fpnet_core.types import FREE, UNKNOWN
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int32]
+
+WHOLE_FIGURES = (
+    *FEATURES,
+    'plausible', 'rivals', 'best_rival', 'top_rival', 'top_odds', 'rival_count', 'lost',
+    'lost_top',
+    *(f'{name}_rooms' for name in WHAT_IFS),
+    'open', 'enclosed_less', 'enclosed_more', 'shut_out', 'unread', 'unread_beside',
+    'tone', 'cells', 'wall_cells',
+)  # fmt: skip
+ROOM_SUMMARY = ('expected', 'doubtful', 'least', 'log_odds', 'expected_area')
+SHEET_FIGURES = (*WHOLE_FIGURES, *ROOM_SUMMARY)
+
+_LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
+_SURE_LINE = 0.5  # of the usual wall's contrast
+_FEW = 1e-3  # plausibility that every rival has
+_LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
+_LEAST_ODDS = 0.02  # of a room; what is less sure is no surer
+
+
+def whole_figures(look: Look) -> Array:
+    """Return the figures (F,) of a reading as a whole, in the order of ``WHOLE_FIGURES``."""
+    found = {
+        **dict(zip(FEATURES, features(look.segmentation).tolist(), strict=True)),
+        **_of_rivals(look),
+        **_of_what_ifs(look),
+        **_of_walls(look),
+    }
+    return np.array([found[name] for name in WHOLE_FIGURES])
+
+
+def room_summary(rooms: Array, right: Array) -> Array:
+    """
+    Return what the rooms come to, in the order of ``ROOM_SUMMARY``; zeros without rooms.
+
+    ``rooms (R, F)`` are their figures, and each is ``right (R,)`` with so much probability.
+    """
+    if not right.size:
+        return np.zeros(len(ROOM_SUMMARY))
+    area = np.exp(rooms[:, ROOM_FIGURES.index('size')])
+    held = np.clip(right, _LEAST_ODDS, 1.0 - _LEAST_ODDS)
+    counts = area > _LEAST_COUNTED
+    return np.array([
+        right[counts].mean(),
+        np.mean(right[counts] < 0.5),
+        np.quantile(right, 0.1),
+        np.mean(np.log(held / (1.0 - held))),
+        np.average(right, weights=area),
+    ])  # fmt: skip
+
+
+def _of_rivals(look: Look) -> dict[str, float]:
+    labels = look.segmentation.labels
+    alike = np.array([room_agreement(rival, labels).f1 for rival in look.rivals])
+    lost = np.array([_lost_rooms(look, rival) for rival in look.rivals])
+    if not alike.size:
+        return {
+            'plausible': look.plausible, 'rivals': np.nan, 'best_rival': np.nan,
+            'top_rival': np.nan, 'top_odds': np.nan, 'rival_count': 0.0, 'lost': np.nan,
+            'lost_top': np.nan,
+        }  # fmt: skip
+    weights = look.weights + _FEW
+    return {
+        'plausible': look.plausible,
+        'rivals': float(np.average(alike, weights=weights)),
+        'best_rival': float(alike.max()),
+        'top_rival': float(alike[0]),
+        'top_odds': float(np.log((look.plausible + 0.01) / (look.weights[0] + 0.01))),
+        'rival_count': float(np.log1p(len(alike))),
+        'lost': float(np.average(lost, weights=weights)),
+        'lost_top': float(lost[0]),
+    }
+
+
+def _lost_rooms(look: Look, rival: Labels) -> float:
+    """Return how many rooms of a rival lie outside the building, per room of the reading."""
+    cells = look.segmentation.grid.cells
+    count = int(rival.max(initial=0))
+    size = np.bincount(rival.ravel(), minlength=count + 1)[1:]
+    gone = np.bincount(rival[cells == UNKNOWN], minlength=count + 1)[1:]
+    is_room = size > _LEAST_ROOM * np.median(size) if size.size else np.zeros(0, np.bool_)
+    lost = np.count_nonzero(is_room & (gone > 0.5 * size))
+    return lost / max(len(look.segmentation.rooms), 1)
+
+
+def _of_what_ifs(look: Look) -> dict[str, float]:
+    labels = look.segmentation.labels
+    return {
+        f'{name}_rooms': room_agreement(other, labels).f1 for name, other in look.what_if.items()
+    }
+
+
+def _of_walls(look: Look) -> dict[str, float]:
+    cells, walls = look.segmentation.grid.cells, look.walls
+    free = cells == FREE
+    ends = _beside(free, cells == UNKNOWN)
+    less, more = enclosed_shares(walls, free | walls)
+    sure = look.levels > _SURE_LINE * look.tone
+    near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    unread = sure & ~near
+    return {
+        'open': ends / max(ends + _beside(free, walls), 1),
+        'enclosed_less': less,
+        'enclosed_more': more,
+        'shut_out': _shut_out(look, sure),
+        'unread': float(np.count_nonzero(unread & free) / max(np.count_nonzero(free), 1)),
+        'unread_beside': float(np.count_nonzero(unread & ~free) / max(np.count_nonzero(walls), 1)),
+        'tone': np.log(look.tone + 1.0),
+        'cells': float(np.log(free.sum() + 1)),
+        'wall_cells': float(np.log(wall_cells(walls))),
+    }
+
+
+def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
+    """Count the pairs of neighbouring cells of which one is here and one there."""
+    return int(
+        np.count_nonzero(one[1:] & other[:-1])
+        + np.count_nonzero(one[:-1] & other[1:])
+        + np.count_nonzero(one[:, 1:] & other[:, :-1])
+        + np.count_nonzero(one[:, :-1] & other[:, 1:])
+    )
+
+
+def _shut_out(look: Look, lines: NDArray[np.bool_]) -> float:
+    """Return the area that lines close and the reading has outside, per area of its rooms."""
+    outside = (~lines & (look.segmentation.grid.cells == UNKNOWN)).astype(np.uint8)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(
+        outside.astype(np.uint8), connectivity=4
+    )
+    size = stats[:, cv2.CC_STAT_AREA].astype(np.float64)
+    size[0] = 0.0
+    size[np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))] = 0.0
+    labels = look.segmentation.labels
+    rooms = np.bincount(labels.ravel())[1:]
+    rooms = rooms[rooms > 0]
+    if not rooms.size:
+        return 0.0
+    return float(size[size > _LEAST_ROOM * np.median(rooms)].sum() / rooms.sum())
