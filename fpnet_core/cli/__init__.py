@@ -80,6 +80,9 @@ COMMANDS = {
         'fpnet_core.cli.simulate', 'Generate floorplans, matching pairs and lidar recordings.'
     ),
     'train': Subcommand('fpnet_core.cli.train', 'Train the matching network.'),
+    'train-doubts': Subcommand(
+        'fpnet_core.cli.train_doubts', 'Fit what tells a drawing that was read wrongly.'
+    ),
     'train-judge': Subcommand('fpnet_core.cli.train_judge', 'Train the judge of placements.'),
     'train-readings': Subcommand(
         'fpnet_core.cli.train_readings', 'Fit what weighs the readings of a drawing.'

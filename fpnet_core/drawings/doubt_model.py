@@ -57,7 +57,11 @@ class DoubtModel:
     def wrong(self, whole: Array, rooms: Array) -> float:
         """Return how probably a reading is wrong, of its figures and those (R, D) of its rooms."""
         figures = np.concatenate([whole, room_summary(rooms, self.right_rooms(rooms))])
-        return float(self._probability('sheet', figures[None])[0])
+        return float(self.of_sheets(figures[None])[0])
+
+    def of_sheets(self, figures: Array) -> Array:
+        """Return how probably (N,) readings of figures ``(N, D)`` are wrong."""
+        return self._probability('sheet', figures)
 
     def _probability(self, side: Side, figures: Array) -> Array:
         t = {

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.tones import Levels, contrast
 from fpnet_core.io import pixel_to_xy
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
@@ -124,13 +125,6 @@ def _what_ifs(look: Look, config: SegmentationConfig) -> dict[str, Labels]:
 
 def _without(grid: GridMap, gone: Mask) -> GridMap:
     return replace(grid, cells=np.where(gone, FREE, grid.cells).astype(np.int8))
-
-
-def wall_cells(walls: Mask) -> float:
-    """Return the mean thickness of walls (H, W) in cells: twice their area over their outline."""
-    ink = walls.astype(np.uint8)
-    outline = ink - cv2.erode(ink, _SQUARE)
-    return 2.0 * float(ink.sum() + 1) / float(outline.sum() + 1)
 
 
 def _thin(walls: Mask) -> Mask:

@@ -9,28 +9,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.building import enclosed_shares
-from fpnet_core.drawings.looking import WHAT_IFS, Look, wall_cells
-from fpnet_core.drawings.plausible import FEATURES, features
+from fpnet_core.drawings.looking import WHAT_IFS, Look
+from fpnet_core.drawings.plausible import FEATURES, features, wall_cells
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
+from fpnet_core.io.outside import border_of
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, UNKNOWN
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
+Mask = NDArray[np.bool_]
 
 WHOLE_FIGURES = (
     *FEATURES,
     'plausible', 'rivals', 'best_rival', 'top_rival', 'top_odds', 'rival_count', 'lost',
     'lost_top',
     *(f'{name}_rooms' for name in WHAT_IFS),
-    'open', 'enclosed_less', 'enclosed_more', 'shut_out', 'unread', 'unread_beside',
+    'open', 'enclosed_less', 'enclosed_more', 'shut_out', 'unread', 'walls_beside',
     'tone', 'cells', 'wall_cells',
 )  # fmt: skip
 ROOM_SUMMARY = ('expected', 'doubtful', 'least', 'log_odds', 'expected_area')
 SHEET_FIGURES = (*WHOLE_FIGURES, *ROOM_SUMMARY)
 
 _LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
+_AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
+_TOUCHING = 0.3  # of the root of its area a lost room shares with the building
+_WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
 _FEW = 1e-3  # plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 _LEAST_ODDS = 0.02  # of a room; what is less sure is no surer
@@ -70,7 +75,8 @@ def room_summary(rooms: Array, right: Array) -> Array:
 def _of_rivals(look: Look) -> dict[str, float]:
     labels = look.segmentation.labels
     alike = np.array([room_agreement(rival, labels).f1 for rival in look.rivals])
-    lost = np.array([_lost_rooms(look, rival) for rival in look.rivals])
+    beside = _beside_building(look)
+    lost = np.array([_lost_rooms(look, rival, beside) for rival in look.rivals])
     if not alike.size:
         return {
             'plausible': look.plausible, 'rivals': np.nan, 'best_rival': np.nan,
@@ -90,15 +96,24 @@ def _of_rivals(look: Look) -> dict[str, float]:
     }
 
 
-def _lost_rooms(look: Look, rival: Labels) -> float:
-    """Return how many rooms of a rival lie outside the building, per room of the reading."""
+def _lost_rooms(look: Look, rival: Labels, beside: Mask) -> float:
+    """Return how many rooms of a rival lie ``beside`` the building, per room of the reading."""
     cells = look.segmentation.grid.cells
     count = int(rival.max(initial=0))
     size = np.bincount(rival.ravel(), minlength=count + 1)[1:]
     gone = np.bincount(rival[cells == UNKNOWN], minlength=count + 1)[1:]
+    near = np.bincount(rival[beside], minlength=count + 1)[1:]
     is_room = size > _LEAST_ROOM * np.median(size) if size.size else np.zeros(0, np.bool_)
-    lost = np.count_nonzero(is_room & (gone > 0.5 * size))
+    lost = np.count_nonzero(is_room & (gone > 0.5 * size) & (near > _TOUCHING * np.sqrt(size)))
     return lost / max(len(look.segmentation.rooms), 1)
+
+
+def _beside_building(look: Look) -> Mask:
+    """Return what (H, W) of the outside lies within a wall's thickness of the building."""
+    known = (look.segmentation.grid.cells != UNKNOWN).astype(np.uint8)
+    side = 2 * round(_WALLS_AWAY * wall_cells(look.walls)) + 3
+    near = cv2.dilate(known, np.ones((side, side), np.uint8))
+    return np.asarray((near > 0) & (known == 0))
 
 
 def _of_what_ifs(look: Look) -> dict[str, float]:
@@ -120,13 +135,29 @@ def _of_walls(look: Look) -> dict[str, float]:
         'open': ends / max(ends + _beside(free, walls), 1),
         'enclosed_less': less,
         'enclosed_more': more,
-        'shut_out': _shut_out(look, sure),
+        'shut_out': _shut_out(look),
         'unread': float(np.count_nonzero(unread & free) / max(np.count_nonzero(free), 1)),
-        'unread_beside': float(np.count_nonzero(unread & ~free) / max(np.count_nonzero(walls), 1)),
+        'walls_beside': _walls_beside(look, sure),
         'tone': np.log(look.tone + 1.0),
         'cells': float(np.log(free.sum() + 1)),
         'wall_cells': float(np.log(wall_cells(walls))),
     }
+
+
+def _walls_beside(look: Look, sure: Mask) -> float:
+    """Return how much that looks like a wall goes on outside, per area of the reading's walls."""
+    walls = look.walls
+    side = max(1, round(_AS_THICK * wall_cells(walls)))
+    thick = cv2.morphologyEx(
+        sure.astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8)
+    )
+    joined = np.maximum(thick, walls.astype(np.uint8))
+    count, pieces = cv2.connectedComponents(joined, connectivity=8)
+    is_part = np.bincount(pieces[walls], minlength=count) > 0
+    is_part[0] = False
+    near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    outside = (look.segmentation.grid.cells == UNKNOWN) & ~near
+    return float(np.count_nonzero(is_part[pieces] & outside) / max(np.count_nonzero(walls), 1))
 
 
 def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
@@ -139,18 +170,39 @@ def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
     )
 
 
-def _shut_out(look: Look, lines: NDArray[np.bool_]) -> float:
+def _shut_out(look: Look) -> float:
     """Return the area that lines close and the reading has outside, per area of its rooms."""
-    outside = (~lines & (look.segmentation.grid.cells == UNKNOWN)).astype(np.uint8)
-    _, pieces, stats, _ = cv2.connectedComponentsWithStats(
-        outside.astype(np.uint8), connectivity=4
-    )
-    size = stats[:, cv2.CC_STAT_AREA].astype(np.float64)
-    size[0] = 0.0
-    size[np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))] = 0.0
+    rooms = np.count_nonzero(look.segmentation.labels)
+    return sum(size for _, size in _closed_outside(look)) / max(rooms, 1)
+
+
+def lost_spaces(look: Look) -> list[tuple[int, int, int, int]]:
+    """Return boxes (row, column, height, width) of closed spaces that the reading has outside."""
+    return [box for box, _ in sorted(_closed_outside(look), key=lambda each: -each[1])]
+
+
+def _closed_outside(look: Look) -> list[tuple[tuple[int, int, int, int], int]]:
+    """
+    Return boxes and sizes in cells of spaces beside the building that lines close outside it.
+
+    They are as large as rooms and share a wall with the building. A sheet's frame goes around it.
+    """
     labels = look.segmentation.labels
-    rooms = np.bincount(labels.ravel())[1:]
-    rooms = rooms[rooms > 0]
-    if not rooms.size:
-        return 0.0
-    return float(size[size > _LEAST_ROOM * np.median(rooms)].sum() / rooms.sum())
+    size = np.bincount(labels.ravel())[1:]
+    if not (size > 0).any():
+        return []
+    least = _LEAST_ROOM * float(np.median(size[size > 0]))
+    lines = look.levels > _SURE_LINE * look.tone
+    outside = (~lines & (look.segmentation.grid.cells == UNKNOWN)).astype(np.uint8)
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats(outside, connectivity=4)
+    touching = np.bincount(pieces[_beside_building(look)], minlength=count)
+    area = stats[:, cv2.CC_STAT_AREA]
+    is_lost = (area > least) & (touching > _TOUCHING * np.sqrt(area))
+    is_lost[0] = False
+    is_lost[np.unique(border_of(pieces))] = False
+    middle = np.argwhere(labels > 0).mean(axis=0)
+    return [
+        ((int(top), int(left), int(height), int(width)), int(cells))
+        for left, top, width, height, cells in stats[is_lost]
+        if not (top < middle[0] < top + height and left < middle[1] < left + width)
+    ]

@@ -37,7 +37,7 @@ FIRST_SEED = 4000
 
 _COMPARED_CELLS = 1200  # a side of the page: a room has hundreds of them
 _SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
-_MOST_OTHERS, _LEAST_PLAUSIBLE = 3, 0.1  # readings of a sheet beside the chosen one
+_MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 
 
 @dataclass(frozen=True, eq=False)
