@@ -78,21 +78,6 @@ def _enclosed_area(walls: Mask, reach: float) -> float:
     return float(np.count_nonzero(free & ~outside))
 
 
-def enclosed_shares(walls: Mask, inside: Mask) -> tuple[float, float]:
-    """
-    Return how much smaller and larger a building may be, as shares of ``inside (H, W)``.
-
-    They are what the least reach that closes half of it leaves out, and what the largest adds.
-    """
-    factor = max(1.0, max(walls.shape) / _LOOK_PX)
-    small = reduced(walls, factor)
-    area = max(float(np.count_nonzero(reduced(inside & ~walls, factor) & ~small)), 1.0)
-    areas = np.array([_enclosed_area(small, reach) for reach in _REACHES * max(small.shape)])
-    shares = areas / area
-    half = shares[shares > 0.5]
-    return float(half.min(initial=1.0)), float(half.max(initial=1.0))
-
-
 def reduced(mask: Mask, factor: float) -> Mask:
     """Return which pixels of the picture reduced by ``factor`` hold a line."""
     if factor <= 1.0:

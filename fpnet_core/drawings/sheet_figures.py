@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.building import enclosed_shares
 from fpnet_core.drawings.looking import WHAT_IFS, Look
 from fpnet_core.drawings.plausible import FEATURES, features, wall_cells
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
@@ -21,16 +20,19 @@ Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 WHOLE_FIGURES = (
-    *FEATURES,
-    'plausible', 'rivals', 'best_rival', 'top_rival', 'top_odds', 'rival_count', 'lost',
-    'lost_top',
+    'plausible', 'rivals', 'best_rival', 'top_rival', 'top_odds', 'lost', 'lost_top',
     *(f'{name}_rooms' for name in WHAT_IFS),
-    'open', 'enclosed_less', 'enclosed_more', 'shut_out', 'unread', 'walls_beside',
-    'tone', 'cells', 'wall_cells',
+    'open', 'shut_out', 'unread', 'walls_beside', 'specks',
 )  # fmt: skip
-ROOM_SUMMARY = ('expected', 'doubtful', 'least', 'log_odds', 'expected_area')
+ROOM_SUMMARY = ('expected', 'doubtful', 'least', 'log_odds', 'expected_area', 'expected_f1')
 SHEET_FIGURES = (*WHOLE_FIGURES, *ROOM_SUMMARY)
 
+_AS_LOGS = ('lost', 'lost_top', 'shut_out', 'unread', 'walls_beside')
+_AS_ODDS = (
+    'plausible', 'rivals', *(f'{name}_rooms' for name in WHAT_IFS),
+    'expected', 'least', 'expected_area', 'expected_f1',
+)  # fmt: skip
+_LEAST_SHARE = 0.02  # of rooms or area; less is as good as nothing
 _LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
 _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
@@ -38,38 +40,50 @@ _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
 _FEW = 1e-3  # plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
-_LEAST_ODDS = 0.02  # of a room; what is less sure is no surer
 
 
 def whole_figures(look: Look) -> Array:
     """Return the figures (F,) of a reading as a whole, in the order of ``WHOLE_FIGURES``."""
-    found = {
-        **dict(zip(FEATURES, features(look.segmentation).tolist(), strict=True)),
-        **_of_rivals(look),
-        **_of_what_ifs(look),
-        **_of_walls(look),
-    }
+    found = {**_of_rivals(look), **_of_what_ifs(look), **_of_walls(look)}
     return np.array([found[name] for name in WHOLE_FIGURES])
 
 
-def room_summary(rooms: Array, right: Array) -> Array:
+def sheet_evidence(whole: Array, rooms: Array, right: Array) -> Array:
     """
-    Return what the rooms come to, in the order of ``ROOM_SUMMARY``; zeros without rooms.
+    Return what speaks for and against a reading, in the order of ``SHEET_FIGURES``.
 
-    ``rooms (R, F)`` are their figures, and each is ``right (R,)`` with so much probability.
+    ``whole (F,)`` are its own figures, ``rooms (R, D)`` those of its rooms, of which each is
+    ``right (R,)`` with so much probability. Shares come as logarithms or log odds, so that they
+    add up; what could not be measured is NaN.
     """
+    found = dict(zip(WHOLE_FIGURES, whole.tolist(), strict=True))
+    found |= _of_rooms(found['shut_out'], rooms, right)
+    found |= {name: float(np.log(found[name] + _LEAST_SHARE)) for name in _AS_LOGS}
+    found |= {name: _odds(found[name]) for name in _AS_ODDS}
+    return np.array([found[name] for name in SHEET_FIGURES])
+
+
+def _odds(share: float) -> float:
+    held = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
+    return float(np.log(held / (1.0 - held)))
+
+
+def _of_rooms(shut_out: float, rooms: Array, right: Array) -> dict[str, float]:
+    """Return what the rooms come to, where ``shut_out`` of their area was left outside."""
     if not right.size:
-        return np.zeros(len(ROOM_SUMMARY))
+        return dict.fromkeys(ROOM_SUMMARY, 0.0)
     area = np.exp(rooms[:, ROOM_FIGURES.index('size')])
-    held = np.clip(right, _LEAST_ODDS, 1.0 - _LEAST_ODDS)
-    counts = area > _LEAST_COUNTED
-    return np.array([
-        right[counts].mean(),
-        np.mean(right[counts] < 0.5),
-        np.quantile(right, 0.1),
-        np.mean(np.log(held / (1.0 - held))),
-        np.average(right, weights=area),
-    ])  # fmt: skip
+    counted = right[area > _LEAST_COUNTED]
+    hits = counted.mean()
+    return {
+        'expected': hits,
+        'doubtful': float(np.mean(counted < 0.5)),
+        'least': float(np.quantile(right, 0.1)),
+        'log_odds': float(np.mean([_odds(each) for each in right.tolist()])),
+        'expected_area': float(np.average(right, weights=area)),
+        # Found and true rooms: as many as were found, the right ones and those left outside.
+        'expected_f1': 2.0 * hits / (1.0 + hits + shut_out),
+    }
 
 
 def _of_rivals(look: Look) -> dict[str, float]:
@@ -80,8 +94,7 @@ def _of_rivals(look: Look) -> dict[str, float]:
     if not alike.size:
         return {
             'plausible': look.plausible, 'rivals': np.nan, 'best_rival': np.nan,
-            'top_rival': np.nan, 'top_odds': np.nan, 'rival_count': 0.0, 'lost': np.nan,
-            'lost_top': np.nan,
+            'top_rival': np.nan, 'top_odds': np.nan, 'lost': np.nan, 'lost_top': np.nan,
         }  # fmt: skip
     weights = look.weights + _FEW
     return {
@@ -90,7 +103,6 @@ def _of_rivals(look: Look) -> dict[str, float]:
         'best_rival': float(alike.max()),
         'top_rival': float(alike[0]),
         'top_odds': float(np.log((look.plausible + 0.01) / (look.weights[0] + 0.01))),
-        'rival_count': float(np.log1p(len(alike))),
         'lost': float(np.average(lost, weights=weights)),
         'lost_top': float(lost[0]),
     }
@@ -127,20 +139,15 @@ def _of_walls(look: Look) -> dict[str, float]:
     cells, walls = look.segmentation.grid.cells, look.walls
     free = cells == FREE
     ends = _beside(free, cells == UNKNOWN)
-    less, more = enclosed_shares(walls, free | walls)
     sure = look.levels > _SURE_LINE * look.tone
     near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     unread = sure & ~near
     return {
         'open': ends / max(ends + _beside(free, walls), 1),
-        'enclosed_less': less,
-        'enclosed_more': more,
         'shut_out': _shut_out(look),
         'unread': float(np.count_nonzero(unread & free) / max(np.count_nonzero(free), 1)),
         'walls_beside': _walls_beside(look, sure),
-        'tone': np.log(look.tone + 1.0),
-        'cells': float(np.log(free.sum() + 1)),
-        'wall_cells': float(np.log(wall_cells(walls))),
+        'specks': float(features(look.segmentation)[FEATURES.index('specks')]),
     }
 
 

@@ -11,17 +11,17 @@ there.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import torch
-from torch import nn
+from sklearn.ensemble import ExtraTreesRegressor
+from sklearn.linear_model import LogisticRegression
 
-from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, SIDES, DoubtModel, Side
-from fpnet_core.drawings.sheet_figures import room_summary
+from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, SIDES, DoubtModel
+from fpnet_core.drawings.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
 from fpnet_core.training.doubt_trials import ReadingTrial
@@ -32,22 +32,23 @@ Bools = NDArray[np.bool_]
 GOOD_F1 = 0.85
 """A reading is right whose rooms agree with the truth as well as this, as the benchmark has it."""
 
-_LEAST_SPREAD = 1e-3  # of a figure that hardly varies
+
+_LEAST_SPREAD = 1e-3  # of evidence that hardly varies
+_MAX_ITERATIONS = 2000
 
 
 @dataclass(frozen=True)
 class DoubtTraining:
     """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
 
-    members: int = 5
-    width: int = 16
-    epochs: int = 30
-    batch_size: int = 128
-    learning_rate: float = 3e-3
-    room_decay: float = 0.01
-    sheet_decay: float = 0.3
-    f1_blur: float = 0.03
-    """F1 by which readings near the limit are right to some degree."""
+    room_trees: int = 40
+    room_leaf: int = 10
+    """Rooms that a leaf holds at least."""
+    room_leaves: int = 128
+    room_figures: float = 0.5
+    """Share of the figures that are tried at a node."""
+    sheet_strength: float = 0.1
+    """Inverse of the ridge that keeps the weights of evidence of readings small."""
     other_weight: float = 0.5
     """Of a reading that was not chosen, against a chosen one."""
     right_doubted: float = 0.05
@@ -68,23 +69,6 @@ class HeldOut:
     wrong: Array
 
 
-class DoubtNetwork(nn.Module):
-    """One member; the same function as in :class:`fpnet_core.drawings.doubt_model.DoubtModel`."""
-
-    def __init__(self, figures: int, width: int) -> None:
-        super().__init__()
-        self.first = nn.Linear(figures, width)
-        self.second = nn.Linear(width, 1)
-        self.direct = nn.Linear(figures, 1, bias=False)
-        nn.init.zeros_(self.second.weight)
-        nn.init.zeros_(self.direct.weight)
-
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return log odds (N,) of standardised figures (N, D)."""
-        hidden = nn.functional.silu(self.first(x))
-        return torch.as_tensor((self.second(hidden) + self.direct(x)).squeeze(-1))
-
-
 def fit_doubts(
     trials: Sequence[ReadingTrial],
     config: DoubtTraining,
@@ -103,8 +87,8 @@ def fit_doubts(
     if len(np.unique(seeds)) < config.folds or wrong.all() or not wrong.any():
         raise FpnetError('too few sheets to learn from: it takes right and wrong ones')
     held_out = left_out(trials, config, on_fold)
-    tensors = fit_side('room', *_rooms(trials), config)
-    tensors |= fit_side('sheet', *_sheets(trials, held_out.right, config), config)
+    tensors = fit_rooms(trials, config)
+    tensors |= fit_sheets(*_sheets(trials, held_out.right, config), config)
     chosen = np.array([trial.is_chosen for trial in trials])
     level = threshold(held_out.wrong[chosen], wrong[chosen], config.right_doubted)
     return DoubtModel(tensors, level), held_out
@@ -116,21 +100,20 @@ def left_out(
     on_fold: Callable[[float], None] = lambda _: None,
 ) -> HeldOut:
     """Return what is said of each trial by models that have not seen its building."""
-    single = replace(config, members=2)
     fold = _folds(trials, config)
     right = [np.zeros(len(trial.right)) for trial in trials]
     for k in range(config.folds):
         seen = [trials[row] for row in np.flatnonzero(fold != k)]
-        model = fit_side('room', *_rooms(seen), single)
+        model = fit_rooms(seen, config)
         for row in np.flatnonzero(fold == k):
             right[row] = DoubtModel(model, 1.0).right_rooms(trials[row].rooms)
         on_fold(1.0)
     wrong = np.zeros(len(trials))
-    figures, target, weight = _sheets(trials, right, config)
+    evidence, is_wrong, weight = _sheets(trials, right, config)
     for k in range(config.folds):
         kept = fold != k
-        model = fit_side('sheet', figures[kept], target[kept], weight[kept], config)
-        wrong[~kept] = DoubtModel(model, 1.0).of_sheets(figures[~kept])
+        model = fit_sheets(evidence[kept], is_wrong[kept], weight[kept], config)
+        wrong[~kept] = DoubtModel(model, 1.0).wrong_sheets(evidence[~kept])
         on_fold(1.0)
     return HeldOut(right, wrong)
 
@@ -142,87 +125,66 @@ def _folds(trials: Sequence[ReadingTrial], config: DoubtTraining) -> NDArray[np.
     return np.asarray(order[number] % config.folds, dtype=np.int64)
 
 
-def _rooms(trials: Sequence[ReadingTrial]) -> tuple[Array, Array, Array]:
-    """Return figures, truth and weight of all rooms; readings weigh the same."""
-    weight = [np.full(len(t.right), 1.0 / max(len(t.right), 1)) for t in trials]
-    right = np.concatenate([trial.right for trial in trials]).astype(np.float64)
-    return np.concatenate([trial.rooms for trial in trials]), right, np.concatenate(weight)
-
-
 def _sheets(
     trials: Sequence[ReadingTrial], right: Sequence[Array], config: DoubtTraining
-) -> tuple[Array, Array, Array]:
-    """Return figures, how wrong and weight of all readings."""
-    figures = [
-        np.concatenate([trial.whole, room_summary(trial.rooms, each)])
+) -> tuple[Array, Bools, Array]:
+    """Return evidence, which are wrong, and weight of all readings."""
+    evidence = [
+        sheet_evidence(trial.whole, trial.rooms, each)
         for trial, each in zip(trials, right, strict=True)
     ]
-    f1 = np.array([trial.f1 for trial in trials])
-    target = 1.0 / (1.0 + np.exp((f1 - GOOD_F1) / config.f1_blur))
+    wrong = np.array([trial.f1 < GOOD_F1 for trial in trials])
     weight = np.where([trial.is_chosen for trial in trials], 1.0, config.other_weight)
-    return np.array(figures), target, weight
+    return np.array(evidence), wrong, weight
 
 
-def fit_side(
-    side: Side, figures: Array, target: Array, weight: Array, config: DoubtTraining
-) -> dict[str, NDArray[np.float32]]:
-    """
-    Fit the networks of one side.
-
-    Parameters
-    ----------
-    side : rooms or readings
-    figures : (N, D), NaN where there is nothing to measure
-    target : (N,) probabilities
-    weight : (N,)
-    config : settings
-    """
-    if figures.shape[1] != len(SIDES[side]):
-        raise FpnetError(f'{side}: {figures.shape[1]} figures, expected {len(SIDES[side])}')
-    mean = np.nan_to_num(np.nanmean(figures, axis=0))
-    spread = np.nan_to_num(np.nanstd(figures, axis=0)) + _LEAST_SPREAD
-    x = np.clip(np.nan_to_num((figures - mean) / spread), -CLIP, CLIP)
-    data = tuple(
-        torch.from_numpy(v.astype(np.float32)) for v in (x, target, weight / weight.mean())
+def fit_rooms(trials: Sequence[ReadingTrial], config: DoubtTraining) -> dict[str, NDArray[Any]]:
+    """Fit the forest that tells which rooms are right; readings weigh the same."""
+    forest = ExtraTreesRegressor(
+        config.room_trees,
+        min_samples_leaf=config.room_leaf,
+        max_leaf_nodes=config.room_leaves,
+        max_features=config.room_figures,
+        random_state=config.seed,
     )
-    decay = config.room_decay if side == 'room' else config.sheet_decay
-    states = [_fit_member(data, config, decay, member) for member in range(config.members)]
-    found = {'mean': mean, 'spread': spread}
-    found |= {name: np.stack([state[name] for state in states]) for name in states[0]}
-    return {f'{side}.{name}': np.asarray(v, np.float32) for name, v in found.items()}
+    weight = np.concatenate([np.full(len(t.right), 1.0 / max(len(t.right), 1)) for t in trials])
+    right = np.concatenate([trial.right for trial in trials]).astype(np.float64)
+    figures = np.concatenate([trial.rooms for trial in trials])
+    usual = np.nan_to_num(np.nanmedian(figures, axis=0))
+    forest.fit(np.where(np.isnan(figures), usual, figures), right, sample_weight=weight)
+    return {f'room.{name}': value for name, value in _tensors(forest, usual).items()}
 
 
-def _fit_member(
-    data: tuple[torch.Tensor, ...], config: DoubtTraining, decay: float, member: int
-) -> dict[str, NDArray[np.float32]]:
-    """Return the layers of one network."""
-    x, y, weight = data
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(config.seed * 1009 + member)
-        network = DoubtNetwork(x.shape[1], config.width)
-        optimizer = torch.optim.AdamW(
-            network.parameters(), lr=config.learning_rate, weight_decay=decay
-        )
-        batches = -(-len(y) // config.batch_size)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimizer, config.learning_rate, total_steps=config.epochs * batches
-        )
-        for _ in range(config.epochs):
-            for chosen in torch.split(torch.randperm(len(y)), config.batch_size):
-                loss = nn.functional.binary_cross_entropy_with_logits(
-                    network(x[chosen]), y[chosen], weight[chosen]
-                )
-                optimizer.zero_grad()
-                loss.backward()  # type: ignore[no-untyped-call]
-                optimizer.step()
-                schedule.step()
-    state = {name: value.numpy() for name, value in network.state_dict().items()}
+def fit_sheets(
+    evidence: Array, wrong: Bools, weight: Array, config: DoubtTraining
+) -> dict[str, NDArray[Any]]:
+    """Fit the logistic regression over ``evidence (N, D)`` that tells which readings are wrong."""
+    mean, spread = np.nanmean(evidence, axis=0), np.nanstd(evidence, axis=0) + _LEAST_SPREAD
+    x = np.clip(np.nan_to_num((evidence - mean) / spread), -CLIP, CLIP)
+    model = LogisticRegression(
+        C=config.sheet_strength, max_iter=_MAX_ITERATIONS, random_state=config.seed
+    )
+    model.fit(x, wrong, sample_weight=weight)
+    found = {'mean': mean, 'spread': spread, 'weight': model.coef_[0], 'bias': model.intercept_}
+    return {f'sheet.{name}': value.astype(np.float32) for name, value in found.items()}
+
+
+def _tensors(forest: ExtraTreesRegressor, usual: Array) -> dict[str, NDArray[Any]]:
+    """Return a forest as :class:`fpnet_core.drawings.doubt_model.DoubtModel` takes it."""
+    trees = [each.tree_ for each in forest.estimators_]
+    most = max(tree.node_count for tree in trees)
+
+    def padded(name: str, dtype: Any) -> NDArray[Any]:
+        rows = [getattr(tree, name).ravel() for tree in trees]
+        return np.array([np.pad(row, (0, most - len(row))) for row in rows], dtype=dtype)
+
     return {
-        'first': state['first.weight'],
-        'first_bias': state['first.bias'],
-        'second': state['second.weight'][0],
-        'second_bias': state['second.bias'][0],
-        'direct': state['direct.weight'][0],
+        'usual': usual.astype(np.float32),
+        'feature': np.maximum(padded('feature', np.int16), -1),
+        'limit': padded('threshold', np.float32),
+        'below': padded('children_left', np.int16),
+        'above': padded('children_right', np.int16),
+        'value': padded('value', np.float32),
     }
 
 
@@ -266,10 +228,9 @@ def write_doubts(
 ) -> None:
     """Write the model with its manifest; ``facts`` join the manifest."""
     network: dict[str, Any] = {
-        'members': config.members,
-        'width': config.width,
         'doubted_from': model.doubted_from,
         **{f'{side}_figures': list(figures) for side, figures in SIDES.items()},
+        'room_forest': list(model.tensors['room.feature'].shape),
     }
     write_weights(
         path,
