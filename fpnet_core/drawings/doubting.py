@@ -24,11 +24,13 @@ _DOUBTFUL_ROOM = 0.5  # rooms that are right with less are marked
 _MOST_MARKED = 12  # places; more are no help
 _SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
 
+_PLACES = {'': 'in the middle', 'upper': 'at the top', 'lower': 'at the bottom'}
+
 _IMAGE = 'draw that wall in an image editor'
 _PLAIN = 'give a drawing without furniture, stairs and arrows'
 _CAUSES = (
-    ('lost', 'left outside the building: its outer wall has a gap or was not seen', _IMAGE),
-    ('open', 'open to the outside: its wall has a wide gap or was not seen', _IMAGE),
+    ('lost', 'left outside the building: the outer wall has a gap or was not seen', _IMAGE),
+    ('open', 'open to the outside: a wall has a wide gap or was not seen', _IMAGE),
     ('parted', 'cut by lines that are thinner or fainter than walls', _PLAIN),
     ('joined', 'crossed by lines that were not taken for walls', 'see whether they are walls'),
     ('unsure', 'cut otherwise if the building is larger or smaller', 'say the scale, --length'),
@@ -59,10 +61,11 @@ def verdict_on(look: Look, model: DoubtModel | None = None) -> Verdict:
         reason = look.segmentation.reason or 'nothing is enclosed'
         return Verdict(1.0, (f'No room was found: {reason}.',))
     wrong = model.wrong(whole, rooms)
+    absurd = findings(look.segmentation)
     if wrong <= model.doubted_from:
-        return Verdict(wrong)
+        return Verdict(wrong, tuple(absurd))
     places = tuple(_places(look, rooms, model.right_rooms(rooms)))[:_MOST_MARKED]
-    reasons = (*findings(look.segmentation), *_said(places, look))
+    reasons = (*absurd, *_said(places, look))
     nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
     return Verdict(wrong, reasons or (nothing,), places)
 
@@ -112,7 +115,7 @@ def _said(places: Sequence[Doubtful], look: Look) -> Iterator[str]:
             what = ('space', 'spaces') if name == 'lost' else ('room', 'rooms')
             many = f'{len(boxes)} {what[1]} are' if len(boxes) > 1 else f'A {what[0]} is'
             where = ' and '.join(_where(boxes, whole))
-            yield f'{many} {why} ({where}): {remedy}.'.replace('its', 'the', len(boxes) > 1)
+            yield f'{many} {why} ({where}): {remedy}.'
 
 
 def _where(boxes: Sequence[Box], whole: Box) -> list[str]:
@@ -126,7 +129,6 @@ def _where(boxes: Sequence[Box], whole: Box) -> list[str]:
             *(['upper'] if y < _SIDE else ['lower'] if y > 1.0 - _SIDE else []),
             *(['left'] if x < _SIDE else ['right'] if x > 1.0 - _SIDE else []),
         ]
-        name = ' '.join(words) or 'middle'
+        name = _PLACES.get(' '.join(words), f'at the {" ".join(words)}')
         named[name] = named.get(name, 0) + 1
-    ranked = sorted(named, key=lambda name: -named[name])[:2]
-    return [f'in the {name}' if name == 'middle' else f'at the {name}' for name in ranked]
+    return sorted(named, key=lambda name: -named[name])[:2]

@@ -220,7 +220,7 @@ def test_a_plain_building_is_believed_and_half_of_one_is_not():
     verdict = verdict_on(looked(building(), gone), replace(packaged_doubt_model(), doubted_from=0))
     assert verdict.reasons[0] == (
         '2 spaces are left outside the building: the outer wall has a gap or was not seen (at the '
-        'upper left and at the upper): draw that wall in an image editor.'
+        'upper left and at the top): draw that wall in an image editor.'
     )
     assert [place.what for place in verdict.places[:2]] == ['lost', 'lost']
 
