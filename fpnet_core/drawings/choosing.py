@@ -245,7 +245,8 @@ def _rooms_of(
 
 def _stride(cells: NDArray[np.int8]) -> int:
     """Return how many cells (H, W) of a reading are one of those that it is judged by."""
-    return -(-max(cells.shape) // _JUDGED_PX)
+    rows, cols = cells.shape
+    return int(-(-max(rows, cols) // _JUDGED_PX))
 
 
 def _grey(pixels: Levels) -> Levels | None:

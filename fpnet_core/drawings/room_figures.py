@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.looking import WHAT_IFS, Look
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
+from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
@@ -208,9 +208,3 @@ def overlaps(labels: Labels, others: Labels) -> NDArray[np.int64]:
         labels.ravel().astype(np.int64) * width + others.ravel(), minlength=height * width
     )
     return counted.reshape(height, width)
-
-
-def free_share(segmentation: Segmentation) -> float:
-    """Return the share of the free cells that is in no room."""
-    free = segmentation.grid.cells == FREE
-    return float(np.mean(segmentation.labels[free] == 0)) if free.any() else 1.0

@@ -145,7 +145,7 @@ def _of_walls(look: Look) -> dict[str, float]:
     return {
         'open': ends / max(ends + _beside(free, walls), 1),
         'shut_out': _shut_out(look),
-        'unread': float(np.count_nonzero(unread & free) / max(np.count_nonzero(free), 1)),
+        'unread': float(np.count_nonzero(unread & free) / max(int(np.count_nonzero(free)), 1)),
         'walls_beside': _walls_beside(look, sure),
         'specks': float(features(look.segmentation)[FEATURES.index('specks')]),
     }
@@ -164,7 +164,7 @@ def _walls_beside(look: Look, sure: Mask) -> float:
     is_part[0] = False
     near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     outside = (look.segmentation.grid.cells == UNKNOWN) & ~near
-    return float(np.count_nonzero(is_part[pieces] & outside) / max(np.count_nonzero(walls), 1))
+    return int(np.count_nonzero(is_part[pieces] & outside)) / max(int(np.count_nonzero(walls)), 1)
 
 
 def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
@@ -179,7 +179,7 @@ def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
 
 def _shut_out(look: Look) -> float:
     """Return the area that lines close and the reading has outside, per area of its rooms."""
-    rooms = np.count_nonzero(look.segmentation.labels)
+    rooms = int(np.count_nonzero(look.segmentation.labels))
     return sum(size for _, size in _closed_outside(look)) / max(rooms, 1)
 
 

@@ -103,9 +103,9 @@ def left_out(
     fold = _folds(trials, config)
     right = [np.zeros(len(trial.right)) for trial in trials]
     for k in range(config.folds):
-        seen = [trials[row] for row in np.flatnonzero(fold != k)]
+        seen = [trials[row] for row in np.flatnonzero(fold != k).tolist()]
         model = fit_rooms(seen, config)
-        for row in np.flatnonzero(fold == k):
+        for row in np.flatnonzero(fold == k).tolist():
             right[row] = DoubtModel(model, 1.0).right_rooms(trials[row].rooms)
         on_fold(1.0)
     wrong = np.zeros(len(trials))
