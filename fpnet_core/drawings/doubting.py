@@ -64,10 +64,10 @@ def verdict_on(look: Look, model: DoubtModel | None = None) -> Verdict:
     absurd = findings(look.segmentation)
     if wrong <= model.doubted_from:
         return Verdict(wrong, tuple(absurd))
-    places = tuple(_places(look, rooms, model.right_rooms(rooms)))[:_MOST_MARKED]
+    places = tuple(_places(look, rooms, model.right_rooms(rooms)))
     reasons = (*absurd, *_said(places, look))
     nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
-    return Verdict(wrong, reasons or (nothing,), places)
+    return Verdict(wrong, reasons or (nothing,), places[:_MOST_MARKED])
 
 
 def _places(look: Look, rooms: Array, right: Array) -> Iterator[Doubtful]:
