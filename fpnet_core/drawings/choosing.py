@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.learned import SeenBuilding, see_building
+from fpnet_core.drawings.looking import Rival
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import FRAME, find_building
 from fpnet_core.drawings.straighten import map_points
@@ -50,7 +51,7 @@ class Found:
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
-    ``dropped`` are in the drawing's pixels.
+    ``dropped`` are in the drawing's pixels; ``rivals`` are other readings of it.
     """
 
     cells: NDArray[np.int8]
@@ -63,6 +64,18 @@ class Found:
     dropped: tuple[Dropped, ...] = ()
     is_straightened: bool = False
     trust: Trust | None = None
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def H_plan_pixel(self) -> Array:
+        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
+        to_plan = pixel_to_xy(self.segmentation.grid).matrix
+        return np.asarray(to_plan @ shrinking(1.0 / _stride(self.cells)) @ self.H_cell_pixel)
+
+    @property
+    def as_rival(self) -> Rival:
+        """The reading as others of the same drawing see it."""
+        return Rival(self.segmentation, self.H_plan_pixel, self.probability)
 
 
 def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -89,7 +102,9 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             'with walls that stand out from the paper'
         )
-    return max(known, key=lambda reading: reading.probability)
+    found = max(known, key=lambda reading: reading.probability)
+    others = tuple(reading.as_rival for reading in known if reading is not found)
+    return replace(found, rivals=(*found.rivals, *others))
 
 
 def all_readings(
@@ -103,17 +118,10 @@ def all_readings(
     for picture in _pictures(pixels):
         plain = _plain(picture, options, config)
         if plain is not None:
-            yield plain.segmentation, _to_rooms(plain)
+            yield plain.segmentation, plain.H_plan_pixel
         seen = _seen(picture, options, config)
         if seen is not None:
-            yield seen.segmentation, _to_rooms(seen)
-
-
-def _to_rooms(found: Found) -> Array:
-    """Return the map (3, 3) from the drawing's pixels to metres of the segmentation."""
-    stride = -(-max(found.cells.shape) // _JUDGED_PX)
-    H = shrinking(1.0 / stride) @ found.H_cell_pixel
-    return np.asarray(pixel_to_xy(found.segmentation.grid).matrix @ H)
+            yield seen.segmentation, seen.H_plan_pixel
 
 
 def _pictures(pixels: Levels) -> list[Levels]:
@@ -135,20 +143,25 @@ def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> F
     seen = see_building(view, options.storey)
     if seen is None:
         return None
-    segmentation, _ = _rooms_of(seen.cells, NOMINAL_M, config)
+    found = _of_cells(seen.cells, seen, config)
+    rough = _of_cells(seen.rough_cells, seen, config)
     to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
-    return Found(
-        cells=seen.cells,
-        H_cell_pixel=seen.H_cell_pixel,
-        segmentation=segmentation,
-        probability=probability(features(segmentation)),
-        how='walls as learned from drawings',
+    return replace(
+        found,
         storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
         chosen=seen.chosen,
         dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in _beside(view, seen)),
         is_straightened=view.is_straightened,
         trust=seen.trust,
+        rivals=(rough.as_rival,),
     )
+
+
+def _of_cells(cells: NDArray[np.int8], seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    segmentation, _ = _rooms_of(cells, NOMINAL_M, config)
+    chance = probability(features(segmentation))
+    how = 'walls as learned from drawings'
+    return Found(cells, seen.H_cell_pixel, segmentation, chance, how)
 
 
 def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:
@@ -203,7 +216,7 @@ def _rooms_of(
     cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
 ) -> tuple[Segmentation, float]:
     """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
-    stride = -(-max(cells.shape) // _JUDGED_PX)
+    stride = _stride(cells)
     rows, cols = (-(-side // stride) for side in cells.shape)
     padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
     padded[: cells.shape[0], : cells.shape[1]] = cells
@@ -213,6 +226,11 @@ def _rooms_of(
     grid = GridMap(coarse[::-1], cell_m * stride)
     segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
     return segmentation, scale.factor
+
+
+def _stride(cells: NDArray[np.int8]) -> int:
+    """Return how many cells (H, W) of a reading are one of those that it is judged by."""
+    return int(-(-max(cells.shape) // _JUDGED_PX))
 
 
 def _grey(pixels: Levels) -> Levels | None:

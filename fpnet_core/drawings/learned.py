@@ -64,12 +64,14 @@ class SeenBuilding:
     """
     A building as the network sees it.
 
-    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
+    ``cells (H, W)`` with row 0 at the top, ``rough_cells (H, W)`` by the look at the whole sheet
+    alone; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``boxes`` are those of all buildings on the sheet in the view's pixels, ``chosen``
     indexes them.
     """
 
     cells: NDArray[np.int8]
+    rough_cells: NDArray[np.int8]
     H_cell_pixel: Array
     boxes: tuple[Box, ...]
     chosen: int
@@ -112,7 +114,8 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
-    return SeenBuilding(cells, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+    rough = _alone(_cells(before, before, near))
+    return SeenBuilding(cells, rough, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
 
 
 def _surest_look(view: View, box: Box, longest: int) -> Chances:

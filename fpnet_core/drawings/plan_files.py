@@ -68,6 +68,9 @@ def as_json(reading: Reading) -> dict[str, Any]:
         ],
         'notes': list(reading.notes),
         'doubts': list(reading.doubts),
+        'doubtful': [
+            {'what': each.what, 'box': list(map(int, each.box))} for each in reading.doubtful
+        ],
     }
 
 

@@ -23,7 +23,6 @@ Array = NDArray[np.float64]
 
 WEIGHTS_NAME = 'readings.json'
 _CLIP = 4.0  # standard deviations: what is further off says no more
-_SURELY_FINE = 0.9  # no single figure is held against a reading so plausible
 
 FEATURES = (
     'rooms', 'largest', 'door_to_room', 'doored', 'doors', 'square', 'squarest', 'door_spread',
@@ -31,7 +30,6 @@ FEATURES = (
 )  # fmt: skip
 
 
-_MOST_DOUBTED = 0.25  # readings less plausible than this are doubted
 _GIANT_SHARE = 0.8  # of all area in one room, where there are others
 _FEW_ROOMS = 2
 _MANY_SPECKS = 40.0  # per room
@@ -61,30 +59,14 @@ def _model() -> tuple[Array, Array, Array, float]:
     return mean, std, weight, float(stored['bias'])
 
 
-def doubts_of(segmentation: Segmentation, chance: float) -> list[str]:
-    """
-    Return reasons not to believe a reading, a sentence each; none for a plausible one.
-
-    ``chance`` is its :func:`probability`.
-    """
-    said = [sentence for is_so, sentence in _findings(segmentation) if is_so]
-    if chance < _MOST_DOUBTED and not said:
-        said.append(
-            f'The rooms do not look like those of a building (plausibility {chance:.2f}): lines '
-            'that are no walls may part them, or walls may have been missed.'
-        )
-    return said if chance < _SURELY_FINE else []
-
-
-def _findings(segmentation: Segmentation) -> list[tuple[bool, str]]:
+def findings(segmentation: Segmentation) -> list[str]:
+    """Return what no building is like, a sentence each; of a reading with rooms."""
     figures = dict(zip(FEATURES, features(segmentation).tolist(), strict=True))
     rooms = len(segmentation.rooms)
-    if rooms == 0:
-        return [(True, f'No room was found: {segmentation.reason or "nothing is enclosed"}.')]
     low, high = np.log(_DOOR_TO_ROOM)
     ratio = figures['door_to_room']
     specks = np.expm1(figures['specks'])
-    return [
+    said = [
         (rooms < _FEW_ROOMS, 'Only one room was found: walls were missed, or it is no floorplan.'),
         (
             rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE,
@@ -106,6 +88,7 @@ def _findings(segmentation: Segmentation) -> list[tuple[bool, str]]:
             f'{specks:.0f} specks per room were taken for walls: texts, patterns or noise.',
         ),
     ]
+    return [sentence for is_so, sentence in said if is_so]
 
 
 def features(segmentation: Segmentation) -> Array:
@@ -132,7 +115,7 @@ def features(segmentation: Segmentation) -> Array:
         float(np.average(square, weights=area)),
         float(np.std(np.log(width))) if width.size else 1.0,
         occupied / (occupied + free),
-        np.log(_wall_width(grid) * grid.resolution / door),
+        np.log(wall_cells(grid.cells == OCCUPIED) * grid.resolution / door),
         np.log1p(_specks(grid, door) / len(rooms)),
         area.sum() / (free * grid.resolution**2),
         float(np.mean(area < 0.15 * median)),
@@ -147,11 +130,11 @@ def _sides(ring: Array) -> tuple[float, float]:
     return max(size[0], 1e-6), max(size[1], 1e-6)
 
 
-def _wall_width(grid: GridMap) -> float:
-    """Return the mean width of walls in cells: twice their area over their outline."""
-    walls = (grid.cells == OCCUPIED).astype(np.uint8)
-    outline = walls - cv2.erode(walls, np.ones((3, 3), np.uint8))
-    return 2.0 * float(walls.sum() + 1) / float(outline.sum() + 1)
+def wall_cells(walls: NDArray[np.bool_]) -> float:
+    """Return the mean thickness of walls (H, W) in cells: twice their area over their outline."""
+    ink = walls.astype(np.uint8)
+    outline = ink - cv2.erode(ink, np.ones((3, 3), np.uint8))
+    return 2.0 * float(ink.sum() + 1) / float(outline.sum() + 1)
 
 
 def _specks(grid: GridMap, door: float) -> int:

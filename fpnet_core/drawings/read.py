@@ -10,9 +10,10 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.choosing import Found, choose
+from fpnet_core.drawings.doubting import verdict_on
+from fpnet_core.drawings.looking import look_at
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.plan_files import recorded
-from fpnet_core.drawings.plausible import doubts_of
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.types import (
     Drawing,
@@ -114,6 +115,17 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(drawing, options, found, config)
     grid = GridMap(found.cells[::-1], cell_m)
+    verdict = verdict_on(
+        look_at(
+            drawing.pixels,
+            found.segmentation,
+            found.H_plan_pixel,
+            found.probability,
+            found.rivals,
+            config,
+            found.trust,
+        )
+    )
     return Reading(
         grid=grid,
         scale=scale,
@@ -123,7 +135,8 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         storeys=found.storeys,
         dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options)),
-        doubts=(*drawing.doubts, *doubts_of(found.segmentation, found.probability)),
+        doubts=(*drawing.doubts, *verdict.reasons),
+        doubtful=verdict.places,
         trust=found.trust,
     )
 

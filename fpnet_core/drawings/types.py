@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fpnet_core.segmentation import ScaleEstimate
 
 Array = NDArray[np.float64]
+Box = tuple[int, int, int, int]
 
 
 class ScaleSource(StrEnum):
@@ -165,6 +166,14 @@ class Trust:
     agreement: float
 
 
+@dataclass(frozen=True)
+class Doubtful:
+    """A place that may have been misread: ``what`` in a word, and its ``box`` in pixels."""
+
+    what: str
+    box: Box
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """
@@ -182,6 +191,7 @@ class Reading:
     dropped : what was left out
     notes : what a user should know, a sentence each
     doubts : reasons not to believe the reading; empty for a plausible one
+    doubtful : where these lie on the drawing, as far as they lie somewhere
     drawing : what was read
     trust : how sure the network is that read it; None where none did
     """
@@ -196,6 +206,7 @@ class Reading:
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     trust: Trust | None = None
+    doubtful: tuple[Doubtful, ...] = ()
 
     @property
     def estimate(self) -> ScaleEstimate | None:

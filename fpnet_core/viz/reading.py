@@ -26,6 +26,7 @@ _LONG_SIDE_IN = 12.0
 _DPI = 130
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
 _DOOR, _DROPPED, _STOREY = (0.85, 0.1, 0.1), (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
+_DOUBTFUL = (0.95, 0.0, 0.75)
 _WALL = (20, 60, 140)  # red, green, blue
 _NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
 _BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
@@ -65,6 +66,8 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
     if len(reading.storeys) > 1:
         for number, box in enumerate(reading.storeys, start=1):
             _box(ax, box, _STOREY, f'storey {number}', '-')
+    for doubtful in reading.doubtful:
+        _box(ax, doubtful.box, _DOUBTFUL, f'{doubtful.what}?', '-', 1.6)
     _scale_bar(ax, to_pixel, segmentation, (height, width))
     ax.set_xlim(-0.5, width - 0.5)
     ax.set_ylim(height - 0.5, -0.5)
@@ -106,10 +109,11 @@ def _box(
     colour: tuple[float, float, float],
     name: str,
     style: str,
+    width: float = 1.0,
 ) -> None:
     left, top, right, bottom = box
     x, y = [left, right, right, left, left], [top, top, bottom, bottom, top]
-    ax.plot(x, y, color=colour, linewidth=1.0, linestyle=style)
+    ax.plot(x, y, color=colour, linewidth=width, linestyle=style)
     ax.annotate(name, (left, top), color=colour, fontsize=7, va='bottom')
 
 

@@ -15,8 +15,9 @@ COMMANDS = {
     'finetune': _lab('finetune', 'Adapt the matching network to one building.'),
     'simulate': _lab('simulate', 'Generate floorplans, matching pairs and lidar recordings.'),
     'train': _lab('train', 'Train the matching network.'),
+    'train-doubts': _lab('train_doubts', 'Fit what tells a drawing that was read wrongly.'),
     'train-judge': _lab('train_judge', 'Train the judge of placements.'),
     'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),
     'train-scale': _lab('train_scale', 'Train what tells the scale of a drawing or a map.'),
-    'train-walls': _lab('train_walls', 'Train what tells walls on pictures of floorplans.'),
+    'train-walls': _lab('train_walls', 'Train the network that reads walls from pictures.'),
 }

@@ -210,7 +210,7 @@ def read_sheet(
         path.unlink()
     seconds = processor_s() - started
     H_plan_page = plan_from_file(reading) @ H_file_page
-    rooms = _compared(sheet, segmented(reading, config), H_plan_page)
+    rooms = compared(sheet, segmented(reading, config), H_plan_page)
     middle = np.mean([storey.on_page.extent.mean(axis=0) for storey in sheet.storeys], axis=0)
     ratio = local_scale(H_plan_page, middle)
     result = SheetResult.of(sheet.kind.value, name, reading, ratio)
@@ -254,14 +254,19 @@ def segmented(reading: Reading, config: SegmentationConfig) -> Segmentation:
     return segment_unknown_scale(reading.grid, config)[0]
 
 
-def _compared(sheet: Sheet, found: Segmentation, H_plan_page: NDArray[np.float64]) -> Comparison:
+def compared(
+    sheet: Sheet,
+    found: Segmentation,
+    H_plan_page: NDArray[np.float64],
+    most_cells: int = _MOST_CELLS,
+) -> Comparison:
     """
     Compare rooms on the whole page with the truth, or with that of the storey that fits best.
 
-    Of two storeys on a sheet a reader may read one or both.
+    Of two storeys on a sheet a reader may read one or both. ``most_cells`` are compared a side.
     """
     width, height = sheet.scene.size_m
-    cell_m = max(_CELL_M, max(width, height) / _MOST_CELLS)
+    cell_m = max(_CELL_M, max(width, height) / most_cells)
     shape = (int(np.ceil(height / cell_m)), int(np.ceil(width / cell_m)))
     grid = GridMap(np.full(shape, UNKNOWN, np.int8), cell_m, SE2.identity(), 'page')
     labels = labels_at(found.grid, found.labels, H_plan_page, grid)

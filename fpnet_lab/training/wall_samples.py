@@ -19,8 +19,8 @@ from fpnet_core.drawings.images import open_image
 from fpnet_core.drawings.learned import mean_thickness
 from fpnet_core.drawings.view import shrinking
 from fpnet_core.errors import FpnetError
-from fpnet_lab.evaluation.segmentation import read_labels
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_lab.evaluation.segmentation import read_labels
 from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes

@@ -193,7 +193,7 @@ def test_a_scale_of_no_building_speaks_against_a_plan(factor, word):
 
 def test_only_a_scale_that_nobody_can_search_is_refused():
     segmentation = segment_floorplan(plan_grid(), CONFIG.segmentation)
-    for high_m, count in ((0.09, 0), (0.2, 1)):
+    for high_m, count in ((0.085, 0), (0.095, 1)):
         guess = DrawingScale(0.05, 0.04, high_m, ScaleSource.ESTIMATED)
         found = refusals_of(reading_of(plan_grid(), guess), segmentation, ASKED)
         assert len(found) == count

@@ -10,9 +10,9 @@ import pytest
 import torch
 
 from fpnet_core.errors import FpnetError
-from fpnet_lab.evaluation.drawings import FIRST_SEEDS as BENCH_SEEDS
 from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.models.walls import WallNetwork, WallNetworkConfig, read_wall_network
+from fpnet_lab.evaluation.drawings import FIRST_SEEDS as BENCH_SEEDS
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.wall_patches import patch, patches
 from fpnet_lab.training.wall_samples import (

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet train-doubts``: fit what tells a drawing that was read wrongly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    out: Annotated[
+        Path,
+        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
+    ],
+    buildings: Annotated[
+        int,
+        typer.Option('--buildings', min=6, help='Generated, each on five kinds of sheets.'),
+    ] = 60,
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that read.')] = 2,
+    seed: common.SeedOption = 0,
+    config: common.ConfigOption = None,
+) -> None:
+    """
+    Read generated sheets, compare with the truth, and fit what doubts a reading.
+
+    Prints how well readings of left-out buildings are told right or wrong, and writes
+    doubts.safetensors with its manifest, which holds the probability from which on a reading is
+    doubted. Run it after whatever changes how drawings are read, into a new folder. Called again,
+    it goes on where it was.
+
+    Example: fpnet train-doubts --out runs/doubts
+    """
+    tree = common.load(config)
+    from fpnet_lab.training import use_threads
+    from fpnet_lab.training.doubt_trials import FIRST_SEED, gather_trials
+    from fpnet_lab.training.doubts import (
+        DoubtTraining,
+        fit_doubts,
+        held_out_figures,
+        write_doubts,
+    )
+
+    settings = DoubtTraining(seed=seed or 0)
+    seeds = range(FIRST_SEED, FIRST_SEED + buildings)
+    with common.progress('sheets', total=5.0 * buildings) as advance:
+        trials = gather_trials(out / 'trials', seeds, tree.segmentation, workers, advance)
+    use_threads(1)  # small products: more threads wait for each other
+    with common.progress('leaving out', total=2.0 * settings.folds) as advance:
+        model, held_out = fit_doubts(trials, settings, advance)
+    figures = held_out_figures(trials, held_out, model.doubted_from)
+    for name, value in figures.items():
+        typer.echo(f'{name}: {value:.3g}')
+    drawn = {'sheets': 5 * buildings, 'first_seed': FIRST_SEED, 'readings': len(trials)}
+    facts = {'figures': figures, 'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    path = out / 'doubts.safetensors'
+    write_doubts(path, model, settings, facts)
+    typer.echo(f'wrote {path}')

@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Readings of generated sheets whose truth is known: what there was to see, and what was wrong.
+
+Of each sheet the reading that was chosen is a trial, and so are others that nearly were: they go
+wrong in the same ways, and more often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+import multiprocessing
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.choosing import Found, choose
+from fpnet_core.drawings.looking import Rival, look_at
+from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
+from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.errors import FpnetError
+from fpnet_lab.evaluation.drawings import compared, written
+from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
+
+Array = NDArray[np.float64]
+
+FIRST_SEED = 4000
+"""Of the sheets to learn from: seeds of the tune half that the benchmark does not reach."""
+
+_COMPARED_CELLS = 1200  # a side of the page: a room has hundreds of them
+_SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
+_MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingTrial:
+    """
+    One reading of a sheet.
+
+    ``rooms (R, D)`` are the figures of its rooms, which are ``right (R,)``, ``whole (F,)`` its
+    own; ``f1`` is that of its rooms against the truth. Sheets of one ``seed`` share a building.
+    """
+
+    kind: str
+    seed: int
+    is_chosen: bool
+    f1: float
+    rooms: Array
+    right: NDArray[np.bool_]
+    whole: Array
+
+
+@dataclass(frozen=True)
+class _Task:
+    path: Path
+    kind: SheetKind
+    seed: int
+    config: SegmentationConfig
+
+
+def gather_trials(
+    folder: Path,
+    seeds: Sequence[int],
+    config: SegmentationConfig,
+    workers: int = 1,
+    on_sheet: Callable[[float], None] = lambda _: None,
+) -> list[ReadingTrial]:
+    """Return the trials of all kinds of sheets; those that ``folder`` has not are made first."""
+    tasks = [
+        _Task(folder / f'{kind.value}-{seed}.npz', kind, seed, config)
+        for seed in seeds
+        for kind in SheetKind
+    ]
+    missing = [task for task in tasks if not task.path.exists()]
+    on_sheet(float(len(tasks) - len(missing)))
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        for done in as_completed([pool.submit(_make, task) for task in missing]):
+            done.result()
+            on_sheet(1.0)
+    return [trial for task in tasks for trial in read_trials(task.path)]
+
+
+def _make(task: _Task) -> None:
+    sheet = draw_sheet(task.seed, task.kind)
+    write_trials(task.path, list(sheet_trials(sheet, task.config)))
+
+
+def sheet_trials(sheet: Sheet, config: SegmentationConfig) -> Iterator[ReadingTrial]:
+    """Read a sheet from a file as a user's and yield its readings; none where it is refused."""
+    with TemporaryDirectory() as folder:
+        path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
+        drawing = open_drawing(path, ReadOptions())
+    try:
+        found = choose(drawing, ReadOptions(), config)
+    except FpnetError:
+        return
+    H_pixel_page = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]) @ H_file_page
+    yield from trials_of(sheet, drawing.pixels, H_pixel_page, found, config)
+
+
+def trials_of(
+    sheet: Sheet,
+    pixels: NDArray[np.uint8],
+    H_pixel_page: Array,
+    found: Found,
+    config: SegmentationConfig,
+) -> Iterator[ReadingTrial]:
+    """Yield the chosen reading ``found`` of a sheet, and others that nearly were chosen."""
+    chosen = Rival(found.segmentation, found.H_plan_pixel, found.probability)
+    others = sorted(found.rivals, key=lambda rival: -rival.plausible)[:_MOST_OTHERS]
+    for reading in (chosen, *others):
+        is_chosen = reading is chosen
+        if not is_chosen and reading.plausible < _LEAST_PLAUSIBLE:
+            continue
+        rivals = [each for each in (chosen, *found.rivals) if each is not reading]
+        look = look_at(
+            pixels,
+            reading.segmentation,
+            reading.H_plan_pixel,
+            reading.plausible,
+            rivals,
+            config,
+            found.trust if is_chosen else None,
+        )
+        rooms = room_figures(look)
+        H = reading.H_plan_pixel @ H_pixel_page
+        truth = compared(sheet, reading.segmentation, H, _COMPARED_CELLS)
+        right = best_overlap(truth.found, truth.true, len(rooms)) > _SAME_ROOM_IOU
+        yield ReadingTrial(
+            sheet.kind.value, sheet.seed, is_chosen, truth.f1, rooms, right, whole_figures(look)
+        )
+
+
+def write_trials(path: Path, trials: Sequence[ReadingTrial]) -> None:
+    """Write the trials of one sheet."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    none = np.zeros((0, len(ROOM_FIGURES))), np.zeros((0, len(WHOLE_FIGURES)))
+    partial = path.with_suffix('.part.npz')
+    np.savez_compressed(
+        partial,
+        names=np.array([f'{trial.kind}-{trial.seed}' for trial in trials], dtype=np.str_),
+        chosen=np.array([trial.is_chosen for trial in trials], dtype=np.bool_),
+        f1=np.array([trial.f1 for trial in trials], dtype=np.float64),
+        counts=np.array([len(trial.right) for trial in trials], dtype=np.int64),
+        rooms=np.concatenate([none[0], *(trial.rooms for trial in trials)]),
+        right=np.concatenate([np.zeros(0, np.bool_), *(trial.right for trial in trials)]),
+        whole=np.concatenate(
+            [np.zeros((0, len(WHOLE_FIGURES))), *(t.whole[None] for t in trials)]
+        ),
+    )
+    partial.replace(path)
+
+
+def read_trials(path: Path) -> list[ReadingTrial]:
+    """
+    Return the trials of one sheet.
+
+    Raises
+    ------
+    FpnetError
+        If the file is damaged or of other figures.
+    """
+    try:
+        with np.load(path) as stored:
+            values = dict(stored)
+    except (OSError, ValueError) as error:
+        raise FpnetError(f'{path} is damaged ({error}); remove it, and run again') from None
+    widths = values['rooms'].shape[1], values['whole'].shape[1]
+    if widths != (len(ROOM_FIGURES), len(WHOLE_FIGURES)):
+        raise FpnetError(f'{path} is of other figures; gather into another folder')
+    ends = np.cumsum([0, *values['counts']])
+    found = []
+    for k, name in enumerate(values['names'].tolist()):
+        kind, seed = name.split('-')
+        rows = slice(ends[k], ends[k + 1])
+        found.append(
+            ReadingTrial(
+                kind,
+                int(seed),
+                bool(values['chosen'][k]),
+                float(values['f1'][k]),
+                values['rooms'][rows],
+                values['right'][rows],
+                values['whole'][k],
+            )
+        )
+    return found

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Fitting what doubts readings, and the files of its trials."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpnet_core.drawings.doubt_model import read_doubt_model
+from fpnet_core.drawings.room_figures import ROOM_FIGURES
+from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES
+from fpnet_core.errors import FpnetError
+from fpnet_lab.training.doubt_trials import ReadingTrial, read_trials, write_trials
+from fpnet_lab.training.doubts import (
+    DoubtTraining,
+    area_under,
+    fit_doubts,
+    held_out_figures,
+    threshold,
+    write_doubts,
+)
+
+SETTINGS = DoubtTraining(room_trees=5, right_doubted=0.1)
+
+
+def planted(count=60, seed=0):
+    """Readings that are wrong where much was left outside, of rooms wrong where they are open."""
+    rng = np.random.default_rng(seed)
+    trials = []
+    for number in range(count):
+        is_wrong = number % 3 == 0
+        rooms = rng.normal(size=(12, len(ROOM_FIGURES)))
+        whole = rng.uniform(0.3, 0.7, len(WHOLE_FIGURES))
+        whole[WHOLE_FIGURES.index('shut_out')] = 0.5 if is_wrong else 0.0
+        right = rooms[:, ROOM_FIGURES.index('open')] < 0.5
+        f1 = 0.4 if is_wrong else 0.95
+        trials.append(ReadingTrial('scan', number // 2, True, f1, rooms, right, whole))
+    return trials
+
+
+def test_what_was_planted_is_found_in_buildings_left_out(tmp_path):
+    trials = planted()
+    model, held_out = fit_doubts(trials, SETTINGS)
+    figures = held_out_figures(trials, held_out, model.doubted_from)
+    assert figures['auc'] > 0.95
+    assert figures['rooms_auc'] > 0.85
+    assert figures['wrong_doubted'] > 0.9
+    assert figures['right_doubted'] == pytest.approx(0.1, abs=0.05)
+    write_doubts(tmp_path / 'doubts.safetensors', model, SETTINGS, {})
+    again = read_doubt_model(tmp_path / 'doubts.safetensors')
+    assert again.doubted_from == model.doubted_from
+    for trial in trials[:5]:
+        assert again.wrong(trial.whole, trial.rooms) == model.wrong(trial.whole, trial.rooms)
+
+
+def test_nothing_is_learned_from_right_readings_alone():
+    right = [replace(trial, f1=1.0) for trial in planted()]
+    with pytest.raises(FpnetError, match='right and wrong'):
+        fit_doubts(right, SETTINGS)
+
+
+def test_trials_come_back_from_their_file(tmp_path):
+    path = tmp_path / 'trials' / 'scan-3.npz'
+    trials = planted(3)
+    write_trials(path, trials)
+    for written, read in zip(trials, read_trials(path), strict=True):
+        assert (read.kind, read.seed, read.is_chosen, read.f1) == (
+            written.kind,
+            written.seed,
+            written.is_chosen,
+            written.f1,
+        )
+        np.testing.assert_array_equal(read.rooms, written.rooms)
+        np.testing.assert_array_equal(read.right, written.right)
+        np.testing.assert_array_equal(read.whole, written.whole)
+    write_trials(path, [])
+    assert read_trials(path) == []
+    path.write_bytes(b'no')
+    with pytest.raises(FpnetError, match='damaged'):
+        read_trials(path)
+
+
+def test_figures_of_a_ranking():
+    score, is_so = np.array([0.1, 0.4, 0.4, 0.9]), np.array([False, False, True, True])
+    assert area_under(score, is_so) == pytest.approx(0.875)
+    assert threshold(np.linspace(0, 1, 101), np.zeros(101, np.bool_), 0.05) == pytest.approx(0.95)
