@@ -89,24 +89,6 @@ class PoseConfig(Section):
     strain_sigma: float = Field(
         0.03, gt=0.0, le=0.2, description='Standard deviation of the drawing, x against y.'
     )
-    max_pairs: int = Field(
-        800, ge=1, description='Region pairs of each kind that become candidates.'
-    )
-    focused_pairs: int = Field(
-        250, ge=1, description='The same once the matcher is sure of enough pairs.'
-    )
-    sure_pairs: int = Field(
-        4, ge=1, description='Pairs above the graded threshold that are enough.'
-    )
-    max_refined: int = Field(48, ge=1, description='Candidates that are refined and verified.')
-    max_estimates: int = Field(
-        16, ge=2, description='Distinct placements that are judged and reported.'
-    )
-    coarse_sigma_m: float = Field(0.5, gt=0.0, description='Wall kernel of the early rejection.')
-    wall_sigma_m: float = Field(0.2, gt=0.0, description='Wall kernel of the verification.')
-    distinct_m: float = Field(
-        2.0, gt=0.0, description='Placements nearer than this are the same one.'
-    )
 
 
 class LocalizerConfig(Section):
@@ -124,14 +106,8 @@ class LocalizerConfig(Section):
     search_every_ticks: int = Field(
         30, ge=1, description='While surely localized, ticks between searches of the whole plan.'
     )
-    news_growth: float = Field(
-        1.05, gt=1.0, description='A submap larger by this factor shows something new.'
-    )
     mirror_check_ticks: int = Field(
         5, ge=1, description='Without a claim, so many ticks between looks at the mirrored plan.'
-    )
-    mirror_log_odds: float = Field(
-        6.9, ge=0.0, description='Nats against a plan being a mirror image: 1 in 1000.'
     )
     plan_prior: float = Field(
         0.99,

@@ -46,6 +46,13 @@ file to change. Unknown keys and values out of range are errors.
 
 This page is generated: `python -m fpnet_core.config_docs markdown > docs/parameters.md`.
 """
+_FIRST = {
+    'submap.sensor_height_m': 'where a scanner is mounted, until it sees a floor',
+    'submap.max_range_m': 'how far its returns can be trusted',
+    'localizer.scale_policy': 'whether the scale of the plan is trusted, about right or unknown',
+    'localizer.tick_period_s': 'how often the robot looks where it is',
+    'localizer.claim_probability': 'how sure it has to be to say so',
+}
 _COLUMNS = ('key', 'type', 'unit', 'range', 'default', 'what it does')
 
 
@@ -102,12 +109,23 @@ def render_markdown() -> str:
     sections: dict[str, list[ConfigField]] = {}
     for field in config_fields():
         sections.setdefault(field.key.rpartition('.')[0], []).append(field)
-    parts = [_PAGE_HEADER]
+    parts = [_PAGE_HEADER, _first_keys(sections)]
     for name, fields in sections.items():
         parts.append(f'## {name or "Top level"}\n\n{_section_summary(name)}\n')
         rows = [_COLUMNS, ('---',) * len(_COLUMNS), *map(_table_row, fields)]
         parts.append('\n'.join(f'| {" | ".join(row)} |' for row in rows) + '\n')
     return '\n'.join(parts)
+
+
+def _first_keys(sections: dict[str, list[ConfigField]]) -> str:
+    """Return the table of the keys that users may want to touch before any other."""
+    known = {field.key: field for fields in sections.values() for field in fields}
+    rows = [('to say', 'key', 'default'), ('---',) * 3]
+    rows += [(why, f'`{key}`', f'`{_scalar(known[key].default)}`') for key, why in _FIRST.items()]
+    table = '\n'.join(f'| {" | ".join(row)} |' for row in rows)
+    return (
+        f'## The five to touch\n\nAll others have values that should do as they are.\n\n{table}\n'
+    )
 
 
 def _section_summary(name: str) -> str:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ class Anchor:
     """Follows one claim; all transforms are to the plan's working metres."""
 
     def __init__(self, config: FpnetConfig) -> None:
-        self._sigma_m = config.pose.wall_sigma_m
+        self._sigma_m = WALL_SIGMA_M
         self._better = config.localizer.drift_support
         m, deg = config.localizer.drift_m_per_m, config.localizer.drift_deg_per_m
         self._loss_per_m = np.array([m, m, np.deg2rad(deg)])

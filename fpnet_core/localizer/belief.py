@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Judge, Look, Verdict, reason_of
+from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.pose import MapEvidence, compared_at
+from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.types import Status
+
+_MIRROR_LOG_ODDS = 6.9  # nats: a prior, one drawing in a thousand is a mirror image
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
 
@@ -48,7 +52,9 @@ class HypothesisTracker:
     looks: between two wins that count the submap must have grown, unless the caller knows better.
     """
 
-    def __init__(self, config: LocalizerConfig, judge: Judge, distinct_m: float) -> None:
+    def __init__(
+        self, config: LocalizerConfig, judge: Judge, distinct_m: float = DISTINCT_M
+    ) -> None:
         self._config = config
         self._judge = judge
         self._distinct_m = distinct_m
@@ -103,9 +109,7 @@ class HypothesisTracker:
         self._count_mirror(verdict, mirrored)
         # Between two looks the mirror image is as good as it was at the last one.
         if self._mirrored is not None and not self._claimed:
-            verdict = self._judge.against_mirror(
-                verdict, self._mirrored, self._config.mirror_log_odds
-            )
+            verdict = self._judge.against_mirror(verdict, self._mirrored, _MIRROR_LOG_ODDS)
         judged, p = verdict.placements, verdict.best
         self._probability = p
         at, claim = compared_at(sub, robot_xy), self._config.claim_probability
@@ -165,6 +169,6 @@ class HypothesisTracker:
         # A new leader has won once, whatever the one before it did.
         before = self._sure_wins if is_sure and self._wins > 1 else 0
         seen = np.array([sub.wall_length_m, sub.free_area_m2])
-        if before and needs_news and (seen < self._config.news_growth * self._sure_of).all():
+        if before and needs_news and (seen < NEWS_GROWTH * self._sure_of).all():
             return
         self._sure_wins, self._sure_of = before + int(is_sure), seen

@@ -23,9 +23,15 @@ from fpnet_core.pose import (
     select_promising,
     verified_estimates,
 )
+from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
 from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
 from fpnet_core.types import MatchResult
+
+# Numerical: more changed no answer and took longer.
+_MAX_PAIRS = 800  # region pairs of each kind that become candidates
+_FOCUSED_PAIRS = 250  # the same once the matcher is sure of enough pairs
+_SURE_PAIRS = 4  # above the graded threshold are enough
 
 _CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
 _RASTER_CANDIDATES = 96
@@ -111,7 +117,7 @@ class Finder:
             if tracked is not None:
                 promising = tracked.joined(promising)
             found = verified_estimates(
-                plan.evidence, sub.evidence, promising, self.config.pose, search.freedom, robot_xy
+                plan.evidence, sub.evidence, promising, search.freedom, robot_xy
             )
         verdict = self._judged(plan, sub, found, match, search, timer)
         yield Comparison(match, verdict)
@@ -142,8 +148,8 @@ class Finder:
         both = self.judge.with_doubt(stated, beyond, search.log_odds)
         distinct = both.placements.distinct(
             compared_at(sub.evidence, robot_xy),
-            self.config.pose.distinct_m,
-            self.config.pose.max_estimates,
+            DISTINCT_M,
+            MAX_ESTIMATES,
         )
         return Comparison(match, self.judge.reduced(both, distinct))
 
@@ -160,15 +166,14 @@ class Finder:
         """Verify and judge the ``tracked`` placements on new evidence, and look for no others."""
         with timer.stage('verify'):
             found = verified_estimates(
-                plan.evidence, sub.evidence, tracked, self.config.pose, search.freedom, robot_xy
+                plan.evidence, sub.evidence, tracked, search.freedom, robot_xy
             )
         return Comparison(match, self._judged(plan, sub, found, match, search, timer))
 
     def _proposed(
         self, plan: MapSide, sub: MapSide, match: MatchResult, search: ScaleSearch
     ) -> Placements:
-        config = self.config.pose
-        is_sure = len(match.pairs) >= config.sure_pairs
+        is_sure = len(match.pairs) >= _SURE_PAIRS
         candidates = propose(
             plan.segmentation,
             sub.segmentation,
@@ -176,9 +181,9 @@ class Finder:
             plan.evidence,
             sub.evidence,
             search.stretches,
-            config.focused_pairs if is_sure else config.max_pairs,
+            _FOCUSED_PAIRS if is_sure else _MAX_PAIRS,
         )
-        promising = select_promising(plan.evidence, sub.evidence, candidates, config)
+        promising = select_promising(plan.evidence, sub.evidence, candidates)
         return _assigned(match, search.factors).joined(promising)
 
     def _widened(
@@ -201,7 +206,6 @@ class Finder:
             plan.evidence,
             sub.evidence,
             found.joined(raster),
-            self.config.pose,
             search.freedom,
             robot_xy,
         )

@@ -63,7 +63,7 @@ class Localizer:
         self._lock = threading.Lock()
         self._builder = SubmapBuilder(config.submap)
         self._segmenter = SubmapSegmenter()
-        self._tracker = HypothesisTracker(config.localizer, judge, config.pose.distinct_m)
+        self._tracker = HypothesisTracker(config.localizer, judge)
         self._surroundings = Surroundings(config)
         self._plan: Floorplan | None = None
         self._tracked = Placements.empty()  # A_plan_odom of the last tick's placements

@@ -20,6 +20,9 @@ from fpnet_core.localizer.sides import RobotXY, StageTimer
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.types import MatchResult, Submap
 
+NEWS_GROWTH = 1.05
+"""A submap larger by this factor shows something new; chosen on drives (docs/localizer.md)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Searched:
@@ -37,7 +40,7 @@ class Searched:
     def holds(self, submap: Submap, config: LocalizerConfig) -> bool:
         """Tell whether the next tick may go on from this search."""
         is_recent = self.ticks + 1 < config.search_every_ticks
-        return is_recent and submap.free_area_m2 < config.news_growth * self.free_area_m2
+        return is_recent and submap.free_area_m2 < NEWS_GROWTH * self.free_area_m2
 
     def followed(
         self,

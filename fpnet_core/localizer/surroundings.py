@@ -16,6 +16,7 @@ from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.sides import RobotXY
 from fpnet_core.pose import MapEvidence, wall_support
+from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.types import Status, Submap
 
 
@@ -24,7 +25,7 @@ class Surroundings:
 
     def __init__(self, config: FpnetConfig) -> None:
         self._config = config.localizer
-        self._sigma_m = config.pose.wall_sigma_m
+        self._sigma_m = WALL_SIGMA_M
         self._anchor = Anchor(config)
         self.reset()
 

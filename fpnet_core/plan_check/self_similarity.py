@@ -24,9 +24,10 @@ from fpnet_core.judging import Verdict
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
 from fpnet_core.pose import MapSide
+from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
-from fpnet_core.pose.verify import coarse_support
+from fpnet_core.pose.verify import COARSE_SIGMA_M, coarse_support
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
@@ -111,11 +112,10 @@ class _Search:
         candidates = self._candidates(anchor)
         if not len(candidates) or not len(part.evidence.walls):
             return ()
-        pose = self._finder.config.pose
-        found = _aligned(self._plan.evidence, part.evidence, candidates, pose.coarse_sigma_m)
+        found = _aligned(self._plan.evidence, part.evidence, candidates, COARSE_SIGMA_M)
         # The identity leads, so that what is near it falls away.
         both = Placements.of([Affine2D.identity()]).joined(found)
-        kept = both.distinct(part.evidence.corners, pose.distinct_m, _MAX_TWINS + 1)
+        kept = both.distinct(part.evidence.corners, DISTINCT_M, _MAX_TWINS + 1)
         verdict = self._judged(part, both.take(kept))
         is_true = _is_identity(verdict.placements)
         probability = _against(verdict.weights, is_true)

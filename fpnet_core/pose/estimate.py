@@ -9,11 +9,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence, box_corners
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
-from fpnet_core.pose.verify import agreement, coarse_support
+from fpnet_core.pose.verify import COARSE_SIGMA_M, WALL_SIGMA_M, agreement, coarse_support
+
+MAX_REFINED = 48
+"""Candidates that are refined and verified; numerical: more changed no answer."""
+
+MAX_ESTIMATES = 16
+"""Distinct placements that are judged and reported; the judge was trained with so many."""
+
+DISTINCT_M = 2.0
+"""Placements nearer than this are the same one: about half a small room."""
 
 _GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
 _LOOK_POINTS, _LOOK_KEEPS = 250, 20
@@ -26,20 +34,18 @@ _SURROUNDINGS_M = 5.0
 """Placements are told apart by where they put what is so far from the robot."""
 
 
-def select_promising(
-    plan: MapEvidence, sub: MapEvidence, candidates: Placements, config: PoseConfig
-) -> Placements:
+def select_promising(plan: MapEvidence, sub: MapEvidence, candidates: Placements) -> Placements:
     """
-    Return the best distinct candidates by the cheap score, at most ``max_refined``.
+    Return the best distinct candidates by the cheap score, at most ``MAX_REFINED``.
 
     A glance at few samples drops most of the thousands before the others are looked at well.
     """
     ranked = candidates
     for points, kept in ((_GLANCE_POINTS, _GLANCE_KEEPS), (_LOOK_POINTS, _LOOK_KEEPS)):
-        support = coarse_support(plan, sub, ranked, config.coarse_sigma_m, points)
+        support = coarse_support(plan, sub, ranked, COARSE_SIGMA_M, points)
         order = np.argsort(-support, kind='stable')
-        ranked = ranked.take(order[: kept * config.max_refined])
-    return ranked.take(ranked.distinct(sub.corners, config.distinct_m / 4, config.max_refined))
+        ranked = ranked.take(order[: kept * MAX_REFINED])
+    return ranked.take(ranked.distinct(sub.corners, DISTINCT_M / 4, MAX_REFINED))
 
 
 def compared_at(sub: MapEvidence, robot_xy: NDArray[np.float64] | None) -> NDArray[np.float64]:
@@ -59,45 +65,42 @@ def verified_estimates(
     plan: MapEvidence,
     sub: MapEvidence,
     candidates: Placements,
-    config: PoseConfig,
     freedom: Freedom,
     robot_xy: NDArray[np.float64] | None = None,
 ) -> Placements:
     """
     Refine and score the candidates; the best distinct ones, best first.
 
-    All are refined roughly; the ``max_estimates`` best places, and their rivals nearby, finely.
+    All are refined roughly; the ``MAX_ESTIMATES`` best places, and their rivals nearby, finely.
     Placements are distinct where they disagree on :func:`compared_at`.
 
     Parameters
     ----------
     plan, sub : evidence of both sides
     candidates : few, promising
-    config : kernel widths and limits
     freedom : how far the drawing may be stretched
     robot_xy : (2,) where the robot is in the submap, None without one
 
     Returns
     -------
-    At most ``max_estimates`` placements with scores and covariances; none for no candidates.
+    At most ``MAX_ESTIMATES`` placements with scores and covariances; none for no candidates.
     """
     rough = refine(plan, sub.walls, candidates, freedom, ROUGH)
     places = compared_at(sub, robot_xy)
-    near = _worth_more(plan, sub, rough, config, places)
+    near = _worth_more(plan, sub, rough, places)
     fine = refine(plan, sub.walls, near, freedom, FINE)
-    scores = agreement(plan, sub, fine, config.wall_sigma_m).score
+    scores = agreement(plan, sub, fine, WALL_SIGMA_M).score
     ranked = replace(fine, score=scores).take(np.argsort(-scores, kind='stable'))
-    return ranked.take(ranked.distinct(places, config.distinct_m, config.max_estimates))
+    return ranked.take(ranked.distinct(places, DISTINCT_M, MAX_ESTIMATES))
 
 
 def _worth_more(
     plan: MapEvidence,
     sub: MapEvidence,
     rough: Placements,
-    config: PoseConfig,
     places: NDArray[np.float64],
 ) -> Placements:
     """Return the roughly refined candidates that are worth more work, one of each place."""
-    support = coarse_support(plan, sub, rough, config.wall_sigma_m, _LOOK_POINTS)
+    support = coarse_support(plan, sub, rough, WALL_SIGMA_M, _LOOK_POINTS)
     ranked = rough.take(np.argsort(-support, kind='stable'))
-    return ranked.take(ranked.distinct(places, SAME_BASIN_M, 2 * config.max_estimates))
+    return ranked.take(ranked.distinct(places, SAME_BASIN_M, 2 * MAX_ESTIMATES))

@@ -15,12 +15,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import Placements
-from fpnet_core.pose.estimate import SAME_BASIN_M, compared_at
+from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES, SAME_BASIN_M, compared_at
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, Effort, Freedom, refine
-from fpnet_core.pose.verify import agreement
+from fpnet_core.pose.verify import WALL_SIGMA_M, agreement
 
 _SAME_SCALE = 0.3
 """Scales this near, in their logarithm, are one; numerical: some seven between two unsure maps."""
@@ -34,7 +33,6 @@ def estimates_across_scales(
     plan: MapEvidence,
     sub: MapEvidence,
     candidates: Placements,
-    config: PoseConfig,
     freedom: Freedom,
     robot_xy: NDArray[np.float64] | None = None,
 ) -> Placements:
@@ -45,35 +43,33 @@ def estimates_across_scales(
     ----------
     plan, sub : evidence of both sides
     candidates : some dozens
-    config : kernel widths and limits
     freedom : how far the drawing may be stretched
     robot_xy : (2,) where the robot is in the submap, None without one
 
     Returns
     -------
-    At most ``max_estimates`` placements with scores and covariances, scales taking turns; none
+    At most ``MAX_ESTIMATES`` placements with scores and covariances, scales taking turns; none
     for no candidates.
     """
     places = compared_at(sub, robot_xy)
     near = refine(plan, sub.walls, candidates, freedom, _NEAR)
-    near = _best(plan, sub, near, config, places, SAME_BASIN_M, 2 * config.max_estimates)
+    near = _best(plan, sub, near, places, SAME_BASIN_M, 2 * MAX_ESTIMATES)
     fine = refine(plan, sub.walls, near, freedom, FINE)
     # Where the map has little to hold on to, the last step may lead away.
     either = fine.joined(near)
-    return _best(plan, sub, either, config, places, config.distinct_m, config.max_estimates)
+    return _best(plan, sub, either, places, DISTINCT_M, MAX_ESTIMATES)
 
 
 def _best(
     plan: MapEvidence,
     sub: MapEvidence,
     placed: Placements,
-    config: PoseConfig,
     places: NDArray[np.float64],
     distance_m: float,
     limit: int,
 ) -> Placements:
     """Return the best distinct placements with their scores, scales taking turns."""
-    scores = agreement(plan, sub, placed, config.wall_sigma_m).score
+    scores = agreement(plan, sub, placed, WALL_SIGMA_M).score
     order = in_turn(placed.scale, scores)
     ranked = replace(placed, score=scores).take(order)
     return ranked.take(ranked.distinct(places, distance_m, limit))

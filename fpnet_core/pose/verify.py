@@ -20,6 +20,12 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 
+WALL_SIGMA_M = 0.2
+"""Wall kernel of the verification: a wall's thickness, which drawings and robots share in part."""
+
+COARSE_SIGMA_M = 0.5
+"""Wall kernel of the early rejection: what a candidate from doors and rooms may be off by."""
+
 Array = NDArray[np.float64]
 
 _OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much

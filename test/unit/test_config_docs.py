@@ -105,3 +105,11 @@ def test_a_file_of_tricks_is_refused_in_a_short_line(tmp_path, text, message):
     with pytest.raises(ConfigError, match=message) as refused:
         load_config(tmp_path / 'a.yaml')
     assert len(str(refused.value)) < 400
+
+
+def test_there_are_few_keys_and_the_page_opens_with_the_five_to_touch():
+    keys = [field.key for field in config_fields()]
+    assert len(keys) < 40
+    opening = render_markdown().split('## ')[1]
+    assert opening.startswith('The five to touch')
+    assert sum(f'| `{key}` |' in opening for key in keys) == 5

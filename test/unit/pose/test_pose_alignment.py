@@ -8,7 +8,6 @@ import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
-from fpnet_core.config import PoseConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D, angle_between
 from fpnet_core.pose import (
     FINE,
@@ -21,6 +20,7 @@ from fpnet_core.pose import (
     refine,
     verified_estimates,
 )
+from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.pose.refine import STRAIN_LIMIT
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 
@@ -131,13 +131,12 @@ def test_estimates_are_distinct_where_the_robot_is():
         SE2.from_xy_yaw(*rng.uniform(-4, 4, 2), turn) @ A_PLAN_SUBMAP
         for turn in np.deg2rad([0, 5, 90, 180, 180, 270])
     ]
-    config = PoseConfig()
-    found = verified_estimates(plan, sub, Placements.of(starts), config, Freedom(0.03), robot)
+    found = verified_estimates(plan, sub, Placements.of(starts), Freedom(0.03), robot)
     placed = [e.A_plan_submap.apply(compared_at(sub, robot)) for e in found]
     apart = [
         np.linalg.norm(a - b, axis=1).mean() for k, a in enumerate(placed) for b in placed[:k]
     ]
-    assert min(apart) > config.distinct_m
+    assert min(apart) > DISTINCT_M
     assert [e.score for e in found] == sorted((e.score for e in found), reverse=True)
 
 

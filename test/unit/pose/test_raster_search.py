@@ -73,7 +73,7 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
     linear = SHRUNK * A_PLAN_SUBMAP.linear
     tiny = Affine2D(linear, placed - linear @ centre)
     candidates = Placements.of([tiny, A_PLAN_SUBMAP @ SE2.from_xy_yaw(0.1, -0.1, 0.01)])
-    found = estimates_across_scales(plan_evidence(), sub, candidates, CONFIG, Freedom(0.03))
+    found = estimates_across_scales(plan_evidence(), sub, candidates, Freedom(0.03))
     assert corner_error(found[0].A_plan_submap, sub) < 0.3
     assert found.scale[0] == pytest.approx(1.0, abs=0.05)
     assert found[0].score > 0.8
@@ -81,5 +81,5 @@ def test_a_shrunk_placement_of_equal_score_ranks_below_the_true_one():
 
 def test_no_candidates_give_no_estimates():
     sides = plan_evidence(), room_evidence()
-    found = estimates_across_scales(*sides, Placements.empty(), CONFIG, Freedom(0.03))
+    found = estimates_across_scales(*sides, Placements.empty(), Freedom(0.03))
     assert len(found) == 0
