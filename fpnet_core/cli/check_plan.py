@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib.metadata import entry_points
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -102,8 +103,9 @@ def _no_drive(*_: object) -> NoReturn:
 
 
 def _lines(check: PlanCheck) -> Iterator[str]:
-    for refusal in check.refusals:
-        yield f'not fit to use: {refusal.why}\n   next: {refusal.next}'
+    for remedy, alike in groupby(check.refusals, lambda refusal: refusal.next):
+        yield from (f'not fit to use: {refusal.why}' for refusal in alike)
+        yield f'   next: {remedy}'
     from fpnet_core.drawings.wording import said_of_scale
 
     segmentation, similarity = check.segmentation, check.similarity
