@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Generated sheets of every kind from a file to rooms, as ``fpnet plan`` reads them."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.read import read_plan
+from fpnet_lab.evaluation.drawings import bench_sheets, seeds_of
+from fpnet_lab.sim.sheets import SheetKind
+
+pytestmark = pytest.mark.slow
+RIGHT_F1 = 0.85
+BUILDINGS = 2
+
+
+def test_rooms_of_every_kind_of_sheet_are_read(tmp_path):
+    kinds = list(SheetKind)
+    seeds = seeds_of('tune', BUILDINGS)
+    config = FpnetConfig()
+    results = bench_sheets(read_plan, tmp_path, kinds, seeds, config.segmentation)
+    for result in results:
+        print(result.name, round(result.f1, 2), result.ratio, result.doubts, result.refusal)
+    assert len(results) == BUILDINGS * len(kinds)
+    # Four of five are read right in the long run; one of ten may be a near miss more.
+    assert sum(result.f1 >= RIGHT_F1 for result in results) >= 7
+    # What is mostly wrong does not pass for right.
+    assert all(result.is_marked for result in results if result.f1 < 0.5)
+    for kind in kinds:
+        assert max(result.f1 for result in results if result.kind == kind.value) >= RIGHT_F1
+    # Nothing states their scale: what is estimated says how far it may be off.
+    held = [r.low <= 1.0 / r.ratio <= r.high for r in results if r.ratio]
+    assert np.mean(held) >= 0.8
