@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.types import Array, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
@@ -216,17 +217,10 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
 
 def _longest(chances: Chances, ground: Mask, box: Box) -> int:
     """Return how long a building's picture should be, by its walls as seen on the sheet."""
-    thickness = mean_thickness((chances[WALL] > 0.5) & ground)
+    thickness = wall_cells((chances[WALL] > 0.5) & ground)
     side = max(box[2] - box[0], box[3] - box[1])
     wanted = side * WALL_PX / max(thickness, 1.0)
     return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
-
-
-def mean_thickness(walls: Mask) -> float:
-    """Return how thick walls (H, W) are in the mean [px]: twice their area over their outline."""
-    solid = walls.astype(np.uint8)
-    outline = int(solid.sum()) - int(cv2.erode(solid, np.ones((3, 3), np.uint8)).sum())
-    return 2.0 * float(solid.sum()) / outline if outline else 0.0
 
 
 def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:

@@ -8,13 +8,11 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig, parse_config
 from fpnet_core.drawings.annotations import annotated_scale
-from fpnet_core.drawings.choosing import Found
+from fpnet_core.drawings.choosing import NOMINAL_M, Found
 from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ReadOptions, ScaleSource
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
-
-_NOMINAL_M = 0.05
 
 
 def resolve_scale(
@@ -39,12 +37,12 @@ def resolve_scale(
     known = drawing.scale or annotated_scale(drawing)
     if known is not None:
         return known, known.resolution_m / cells_per_pixel
-    grid = GridMap(found.cells[::-1], _NOMINAL_M)
+    grid = GridMap(found.cells[::-1], NOMINAL_M)
     _, factor = segment_unknown_scale(grid, config)
-    pixel_m = _NOMINAL_M * cells_per_pixel
+    pixel_m = NOMINAL_M * cells_per_pixel
     low, metres, high = (pixel_m * each for each in (factor.low, factor.factor, factor.high))
     why = 'estimated from doors, rooms and walls'
-    return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), _NOMINAL_M * factor.factor
+    return DrawingScale(metres, low, high, ScaleSource.ESTIMATED, why), NOMINAL_M * factor.factor
 
 
 def with_scale_of(reading: Reading, config: FpnetConfig) -> FpnetConfig:

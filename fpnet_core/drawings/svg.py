@@ -41,7 +41,6 @@ PIXEL_M = 0.0254 / 96.0
 """Length of CSS's pixel on paper [m]."""
 
 
-_CHUNK = 2**20
 _PHYSICAL = ('mm', 'cm', 'in', 'pt', 'pc')
 _MAX_PICTURE = 60_000_000  # pixels of a picture within the file
 _LETTER = 0.55  # of the letters' size, their width

@@ -45,7 +45,6 @@ PIXEL_M = 0.025
 LONG_SIDE_PX = 3_000
 """Of a drawing of unknown size: a floor of 100 m has the same pixels, then."""
 
-_MAX_PIXELS = 12_000_000
 _MAX_SIDE_PX = 10_000
 _MIN_SIDE_PX = 400
 _MARGIN = 0.02  # of the long side, white around what is drawn

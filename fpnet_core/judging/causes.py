@@ -32,7 +32,6 @@ _WELL = 0.8  # numerical: a right placement explains so much of the walls, as a 
 _AS_WELL = 0.04  # numerical: shares of walls that differ by less tell nothing apart
 _AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
 _SAME_SCALE = 0.03  # numerical: a scale that differs by less would have been found
-_CONTRADICTED = 0.5  # numerical: walls seen again on less than this share of the first ones
 
 _TESTED = 0.97
 """Numerical: least weight of a cause that was proved."""

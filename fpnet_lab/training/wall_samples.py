@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.images import open_image
-from fpnet_core.drawings.learned import mean_thickness
+from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.view import shrinking
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
@@ -55,8 +55,8 @@ class WallSample:
 
     @cached_property
     def wall_px(self) -> float:
-        """The mean thickness of walls; 0 without any."""
-        return mean_thickness(self.classes == WALL)
+        """The mean thickness of walls."""
+        return wall_cells(self.classes == WALL)
 
 
 def resized(sample: WallSample, size: tuple[int, int]) -> WallSample:

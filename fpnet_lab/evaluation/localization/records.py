@@ -21,8 +21,6 @@ TIGHT = (0.5, float(np.deg2rad(5.0)))
 RIGHT = (1.0, float(np.deg2rad(10.0)))
 """Largest errors [m], [rad] of the two recalls; the second also says which beliefs are right."""
 
-_NS_PER_S = 1e9
-
 Array = NDArray[np.float64]
 
 

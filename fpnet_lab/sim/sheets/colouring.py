@@ -33,7 +33,6 @@ _STRONG = (
     (0.95, 0.55, 0.05),
     (0.15, 0.35, 0.75),
 )
-_HUES = ((0.35, 0.75), (0.85, 1.0))  # saturation's share and value of pastel fills
 _MOST_DEPARTMENTS = 7
 _STRONG_ARROW_MM = (6.0, 14.0)
 
