@@ -186,7 +186,7 @@ class Reading:
     H_plan_image : (3, 3)
         From the pixels of the user's own image, upright as in ``drawing.pixels``, to metres of
         ``grid``'s frame; a homography, which is affine unless a perspective was undone.
-    how : the reading that won, in a few words: ``dark walls on light paper``
+    how : the reading that won, in a few words: ``walls as learned from drawings``
     storeys : boxes (left, top, right, bottom) [pixels] of the buildings on the sheet, in order
     dropped : what was left out
     notes : what a user should know, a sentence each
