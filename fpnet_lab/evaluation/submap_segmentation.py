@@ -14,7 +14,6 @@ pairs are one to one. What the odometry's drift bends counts against the segment
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial, reduce
 from pathlib import Path
@@ -35,6 +34,7 @@ from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
+from fpnet_lab.pool import each_done
 from fpnet_lab.sim.types import BuildingPlan
 
 Mask = NDArray[np.bool_]
@@ -109,18 +109,25 @@ def bench_submaps(
     """
     count = RECORDINGS if limit is None else limit
     names = SENSOR_NAMES
-    score = partial(score_drive, config=config or FpnetConfig(), work=work)
-    scores: list[SubmapScore] = []
-    with ProcessPoolExecutor(_WORKERS) as pool:
-        seeds = [first_seed + index for index in range(count)]
-        sensors = [names[index % len(names)] for index in range(count)]
-        for result in pool.map(score, seeds, sensors):
-            scores.append(result)
-            if on_done is not None:
-                on_done()
+    score = partial(_score_task, config=config or FpnetConfig(), work=work)
+    tasks = [(first_seed + index, names[index % len(names)]) for index in range(count)]
+    by_task: dict[_Task, SubmapScore] = {}
+    for task, result in each_done(score, tasks, _WORKERS):
+        by_task[task] = result
+        if on_done is not None:
+            on_done()
+    scores = [by_task[task] for task in tasks]
     used = [name for name in names if any(s.sensor == name for s in scores)]
     by_sensor = {name: summary([s for s in scores if s.sensor == name]) for name in used}
     return summary(scores) | {'by_sensor': by_sensor, 'first_seed': first_seed}
+
+
+_Task = tuple[int, str]
+"""The seed of a drive, and its sensor."""
+
+
+def _score_task(task: _Task, config: FpnetConfig, work: Path | None) -> SubmapScore:
+    return score_drive(*task, config=config, work=work)
 
 
 def score_drive(

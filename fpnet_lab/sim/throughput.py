@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_lab.pool import START_METHOD
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.lidar import LidarSimulator
@@ -97,7 +98,7 @@ def _pairs_per_s(
 
 def _plans_per_s(seed: int, workers: int, count: int) -> float:
     chunks = -(-count // _CHUNK_PLANS)
-    context = multiprocessing.get_context('spawn')
+    context = multiprocessing.get_context(START_METHOD)
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
         list(pool.map(_draw_plans, [(seed, -1 - i) for i in range(workers)]))
         start = time.perf_counter()

@@ -5,11 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 import importlib
 import json
-import multiprocessing
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import cv2
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.pool import each_done
 from fpnet_lab.sim.blocks import matching_pair, pack_pairs, with_new_features
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.dataset import (
@@ -134,37 +134,11 @@ def _made(
     """Yield blocks as they are finished, in any order."""
     if cluster is not None:
         return _on_cluster(make, tasks, cluster)
-    if workers == 1:
-        return ((task, make(*task)) for task in tasks)
-    return _on_cores(make, tasks, workers)
+    return each_done(partial(_make_block, make), tasks, workers)
 
 
-_maker: list[BlockMaker] = []
-"""A pool worker's own maker: sent once, not with every block."""
-
-
-def _start_worker(make: BlockMaker) -> None:
-    _maker[:] = [make]
-
-
-def _make_block(task: _Task) -> tuple[_Task, bytes]:
-    return task, _maker[0](*task)
-
-
-def _on_cores(
-    make: BlockMaker, tasks: Sequence[_Task], workers: int
-) -> Iterator[tuple[_Task, bytes]]:
-    pool = ProcessPoolExecutor(
-        workers,
-        mp_context=multiprocessing.get_context('spawn'),
-        initializer=_start_worker,
-        initargs=(make,),
-    )
-    try:
-        for future in as_completed([pool.submit(_make_block, task) for task in tasks]):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+def _make_block(make: BlockMaker, task: _Task) -> bytes:
+    return make(*task)
 
 
 def _on_cluster(

@@ -10,9 +10,7 @@ wrong in the same ways, and more often.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-import multiprocessing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -28,6 +26,7 @@ from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_lab.evaluation.drawings import compared, written
+from fpnet_lab.pool import each_done
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
 
 Array = NDArray[np.float64]
@@ -81,11 +80,8 @@ def gather_trials(
     ]
     missing = [task for task in tasks if not task.path.exists()]
     on_sheet(float(len(tasks) - len(missing)))
-    context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        for done in as_completed([pool.submit(_make, task) for task in missing]):
-            done.result()
-            on_sheet(1.0)
+    for _ in each_done(_make, missing, workers):
+        on_sheet(1.0)
     return [trial for task in tasks for trial in read_trials(task.path)]
 
 

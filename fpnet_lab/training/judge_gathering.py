@@ -5,13 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import lru_cache
-import multiprocessing
 from pathlib import Path
 
 from fpnet_core.config import FpnetConfig
+from fpnet_lab.pool import each_done
 from fpnet_lab.training.judge_drives import DRIVE_BLOCK, PLAIN_DRIVES, DriveSource
 from fpnet_lab.training.judge_trials import (
     BLOCK_CASES,
@@ -68,16 +67,8 @@ def gather_trials(
     blocks = list(_blocks(folder, seed, data, config, amounts))
     missing = [block for block in blocks if not block.path.exists()]
     on_block(float(len(blocks) - len(missing)))
-    if workers == 1:
-        for block in missing:
-            _make(block)
-            on_block(1.0)
-    else:
-        context = multiprocessing.get_context('spawn')
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            for done in as_completed([pool.submit(_make, block) for block in missing]):
-                done.result()
-                on_block(1.0)
+    for _ in each_done(_make, missing, workers):
+        on_block(1.0)
     return [trial for block in blocks for trial in read_trials(block.path)]
 
 

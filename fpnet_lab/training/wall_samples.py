@@ -5,10 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import cached_property
-import multiprocessing
 from pathlib import Path
 
 import cv2
@@ -21,6 +19,7 @@ from fpnet_core.drawings.view import shrinking
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_lab.evaluation.segmentation import read_labels
+from fpnet_lab.pool import each_done
 from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes
@@ -162,11 +161,8 @@ def gather_samples(
     for name, sample in real_samples(data) if data is not None else ():
         (folder / 'train').mkdir(parents=True, exist_ok=True)
         _write(folder / 'train' / f'real-{name}', sample, is_photo=False)
-    context = multiprocessing.get_context('forkserver')
-    with ProcessPoolExecutor(workers, context) as pool:
-        for future in as_completed([pool.submit(_make, task) for task in tasks]):
-            future.result()
-            on_sheet(1.0)
+    for _ in each_done(_make, tasks, workers):
+        on_sheet(1.0)
 
 
 def _make(task: _Task) -> None:

@@ -29,6 +29,7 @@ from fpnet_core.models.walls import (
     WallNetworkConfig,
     classify,
 )
+from fpnet_lab.pool import START_METHOD
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.wall_patches import patches
 from fpnet_lab.training.wall_samples import WallSample, read_sample, resized, sample_stems
@@ -113,7 +114,13 @@ class WallTrainer:
         left = max(0, config.steps - self.step)
         stems = sample_stems(self.folder / 'samples', 'train')
         data = _Patches(stems, config, self.step)
-        loader = DataLoader(data, config.batch_size, num_workers=1, prefetch_factor=4)
+        loader = DataLoader(
+            data,
+            config.batch_size,
+            num_workers=1,
+            prefetch_factor=4,
+            multiprocessing_context=START_METHOD,
+        )
         weight = torch.tensor(config.class_weights)
         losses: list[float] = []
         for picture, classes in islice(loader, left):

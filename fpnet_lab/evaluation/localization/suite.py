@@ -10,12 +10,10 @@ and the program's own text: figures of two versions are never mixed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Sequence
 import hashlib
 import json
 import logging
-import multiprocessing
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +22,7 @@ from fpnet_lab.evaluation.localization.cases import Kind
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.localization.runs import Job, run_case
 from fpnet_lab.evaluation.localization.scenes import MissingDataError
+from fpnet_lab.pool import each_done
 
 RUNS_NAME = 'runs.jsonl'
 
@@ -66,7 +65,7 @@ def run_suite(
         on_case(1.0)
     skipped: dict[str, str] = {}
     waiting = [job for job in jobs if keys[job.case.name] not in done]
-    for job, (records, reason) in _outcomes(waiting, workers):
+    for job, (records, reason) in each_done(_attempt, waiting, workers):
         if reason:
             skipped[job.case.name] = reason
             _log.warning('%s is skipped: %s', job.case.name, reason)
@@ -87,22 +86,6 @@ def estimated_minutes(jobs: Sequence[Job], workers: int) -> float:
         if job.with_baselines:
             seconds += _BASELINES_COST_S * (2 if false_plans else 1)
     return seconds / workers / 60.0
-
-
-def _outcomes(jobs: Sequence[Job], workers: int) -> Iterator[tuple[Job, Outcome]]:
-    """Yield jobs with their outcomes as they finish."""
-    if workers <= 1:
-        for job in jobs:
-            yield job, _attempt(job)
-        return
-    context = multiprocessing.get_context('spawn')  # threads of OpenMP do not survive a fork
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = {pool.submit(_attempt, job): job for job in jobs}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:  # what fails fails now, not after hours of cases whose records nobody takes
-            pool.shutdown(cancel_futures=True)
 
 
 def _attempt(job: Job) -> Outcome:
