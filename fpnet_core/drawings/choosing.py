@@ -16,7 +16,7 @@ from fpnet_core.drawings.looking import Rival
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import FRAME, find_building
 from fpnet_core.drawings.straighten import map_points
-from fpnet_core.drawings.tones import Levels, ink_level, is_dark_ground
+from fpnet_core.drawings.tones import Levels, colourfulness, ink_level, is_dark_ground
 from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.drawings.view import View, shrinking, view_of
 from fpnet_core.errors import MapFormatError
@@ -241,7 +241,7 @@ def _grey(pixels: Levels) -> Levels | None:
     """
     if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
         return None
-    if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
+    if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
     grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)

@@ -9,6 +9,7 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import cv2
@@ -35,6 +36,17 @@ _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
 _CUT = 0.3  # of the darkest tone: what is fainter is no ink
+
+
+def brightest(pixels: Levels) -> Levels:
+    """Return the level (H, W) of each pixel's brightest channel."""
+    return _levels(reduce(cv2.max, cv2.split(pixels)))
+
+
+def colourfulness(pixels: Levels) -> Levels:
+    """Return how far apart (H, W) each pixel's channels are."""
+    channels = cv2.split(pixels)
+    return _levels(cv2.subtract(reduce(cv2.max, channels), reduce(cv2.min, channels)))
 
 
 def is_dark_ground(pixels: Levels) -> bool:
@@ -108,7 +120,7 @@ def _mass(pixels: Levels) -> Levels:
 
     A room filled with pure red is dark to the eye and no wall.
     """
-    grey = _levels(pixels.max(axis=2))
+    grey = brightest(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
     paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
