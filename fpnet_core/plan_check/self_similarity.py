@@ -172,8 +172,8 @@ def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
 
 def _mapped(grid: GridMap, finder: Finder) -> MapSide:
     """Return a part of the plan as a robot's map of it."""
-    segmenter = SubmapSegmenter()
-    return prepare_submap(submap_from_grid(grid), segmenter, StageTimer())
+    side, _ = prepare_submap(submap_from_grid(grid), SubmapSegmenter(), StageTimer())
+    return side
 
 
 def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:

@@ -72,13 +72,13 @@ class DriveSource:
         finder = Finder(self._matcher, Judge(JudgeModel.indifferent(), 0.5), config)
         scene = make_scene(case, Path())
         truth = Truth(scene.truth, scene.A_plan_truth)
-        own = Floorplan(scene.plan, config)
+        own = Floorplan.prepared(scene.plan, config)
         others = [self._cases[number] for number in case.wrong_cases[:_WRONG_PLANS]]
-        foreign = [Floorplan(make_plan(other), config) for other in others]
+        foreign = [Floorplan.prepared(make_plan(other), config) for other in others]
         odometry = KissOdometry(config.odometry)
         segmenter = SubmapSegmenter()
         for submap, pose, path in _looks(scene.scans, odometry, config):
-            sub = prepare_submap(submap, segmenter, StageTimer())
+            sub, segmenter = prepare_submap(submap, segmenter, StageTimer())
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])
             for plan in (own, *foreign):
                 found = finder.find(
