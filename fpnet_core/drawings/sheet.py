@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Dropped
 from fpnet_core.errors import MapFormatError
+from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, square
+from fpnet_core.raster.pieces import longer_pieces
+from fpnet_core.raster.windows import border_of, window_of
 
-Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
 FRAME = 'frame'
@@ -95,7 +97,7 @@ def find_building(ink: Mask) -> Sheet:
     factor = max(1.0, max(ink.shape) / _LOOK_PX)
     small = _reduced(ink, factor)
     frames, lines = _without_frames(small & ~_blots(small))
-    main, others, labels = _clusters(_without_dashes(lines))
+    main, others, labels = _clusters(longer_pieces(lines, _DASH_SHARE * max(lines.shape)))
     buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
     grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
@@ -105,15 +107,6 @@ def find_building(ink: Mask) -> Sheet:
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
     return Sheet(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
-
-
-def _without_dashes(lines: Mask) -> Mask:
-    """Return the lines (H, W) without pieces as short as letters and dashes."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(lines.astype(np.uint8))
-    longest = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
-    keep = longest > _DASH_SHARE * max(lines.shape)
-    keep[0] = False
-    return np.asarray(keep[labels])
 
 
 def _ground(near: Mask) -> Mask:
@@ -141,13 +134,11 @@ def _scaled(box: Box, factor: float) -> Box:
 def _blots(ink: Mask) -> Mask:
     """Return what is thick and reaches the border: what a photographed sheet lies on."""
     side = max(5, round(_BLOT_SHARE * max(ink.shape)))
-    padded = np.pad(ink.astype(np.uint8), side, mode='edge')
-    core = cv2.morphologyEx(padded, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
-    _, labels = cv2.connectedComponents(core, connectivity=8)
+    core = opened_by(np.pad(ink, side, mode='edge'), square(side))
+    _, labels = cv2.connectedComponents(core.astype(np.uint8), connectivity=8)
     inner = labels[side:-side, side:-side]
-    rim = np.unique(np.concatenate([inner[0], inner[-1], inner[:, 0], inner[:, -1]]))
-    found = np.isin(inner, rim[rim > 0]).astype(np.uint8)
-    return np.asarray(cv2.dilate(found, np.ones((5, 5), np.uint8)) > 0)
+    rim = np.unique(border_of(inner))
+    return grown(np.isin(inner, rim[rim > 0]), 2)
 
 
 def _without_frames(ink: Mask) -> tuple[list[Box], Mask]:
@@ -166,10 +157,10 @@ def _without_frames(ink: Mask) -> tuple[list[Box], Mask]:
 
 def _outermost_frame(ink: Mask, labels: NDArray[np.int32], stats: NDArray[np.int32]) -> int | None:
     """Return the label of the largest piece that is a frame."""
-    rows, cols = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
-    if not rows.size:
+    drawn = window_of(ink)
+    if drawn is None:
         return None
-    extent = np.array([np.ptp(cols), np.ptp(rows)]) + 1
+    extent = np.array([part.stop - part.start for part in drawn[::-1]])
     wide = np.flatnonzero((stats[1:, 2:4] > _FRAME_SPAN * extent).all(axis=1)) + 1
     for label in wide[np.argsort(-stats[wide, 2] * stats[wide, 3].astype(np.int64))]:
         left, top, width, height, _ = stats[label].tolist()
@@ -290,11 +281,16 @@ def _grouped(ink: Mask, reach: float, hall: float) -> tuple[NDArray[np.int32], l
     by = max(1, round(reach))
     side = 4 * by + 4
     # A rim of blank paper lets the outside go around what touches the edge.
-    grown = np.asarray(cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by)), np.uint8)
-    _, holes, sizes, _ = cv2.connectedComponentsWithStats(1 - grown, connectivity=4)
+    joined = grown_by(np.pad(ink, side), disc(2 * by + 1))
+    _, holes, sizes, _ = cv2.connectedComponentsWithStats(
+        (~joined).astype(np.uint8), connectivity=4
+    )
     holes, sizes = _ints(holes), _ints(sizes)
-    solid = _with_halls(_opened(_filled(grown, holes, sizes, hall), 2 * by), holes, sizes, hall)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
+    filled = opened_by(_filled(joined, holes, sizes, hall), disc(4 * by + 1))
+    solid = _with_halls(filled, holes, sizes, hall)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        solid.astype(np.uint8), connectivity=8
+    )
     own = np.bincount(_owners(_ints(labels), holes, sizes, count), minlength=count)
     clusters = []
     for label in range(1, count):
@@ -311,42 +307,32 @@ def _ints(values: NDArray[Any]) -> NDArray[np.int32]:
     return np.asarray(values, dtype=np.int32)
 
 
-def _opened(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
-    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(by)), dtype=np.uint8)
-
-
-def _disc(radius: int) -> NDArray[np.uint8]:
-    side = 2 * radius + 1
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), dtype=np.uint8)
-
-
-def _filled(
-    grown: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
-) -> NDArray[np.uint8]:
-    """Return ``grown`` with the holes filled that are as small as rooms."""
-    small = sizes[:, cv2.CC_STAT_AREA] < hall * grown.size
+def _filled(joined: Mask, holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float) -> Mask:
+    """Return ``joined (H, W)`` with the holes filled that are as small as rooms."""
+    small = sizes[:, cv2.CC_STAT_AREA] < hall * joined.size
     small[0] = small[holes[0, 0]] = False
-    return np.asarray(grown | small[holes], dtype=np.uint8)
+    return np.asarray(joined | small[holes])
 
 
 def _with_halls(
-    solid: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
-) -> NDArray[np.uint8]:
+    solid: Mask, holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
+) -> Mask:
     """Return ``solid`` with those larger holes that it surrounds for the most part."""
     solid = solid.copy()
     large = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] >= hall * solid.size)
     for label in large[(large > 0) & (large != holes[0, 0])]:
-        space = (holes == label).astype(np.uint8)
-        rim = cv2.dilate(space, _disc(2)) > space
-        touching = float(solid[rim].mean())
+        space = holes == label
+        touching = float(solid[grown_by(space, disc(5)) & ~space].mean())
         if touching > _SURROUNDED or (touching > _JOINED and _is_rectangle(space)):
             solid |= space
     return solid
 
 
-def _is_rectangle(space: NDArray[np.uint8]) -> bool:
+def _is_rectangle(space: Mask) -> bool:
     """Tell whether a space, of a hundredth of the sheet or more, is one: a plain room."""
-    contours, _ = cv2.findContours(space, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    contours, _ = cv2.findContours(
+        space.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
     outline = max(contours, key=cv2.contourArea)
     _, (width, height), _ = cv2.minAreaRect(outline)
     area = cv2.contourArea(outline)
