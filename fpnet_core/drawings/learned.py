@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.plausible import wall_cells
-from fpnet_core.drawings.types import Array, Trust
+from fpnet_core.drawings.types import Array, Box, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
@@ -28,7 +28,6 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import window_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
-Box = tuple[int, int, int, int]
 Chances = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 

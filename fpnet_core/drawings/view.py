@@ -11,10 +11,8 @@ import numpy as np
 
 from fpnet_core.drawings.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.tones import Levels, contrast
-from fpnet_core.drawings.types import Array
+from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
-
-Box = tuple[int, int, int, int]
 
 WORK_PX = 1800
 """The longer side of the picture that a sheet is read in."""

@@ -28,11 +28,12 @@ from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
 from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_state, write_state
 from fpnet_core.localizer.surroundings import Surroundings
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
-from fpnet_core.types import GridMap, LocalizerOutput, MatchResult, Status, Submap
+from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
 _log = logging.getLogger(__name__)
 

@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 LAYERS = {
     'fpnet_core': [
-        {'errors', 'geometry', 'types', 'config', 'config_docs', 'plain_yaml', 'stamps'}
-        | {'trajectory'},
+        {'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
+        | {'plain_yaml', 'stamps', 'trajectory'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings'},

@@ -12,7 +12,8 @@ import pytest
 
 from fpnet_core.config import load_config
 from fpnet_core.localizer import Localizer
-from fpnet_core.types import MatchResult, Status
+from fpnet_core.matches import MatchResult
+from fpnet_core.types import Status
 
 WAIT_S = 60.0
 
