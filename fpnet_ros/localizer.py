@@ -28,8 +28,9 @@ from fpnet_core.geometry import SE2
 from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.map_frame import MapFrame, warped_grid
+from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFMessage

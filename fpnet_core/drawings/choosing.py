@@ -15,17 +15,14 @@ from fpnet_core.drawings.learned import SeenBuilding, see_building
 from fpnet_core.drawings.looking import Rival
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import FRAME, find_building
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.tones import Levels, colourfulness, ink_level, is_dark_ground
-from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions, Trust
-from fpnet_core.drawings.view import View, shrinking, view_of
+from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
+from fpnet_core.drawings.view import View, view_of
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import pixel_to_xy
 from fpnet_core.io.images import interpret
+from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
-
-Box = tuple[int, int, int, int]
 
 NOMINAL_M = 0.05
 """Edge of a cell where nothing is known of the scale; every figure is a ratio then."""

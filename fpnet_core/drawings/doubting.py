@@ -15,8 +15,8 @@ from fpnet_core.drawings.looking import Look
 from fpnet_core.drawings.plausible import findings
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, room_figures
 from fpnet_core.drawings.sheet_figures import lost_spaces, whole_figures
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import Box, Doubtful
+from fpnet_core.raster.pixels import map_points
 
 Array = NDArray[np.float64]
 

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import shrunk
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
 Array = NDArray[np.float64]
@@ -132,9 +133,8 @@ def _sides(ring: Array) -> tuple[float, float]:
 
 def wall_cells(walls: NDArray[np.bool_]) -> float:
     """Return the mean thickness of walls (H, W) in cells: twice their area over their outline."""
-    ink = walls.astype(np.uint8)
-    outline = ink - cv2.erode(ink, np.ones((3, 3), np.uint8))
-    return 2.0 * float(ink.sum() + 1) / float(outline.sum() + 1)
+    outline = walls & ~shrunk(walls, 1)
+    return 2.0 * float(np.count_nonzero(walls) + 1) / float(np.count_nonzero(outline) + 1)
 
 
 def _specks(grid: GridMap, door: float) -> int:

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from fpnet_core.raster.pixels import cut_from, growth_at, map_points
+
 Array = NDArray[np.float64]
 Levels = NDArray[np.uint8]
 
@@ -67,12 +69,6 @@ def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
     width, height = np.ceil(corners.max(axis=0)).astype(int) + 1
     limit = (_MAX_GROWTH * np.array(shape[1::-1])).astype(int)
     return int(min(width, limit[0])), int(min(height, limit[1]))
-
-
-def map_points(H: Array, points: Array) -> Array:
-    """Map ``points (..., 2)`` by a homography (3, 3)."""
-    lifted = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1) @ H.T
-    return np.asarray(lifted[..., :2] / lifted[..., 2:])
 
 
 def _lines(levels: Levels, factor: float) -> Array:
@@ -181,13 +177,10 @@ def _camera_turn(angles: Array, size: Array) -> Array:
 
 def _placed(H: Array, shape: tuple[int, ...]) -> Array:
     """Return ``H`` scaled to keep the size in the picture's middle, and moved into view."""
-    middle = np.array([[shape[1] / 2.0, shape[0] / 2.0]])
-    steps = map_points(H, middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
-    growth = np.sqrt(abs(np.linalg.det(steps[1:] - steps[0])))
+    growth = growth_at(H, np.array([shape[1] / 2.0, shape[0] / 2.0]))
     H = np.diag([1.0 / growth, 1.0 / growth, 1.0]) @ H
     left, top = map_points(H, _corners(shape)).min(axis=0)
-    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    placed: Array = move @ H
+    placed: Array = cut_from(left, top) @ H
     return np.asarray(placed / placed[2, 2])
 
 

@@ -16,6 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import is_peak, shrunk, square
+from fpnet_core.raster.windows import border_of
+
 Levels = NDArray[np.uint8]
 
 DARK_GROUND = 100
@@ -66,10 +69,9 @@ def contrast(pixels: Levels) -> Levels:
         yellow lines on white are lines.
     """
     reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
-    square = np.ones((reach, reach), np.uint8)
     found = _mass(pixels)
     for channel in _channels(pixels):
-        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square)
+        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square(reach))
         np.maximum(found, _share_darker(channel, _levels(around)), out=found)
     found[_table(pixels)] = 0
     # The brightest pixel around is brighter than the paper by the noise.
@@ -80,12 +82,11 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
     """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
     grey = _grey(_small(pixels, _TABLE_PX))
     side = max(3, round(_LINE_REACH * max(grey.shape)))
-    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, square(side))
     split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
     del split
     nothing = np.zeros(pixels.shape[:2], dtype=np.bool_)
-    edge = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
-    if edge.mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
+    if border_of(bright).mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
         return nothing
     if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
         return nothing
@@ -97,7 +98,7 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
         return nothing
     inner = np.zeros_like(grey)
     cv2.drawContours(inner, [hull], -1, 1, -1)
-    inner = _levels(cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1))
+    inner = _levels(shrunk(inner > 0, 2))
     size = (pixels.shape[1], pixels.shape[0])
     return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
 
@@ -123,7 +124,7 @@ def _mass(pixels: Levels) -> Levels:
     grey = brightest(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
-    paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
+    paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, square(side)), (9, 9))
     paper = cv2.resize(paper, grey.shape[::-1], interpolation=cv2.INTER_LINEAR)
     darker = _share_darker(grey, _levels(paper))
     return np.where(darker >= _MASS, darker, 0).astype(np.uint8)
@@ -150,7 +151,7 @@ def ink_level(levels: Levels) -> float | None:
     ``levels (H, W)`` are those of :func:`contrast`.
     """
     least = max(_FAINTEST, _NOISE_SIGMAS * _noise(levels))
-    is_ridge = (levels > least) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))
+    is_ridge = (levels > least) & is_peak(levels, 3)
     if not is_ridge.any():
         return None
     darkest = float(np.quantile(levels[is_ridge], _TOP_SHARE))

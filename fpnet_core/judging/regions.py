@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.judging import kernels
 from fpnet_core.judging.walls import LookedAt
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
-from fpnet_core.types import MatchResult
 
 Array = NDArray[np.float64]
 Figures = dict[str, Array]

@@ -15,6 +15,7 @@ from fpnet_core.geometry import Placements
 from fpnet_core.judging import Judge, Verdict
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
     MapSide,
@@ -26,7 +27,6 @@ from fpnet_core.pose import (
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
 from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
-from fpnet_core.types import MatchResult
 
 # Numerical: more changed no answer and took longer.
 _MAX_PAIRS = 800  # region pairs of each kind that become candidates

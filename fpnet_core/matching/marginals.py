@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Similarity2D
+from fpnet_core.matches import MatchHypothesis
 from fpnet_core.matching.alignment import aligned
 from fpnet_core.matching.consensus import Assignments
 from fpnet_core.matching.geometry import GraphGeometry
-from fpnet_core.types import MatchHypothesis
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
-from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
+from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Verdict
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
@@ -28,6 +27,8 @@ from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, coarse_support
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
@@ -181,15 +182,13 @@ def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:
     grid = segmentation.grid
     inside = np.isin(segmentation.labels, np.asarray(rooms) + 1)
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
-    near = np.asarray(binary_dilation(inside, np.ones((3, 3)), iterations=reach))
-    rows, columns = (np.flatnonzero(near.any(axis=axis)) for axis in (1, 0))
-    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    near = grown(inside, reach)
+    window = window_of(near)
+    assert window is not None, 'rooms have cells'
     cells = np.where(near, grid.cells, UNKNOWN)
     # Free space beyond a wall belongs to the next room, which has not been seen.
     cells[near & ~inside & (grid.cells == FREE)] = UNKNOWN
-    corner = grid.rc_to_xy(np.array([rows[0], columns[0]]) - 0.5)
-    origin = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
-    return replace(grid, cells=cells[window], T_frame_grid=origin)
+    return replace(grid, cells=cells).cropped(*window)
 
 
 def _aligned(

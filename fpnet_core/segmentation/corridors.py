@@ -8,8 +8,8 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.rays import run_length
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import run_length
 
 # A corridor goes on at least so far on both sides of a frame, of which the first bit is the
 # frame's own depth [m].

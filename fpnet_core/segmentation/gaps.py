@@ -17,10 +17,10 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import cells_at, draw_line, is_inside, run_length
 from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rays import is_inside, run_length
-from fpnet_core.segmentation.scene import Mask
 
 # Widest opening between the ends of walls that parts rooms;
 # chosen on the tune half (docs/segmentation.md).
@@ -276,8 +276,7 @@ def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mas
     """Return the cells (H, W) of lines that no region crosses."""
     closed = np.zeros(shape, dtype=np.uint8)
     for ends in gaps:
-        start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
-        cv2.line(closed, start, stop, 1, thickness=2)
+        draw_line(closed, ends)
     return closed.astype(bool)
 
 
@@ -316,12 +315,10 @@ def _labels_beside(
     across = np.array([-along[1], along[0]]) / length
     shares = np.linspace(0.0, 1.0, max(3, round(length)))[:, None, None]
     offsets = np.arange(1.0, _ROOM_REACH_M / cell_m + 1.0)[:, None]
-    limits = np.array(labels.shape) - 1
     beside = []
     for sign in (-1.0, 1.0):
         places = ends[0] + shares * along + sign * offsets * across
-        cells = np.clip(np.rint(places), 0, limits).astype(np.int64)
-        seen = labels[cells[..., 0], cells[..., 1]]
+        seen = labels[cells_at(places, labels.shape)]
         first = (seen > 0).argmax(axis=1)
         beside.append(np.take_along_axis(seen, first[:, None], axis=1)[:, 0])
     return np.stack(beside, axis=1).astype(np.int64)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_basins
 from fpnet_core.segmentation.corridors import is_corridor_frame
@@ -21,7 +22,7 @@ from fpnet_core.segmentation.openings import (
     find_openings,
     find_saddles_of_rooms,
 )
-from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
+from fpnet_core.segmentation.scene import Scene, WorkRaster, clearance_m, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
 # chosen on the tune half (docs/segmentation.md).

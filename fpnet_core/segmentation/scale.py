@@ -11,10 +11,11 @@ import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.io.outside import interior
+from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side, packaged_scale_model, quantiles
-from fpnet_core.segmentation.scene import Mask, clearance_m
+from fpnet_core.segmentation.scene import clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 

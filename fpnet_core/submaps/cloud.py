@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.morphology import closed
 from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
-from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 _HEIGHT_BIN_M = 0.05

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import MatcherConfig
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.kernels import fit_regions, keep_one_per_plan_region
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 
 Array = NDArray[np.float64]
 

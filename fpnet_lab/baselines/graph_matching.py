@@ -19,8 +19,9 @@ from scipy.spatial.distance import cdist
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.layout import POSITION
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.types import MatchResult, RegionGraph, RegionLabel
+from fpnet_core.types import RegionGraph, RegionLabel
 
 Array = NDArray[np.float64]
 

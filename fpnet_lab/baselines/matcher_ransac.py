@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.matches import MatchResult
+from fpnet_core.types import RegionGraph
 from fpnet_lab.baselines.answer import Answer
 
 INLIER_M = 0.5

@@ -12,8 +12,9 @@ from scipy.special import softmax
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.features import LABEL
 from fpnet_core.graphs.layout import POSITION
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 
 # Squared descriptor distance at which the likelihood falls by e; descriptors have unit range.
 _TEMPERATURE = 1.0

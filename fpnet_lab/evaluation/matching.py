@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.geometry import Affine2D
+from fpnet_core.matches import IGNORE, MatchResult
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.types import IGNORE, MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 from fpnet_lab.baselines.answer import Answer
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.metrics import (

@@ -29,9 +29,9 @@ import shapely
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.morphology import closed
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import SubmapBuilder
-from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
 from fpnet_lab.pool import each_done

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 from fpnet_lab.sim.clutter import furnish_boxes
 from fpnet_lab.sim.config import ClipConfig

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.types import IGNORE, UNMATCHED, Segmentation
+from fpnet_core.matches import IGNORE, UNMATCHED
+from fpnet_core.types import Segmentation
 
 MATCH_OVERLAP = 0.5
 """Rooms correspond where their overlap covers this much of the smaller one..."""

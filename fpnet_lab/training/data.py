@@ -13,8 +13,8 @@ import torch
 from torch import Tensor
 
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
+from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models import GraphBatch, RegionNetwork, pad_graphs
-from fpnet_core.types import IGNORE, UNMATCHED
 from fpnet_lab.sim.dataset import PairDataset
 from fpnet_lab.sim.pairs import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig

@@ -22,13 +22,14 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.io import read_map
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs, varied

@@ -21,9 +21,9 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.choosing import all_readings
 from fpnet_core.drawings.images import open_image
 from fpnet_core.drawings.plausible import FEATURES, features, powers
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.segmentation import read_labels

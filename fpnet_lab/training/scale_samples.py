@@ -22,12 +22,14 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import read_map
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side
@@ -317,9 +319,8 @@ def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
     share = _SHARES[int(rng.integers(len(_SHARES)))]
     whole = RobotPair('', grid, grid, Affine2D.identity(), is_metric=True)
     cut = varied(whole, rng, share).robot
-    known = cut.cells != UNKNOWN
-    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
-    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
+    window = window_of(cut.cells != UNKNOWN)
+    assert window is not None, 'a part of a map shows something'
     return submap_from_grid(cut.cropped(*window))
 
 
@@ -343,12 +344,10 @@ def _rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
     kind, cells = rng.random(), np.array(grid.cells)
     wall = cells == OCCUPIED
     if kind < _THICKENED:
-        cells[cv2.dilate(wall.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = OCCUPIED
+        cells[grown(wall, 1)] = OCCUPIED
     elif kind < _THICKENED + _THINNED:
-        depth = distance_transform_edt(wall)
-        core = cv2.dilate((depth > 1.5).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        beside = cv2.dilate((cells == FREE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        cells[wall & (depth <= 1.0) & core & beside] = FREE
+        depth = cells_to_nearest(~wall)
+        cells[wall & (depth <= 1.0) & grown(depth > 1.5, 1) & grown(cells == FREE, 1)] = FREE
     return replace(grid, cells=cells)
 
 

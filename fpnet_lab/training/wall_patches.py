@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE
+from fpnet_core.raster.windows import window_of
 from fpnet_lab.sim.sheets.classes import Classes
 from fpnet_lab.training.wall_samples import Pixels, WallSample, read_sample, resized
 
@@ -106,11 +107,9 @@ def _square(
 def _middle(sample: WallSample, rng: np.random.Generator) -> tuple[int, int]:
     """Return a place (x, y), mostly in the building."""
     height, width = sample.classes.shape
-    if rng.random() < _IN_BUILDING:
-        rows, cols = (np.flatnonzero((sample.classes != OUTSIDE).any(axis=k)) for k in (1, 0))
-        if rows.size:
-            y, x = rng.integers(rows[0], rows[-1] + 1), rng.integers(cols[0], cols[-1] + 1)
-            return int(x), int(y)
+    if rng.random() < _IN_BUILDING and (window := window_of(sample.classes != OUTSIDE)):
+        y, x = (rng.integers(part.start, part.stop) for part in window)
+        return int(x), int(y)
     return int(rng.integers(width)), int(rng.integers(height))
 
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpnet_core.types import FREE, IGNORE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_core.matches import IGNORE
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
