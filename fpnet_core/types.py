@@ -21,13 +21,13 @@ from numpy.typing import ArrayLike, NDArray
 from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-"""Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
+"""Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
 
 UNMATCHED, IGNORE = -1, -2
-"""Label of a node without a partner, and of a node that losses and metrics leave out."""
+"""Given: label of a node without a partner, and of a node that losses and metrics leave out."""
 
 FEATURE_SCHEMA = 1
-"""Version of the node and edge feature layout; weights of another version are refused."""
+"""Given: version of the node and edge feature layout; weights of another version are refused."""
 
 
 def _frozen(

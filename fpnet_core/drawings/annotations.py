@@ -26,7 +26,8 @@ from fpnet_core.drawings.types import (
     Strokes,
 )
 
-_FOOT_M, _INCH_M = 0.3048, 0.0254
+_FOOT_M, _INCH_M = 0.3048, 0.0254  # physical: by definition of the international foot and inch
+# Physical: by definition.
 _UNITS_M = {
     'm': 1.0, 'mt': 1.0, 'mts': 1.0, 'meter': 1.0, 'meters': 1.0, 'metres': 1.0, 'metre': 1.0,
     'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': _FOOT_M, 'feet': _FOOT_M,
@@ -38,11 +39,13 @@ _FEET = re.compile(
     r'(?:(\d{1,2})?\s*(?:(\d{1,2})/(\d{1,2}))?\s*(?:["\u2033\u201d]|\'\'))?'
 )
 _RATIO = re.compile(r'(?<![\d:/.])1\s*[:/]\s*(\d{1,4})(?![\d:/.,])')
+# Physical: scales that drawings are made at.
 _RATIOS = frozenset({10, 20, 25, 33, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000})
 _BARE = (('m', re.compile(r'\d{1,3}[.,]\d{1,3}')), ('cm', re.compile(r'\d{2,4}')),
          ('mm', re.compile(r'\d{3,6}')))  # fmt: skip
 
-_MAX_LABELS = 600  # that are looked at
+_MAX_LABELS = 600  # numerical: that are looked at
+# Chosen, not measured:
 _PARALLEL = math.radians(1.5)
 _REACH = 2.4  # of a text's height, from its middle to the line that it measures
 _ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
@@ -50,7 +53,7 @@ _TOUCH = 0.5  # of a text's height, by which a tick or extension line may miss t
 _STATIONS = 4  # ticks on either side that may be the ends of what is measured
 _MIDDLE = 0.06  # of the length, how far a text may be off the middle of its line
 _WINDOW = 0.006  # logarithm, within which votes agree: lines are drawn to the pixel's tenth
-_RANGE = math.log(2_000.0)  # of resolutions that a vote may be for
+_RANGE = math.log(2_000.0)  # numerical: of resolutions that a vote may be for
 _CHANCE = 1e-3  # expected number of scales that would win as many votes by chance
 _TYPICAL_M = 3.5  # length that a dimension gives
 _MIN_VALUES = 3  # different lengths that agree

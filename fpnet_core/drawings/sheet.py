@@ -27,6 +27,7 @@ Box = tuple[int, int, int, int]
 FRAME = 'frame'
 """What a frame is called among what was dropped."""
 
+# Chosen, not measured:
 _LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
 _MAX_FRAMES = 4
 _FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fpnet_lab.training.judge_trials import Trial
 
 _MEASURED_SEED = 5000
-"""Added to the seed: what is measured is never what was learned from."""
+"""Numerical: added to the seed: what is measured is never what was learned from."""
 
 
 class Half(StrEnum):

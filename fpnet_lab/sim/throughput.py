@@ -26,14 +26,15 @@ from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.writing import BLOCK_PAIRS, write_pairs
 
 ROOMS = (26, 34)
-"""Bounds of a storey's rooms: about 30."""
+"""Bounds of a storey's rooms: about 30. Chosen."""
 
 SENSOR = 'beams32'
+# Chosen, not measured:
 SENSOR_HEIGHT_M = 1.0
 DRAWING_CELL_M = 0.05
 
-_CHUNK_PLANS = 5
-_WARM_UP_SCANS = 3
+_CHUNK_PLANS = 5  # numerical
+_WARM_UP_SCANS = 3  # numerical
 
 
 def simulator_throughput(

@@ -39,7 +39,7 @@ from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
 
 Array = NDArray[np.float64]
 
-# All ranges below are numerical: they span what drawings and robots' maps are like.
+# Chosen to span what drawings and robots' maps are like:
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
 _THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
@@ -69,7 +69,7 @@ _DECLUTTER = {
 """Robots' maps by building, versions of one building together; where no file states 0.05 m, it is
 what all maps of their project have."""
 
-_CELLS_M = {'UMIC_first_floor': 0.02}  # all others have 0.05
+_CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)
