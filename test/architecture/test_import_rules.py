@@ -23,7 +23,7 @@ LAYERS = {
         {'cli'},
     ],
     'fpnet_lab': [
-        {'metrics'},
+        {'metrics', 'pool'},
         {'sim', 'baselines'},
         {'training', 'evaluation', 'viz'},
         {'cli'},
