@@ -7,6 +7,7 @@ Usage::
 
     python tools/constants.py            # a table: kinds by package
     python tools/constants.py fitted     # those of one kind; `unsaid` are those that say nothing
+    python tools/constants.py --write    # the table into docs/architecture.md
 
 A constant says its kind at the beginning of a clause of its comment or docstring, as in ``# of
 the page; chosen``, or stands in one paragraph with a comment above that ends in a colon, as in
@@ -18,11 +19,15 @@ from __future__ import annotations
 import ast
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from pathlib import Path
 import re
 import sys
+
+from fpnet_lab.evaluation.figures import markdown_table, write_figures
+from fpnet_lab.evaluation.figures import pages as pages_of
+from fpnet_lab.provenance import Provenance
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ('fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet_lab')
@@ -178,19 +183,29 @@ def table() -> str:
     """Return how many constants of each kind each package has, as Markdown."""
     counts = {package: Counter(c.kind for c in constants(package)) for package in PACKAGES}
     kinds = [*KINDS, *([UNSAID] if any(UNSAID in count for count in counts.values()) else [])]
-    rows = [['constants', *(f'`{package}`' for package in PACKAGES), 'all']]
-    rows.append(['---'] * len(rows[0]))
+    header = ['constants', *(f'`{package}`' for package in PACKAGES), 'all']
+    rows = []
     for kind in kinds:
         row = [counts[package][kind] for package in PACKAGES]
-        rows.append([f'{kind}: {KINDS[kind]}' if kind in KINDS else kind, *map(str, row)])
-        rows[-1].append(str(sum(row)))
-    return '\n'.join(f'| {" | ".join(row)} |' for row in rows)
+        title = f'{kind}: {KINDS[kind]}' if kind in KINDS else kind
+        rows.append([title, *map(str, row), str(sum(row))])
+    return markdown_table(header, rows)
+
+
+def write() -> None:
+    """Write the table into the pages that show it."""
+    made = replace(Provenance.now(), command='python tools/constants.py')
+    for page in write_figures(pages_of(ROOT), {'constants': f'{made}:\n\n{table()}\n\n'}):
+        print(f'wrote {page}')
 
 
 def main() -> None:
     """Print the table, or the constants of the kind that the command line names."""
     if len(sys.argv) == 1:
         print(table())
+        return
+    if sys.argv[1] == '--write':
+        write()
         return
     for package in PACKAGES:
         for constant in constants(package):
