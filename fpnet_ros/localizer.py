@@ -44,7 +44,7 @@ from msg_adapters.diagnostics import LocalizerReport, report_of_output
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
-_DIAGNOSTICS_PERIOD_S = 1.0
+_DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
 
 class LocalizerParameters(InputParameters):

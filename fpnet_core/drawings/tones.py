@@ -22,15 +22,16 @@ from fpnet_core.raster.windows import border_of
 Levels = NDArray[np.uint8]
 
 DARK_GROUND = 100
-"""Drawings whose paper is darker than this grey level are light lines on dark."""
+"""Drawings whose paper is darker than this grey level are light lines on dark. Chosen."""
 
+# Chosen, not measured:
 _REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
 _LEAST_REACH_PX = 9
 _DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: noise grows there
 _MASS = 150  # so much darker than the paper is ink even where it fills an area
-_PAPER_PX = 96  # the paper's brightness is looked at in so small a picture
+_PAPER_PX = 96  # numerical: the paper's brightness is looked at in so small a picture
 _PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
-_TABLE_PX = 320  # a sheet on a table is looked for in so small a picture
+_TABLE_PX = 320  # numerical: a sheet on a table is looked for in so small a picture
 _LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
 _BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
 _BRIGHTER = 1.3  # times as bright as the table is the sheet

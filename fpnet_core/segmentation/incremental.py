@@ -32,16 +32,16 @@ from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
 
-# Changes are counted in square tiles [m]; a tile is dirty from this share of differing cells on,
-# and dirty tiles touch the rooms in them and in the tiles beside them.
+# Numerical: changes are counted in square tiles [m]; a tile is dirty from this share of differing
+# cells on, and dirty tiles touch the rooms in them and in the tiles beside them.
 _TILE_M = 0.5
-_DIRTY_SHARE = 0.04
-# What lies this far outside of the touched rooms cannot change how they are cut: longer than
-# the largest piece of furniture and the widest doorway [m].
+_DIRTY_SHARE = 0.04  # numerical
+# Numerical: what lies this far outside of the touched rooms cannot change how they are cut: longer
+# than the largest piece of furniture and the widest doorway [m].
 _MARGIN_M = 3.0
-# Doors this near to one of the last segmentation are the same [m].
+# Doors this near to one of the last segmentation are the same [m]. Chosen.
 _SAME_DOOR_M = 0.5
-# Grids of one submap agree in place to this share of a cell.
+# Numerical: grids of one submap agree in place to this share of a cell.
 _ALIGNED_CELLS = 1e-3
 
 

@@ -27,6 +27,7 @@ from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
 from fpnet_lab.sim.types import BuildingPlan
 
+# Chosen, not measured:
 _SHIFT_M = 30.0  # maps lie this far from the origin of their frame at most
 _GRAIN_CELLS = 2.0  # width of the bumps of roughened walls
 _SCAN_HEIGHT_M = 0.4  # furniture is cut at this height

@@ -25,17 +25,16 @@ Array = NDArray[np.float64]
 Field = Callable[[Array], Array]
 Cells = NDArray[np.int8]
 
-# All ranges below are numerical: they span from hardly off to as rough as the worst real drawings
-# of the tune half (a metre over a corridor's length), and are drawn from evenly.
+# Chosen to span from hardly off to as rough as the worst real drawings of the tune half (a metre
+# over a corridor's length), and drawn from evenly:
 _AMPLITUDE_M = (0.05, 0.5)  # standard deviation of one step of a distortion
 _AXIS_SHARE, _AXIS_STEP_M = 0.7, (4.0, 12.0)  # stretched piecewise along x and y
 _BEND_SHARE, _BEND_STEP_M = 0.7, (6.0, 20.0)  # bent smoothly
 _TREND = (0.3, 1.0)  # share of the overall stretch that is taken out again
 _ERASED, _ERASED_M = 2.0, (0.25, 4.0)  # pieces of wall left out, in the mean, and their size
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a warped cell; thin walls must stay closed
-_ITERATIONS = 8  # of the inverse of a distortion that is small beside its own length
-_STRIDE = 8  # cells between samples of a smooth distortion
-
+_ITERATIONS = 8  # numerical: of the inverse of a distortion that is small beside its own length
+_STRIDE = 8  # numerical: cells between samples of a smooth distortion
 _BUMPS, _BUMP_CELLS = (0.0, 1.2), 2.0  # height and width of bumps on walls [cells]
 _THICKENED = (-0.5, 1.0)  # by so many cells
 _HOLLOW, _FACE_CELLS = 0.7, (1.5, 4.0)  # share of maps that know walls' faces only, and how deep

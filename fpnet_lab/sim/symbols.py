@@ -16,18 +16,21 @@ from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 Array = NDArray[np.float64]
 
 TABLE_TOP_M = 0.72
-"""Furniture is drawn as it is cut at this height: table tops, backs of chairs, cabinets."""
+"""
+Furniture is drawn as it is cut at this height: table tops, backs of chairs, cabinets. Chosen.
+"""
 
 WINDOW_SHARE = 0.6
 MAX_WINDOW_M = 2.4
 MIN_WINDOW_WALL_M = 1.6
-"""A window takes this share of its wall, at most so much; shorter walls have none."""
+"""A window takes this share of its wall, at most so much; shorter walls have none. Chosen."""
 
+# Chosen, not measured:
 DIMENSION_OFFSET_M = 0.6
 DIMENSION_TICK_M = 0.25
 
-_ARC_POINTS = 9
-_PROBE_M = 0.1
+_ARC_POINTS = 9  # numerical
+_PROBE_M = 0.1  # numerical
 _NAMES = ('Office', 'Lab', 'Meeting', 'Store', 'Kitchen', 'WC', 'Archive', 'Copy', 'Server')
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import shapely
 
 DOUBLE_LEAF_M = 1.3
-"""A single leaf covers openings up to this width."""
+"""A single leaf covers openings up to this width. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)

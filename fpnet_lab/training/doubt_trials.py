@@ -30,9 +30,12 @@ from fpnet_lab.training.sheets_read import read_from_file
 Array = NDArray[np.float64]
 
 FIRST_SEED = 4000
-"""Of the sheets to learn from: seeds of the tune half that the benchmark does not reach."""
+"""
+Numerical: of the sheets to learn from: seeds of the tune half that the benchmark does not reach.
+"""
 
-_COMPARED_CELLS = 1200  # a side of the page: a room has hundreds of them
+_COMPARED_CELLS = 1200  # numerical: a side of the page: a room has hundreds of them
+# Chosen, not measured:
 _SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
 _MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 

@@ -45,7 +45,7 @@ SIDES: tuple[Side, Side] = ('plan', 'map')
 _NO_ROOMS = np.array(
     [name.startswith(('door_', 'wall_')) for name in LENGTHS] + [False] * len(COUNTS)
 )
-_LEAST_SPREAD = 0.01  # of a figure that hardly varies
+_LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
 
 
 @dataclass(frozen=True)

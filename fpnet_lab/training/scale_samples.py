@@ -47,7 +47,7 @@ from fpnet_lab.training.sheets_read import read_from_file
 
 Array = NDArray[np.float64]
 
-# All ranges below are numerical: they span what drawings and robots' maps are like.
+# Chosen to span what drawings and robots' maps are like:
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
 _THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
@@ -57,7 +57,7 @@ _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented 
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
 
 FIRST_SHEET = 5000
-"""Seed of the first sheet: of the tune half, beyond what the benchmark and the doubts reach."""
+"""Given: seed of the first sheet, of the tune half, beyond what the benchmark and the doubts reach."""
 
 SHEET = 'sheet'
 """What the names of sheets begin with."""
@@ -86,7 +86,7 @@ _DECLUTTER = {
 """Robots' maps by building, versions of one building together; where no file states 0.05 m, it is
 what all maps of their project have."""
 
-_CELLS_M = {'UMIC_first_floor': 0.02}  # all others have 0.05
+_CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ LAYERS = {
         {'cli'},
     ],
     'fpnet_lab': [
-        {'metrics', 'pool'},
+        {'metrics', 'pool', 'provenance'},
         {'sim', 'baselines'},
         {'training', 'evaluation', 'viz'},
         {'cli'},
