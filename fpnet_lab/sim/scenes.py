@@ -22,7 +22,6 @@ from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
 from fpnet_lab.sim.mesh_worlds import survey_mesh
 from fpnet_lab.sim.meshes import TriangleMesh, merge_meshes
-from fpnet_lab.sim.openings import room_polygons
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.render import render_plan
@@ -117,7 +116,7 @@ def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Sc
     layout_rng, contents_rng, drawing_rng = _streams(seed)
     stretch = drawing_rng.uniform(*options.stretch, size=2)
     A_plan_building = Affine2D(np.diag(stretch), np.zeros(2))
-    plan = _mapped(plan_from_grid(floorplan), A_plan_building.inv())
+    plan = plan_from_grid(floorplan).mapped(A_plan_building.inv())
     tour = _longest_tour(plan, layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
     return Scene(building, tour, floorplan, A_plan_building)
@@ -152,7 +151,7 @@ def mesh_scene(
         )
     plan = plan_from_grid(floorplan)
     line = tour.line()
-    visited = [k for k, outline in enumerate(room_polygons(plan)) if outline.intersects(line)]
+    visited = [k for k, outline in enumerate(plan.outlines) if outline.intersects(line)]
     building = Building(plan, world.mesh, world.ceiling, merge_meshes([]))
     return Scene(building, replace(tour, rooms=tuple(visited)), floorplan, Affine2D.identity())
 
@@ -212,15 +211,6 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
     raise ConfigError(
         f'the floorplan has {len(plan.rooms)} rooms and {len(plan.doors)} doors, but no way for a '
         'robot from one room to another; check its metres per pixel and its doors'
-    )
-
-
-def _mapped(plan: BuildingPlan, A: Affine2D) -> BuildingPlan:
-    """Return a plan with all its coordinates mapped; ``A`` must not mirror."""
-    return replace(
-        plan,
-        rooms=tuple(replace(room, polygon=A.apply(room.polygon)) for room in plan.rooms),
-        doors=tuple(replace(door, ends=A.apply(door.ends)) for door in plan.doors),
     )
 
 
