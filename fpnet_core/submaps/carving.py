@@ -86,11 +86,15 @@ def carve_rays(
             to_col = np.inf
         if d_row == 0.0:
             to_row = np.inf
+        lowest, highest = min(origin[2], ends[i, 2]), max(origin[2], ends[i, 2])
+        is_level = body_low <= lowest and highest <= body_high and highest < high_low
         t = 0.0
         while True:
             leave = min(to_col, to_row, stop)
             z = origin[2] + 0.5 * (t + leave) * d_z
-            if (body_low <= z <= body_high) or (high_low <= z <= ceiling):
+            if is_level:
+                _count(counts, row, col, CROSSED)
+            elif (body_low <= z <= body_high) or (high_low <= z <= ceiling):
                 _count(counts, row, col, CROSSED)
                 if high_low <= z <= high_high:
                     _count(counts, row, col, HIGH_CROSSED)
