@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import ConfigError, MapFormatError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import Affine2D
 from fpnet_core.types import FREE, GridMap
 from fpnet_lab.sim.building import Building, extrude
+from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere
 from fpnet_lab.sim.driving import Drive, Tour
 from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
@@ -43,7 +44,6 @@ DEFAULT_FAMILIES = (
 
 _PLAN_ATTEMPTS = 20
 _TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
-_LARGEST_SHIFT_M = 20.0
 _SHORTEST_OWN_TOUR_S = 10.0  # a user's plan may be a small flat
 _SHOWN_SHARE = 0.7  # of a mesh tour that its floorplan must show as free
 
@@ -97,8 +97,8 @@ def generated_scene(seed: int, options: RecordingOptions) -> Scene:
     layout_rng, contents_rng, drawing_rng = _streams(seed)
     plan, tour = _draw_plan_and_tour(layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
-    floorplan, A_plan_building = _draw_floorplan(plan, drawing_rng, options)
-    return Scene(building, tour, floorplan, A_plan_building)
+    drawn = _draw_floorplan(plan, drawing_rng, options)
+    return Scene(building, tour, drawn.grid, drawn.A_plan_building)
 
 
 def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Scene:
@@ -216,7 +216,7 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
 
 def _draw_floorplan(
     plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions
-) -> tuple[GridMap, Affine2D]:
+) -> DrawnPlan:
     """Draw the building stretched, then lay the sheet somewhere else, turned."""
     stretch = Affine2D(np.diag(rng.uniform(*options.stretch, size=2)), np.zeros(2))
     sheet = render_plan(
@@ -225,13 +225,7 @@ def _draw_floorplan(
         wall_m=float(rng.uniform(*options.drawn_wall_m)),
         T_plan_building=stretch,
     )
-    x, y = rng.uniform(-_LARGEST_SHIFT_M, _LARGEST_SHIFT_M, size=2)
-    T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
-    floorplan = GridMap(
-        sheet.cells, sheet.resolution, T_plan_sheet @ sheet.T_frame_grid, sheet.frame
-    )
-    A_plan_building: Affine2D = T_plan_sheet @ stretch
-    return floorplan, A_plan_building
+    return laid_elsewhere(sheet, stretch, rng)
 
 
 def _share_on_free(grid: GridMap, xy: NDArray[np.float64]) -> float:
