@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -202,11 +201,7 @@ def observed_cells(grid: GridMap) -> Mask:
 
 def true_rooms(plan: BuildingPlan) -> list[shapely.Geometry]:
     """Return the outlines of a building's rooms; pieces of one corridor are one room."""
-    seams = nx.Graph([door.rooms for door in plan.doors if door.is_open])
-    seams.add_nodes_from(range(len(plan.rooms)))
-    outlines = [shapely.Polygon(room.polygon) for room in plan.rooms]
-    groups = sorted(sorted(group) for group in nx.connected_components(seams))
-    return [shapely.MultiPolygon([outlines[k] for k in group]) for group in groups]
+    return [shapely.MultiPolygon(list(plan.outlines[k])) for k in sorted(plan.joined_rooms())]
 
 
 def _drawn(

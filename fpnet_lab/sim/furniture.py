@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 
 from fpnet_lab.sim.meshes import TriangleMesh, extrude_polygon, merge_meshes
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons
+from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanRoom
 
 DOOR_CLEARANCE_M = 0.9
@@ -103,7 +103,7 @@ def furnish(
         'hall': rng.uniform(*CORRIDOR_DENSITY_PER_M2),
     }
     pieces: list[FurniturePiece] = []
-    for room, outline in zip(plan.rooms, room_polygons(plan), strict=True):
+    for room, outline in zip(plan.rooms, plan.outlines, strict=True):
         count = min(_MAX_PIECES, int(rng.poisson(densities[room.kind] * outline.area)))
         makers: list[Maker] = [_draw_piece if room.kind == 'room' else _corridor_cabinet] * count
         if room.kind != 'room':
@@ -116,7 +116,7 @@ def _door_zone(plan: BuildingPlan, index: int) -> Polygon:
     """Return a door's opening, lengthened by the clearance into both rooms."""
     door = plan.doors[index]
     opening = opening_polygon(plan, door)
-    reach = DOOR_CLEARANCE_M * door_normal(door)
+    reach = DOOR_CLEARANCE_M * door.normal
     both = [
         shapely.transform(opening, lambda xy, move=move: xy + move) for move in (reach, -reach)
     ]

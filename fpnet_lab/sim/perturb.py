@@ -80,9 +80,10 @@ def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tu
     doors = list(plan.doors)
     for i, door in enumerate(doors):
         if not door.is_open and rng.random() < share:
-            along = (door.ends[1] - door.ends[0]) / door.width_m
-            moved = replace(door, ends=door.ends + along * rng.uniform(-MAX_SHIFT_M, MAX_SHIFT_M))
-            a, b = (Polygon(plan.rooms[k].polygon) for k in door.rooms)
+            moved = replace(
+                door, ends=door.ends + door.along * rng.uniform(-MAX_SHIFT_M, MAX_SHIFT_M)
+            )
+            a, b = plan.outlines[list(door.rooms)]
             if _is_in_wall(moved, a, b, plan.wall_m):
                 doors[i] = moved
     return tuple(doors)
@@ -90,9 +91,8 @@ def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tu
 
 def _is_in_wall(door: PlanDoor, a: Polygon, b: Polygon, wall_m: float) -> bool:
     """Say whether a door, with a margin at its ends, has one of its rooms on either side."""
-    along = (door.ends[1] - door.ends[0]) / door.width_m
-    normal = np.array([-along[1], along[0]]) * (wall_m / 2.0 + _SIDE_M)
-    ends = door.ends + np.array([-1.0, 1.0])[:, None] * along * _CORNER_M
+    normal = door.normal * (wall_m / 2.0 + _SIDE_M)
+    ends = door.ends + np.array([-1.0, 1.0])[:, None] * door.along * _CORNER_M
     over, under = shapely.points(ends + normal), shapely.points(ends - normal)
     return any(
         bool(shapely.contains(first, over).all() and shapely.contains(second, under).all())

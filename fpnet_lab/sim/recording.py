@@ -28,12 +28,12 @@ from fpnet_core.io.trajectories import write_tum
 from fpnet_core.io.truth import TRUTH_NAME, TRUTH_POSES_NAME
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.building import Building
+from fpnet_lab.sim.drift import wheel_odometry
 from fpnet_lab.sim.driving import Tour
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.meshes import TriangleMesh
 from fpnet_lab.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
 from fpnet_lab.sim.scenes import RecordingOptions, generated_scene, mesh_scene, traced_scene
-from fpnet_lab.sim.wheels import wheel_odometry
 
 __all__ = [
     'CLOUD_TOPIC',

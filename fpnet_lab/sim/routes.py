@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons
+from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Router:
 
     def __init__(self, plan: BuildingPlan) -> None:
         self._plan = plan
-        self.outlines = room_polygons(plan)
+        self.outlines = plan.outlines
         self._gates = [self._approaches(index) for index in range(len(plan.doors))]
         self._doors_of: list[list[int]] = [[] for _ in plan.rooms]
         self._graph = nx.Graph()
@@ -142,7 +142,7 @@ class Router:
         for room in door.rooms:
             # A closet may be shallower than the approach: then the point comes nearer.
             for reach in np.linspace(APPROACH_M, 0.0, 6):
-                offset = (depth + reach) * door_normal(door)
+                offset = (depth + reach) * door.normal
                 sides = [self._centre(index) + offset, self._centre(index) - offset]
                 inside = [s for s in sides if self.outlines[room].contains(shapely.Point(s))]
                 if inside:

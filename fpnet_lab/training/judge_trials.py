@@ -34,9 +34,10 @@ from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs, varied
 from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.distort import rough_drawing
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.pairs import generate_scene
-from fpnet_lab.sim.rough import robot_map_of, rough_drawing
+from fpnet_lab.sim.rough import robot_map_of
 
 Array = NDArray[np.float64]
 Displaced = Callable[[Array], Array]

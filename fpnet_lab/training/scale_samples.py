@@ -14,7 +14,7 @@ far and near to the true one, as the estimate's rounds will do.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,18 +27,16 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import read_map
-from fpnet_core.raster.distance import cells_to_nearest
-from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_core.types import UNKNOWN, GridMap, Submap
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
 from fpnet_lab.pool import each_done
-from fpnet_lab.sim.drawings import warp_map
+from fpnet_lab.sim.distort import redrawn, rewalled, warp_map
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
@@ -49,15 +47,13 @@ Array = NDArray[np.float64]
 
 # Chosen to span what drawings and robots' maps are like:
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
-_WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
-_THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
 _TURNED = 0.3  # share of real drawings at any angle
 _SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
 _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
 
 FIRST_SHEET = 5000
-"""Given: seed of the first sheet, of the tune half, beyond what the benchmark and the doubts reach."""
+"""Given: seed of the first sheet, of the tune half, beyond those of benchmark and doubts."""
 
 SHEET = 'sheet'
 """What the names of sheets begin with."""
@@ -281,8 +277,8 @@ def _drawing(files: Sequence[_File], variant: int, rng: np.random.Generator) -> 
     """Return a variant: the files as they are, then redrawn."""
     if variant < len(files):
         return files[variant].read()
-    grid = _rewalled(files[int(rng.integers(len(files)))].read(), rng)
-    grid = _redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
+    grid = rewalled(files[int(rng.integers(len(files)))].read(), rng)
+    grid = redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
     if rng.random() < _TURNED:
         turn = SE2.from_xy_yaw(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
         grid = warp_map(grid, Affine2D(turn.linear, turn.translation))
@@ -322,33 +318,6 @@ def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
     window = window_of(cut.cells != UNKNOWN)
     assert window is not None, 'a part of a map shows something'
     return submap_from_grid(cut.cropped(*window))
-
-
-def _redrawn(grid: GridMap, cell_m: float) -> GridMap:
-    """Return a drawing with cells of another size."""
-    rows, cols = (max(1, round(size * grid.resolution / cell_m)) for size in grid.shape)
-    how = cv2.INTER_AREA if cell_m > grid.resolution else cv2.INTER_LINEAR
-
-    def share(value: int) -> NDArray[np.float32]:
-        mask = (grid.cells == value).astype(np.float32)
-        return np.asarray(cv2.resize(mask, (cols, rows), interpolation=how), np.float32)
-
-    cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
-    cells[share(FREE) > _FREE_SHARE] = FREE
-    cells[share(OCCUPIED) > _WALL_SHARE] = OCCUPIED
-    return replace(grid, cells=cells, resolution=grid.resolution * grid.shape[0] / rows)
-
-
-def _rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
-    """Return a drawing whose walls are a cell thicker or thinner now and then, never open."""
-    kind, cells = rng.random(), np.array(grid.cells)
-    wall = cells == OCCUPIED
-    if kind < _THICKENED:
-        cells[grown(wall, 1)] = OCCUPIED
-    elif kind < _THICKENED + _THINNED:
-        depth = cells_to_nearest(~wall)
-        cells[wall & (depth <= 1.0) & grown(depth > 1.5, 1) & grown(cells == FREE, 1)] = FREE
-    return replace(grid, cells=cells)
 
 
 def _states(

@@ -150,18 +150,18 @@ def furnish_symbols(
     )
     density = float(rng.uniform(0.08, 0.25))
     strokes: list[Stroke] = []
-    for number, room in enumerate(plan.rooms):
+    for number, (room, outline) in enumerate(zip(plan.rooms, plan.outlines, strict=True)):
         if room.kind != 'room' or number in taken or rng.random() < 0.15:
             continue
-        free = shapely.difference(shapely.buffer(shapely.Polygon(room.polygon), -0.02), doors)
-        count = min(_MOST_PIECES, int(rng.poisson(density * shapely.Polygon(room.polygon).area)))
-        for maker in _chosen(shapely.Polygon(room.polygon).area, count, rng):
+        free = shapely.difference(shapely.buffer(outline, -0.02), doors)
+        count = min(_MOST_PIECES, int(rng.poisson(density * outline.area)))
+        for maker in _chosen(outline.area, count, rng):
             piece = maker(rng)
             placed = _place(piece, room.polygon, free, maker in _FREE_STANDING, rng)
             if placed is None:
                 continue
-            T, outline = placed
-            free = shapely.difference(free, shapely.buffer(outline, _GAP_M))
+            T, taken_up = placed
+            free = shapely.difference(free, shapely.buffer(taken_up, _GAP_M))
             strokes += _drawn(piece, T, pen)
     return strokes
 
