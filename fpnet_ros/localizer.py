@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.clock import Clock, ClockType
-from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
@@ -38,7 +36,6 @@ from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import LATCHED, STREAM, ErrorLog, StatusLog, one_line
 from fpnet_ros.work import DroppingWorker
-from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
@@ -319,8 +316,8 @@ class LocalizerNode(ManagedNode):
     # ---- scans: their own thread
 
     def _add_scan(self, scan: LocatedScan) -> None:
-        cloud = cloud_from_msg(deserialize_message(scan.data, PointCloud2))
-        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns)
+        cloud = scan.unpack()
+        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
         self._publish_pose()
 

@@ -50,6 +50,14 @@ def command(
             help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
         ),
     ] = None,
+    topics: Annotated[
+        list[str] | None,
+        typer.Option(
+            '--topic',
+            metavar='NAME',
+            help='Topic of a bag: a PointCloud2, or a LaserScan; repeated for several scanners.',
+        ),
+    ] = None,
     tum: Annotated[
         Path | None,
         typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
@@ -66,10 +74,13 @@ def command(
     The scale of a drawing that states none is estimated, and searched around that estimate as far
     as it is unsure, unless localizer.scale_policy is set.
 
-    A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
-    are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
-    and why; where it ends without a pose, the likely causes with the next command.
-    fpnet --verbose localize logs every change of status with its reason.
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
+    /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
+    or --poses, are used as odometry.
+
+    Exits 0 whether or not the robot was found; what it prints says which, and why; where it ends
+    without a pose, the likely causes with the next command. fpnet --verbose localize logs every
+    change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -90,11 +101,12 @@ def command(
     tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
     reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
-    source = open_scans(common.check_input(recording))
+    source = open_scans(common.check_input(recording), topics=topics or ())
     if poses is not None:
         source = PosedScans(source, read_poses(poses))
     given = common.typed_settings(config, settings)
     given += ['--poses', str(poses)] if poses else []
+    given += [word for topic in topics or () for word in ('--topic', topic)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
     result = _localize(source, reading, tree, asked, said.storey)
     run = result.run
