@@ -280,6 +280,10 @@ def encode_points(
         columns.append(('time', _FLOAT64 if time.dtype == np.float64 else _FLOAT32, time))
     if viewpoints is not None:
         begins = np.asarray(viewpoints)
+        if begins.shape != points.shape:
+            raise CloudFormatError(
+                f'viewpoints to encode: expected shape {points.shape}, got {begins.shape}'
+            )
         columns += [(n, _FLOAT32, begins[:, axis]) for axis, n in enumerate(VIEWPOINT_FIELDS)]
     dtype = np.dtype([(name, '<' + DATATYPES[code]) for name, code, _ in columns])
     packed = np.empty(len(points), dtype)

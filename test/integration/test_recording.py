@@ -18,6 +18,7 @@ from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.sim.recording import (
     CLOUD_TOPIC,
+    LASER_TOPIC,
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
@@ -119,6 +120,25 @@ def test_every_sensor_is_recorded_read_and_registered(name, tmp_path):
     assert np.linalg.norm(error[:2, 3]) < 0.3
 
 
+def test_laser_scans_read_back_as_the_cloud_that_the_planar_sensor_saw(tmp_path):
+    recording = start_of_recording(1.0, SENSORS['planar'])
+    write_recording(recording, tmp_path, laser_scans=True)
+    with BagReader(tmp_path / 'bag') as bag:
+        assert set(bag.topics) == {LASER_TOPIC, TRUTH_TOPIC}
+        (_, first_ns, message), *_ = bag.messages([LASER_TOPIC])
+    seen = recording.scan(0)
+    assert first_ns == seen.stamp_ns - 100_000_000
+    assert len(message.ranges) == 1080
+    assert np.isinf(message.ranges).sum() == 1080 - len(seen.points)
+    for scan, expected in zip(open_scans(tmp_path / 'bag'), recording, strict=True):
+        np.testing.assert_allclose(scan.points, expected.points, atol=2e-4)
+        times = expected.time_s - expected.time_s[0]
+        np.testing.assert_allclose(scan.time_s, times, atol=1e-6)
+        last_s = expected.time_s[-1] - 0.1
+        assert scan.stamp_ns - expected.stamp_ns == pytest.approx(last_s * 1e9, abs=1000)
+    assert json.loads((tmp_path / 'truth.json').read_text())['scan_topic'] == LASER_TOPIC
+
+
 def test_planar_recording_runs_through_localize(tmp_path, capsys):
     write_recording(start_of_recording(9.0, SENSORS['planar']), tmp_path / 'drive')
     words = ['localize', str(tmp_path / 'drive' / 'bag')]
@@ -135,6 +155,7 @@ def test_planar_recording_runs_through_localize(tmp_path, capsys):
     ('words', 'message'),
     [
         (['--sensor', 'sonar'], 'choose one of beams16'),
+        (['--laser-scan'], 'only a planar sensor reports LaserScans'),
         (['--building', 'igloo'], 'choose one of plain'),
         (['--mesh', 'none.ply'], 'does not exist'),
         (['--plan', 'none.png'], 'does not exist'),
