@@ -111,6 +111,7 @@ class ScanInput:
     ) -> None:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
+        self._resolve = node.resolve_topic_name
         self._tree = FrameTree()
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
@@ -140,6 +141,14 @@ class ScanInput:
         """Time since each input was last heard, or since the start."""
         now_s = time.monotonic()
         return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
+
+    @property
+    def silence_s(self) -> dict[str, float]:
+        """Time since each input was last heard, or since the start, by its topics."""
+        settings, ages_s = self._settings, self.ages_s
+        poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
+        scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
+        return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
 
     @property
     def lost(self) -> int:

@@ -34,7 +34,15 @@ from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFM
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, ErrorLog, StatusLog, one_line
+from fpnet_ros.runtime import (
+    LATCHED,
+    STALE_INPUT_S,
+    STREAM,
+    ErrorLog,
+    SilenceLog,
+    StatusLog,
+    one_line,
+)
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 from msg_adapters.grids import grid_from_msg
@@ -56,7 +64,9 @@ class LocalizerParameters(InputParameters):
         0.1, ge=0.0, description='Distance between poses of floorplan_path.'
     )
     stale_input_s: float = Field(
-        3.0, gt=0.0, description='Silence of an input after which diagnostics warn.'
+        STALE_INPUT_S,
+        gt=0.0,
+        description='Silence of an input after which log and diagnostics warn.',
     )
     state_file: str = Field(
         '', description='Where the state is saved, and read at the start; empty: nowhere.'
@@ -110,6 +120,7 @@ class LocalizerNode(ManagedNode):
         )
         self._errors = ErrorLog(self.get_logger().error)
         self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
+        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._publish_lock = Lock()
         self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
         self._forget()
@@ -296,6 +307,8 @@ class LocalizerNode(ManagedNode):
             self._out.publish_tf(map_odom.T_map_odom, stamp_ns, map_odom.odom_frame)
 
     def _publish_diagnostics(self) -> None:
+        if self.is_active:
+            self._silence.follow(self._input.silence_s, self._settings.value.stale_input_s)
         report = self._report_tick(self._new_losses())
         self._out.publish_diagnostics(report, self.get_clock().now().nanoseconds)
 

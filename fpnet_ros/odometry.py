@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 import sys
+import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -30,7 +31,16 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, TF, TF_STATIC, ErrorLog, run_node, sensor_data
+from fpnet_ros.runtime import (
+    STALE_INPUT_S,
+    STREAM,
+    TF,
+    TF_STATIC,
+    ErrorLog,
+    SilenceLog,
+    run_node,
+    sensor_data,
+)
 from fpnet_ros.work import DroppingWorker, Numbering
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
@@ -103,6 +113,8 @@ class OdometryNode(Node):
         self._connect_tf()
         self._clouds = Numbering()
         self._reported_drops = self._stale = 0
+        self._heard_s = time.monotonic()
+        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._newest_ns: int | None = None
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
@@ -161,9 +173,11 @@ class OdometryNode(Node):
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._clouds.follow(info)
+        self._heard_s = time.monotonic()
         self._scans.put(partial(_sweep_of_cloud, data))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
+        self._heard_s = time.monotonic()
         scan = Scan(sweep.stamp_ns, sweep.points, sweep.time_s, viewpoints=sweep.viewpoints)
         self._scans.put(lambda: _Sweep(scan, base))
 
@@ -216,6 +230,8 @@ class OdometryNode(Node):
             self._tf_publisher.publish(TFMessage(transforms=[transform]))
 
     def _publish_diagnostics(self) -> None:
+        scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')
+        self._silence.follow({scans: time.monotonic() - self._heard_s}, STALE_INPUT_S)
         dropped, lost = self._scans.dropped, self._clouds.lost
         lost += 0 if self._lasers is None else self._lasers.lost
         warning = ''

@@ -44,7 +44,8 @@ def carried(
         + aside[:, None] * np.cross(axis, velocity)
         + (1.0 - straight)[:, None] * axis * (axis @ velocity)
     )
-    return turned + share[:, None] * moved
+    result: NDArray[np.float64] = turned + share[:, None] * moved
+    return result
 
 
 def _integral(turn: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,6 @@ core needs no message package.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Any, Protocol
@@ -48,7 +47,7 @@ class LaserScanLike(Protocol):
         """Largest valid range [m]."""
 
     @property
-    def ranges(self) -> Sequence[Any]:
+    def ranges(self) -> Any:
         """Range of each ray [m], or its echoes."""
 
 
