@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import logging
 import math
 import sys
@@ -25,6 +25,7 @@ from rclpy.qos import (
 
 from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.types import Status
+from fpnet_ros.known_parameters import refuse_unknown
 from msg_adapters.diagnostics import LocalizerReport
 
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -98,6 +99,9 @@ Threads take turns this often. By Python's default of 5 ms, the executor's threa
 interpreter for moments only, would wait that long at every turn while a tick computes. Chosen.
 """
 
+STALE_INPUT_S = 3.0
+"""Numerical: an input silent for longer is missing; sensors report ten times a second."""
+
 ERROR_PERIOD_S = 5.0
 """Time between two lines about the same kind of bad input. Chosen."""
 
@@ -110,13 +114,14 @@ def run_node(
     """
     Make a node, run it until it ends or is interrupted, and return the process's exit status.
 
-    Bad input at the start (FpnetError, a malformed parameter file) is logged in one line and
-    gives 1; SIGINT and SIGTERM end the node cleanly and give 0.
+    Bad input at the start (FpnetError, a malformed parameter file, an unknown parameter) is
+    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0.
     """
     node: AnyNode | None = None
     try:
         _enter_ros(arguments)
         node = make_node()
+        refuse_unknown(node)
         run(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
@@ -217,6 +222,31 @@ class StatusLog:
             self._warn(report.said)
         else:
             self._info(report.said)
+
+
+class SilenceLog:
+    """
+    Logs an input that has fallen silent, or never was heard, and when it is back: once each.
+
+    Parameters
+    ----------
+    info, warn
+        Take the line.
+    """
+
+    def __init__(self, info: Callable[[str], Any], warn: Callable[[str], Any]) -> None:
+        self._info, self._warn = info, warn
+        self._silent: set[str] = set()
+
+    def follow(self, ages_s: Mapping[str, float], limit_s: float) -> None:
+        """Take for how long nothing has come on each topic [s]."""
+        for topic, age_s in ages_s.items():
+            if age_s > limit_s and topic not in self._silent:
+                self._silent.add(topic)
+                self._warn(f'nothing on {topic} for {age_s:.0f} s: does anybody publish it?')
+            elif age_s <= limit_s and topic in self._silent:
+                self._silent.remove(topic)
+                self._info(f'{topic} is heard again')
 
 
 def one_line(error: Exception) -> str:

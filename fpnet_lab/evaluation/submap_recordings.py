@@ -137,10 +137,10 @@ def _register(recording: Recording, odometry: KissOdometry) -> Drive:
     poses: list[Array] = []
     stamps: list[int] = []
     for index, scan in enumerate(recording):
-        registered, pose = odometry.register_scan(scan)
+        sweep = odometry.register_scan(scan)
         if index % _KEEP_EVERY == 0:
-            points.append(np.rint(registered * _MM_PER_M).astype(np.int16))
-            poses.append(pose)
+            points.append(np.rint(sweep.points * _MM_PER_M).astype(np.int16))
+            poses.append(sweep.T_odom_sensor)
             stamps.append(scan.stamp_ns)
     return Drive(
         plan=recording.building.plan,

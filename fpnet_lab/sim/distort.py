@@ -33,7 +33,7 @@ Cells = NDArray[np.int8]
 MARGIN_M = 1.0
 """Unknown border around a warped drawing. Chosen."""
 
-# Chosen, not measured: a cell is wall where walls cover this share of the interpolated place, below
+# Chosen, not measured: a cell is wall where walls cover this share of the place, below
 # one half, so that lines of one cell stay closed at any angle.
 _WARPED_WALL_SHARE = 0.4
 

@@ -104,8 +104,9 @@ def _looks(
     stamps: list[int] = []
     poses: list[NDArray[np.float64]] = []
     for scan in scans:
-        points, pose = odometry.register_scan(scan)
-        builder.add_scan(points, pose, scan.stamp_ns)
+        sweep = odometry.register_scan(scan)
+        pose = sweep.T_odom_sensor
+        builder.add_scan(sweep.points, pose, scan.stamp_ns)
         stamps.append(scan.stamp_ns)
         poses.append(pose)
         if scan.stamp_ns - stamps[0] > DRIVE_S * NS_PER_S:
