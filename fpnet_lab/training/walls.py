@@ -46,7 +46,7 @@ _SETTLING = 10.0  # steps after which the running mean forgets slowly; chosen
 class WallTraining:
     """Settings of a run."""
 
-    steps: int = 6000
+    steps: int = 7200
     batch_size: int = 8
     side_px: int = 448
     learning_rate: float = 3e-3
