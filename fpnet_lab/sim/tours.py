@@ -114,7 +114,7 @@ def _choose_rooms(
 
 
 def leg_time_s(path: Array, drive: Drive) -> float:
-    """Return about how long a robot takes along a path (V, 2) and to look around at its end [s]."""
+    """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
     length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
     return length_m / (_PACE * drive.speed_mps) + _LINGER_S
 
