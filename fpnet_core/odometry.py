@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
 
 MIN_POINTS = 100
-"""A sweep with fewer returns within range moves the estimate at random; it is refused."""
+"""A sweep with fewer returns within range moves the estimate at random; it is refused. Chosen."""
 
 _FLAT_M = 0.01
-"""Sweeps that are lower than this [m] are those of a planar scanner."""
+"""Sweeps that are lower than this [m] are those of a planar scanner. Chosen."""
 
 
 class RegisteredSweep(NamedTuple):

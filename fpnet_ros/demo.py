@@ -38,6 +38,7 @@ from fpnet_ros.processes import (
     ros_arguments,
 )
 
+# Chosen, not measured:
 _READY_S = 300.0  # after an installation the localizer compiles first
 _QUIET_S = 5.0  # after the last cloud, odometry is done when it has been quiet for so long
 _STALLED_S = 90.0

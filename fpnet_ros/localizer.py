@@ -28,8 +28,9 @@ from fpnet_core.geometry import SE2
 from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.map_frame import MapFrame, warped_grid
+from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFMessage
@@ -43,7 +44,7 @@ from msg_adapters.diagnostics import LocalizerReport, report_of_output
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
-_DIAGNOSTICS_PERIOD_S = 1.0
+_DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
 
 class LocalizerParameters(InputParameters):

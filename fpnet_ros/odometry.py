@@ -33,6 +33,7 @@ from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
+# Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
 _STALE_BEFORE_RESTART = 3  # old clouds in a row; fewer are disorder on the way here
 

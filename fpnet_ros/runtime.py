@@ -30,10 +30,12 @@ from msg_adapters.diagnostics import LocalizerReport
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 STREAM_QUEUE = 50
-"""Messages that a publisher or subscription of this package holds back."""
+"""Messages that a publisher or subscription of this package holds back. Chosen."""
 
 ODOMETRY_QUEUE = 100
-"""Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late."""
+"""
+Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late. Chosen.
+"""
 
 LATCHED = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -41,7 +43,7 @@ LATCHED = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As map_server: whoever subscribes later still gets the last message."""
+"""Given: as map_server: whoever subscribes later still gets the last message."""
 
 STATUS = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -49,7 +51,7 @@ STATUS = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last."""
+"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last. Chosen."""
 
 
 def sensor_data(depth: int) -> QoSProfile:
@@ -80,7 +82,7 @@ TF = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.VOLATILE,
 )
-"""As tf2_ros for ``/tf``."""
+"""Given: as tf2_ros for ``/tf``."""
 
 TF_STATIC = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -88,16 +90,16 @@ TF_STATIC = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As tf2_ros for ``/tf_static``."""
+"""Given: as tf2_ros for ``/tf_static``."""
 
 _SWITCH_S = 0.001
 """
 Threads take turns this often. By Python's default of 5 ms, the executor's thread, which needs the
-interpreter for moments only, would wait that long at every turn while a tick computes.
+interpreter for moments only, would wait that long at every turn while a tick computes. Chosen.
 """
 
 ERROR_PERIOD_S = 5.0
-"""Time between two lines about the same kind of bad input."""
+"""Time between two lines about the same kind of bad input. Chosen."""
 
 
 def run_node(

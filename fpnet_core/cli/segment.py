@@ -174,7 +174,7 @@ def _report(
     segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, reading: Reading | None
 ) -> dict[str, Any]:
     from fpnet_core.drawings.plan_files import as_json, is_affine
-    from fpnet_core.io import pixel_to_xy
+    from fpnet_core.raster.pixels import pixel_to_xy
 
     grid = segmentation.grid
     affine = pixel_to_xy(grid).matrix

@@ -24,7 +24,7 @@ from fpnet_core.stamps import NS_PER_S
 _log = logging.getLogger(__name__)
 
 MAX_ODOMETRY_GAP_NS = 500_000_000
-"""Poses further apart are not interpolated: a robot may have turned by then."""
+"""Poses further apart are not interpolated: a robot may have turned by then. Chosen."""
 
 _TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
 _TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)

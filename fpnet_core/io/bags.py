@@ -41,8 +41,8 @@ TEXT = 'std_msgs/msg/String'
 
 Storage = Literal['sqlite3', 'mcap']
 
-_BAG_VERSION: Literal[9] = 9  # what ROS 2 Jazzy writes
-_NO_LIMIT = QosTime(0, 0)
+_BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
+_NO_LIMIT = QosTime(0, 0)  # given
 _TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 _MSG = _TYPESTORE.types
 
@@ -61,6 +61,7 @@ def _qos(depth: int, durability: QosDurability) -> Qos:
     )
 
 
+# Chosen, not measured:
 _STREAM_QOS = _qos(10, QosDurability.VOLATILE)
 _LATCHED_QOS = _qos(1, QosDurability.TRANSIENT_LOCAL)
 

@@ -26,9 +26,11 @@ TIME_FIELDS = ('t', 'time', 'timestamp', 'timestamps', 'time_stamp', 'stamps', '
 """Names under which lidar drivers store the time of a point; the first one present is used."""
 
 LONGEST_SWEEP_S = 2.0
-"""No lidar takes longer for one sweep; tells the unit of a time field (see sweep_seconds)."""
+"""
+Physical: no lidar takes longer for one sweep; tells the unit of a time field (see sweep_seconds).
+"""
 
-_FLOAT32, _FLOAT64, _UINT16 = 7, 8, 4
+_FLOAT32, _FLOAT64, _UINT16 = 7, 8, 4  # given
 
 
 class PointFieldLike(Protocol):

@@ -20,11 +20,11 @@ from fpnet_core.types import Submap
 
 _PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
 
-# Robot positions that memory is reserved for at first; doubled when they are used up.
+# Numerical: robot positions that memory is reserved for at first; doubled when they are used up.
 _PATH_BLOCK = 1024
-# Fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
+# Numerical: fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
-# Deviation of R^T R from the identity that a rigid transform may have.
+# Numerical: deviation of R^T R from the identity that a rigid transform may have.
 _RIGID_TOLERANCE = 1e-3
 
 

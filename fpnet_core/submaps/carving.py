@@ -12,16 +12,17 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Counts = NDArray[np.uint16]
 
-# Layers of the count raster: crossings of all bands, returns at body height and at lintel
+# Given: layers of the count raster: crossings of all bands, returns at body height and at lintel
 # height, and crossings at lintel height.
 CROSSED, MID_HIT, HIGH_HIT, HIGH_CROSSED = 0, 1, 2, 3
-LAYERS = 4
+LAYERS = 4  # given
 
 # What so many rays pass at lintel height, and at most this share of those that get there end on,
-# is furniture.
+# is furniture. Chosen.
 _LOW_PASSES, _LOW_SHARE = 3, 0.2
 
-# A cell's counts are halved when one of them gets here: uint16 never wraps, ratios stay.
+# Numerical: a cell's counts are halved when one of them gets here: uint16 never wraps, ratios
+# stay.
 _SATURATION = 60000
 
 
@@ -92,11 +93,9 @@ def carve_rays(
         while True:
             leave = min(to_col, to_row, stop)
             z = origin[2] + 0.5 * (t + leave) * d_z
-            if is_level:
+            if is_level or (body_low <= z <= body_high) or (high_low <= z <= ceiling):
                 _count(counts, row, col, CROSSED)
-            elif (body_low <= z <= body_high) or (high_low <= z <= ceiling):
-                _count(counts, row, col, CROSSED)
-                if high_low <= z <= high_high:
+                if not is_level and high_low <= z <= high_high:
                     _count(counts, row, col, HIGH_CROSSED)
             t = leave
             if t >= stop:

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.demo import DemoRun
 
 _SESSION_MODULE = 'fpnet_ros.demo'
-_GRACE_S = 30.0  # the session ends its nodes within half of this
-_INTERRUPTED = 130
+_GRACE_S = 30.0  # the session ends its nodes within half of this; chosen
+_INTERRUPTED = 130  # given
 
 
 def command(

@@ -34,9 +34,10 @@ Array = NDArray[np.float64]
 SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
 """Sensor models that drives are made with; ``dome`` does not repeat its pattern."""
 
+# Chosen, not measured:
 # Every sweep is registered; each of so many is kept for the submap.
 _KEEP_EVERY = 3
-_MM_PER_M = 1000.0
+_MM_PER_M = 1000.0  # physical: by definition
 _LIMITS = TourLimits(rooms=4, shortest_s=30.0, longest_s=60.0)
 _ROOMS = (10, 30)
 _ARRAYS = ('points_mm', 'counts', 'T_odom_sensor', 'stamps_ns')

@@ -27,6 +27,7 @@ from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_
 from fpnet_lab.sim.rough import roughened
 from fpnet_lab.sim.types import BuildingPlan
 
+# Chosen, not measured:
 _SHIFT_M = 30.0  # maps lie this far from the origin of their frame at most
 _SCAN_HEIGHT_M = 0.4  # furniture is cut at this height
 

@@ -16,10 +16,12 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, map_coordinates
+from scipy.ndimage import map_coordinates
 import shapely
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
 from fpnet_lab.sim.render import fill_polygons
@@ -31,26 +33,26 @@ Field = Callable[[Array], Array]
 Cells = NDArray[np.int8]
 
 MARGIN_M = 1.0
-"""Unknown border around a warped drawing."""
+"""Unknown border around a warped drawing. Chosen."""
 
+# Chosen, not measured:
 # A cell is wall where walls cover this share of the interpolated place: below one half, so that
 # lines of one cell stay closed at any angle.
 _WARPED_WALL_SHARE = 0.4
-
 _LARGEST_SHIFT_M = 20.0
 _ALL_WALLS = BuildingConfig(moved_walls=1.0, removed_walls=1.0, added_walls=1.0, glass=(0.0, 0.0))
 _THICKENED, _THINNED = 0.2, 0.2  # shares of redrawn drawings with other walls
 
-# All ranges below are numerical: they span from hardly off to as rough as the worst real drawings
-# of the tune half (a metre over a corridor's length), and are drawn from evenly.
+# Chosen to span from hardly off to as rough as the worst real drawings of the tune half (a metre
+# over a corridor's length), and drawn from evenly:
 _AMPLITUDE_M = (0.05, 0.5)  # standard deviation of one step of a distortion
 _AXIS_SHARE, _AXIS_STEP_M = 0.7, (4.0, 12.0)  # stretched piecewise along x and y
 _BEND_SHARE, _BEND_STEP_M = 0.7, (6.0, 20.0)  # bent smoothly
 _TREND = (0.3, 1.0)  # share of the overall stretch that is taken out again
 _ERASED, _ERASED_M = 2.0, (0.25, 4.0)  # pieces of wall left out, in the mean, and their size
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a cell; thin walls must stay closed
-_ITERATIONS = 8  # of the inverse of a distortion that is small beside its own length
-_STRIDE = 8  # cells between samples of a smooth distortion
+_ITERATIONS = 8  # numerical: of the inverse of a distortion that is small beside its own length
+_STRIDE = 8  # numerical: cells between samples of a smooth distortion
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,12 +156,10 @@ def rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
     kind, cells = rng.random(), np.array(grid.cells)
     wall = cells == OCCUPIED
     if kind < _THICKENED:
-        cells[cv2.dilate(wall.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = OCCUPIED
+        cells[grown(wall, 1)] = OCCUPIED
     elif kind < _THICKENED + _THINNED:
-        depth = distance_transform_edt(wall)
-        core = cv2.dilate((depth > 1.5).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        beside = cv2.dilate((cells == FREE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        cells[wall & (depth <= 1.0) & core & beside] = FREE
+        depth = cells_to_nearest(~wall)
+        cells[wall & (depth <= 1.0) & grown(depth > 1.5, 1) & grown(cells == FREE, 1)] = FREE
     return replace(grid, cells=cells)
 
 

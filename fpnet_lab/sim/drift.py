@@ -18,6 +18,7 @@ from fpnet_lab.sim.config import ScanConfig
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 WARP_WAVES = 3
 WARP_LENGTHS_M = (25.0, 80.0)
 

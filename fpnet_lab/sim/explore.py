@@ -21,18 +21,18 @@ from fpnet_lab.sim.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.scan2d import EMPTY, cast_rays, clear_cells
 
 GLASS_PASS = 0.85
-"""Chance that a ray passes glass."""
+"""Chance that a ray passes glass. Chosen."""
 
 LINTEL_STANDOFF_M = 1.5
-"""From nearer, the lintel is above a scanner's field of view."""
+"""From nearer, the lintel is above a scanner's field of view. Chosen."""
 
 NARROW_FOV_RAD = (np.pi, 1.5 * np.pi)
-"""Field of view of scanners that only look ahead."""
+"""Field of view of scanners that only look ahead. Chosen."""
 
 BEYOND_RANGE = 2.0
-"""Rays that end beyond the used range still prove free space up to it, to this factor."""
+"""Rays that end beyond the used range still prove free space up to it, to this factor. Chosen."""
 
-_INTO_CELL = 0.25  # returns lie a little inside the cell that a ray enters
+_INTO_CELL = 0.25  # numerical: returns lie a little inside the cell that a ray enters
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _LEAF_M = 0.04  # thickness of a door leaf
 _LEAF_GAP_M = 0.02  # between a leaf's upper edge and the lintel
 _WIDE_OPEN_RAD = (1.5, 2.0, 2.7, 1.2)  # how far leaves are opened, in the order of trying
@@ -68,7 +69,7 @@ BUILDING_STYLES: dict[str, BuildingStyle] = {
     'frameless': BuildingStyle(frameless=1.0),
     'glass': BuildingStyle(leaves=0.7, windows=1.0, glass_fronts=0.4),
 }
-"""Ways to raise a plan, by name."""
+"""Ways to raise a plan, by name. Chosen."""
 
 
 def style_named(name: str) -> BuildingStyle:

@@ -18,10 +18,10 @@ from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan
 from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = 0.05
-"""Cell edge of the real drawings, and of the generated ones that are compared with them."""
+"""Given: cell edge of the real drawings, and of the generated ones that are compared with them."""
 
 FREE_GREY = 250
-"""Pixels of a real drawing at least this bright are floor."""
+"""Given: pixels of a real drawing at least this bright are floor."""
 
 TUNE_FLOORS = (
     'lab_a_scan',

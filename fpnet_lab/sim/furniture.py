@@ -26,18 +26,19 @@ from fpnet_lab.sim.types import BuildingPlan, PlanRoom
 Array = NDArray[np.float64]
 
 DOOR_CLEARANCE_M = 0.9
-"""Furniture keeps this far from the opening of a door, on both sides of the wall."""
+"""Furniture keeps this far from the opening of a door, on both sides of the wall. Chosen."""
 
 LOOSE_DOOR_CLEARANCE_M = 1.2
-"""Where only a slice of it matters, furniture keeps this far from the middle of a door."""
+"""Where only a slice of it matters, furniture keeps this far from the middle of a door. Chosen."""
 
 ROOM_DENSITY_PER_M2 = (0.10, 0.28)
 CORRIDOR_DENSITY_PER_M2 = (0.0, 0.06)
-"""Pieces per square metre; each building draws its own density from the range."""
+"""Pieces per square metre; each building draws its own density from the range. Chosen."""
 
 FIXTURE_SPACING_M = 5.0
-"""Length of corridor wall per radiator, notice board or fire extinguisher."""
+"""Length of corridor wall per radiator, notice board or fire extinguisher. Chosen."""
 
+# Chosen, not measured:
 _MAX_PIECES = 16
 _TRIES_PER_PIECE = 6
 _WALL_GAP_M = (0.01, 0.06)
@@ -46,6 +47,7 @@ _PASSAGE_M = 0.8  # what a cabinet in a corridor must leave free
 _LEG_M = 0.05
 _SKEW_RAD = 0.05  # by how much tables are out of line
 
+# Given: where a box's corners lie, in units of its half sides.
 _CORNERS = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 
@@ -386,7 +388,7 @@ def _table(rng: np.random.Generator) -> FurniturePiece:
 
 
 _CATALOGUE: tuple[Maker, ...] = (_cabinet, _shelf, _desk, _sofa, _bed, _table)
-_UP_TO = np.cumsum([0.25, 0.2, 0.25, 0.08, 0.07, 0.15])
+_UP_TO = np.cumsum([0.25, 0.2, 0.25, 0.08, 0.07, 0.15])  # chosen: shares, summed up
 _UP_TO /= _UP_TO[-1]
 
 

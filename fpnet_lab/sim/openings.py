@@ -9,7 +9,7 @@ from shapely import MultiPolygon, Polygon
 
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
-# An opening reaches this far into both rooms, so that unions have no hair-thin walls.
+# Numerical: an opening reaches this far into both rooms, so that unions have no hair-thin walls.
 _OVERLAP_M = 0.01
 
 

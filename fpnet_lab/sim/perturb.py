@@ -21,14 +21,15 @@ from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 from fpnet_lab.sim.walls import WallChanges, draw_wall_changes
 
 WORLD_CELL_M = 0.05
-"""Cell edge of the raster that rays are cast in."""
+"""Numerical: cell edge of the raster that rays are cast in."""
 
 OUTSIDE_M = 6.0
-"""How far the world goes on outside, for rays that leave through glass."""
+"""Numerical: how far the world goes on outside, for rays that leave through glass."""
 
 MAX_SHIFT_M = 1.5
-"""Doors are drawn at most this far from where they are."""
+"""Doors are drawn at most this far from where they are. Chosen."""
 
+# Chosen, not measured:
 _CORNER_M = 0.25
 _SIDE_M = 0.1  # how far beside its wall a door must open into its rooms
 

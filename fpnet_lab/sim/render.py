@@ -28,28 +28,29 @@ from fpnet_lab.sim.symbols import (
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, polygons_from_rings
 
 _SUBPIXEL_BITS = 6
-"""Binary digits after the point of polygon corners handed to the rasteriser."""
+"""Numerical: binary digits after the point of polygon corners handed to the rasteriser."""
 
 DOOR_OVERLAP_M = 0.05
-"""How far a door's cut reaches into the rooms, so that no skin of wall remains."""
+"""Numerical: how far a door's cut reaches into the rooms, so that no skin of wall remains."""
 
 MIN_WALL_PX = 1.5
-"""Thinner walls would leak where they run diagonally."""
+"""Numerical: thinner walls would leak where they run diagonally."""
 
 
 LINE_M = 0.03
-"""Width of drawn lines; at least a cell."""
+"""Width of drawn lines; at least a cell. Chosen."""
 
 MIN_DOUBLE_WALL_M = 0.24
 THICK_WALL_M = 0.35
-"""Least thickness of outlined and of thick walls."""
+"""Least thickness of outlined and of thick walls. Chosen."""
 
+# Chosen, not measured:
 _HATCH_PERIOD_M = 0.4
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
-_FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # height of a capital at scale 1
-_INK = 255
-_BOX_SAMPLES = 11
+_FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # given: height of a capital at scale 1
+_INK = 255  # given
+_BOX_SAMPLES = 11  # numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,16 +9,15 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import random_piece
 
 Cells = NDArray[np.int8]
 
-# All ranges are numerical: they span from clean to the roughest real maps of the tune half.
+# Chosen to span from clean to the roughest real maps of the tune half, and drawn from evenly:
 _BUMPS, _GRAIN_CELLS = (0.0, 1.2), 2.0  # height and width of bumps on walls [cells]
 _THICKENED = (-0.5, 1.0)  # by so many cells
 _HOLLOW, _FACE_CELLS = 0.7, (1.5, 4.0)  # share of maps that know walls' faces only, and how deep
@@ -36,7 +35,7 @@ def robot_map_of(grid: GridMap, rng: np.random.Generator) -> GridMap:
     cells[known] = FREE
     cells[known & solid] = OCCUPIED
     if rng.random() < _HOLLOW:
-        cells[distance_transform_edt(cells == OCCUPIED) > rng.uniform(*_FACE_CELLS)] = UNKNOWN
+        cells[cells_to_nearest(cells != OCCUPIED) > rng.uniform(*_FACE_CELLS)] = UNKNOWN
     specks = rng.random(cells.shape) < rng.uniform(0.0, _SPECKS)
     cells[specks & (cells == FREE)] = OCCUPIED
     for _ in range(rng.poisson(_PIECES)):

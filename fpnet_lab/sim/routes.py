@@ -20,16 +20,16 @@ from fpnet_lab.sim.types import BuildingPlan
 Array = NDArray[np.float64]
 
 APPROACH_M = 0.45
-"""A door is entered and left straight, from this far in front of its opening."""
+"""A door is entered and left straight, from this far in front of its opening. Chosen."""
 
 DOOR_COST_M = 0.5
-"""What a door adds to the length of a way; breaks the tie between doors in one line."""
+"""What a door adds to the length of a way; breaks the tie between doors in one line. Chosen."""
 
 CLEARANCES_M = (0.7, 0.45, 0.3, 0.2)
-"""Distances to walls, the first one at which a room lets the robot through is kept."""
+"""Distances to walls, the first one at which a room lets the robot through is kept. Chosen."""
 
-_SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance
-_TOLERANCE_M = 1e-6
+_SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance; chosen
+_TOLERANCE_M = 1e-6  # numerical
 _START, _GOAL = 'start', 'goal'
 
 

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
-"""Codes of a world raster; a ray passes glass with some probability."""
+"""Given: codes of a world raster; a ray passes glass with some probability."""
 
 MISS = -1.0
-"""Range of a ray that met nothing within reach."""
+"""Given: range of a ray that met nothing within reach."""
 
-# Shorter leaps cost more than they save [cells].
+# Numerical: shorter leaps cost more than they save [cells].
 _LEAST_LEAP = 2
-# Where a ray that is parallel to an axis meets the next line across that axis [cells].
+# Numerical: where a ray that is parallel to an axis meets the next line across that axis [cells].
 _NEVER = 1e18
 
 

@@ -42,7 +42,8 @@ DEFAULT_FAMILIES = (
 )
 """Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
 
-_PLAN_ATTEMPTS = 20
+_PLAN_ATTEMPTS = 20  # numerical
+# Chosen, not measured:
 _TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
 _SHORTEST_OWN_TOUR_S = 10.0  # a user's plan may be a small flat
 _SHOWN_SHARE = 0.7  # of a mesh tour that its floorplan must show as free

@@ -18,13 +18,14 @@ Array = NDArray[np.float64]
 WINDOW_SHARE = 0.6
 MAX_WINDOW_M = 2.4
 MIN_WINDOW_WALL_M = 1.6
-"""A window takes this share of its wall, at most so much; shorter walls have none."""
+"""A window takes this share of its wall, at most so much; shorter walls have none. Chosen."""
 
+# Chosen, not measured:
 DIMENSION_OFFSET_M = 0.6
 DIMENSION_TICK_M = 0.25
 
-_ARC_POINTS = 9
-_PROBE_M = 0.1
+_ARC_POINTS = 9  # numerical
+_PROBE_M = 0.1  # numerical
 _NAMES = ('Office', 'Lab', 'Meeting', 'Store', 'Kitchen', 'WC', 'Archive', 'Copy', 'Server')
 
 

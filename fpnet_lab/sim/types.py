@@ -17,7 +17,7 @@ import shapely
 from fpnet_core.geometry import Affine2D
 
 DOUBLE_LEAF_M = 1.3
-"""A single leaf covers openings up to this width."""
+"""A single leaf covers openings up to this width. Chosen."""
 
 _LEAST_WIDTH_M = 1e-9  # numerical: an opening without width has no direction
 

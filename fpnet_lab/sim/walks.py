@@ -12,16 +12,16 @@ from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.scan2d import EMPTY, walk_field, walk_to
 
-ROBOT_RADIUS_M = 0.28
+ROBOT_RADIUS_M = 0.28  # chosen
 WALK_STRIDE = 4
-"""World cells per cell of the raster that tours are planned in."""
+"""Numerical: world cells per cell of the raster that tours are planned in."""
 
 REACH_M = 7.0
-"""Nearby rooms are visited first: the chance falls by e over this much more way."""
+"""Nearby rooms are visited first: the chance falls by e over this much more way. Chosen."""
 
 TINY_TOUR_ROOMS = 4
 SMALL_TOUR_SHARE = (0.1, 0.5)
-"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits."""
+"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits. Chosen."""
 
 
 def plan_walk(

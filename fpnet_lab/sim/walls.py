@@ -17,16 +17,17 @@ from fpnet_lab.sim.types import BuildingPlan
 
 PARTITION_M = 0.1
 LARGE_ROOM_M2 = 18.0
-"""Rooms above this size may get a partition."""
+"""Rooms above this size may get a partition. Chosen."""
 
 MOVED_WALL_M = (0.3, 1.2)
-"""How far a wall is displaced."""
+"""How far a wall is displaced. Chosen."""
 
+# Chosen, not measured:
 _MOST_CHANGES = 2
 _LEAST_WALL_M2 = 0.2
 _GAP_M = 1.0  # way through a partition
 _GLASS_PIECE_M = (0.8, 3.0)
-_GLASS_DEPTH_M = 0.05  # beyond the wall, so that no skin of wall remains
+_GLASS_DEPTH_M = 0.05  # numerical: beyond the wall, so that no skin of wall remains
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,9 +21,9 @@ from fpnet_lab.baselines.monte_carlo import planar_slice
 from fpnet_lab.evaluation.localization.records import Belief, MethodRun
 
 KEEP_EVERY = 3
-"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m."""
+"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
 
-_KB_PER_MB = 1024.0
+_KB_PER_MB = 1024.0  # given
 
 
 @dataclass(eq=False)

@@ -17,13 +17,14 @@ from fpnet_lab.sim.types import BuildingPlan
 
 RESOLUTION_M = 0.05
 UNKNOWN_SCALE = (0.67, 1.5)
-"""Range of nominal over true metres where the scale of a drawing is unknown."""
+"""Range of nominal over true metres where the scale of a drawing is unknown. Chosen."""
 
+# Chosen, not measured:
 _STRETCH = {Distortion.STRETCHED_5: 0.05, Distortion.STRETCHED_10: 0.1}
 _LEAST_STRETCH = 0.5  # share of the named stretch that each axis has at least
 _SKETCH_STRETCH = 0.02
 
-_DRAWING_STREAM = 11  # second word of the seed, apart from the streams of the recording
+_DRAWING_STREAM = 11  # given: second word of the seed, apart from the streams of the recording
 
 
 def draw_plan(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPlan:

@@ -32,9 +32,10 @@ from fpnet_lab.sim.symbols import (
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
 MIN_DOUBLE_WALL_PX = 5.0
-"""Two lines with something between them need so many pixels."""
+"""Two lines with something between them need so many pixels. Chosen."""
 
-_PROBE_M = 0.05
+_PROBE_M = 0.05  # numerical
+# Chosen, not measured:
 _WALL_PEN_MM, _THIN_PEN_MM = 0.35, 0.18
 _PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
 
