@@ -13,7 +13,7 @@ WRITTEN_UNITS_M = {
     'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': _FOOT_M, 'feet': _FOOT_M,
     "'": _FOOT_M,
 }  # fmt: skip
-"""Physical, by definition: length of a unit [m] by what it is called in drawings, in lower case."""
+"""Physical: length of a unit [m] by what it is called in drawings, in lower case."""
 
 _LENGTH = re.compile(r'(?:[≈~]\s*)?(\d{1,6}(?:[.,]\d{1,3})?)\s*([a-zм\']{1,6})?', re.IGNORECASE)
 _FEET = re.compile(

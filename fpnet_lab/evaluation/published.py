@@ -129,7 +129,8 @@ def _range(values: Sequence[float], shown: str) -> str:
 
 def _right(figures: Report) -> int:
     """Return how many runs of a group with a right answer were right."""
-    return int(round(figures['recall_1m_10deg'] * figures['runs']))
+    right: float = figures['recall_1m_10deg'] * figures['runs']
+    return round(right)
 
 
 def _claims(figures: Report) -> str:

@@ -35,10 +35,11 @@ Cells = NDArray[np.int8]
 MARGIN_M = 1.0
 """Unknown border around a warped drawing. Chosen."""
 
-# Chosen, not measured:
-# A cell is wall where walls cover this share of the interpolated place: below one half, so that
-# lines of one cell stay closed at any angle.
+# Chosen, not measured: a cell is wall where walls cover this share of the interpolated place,
+# below one half, so that lines of one cell stay closed at any angle.
 _WARPED_WALL_SHARE = 0.4
+
+# Chosen, not measured:
 _LARGEST_SHIFT_M = 20.0
 _ALL_WALLS = BuildingConfig(moved_walls=1.0, removed_walls=1.0, added_walls=1.0, glass=(0.0, 0.0))
 _THICKENED, _THINNED = 0.2, 0.2  # shares of redrawn drawings with other walls

@@ -20,8 +20,7 @@ from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import draw_style
 
-# Chosen, not measured:
-# Drawings lie this far from the origin of their frame at most [m].
+# Numerical: drawings lie this far from the origin of their frame at most [m].
 _SHIFT_M = 30.0
 
 

@@ -17,7 +17,7 @@ from fpnet_lab.sim.distort import random_piece
 
 Cells = NDArray[np.int8]
 
-# Chosen to span from clean to the roughest real maps of the tune half, and drawn from evenly:
+# Chosen to span from clean to the roughest real maps of the tune half:
 _BUMPS, _GRAIN_CELLS = (0.0, 1.2), 2.0  # height and width of bumps on walls [cells]
 _THICKENED = (-0.5, 1.0)  # by so many cells
 _HOLLOW, _FACE_CELLS = 0.7, (1.5, 4.0)  # share of maps that know walls' faces only, and how deep

@@ -53,7 +53,7 @@ _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented 
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
 
 FIRST_SHEET = 5000
-"""Given: seed of the first sheet, of the tune half, beyond what the benchmark and the doubts reach."""
+"""Given: seed of the first sheet, of the tune half, beyond those of benchmark and doubts."""
 
 SHEET = 'sheet'
 """What the names of sheets begin with."""
