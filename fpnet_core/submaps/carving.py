@@ -45,7 +45,7 @@ def _count_return(
         _count(counts, row, col, HIGH_HIT)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline='always')
 def _count_crossing(
     counts: Counts, row: int, col: int, z: float, bands: tuple[float, float, float, float, float]
 ) -> None:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
-from fpnet_lab.sim.clutter import furnish_boxes
 from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import warp_map
+from fpnet_lab.sim.furniture import furnish_loosely
 from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
 from fpnet_lab.sim.rough import roughened
@@ -59,7 +59,7 @@ def clip_map(
     grid, shown = _window(grid, shown)
     cells = grid.cells.copy()
     if rng.random() < config.furnished:
-        pieces = furnish_boxes(storey.plan, rng).met_at(_SCAN_HEIGHT_M)
+        pieces = furnish_loosely(storey.plan, rng).met_at(_SCAN_HEIGHT_M)
         stands = _covered(grid, [A.apply(piece) for piece in pieces])
         cells[stands & (cells == FREE)] = OCCUPIED
     cells = roughened(cells, rng, config)

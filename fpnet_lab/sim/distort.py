@@ -16,10 +16,12 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, map_coordinates
+from scipy.ndimage import map_coordinates
 import shapely
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
 from fpnet_lab.sim.render import fill_polygons
@@ -33,8 +35,8 @@ Cells = NDArray[np.int8]
 MARGIN_M = 1.0
 """Unknown border around a warped drawing. Chosen."""
 
-# Chosen, not measured: a cell is wall where walls cover this share of the place, below
-# one half, so that lines of one cell stay closed at any angle.
+# Chosen, not measured: a cell is wall where walls cover this share of the interpolated place,
+# below one half, so that lines of one cell stay closed at any angle.
 _WARPED_WALL_SHARE = 0.4
 
 # Chosen, not measured:
@@ -155,12 +157,10 @@ def rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
     kind, cells = rng.random(), np.array(grid.cells)
     wall = cells == OCCUPIED
     if kind < _THICKENED:
-        cells[cv2.dilate(wall.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = OCCUPIED
+        cells[grown(wall, 1)] = OCCUPIED
     elif kind < _THICKENED + _THINNED:
-        depth = distance_transform_edt(wall)
-        core = cv2.dilate((depth > 1.5).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        beside = cv2.dilate((cells == FREE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        cells[wall & (depth <= 1.0) & core & beside] = FREE
+        depth = cells_to_nearest(~wall)
+        cells[wall & (depth <= 1.0) & grown(depth > 1.5, 1) & grown(cells == FREE, 1)] = FREE
     return replace(grid, cells=cells)
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_lab.sim.clutter import Boxes, furnish_boxes
 from fpnet_lab.sim.config import BuildingConfig
+from fpnet_lab.sim.furniture import Boxes, furnish_loosely
 from fpnet_lab.sim.render import door_outline, fill_polygons, shell_outlines
 from fpnet_lab.sim.scan2d import EMPTY, GLASS, LINTEL, SOLID
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
@@ -71,7 +71,7 @@ def draw_changes(plan: BuildingPlan, rng: np.random.Generator, config: BuildingC
         doors=move_doors(plan, rng, config.moved_doors),
         closed=frozenset(shut),
         walls=draw_wall_changes(plan, rng, config),
-        furniture=furnish_boxes(plan, rng) if rng.random() < config.furnished else None,
+        furniture=furnish_loosely(plan, rng) if rng.random() < config.furnished else None,
     )
 
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -36,7 +35,7 @@ def robot_map_of(grid: GridMap, rng: np.random.Generator) -> GridMap:
     cells[known] = FREE
     cells[known & solid] = OCCUPIED
     if rng.random() < _HOLLOW:
-        cells[distance_transform_edt(cells == OCCUPIED) > rng.uniform(*_FACE_CELLS)] = UNKNOWN
+        cells[cells_to_nearest(cells != OCCUPIED) > rng.uniform(*_FACE_CELLS)] = UNKNOWN
     specks = rng.random(cells.shape) < rng.uniform(0.0, _SPECKS)
     cells[specks & (cells == FREE)] = OCCUPIED
     for _ in range(rng.poisson(_PIECES)):

@@ -10,15 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
-from fpnet_lab.sim.clutter import furnish_boxes
+from fpnet_lab.sim.furniture import furnish_loosely
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
-
-TABLE_TOP_M = 0.72
-"""
-Furniture is drawn as it is cut at this height: table tops, backs of chairs, cabinets. Chosen.
-"""
 
 WINDOW_SHARE = 0.6
 MAX_WINDOW_M = 2.4
@@ -122,9 +117,8 @@ def windows(edges: Array, normals: Array, depth_m: float) -> Array:
 
 
 def furniture_outlines(plan: BuildingPlan, rng: np.random.Generator) -> Array:
-    """Return outlines (F, 4, 2) of furniture as cut at table height; some reach into walls."""
-    rings = furnish_boxes(plan, rng).met_at(TABLE_TOP_M)
-    return np.stack(rings) if rings else np.zeros((0, 4, 2))
+    """Return outlines (F, 4, 2) of furniture from above; some reach into walls."""
+    return furnish_loosely(plan, rng).from_above()
 
 
 def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:

@@ -3,7 +3,7 @@
 """
 The symbols that architects furnish rooms with: desks, tables, shelves, kitchens, washrooms.
 
-Where :mod:`fpnet_lab.sim.clutter` says what a scanner meets, here is what is drawn.
+Where :mod:`fpnet_lab.sim.furniture` says what a scanner meets, here is what is drawn.
 """
 
 from __future__ import annotations
