@@ -19,13 +19,13 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, Section
-from fpnet_core.errors import FpnetError, OdometryError
+from fpnet_core.errors import OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, TF, TF_STATIC, ErrorLog, run_node, sensor_data
+from fpnet_ros.runtime import STREAM, TF, TF_STATIC, error_reporter, run_node, sensor_data
 from fpnet_ros.work import DroppingWorker, Numbering
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
@@ -70,7 +70,7 @@ class OdometryNode(Node):
 
     def __init__(self) -> None:
         super().__init__('odometry')
-        self._errors = ErrorLog(self.get_logger().error)
+        self._report = error_reporter(self)
         self._settings = ParameterTree(self, OdometryParameters).value
         self._kiss = KissOdometry(ParameterTree(self, OdometryConfig, 'odometry.').value)
         self._tree = FrameTree()
@@ -185,12 +185,6 @@ class OdometryNode(Node):
         status = health_to_msg(name, warning, values)
         now_ns = self.get_clock().now().nanoseconds
         self._diagnostics.publish(diagnostics_to_msg([status], now_ns))
-
-    def _report(self, error: BaseException) -> None:
-        if isinstance(error, FpnetError):
-            self._errors.report(error)
-        elif self.context.ok():
-            self.get_logger().error(f'internal error, please report it: {error!r}')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
