@@ -31,6 +31,10 @@ class OdometryError(FpnetError):
     """A sensor pose is not a rigid transform, or its time stamp goes backwards."""
 
 
+class HintError(FpnetError):
+    """Someone's word on where the robot is cannot be used."""
+
+
 class StateError(FpnetError):
     """A saved state of the localizer is missing, corrupt, or made with another configuration."""
 

@@ -21,7 +21,7 @@ _OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 _SECTIONS = {
     'floorplan_server': 'FloorplanServerParameters',
     'lifecycle': 'LifecycleParameters',
-    'localizer': 'LocalizerParameters',
+    'settings': 'LocalizerParameters',
     'odometry': 'OdometryParameters',
     'replay': 'ReplayParameters',
 }

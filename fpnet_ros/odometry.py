@@ -22,7 +22,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig
-from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.errors import ConfigError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
@@ -36,8 +36,8 @@ from fpnet_ros.runtime import (
     STREAM,
     TF,
     TF_STATIC,
-    ErrorLog,
     SilenceLog,
+    error_reporter,
     run_node,
     sensor_data,
 )
@@ -104,7 +104,7 @@ class OdometryNode(Node):
 
     def __init__(self) -> None:
         super().__init__('odometry')
-        self._errors = ErrorLog(self.get_logger().error)
+        self._report = error_reporter(self)
         self._settings = ParameterTree(self, OdometryParameters).value
         self._kiss = KissOdometry(ParameterTree(self, OdometryConfig, 'odometry.').value)
         self._tree = FrameTree()
@@ -249,12 +249,6 @@ class OdometryNode(Node):
         status = health_to_msg(name, warning, values)
         now_ns = self.get_clock().now().nanoseconds
         self._diagnostics.publish(diagnostics_to_msg([status], now_ns))
-
-    def _report(self, error: BaseException) -> None:
-        if isinstance(error, FpnetError):
-            self._errors.report(error)
-        elif self.context.ok():
-            self.get_logger().error(f'internal error, please report it: {error!r}')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

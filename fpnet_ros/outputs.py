@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -14,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import MarkerArray
 
-from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.pose import MapSide
+from fpnet_core.geometry import SE2
+from fpnet_core.localizer.localizer import Snapshot
+from fpnet_core.localizer.map_frame import Located, MapFrame
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import GridMap, LocalizerOutput
-from fpnet_ros.inputs import TFMessage
+from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
@@ -34,15 +37,57 @@ from msg_adapters.transforms import transform_to_msg
 _PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre; chosen
 
 
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """
+    All that is published together: one output, the frames of its floorplan, and the newest scan.
+
+    ``frame`` is None where the floorplan is another one by now than the output's.
+    """
+
+    snapshot: Snapshot
+    frame: MapFrame | None
+    scan: LocatedScan | None
+
+    @classmethod
+    def of(cls, snapshot: Snapshot, frame: MapFrame | None, scan: LocatedScan | None) -> Moment:
+        """Return what of these belongs together."""
+        plan = None if snapshot.plan is None else snapshot.plan.given
+        return cls(snapshot, frame if frame is not None and frame.plan is plan else None, scan)
+
+    @property
+    def output(self) -> LocalizerOutput:
+        """What the last tick said."""
+        return self.snapshot.output
+
+    @property
+    def located(self) -> Located | None:
+        """Where the robot was at the scan, in every frame; None unless something is claimed."""
+        if self.frame is None or self.scan is None:
+            return None
+        return self.frame.located(self.output, self.scan.T_odom_base)
+
+
+@dataclass(frozen=True, eq=False)
+class _MapOdom:
+    """The transform to broadcast, to the frame that TF is published for."""
+
+    T_map_odom: NDArray[np.float64]
+    map_frame: str
+    odom_frame: str
+
+
 class LocalizerOutputs:
     """The publishers of one configured localizer node."""
 
-    def __init__(self, node: ManagedNode, map_frame: str, path_spacing_m: float) -> None:
+    def __init__(self, node: ManagedNode, path_spacing_m: float) -> None:
         self._name = node.get_fully_qualified_name()
-        self._map_frame = map_frame
         self._path_spacing_m = path_spacing_m
         self._path: deque[Any] = deque(maxlen=_PATH_LENGTH)
         self._path_end: SE2 | None = None
+        self._published_ns: int | None = None  # of the last pose
+        self._map_odom: _MapOdom | None = None
+        self._tf_stamp_ns = 0
         add = node.add_publisher
         self._pose = add(PoseStamped, 'floorplan_pose', STREAM)
         self._twin = add(PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STREAM)
@@ -59,8 +104,33 @@ class LocalizerOutputs:
         self._path.clear()
         self._path_end = None
 
-    def publish_pose(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
-        """Publish the pose in the floorplan grid's own frame and nominal metres."""
+    def forget_tf(self) -> None:
+        """Broadcast nothing until there is a pose again."""
+        self._map_odom = None
+
+    def publish_pose(self, moment: Moment) -> None:
+        """
+        Publish the pose at the newest scan, once, and set the TF; forget it without a claim.
+
+        The pose is in the floorplan grid's own frame and nominal metres, its twin with covariance
+        in ``map``.
+        """
+        scan, frame, located = moment.scan, moment.frame, moment.located
+        if scan is None or frame is None or located is None:
+            self.forget_tf()
+            return
+        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.T_tf_odom)
+        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.tf_frame)
+        if scan.stamp_ns == self._published_ns:
+            return
+        self._published_ns = scan.stamp_ns
+        self._publish_on_plan(located.T_plan_base, scan.stamp_ns, frame.plan_id)
+        if located.cov is not None:
+            self._twin.publish(
+                uncertain_pose_to_msg(located.T_map_base, located.cov, scan.stamp_ns, frame.map_id)
+            )
+
+    def _publish_on_plan(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
         msg = pose_to_msg(pose, stamp_ns, plan_frame)
         self._pose.publish(msg)
         end = self._path_end
@@ -68,20 +138,29 @@ class LocalizerOutputs:
             self._path.append(msg)
             self._path_end = pose
 
-    def publish_twin(self, pose: SE2, cov: NDArray[np.float64], stamp_ns: int) -> None:
-        """Publish the pose in ``map`` with its covariance."""
-        self._twin.publish(uncertain_pose_to_msg(pose, cov, stamp_ns, self._map_frame))
+    def broadcast(self, stamp_ns: int) -> None:
+        """Repeat the TF, never twice for one stamp: tf2 complains about that."""
+        map_odom = self._map_odom
+        if self._tf is None or map_odom is None or stamp_ns == self._tf_stamp_ns:
+            return
+        self._tf_stamp_ns = stamp_ns
+        transform = transform_to_msg(
+            map_odom.T_map_odom, stamp_ns, map_odom.map_frame, map_odom.odom_frame
+        )
+        self._tf.publish(TFMessage(transforms=[transform]))
 
-    def publish_path(self, stamp_ns: int, plan_frame: str) -> None:
-        """Publish the poses so far, in the floorplan grid's frame."""
-        if self._path_publisher.get_subscription_count():
-            self._path_publisher.publish(path_to_msg(self._path, stamp_ns, plan_frame))
-
-    def publish_tf(self, T_map_odom: NDArray[np.float64], stamp_ns: int, odom_frame: str) -> None:
-        """Broadcast ``map`` to ``odom``; nothing where TF's message is not installed."""
-        if self._tf is not None:
-            transform = transform_to_msg(T_map_odom, stamp_ns, self._map_frame, odom_frame)
-            self._tf.publish(TFMessage(transforms=[transform]))
+    def publish_tick(self, moment: Moment) -> None:
+        """Publish the path so far, and what was seen and thought, to those who listen."""
+        frame, output = moment.frame, moment.output
+        if frame is None:
+            return
+        if output.A_plan_odom is not None and self._path_publisher.get_subscription_count():
+            # A copy: the thread that adds scans may add a pose meanwhile.
+            path = path_to_msg(list(self._path), output.stamp_ns, frame.plan_id)
+            self._path_publisher.publish(path)
+        if moment.scan is not None:
+            self._publish_submap(output, moment.scan.odom_frame)
+            self._publish_markers(moment, frame, moment.scan)
 
     def publish_status(self, report: LocalizerReport) -> None:
         """Publish what the last tick said."""
@@ -92,12 +171,12 @@ class LocalizerOutputs:
         msg = report_to_msg(report, f'{self._name}: localization')
         self._diagnostics.publish(diagnostics_to_msg([msg], stamp_ns))
 
-    def publish_scaled(self, grid: GridMap, stamp_ns: int) -> None:
+    def publish_scaled(self, frame: MapFrame, stamp_ns: int) -> None:
         """Publish the floorplan at its true scale, in ``map``."""
-        self._scaled.publish(grid_to_msg(grid, stamp_ns, self._map_frame))
+        grid = warped_grid(frame.plan, frame.A_map_plan)
+        self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
 
-    def publish_submap(self, output: LocalizerOutput, odom_frame: str) -> None:
-        """Publish what the robot has seen so far, if anyone listens."""
+    def _publish_submap(self, output: LocalizerOutput, odom_frame: str) -> None:
         submap = output.submap
         if submap is None or not self._submap.get_subscription_count():
             return
@@ -109,32 +188,28 @@ class LocalizerOutputs:
         )
         self._submap.publish(grid_to_msg(grid, submap.stamp_ns, odom_frame))
 
-    def publish_markers(
-        self,
-        plan: MapSide | None,
-        output: LocalizerOutput,
-        A_map_plan: Affine2D,
-        odom_frame: str,
-        T_odom_base: SE2 | None,
-    ) -> None:
-        """Publish rooms, doors, edges, matches and hypotheses, if anyone listens."""
+    def _publish_markers(self, moment: Moment, frame: MapFrame, scan: LocatedScan) -> None:
+        """Publish rooms, doors, edges, matches and hypotheses."""
         if not self._markers.get_subscription_count():
             return
-        stamp_ns, markers = output.stamp_ns, []
+        output, plan, A_map_plan = moment.output, moment.snapshot.plan, frame.A_map_plan
+        stamp_ns, map_frame, markers = output.stamp_ns, frame.map_id, []
         if plan is not None:
-            segmentation, graph = plan.segmentation, plan.graph
-            markers += region_markers(
-                segmentation, graph, A_map_plan, stamp_ns, self._map_frame, 'plan'
-            )
-            markers += match_markers(graph, output, A_map_plan, stamp_ns, self._map_frame)
+            segmentation, graph = plan.nominal.segmentation, plan.nominal.graph
+            markers += region_markers(segmentation, graph, A_map_plan, stamp_ns, map_frame, 'plan')
+            markers += match_markers(graph, output, A_map_plan, stamp_ns, map_frame)
         if output.submap is not None and output.segmentation is not None:
             T_odom_submap = output.submap.T_odom_submap
             markers += region_markers(
-                output.segmentation, output.graph, T_odom_submap, stamp_ns, odom_frame, 'submap'
+                output.segmentation,
+                output.graph,
+                T_odom_submap,
+                stamp_ns,
+                scan.odom_frame,
+                'submap',
             )
-            if T_odom_base is not None:
-                T_submap_base = T_odom_submap.inv() @ T_odom_base
-                markers += hypothesis_markers(
-                    output.estimates, A_map_plan, T_submap_base, stamp_ns, self._map_frame
-                )
+            T_submap_base = T_odom_submap.inv() @ SE2.from_matrix4(scan.T_odom_base)
+            markers += hypothesis_markers(
+                output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
+            )
         self._markers.publish(markers_to_msg(markers))

@@ -198,6 +198,19 @@ class ErrorLog:
         self._log(one_line(error) + suffix)
 
 
+def error_reporter(node: Node) -> Callable[[BaseException], None]:
+    """Return what logs a node's errors: bad input now and then, a defect whenever it shows."""
+    errors = ErrorLog(node.get_logger().error)
+
+    def report(error: BaseException) -> None:
+        if isinstance(error, FpnetError):
+            errors.report(error)
+        elif node.context.ok():  # else the publishers were gone, which is no defect
+            node.get_logger().error(f'internal error, please report it: {error!r}')
+
+    return report
+
+
 class StatusLog:
     """
     Logs what the localizer says whenever its status changes, once: trouble as a warning.

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Condition, Thread
 import time
 from typing import Any, Generic, TypeVar
@@ -39,6 +40,41 @@ class Numbering:
         if 0 < missing < _MOST_LOST:
             self.lost += missing
         return number < last
+
+
+class Worker:
+    """
+    A thread that does one thing after the other, all that it is told.
+
+    Parameters
+    ----------
+    name
+        Of the thread.
+    on_error
+        Takes what a piece of work raised; the worker goes on.
+    """
+
+    def __init__(self, name: str, on_error: Callable[[BaseException], None]) -> None:
+        self._on_error = on_error
+        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix=name)
+
+    def submit(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Queue a piece of work; the future has its result."""
+        future = self._pool.submit(work, *arguments)
+        future.add_done_callback(self._report)
+        return future
+
+    def finish(self) -> None:
+        """Wait for all that was queued so far."""
+        self._pool.submit(lambda: None).result()
+
+    def close(self) -> None:
+        """Finish the work at hand and end the thread; what waits is dropped."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _report(self, future: Future[Any]) -> None:
+        if not future.cancelled() and (error := future.exception()) is not None:
+            self._on_error(error)
 
 
 class DroppingWorker(Generic[Item]):

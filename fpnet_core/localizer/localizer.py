@@ -69,7 +69,7 @@ class Localizer:
         self._continuity = Continuity(config.localizer)
         self._submap: Submap | None = None
         self._state = TickState()
-        self._solved: TickState | None = None  # what the last tick has left
+        self._is_solved = False  # a tick has seen all that there is
         self._restored: LocalizerState | None = None  # until its floorplan has come
         self._said = Snapshot(LocalizerOutput(0, Status.NO_PLAN, reason=NO_PLAN))
 
@@ -152,7 +152,7 @@ class Localizer:
                 with timer.stage('take'):
                     taken = self._builder.take()
                 state, last = self._state, self._continuity.last
-                if taken is None and state is self._solved:
+                if taken is None and self._is_solved:
                     return self._said.output
                 self._submap = taken or self._submap
                 seen = Seen(now_ns, self._submap, None if last is None else last[1])
@@ -238,7 +238,7 @@ class Localizer:
 
     def _keep(self, state: TickState, output: LocalizerOutput) -> None:
         """Take what a tick has led to."""
-        self._state = self._solved = state
+        self._state, self._is_solved = state, True
         if state.is_elsewhere:
             _log.warning('the robot is not where it was taken to be; starting anew')
             self._start_anew(CONTRADICTED)
@@ -261,7 +261,7 @@ class Localizer:
 
     def _begin(self, state: TickState, why: str = NOT_LOOKED) -> None:
         """Go on from a state without claims: a tick at work is overtaken, its output outdated."""
-        self._state = state
+        self._state, self._is_solved = state, False
         status, why = (Status.NO_PLAN, NO_PLAN) if state.plan is None else (Status.WAITING, why)
         output = LocalizerOutput(self._said.output.stamp_ns, status, reason=why)
         self._said = Snapshot(output, state.plan)

@@ -15,7 +15,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.types import GridMap, LocalizerOutput
 
 # Estimates of the scale differ a little from tick to tick. ``map`` keeps the drawing's size until
@@ -47,15 +49,21 @@ class MapFrame:
     ----------
     plan
         The floorplan; its corners tell how much a new scale moves.
-    is_trusted
-        The drawing has its true size, whatever placements say.
+    plan_id, map_id
+        What others call the floorplan's own frame, and this one.
     A_map_plan
         About the drawing's origin.
     """
 
     plan: GridMap
-    is_trusted: bool = False
+    plan_id: str = 'plan'
+    map_id: str = 'map'
     A_map_plan: Affine2D = field(default_factory=Affine2D.identity)
+
+    @property
+    def is_trusted(self) -> bool:
+        """Tell whether the drawing is taken at its word: it came in the map's own frame."""
+        return self.plan_id == self.map_id
 
     def followed(self, A_plan_odom: Affine2D) -> MapFrame:
         """Return the frame with the drawing's scale as a placement has it; itself if unmoved."""
@@ -96,6 +104,34 @@ class MapFrame:
         A_plan_map = self.A_map_plan.inv()
         x, y = A_plan_map.apply(T_map_body.translation)
         return SE2.from_xy_yaw(float(x), float(y), A_plan_map.apply_yaw(T_map_body.yaw))
+
+    def hint(
+        self,
+        T_frame_base: SE2,
+        frame_id: str,
+        cov: NDArray[np.float64],
+        T_odom_base: NDArray[np.float64],
+    ) -> PoseHint:
+        """
+        Return someone's word that the robot is at ``T_frame_base`` as a hint to the localizer.
+
+        ``cov (3, 3)`` is of x, y [m] and yaw [rad]; ``T_odom_base (4, 4)`` is where odometry has
+        the robot meanwhile.
+
+        Raises
+        ------
+        HintError
+            If the frame is neither the floorplan's nor the map's.
+        """
+        if frame_id not in (self.map_id, self.plan_id):
+            known = ' or '.join(repr(name) for name in dict.fromkeys((self.map_id, self.plan_id)))
+            raise HintError(f'it is in frame {frame_id!r}, expected {known}')
+        is_in_plan = frame_id == self.plan_id
+        T_plan_base = T_frame_base if is_in_plan else self.to_plan(T_frame_base)
+        sigma = np.sqrt(np.maximum(np.diag(cov), 0.0))
+        return PoseHint(
+            T_plan_base, SE2.from_matrix4(T_odom_base), float(sigma[:2].max()), float(sigma[2])
+        )
 
     def covariance(
         self, output: LocalizerOutput, xy_odom: NDArray[np.float64]

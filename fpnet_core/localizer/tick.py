@@ -179,14 +179,14 @@ class _Tick:
             state.vicinity, plan.working.evidence, submap, belief, self.robot_xy
         )
         after = TickState(
-            plan,
-            found.segmenter,
-            standing,
-            vicinity,
-            belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
-            found.searched if tracker.is_settled(standing) else None,
-            state.hint,
-            Surroundings(config).is_elsewhere(vicinity),
+            plan=plan,
+            segmenter=found.segmenter,
+            standing=standing,
+            vicinity=vicinity,
+            tracked=belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
+            searched=found.searched if tracker.is_settled(standing) else None,
+            hint=state.hint,
+            is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
         )
         look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
         match = found.comparison.match

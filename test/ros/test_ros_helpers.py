@@ -8,7 +8,7 @@ import re
 import signal
 import subprocess
 import sys
-from threading import Event
+from threading import Event, Thread
 import time
 from typing import Literal
 
@@ -25,7 +25,7 @@ from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.runtime import ErrorLog, SilenceLog, StatusLog
-from fpnet_ros.work import DroppingWorker, Numbering
+from fpnet_ros.work import DroppingWorker, Numbering, Worker
 from msg_adapters.diagnostics import LocalizerReport
 
 SLEEP = [sys.executable, '-c', 'import time; time.sleep(600)']
@@ -150,6 +150,40 @@ class TestDroppingWorker:
         assert finished.wait(20)
         worker.close()
         assert [str(error) for error in errors] == ['bad scan']
+
+
+class TestWorker:
+    def test_work_is_done_in_order_and_an_error_ends_nothing(self):
+        errors, done = [], []
+
+        def fail():
+            raise CloudFormatError('bad scan')
+
+        worker = Worker('test', errors.append)
+        worker.submit(done.append, 1)
+        failed = worker.submit(fail)
+        last = worker.submit(lambda: done.append(2) or 'result')
+        worker.finish()
+        assert (done, last.result()) == ([1, 2], 'result')
+        assert [str(error) for error in errors] == ['bad scan']
+        assert isinstance(failed.exception(), CloudFormatError)
+        worker.close()
+
+    def test_what_waits_at_the_end_is_dropped(self):
+        errors, begun, busy = [], Event(), Event()
+        worker = Worker('test', errors.append)
+        worker.submit(lambda: begun.set() or busy.wait(20))
+        waiting = worker.submit(errors.append, 'worked')
+        assert begun.wait(20)
+        closing = Thread(target=worker.close)
+        closing.start()
+        deadline = time.monotonic() + 20
+        while not waiting.cancelled() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        busy.set()
+        closing.join(20)
+        assert waiting.cancelled()
+        assert errors == []
 
 
 class TestNumbering:

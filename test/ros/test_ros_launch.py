@@ -25,9 +25,9 @@ from fpnet_core.config import FpnetConfig, OdometryConfig
 from fpnet_core.config_docs import config_fields
 from fpnet_ros.floorplan_server import FloorplanServerParameters
 from fpnet_ros.lifecycle import LifecycleParameters
-from fpnet_ros.localizer import LocalizerParameters
 from fpnet_ros.odometry import OdometryParameters
 from fpnet_ros.replay import ReplayParameters
+from fpnet_ros.settings import LocalizerParameters
 
 pytestmark = pytest.mark.ros
 

@@ -200,7 +200,8 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     floorplans.publish(grid_to_msg(_two_rooms(), START_NS, 'drawing'))
     robot = _Robot(bench)
     took = lambda: 'took the floorplan' in node.log.read_text()  # noqa: E731
-    assert bench.wait_for(lambda: took() and robot.is_heard(), 180.0), node.log_tail()
+    ready = lambda: took() and robot.is_heard() and bool(statuses)  # noqa: E731
+    assert bench.wait_for(ready, 180.0), node.log_tail()
 
     def reports():
         return [report_from_msg(status) for msg in diagnostics for status in msg.status]

@@ -284,7 +284,9 @@ def test_an_initial_pose_in_an_unknown_frame_is_rejected(robot):
         here = robot.truth(robot.now_ns)
         msg = uncertain_pose_to_msg(here, 0.1 * np.eye(3), robot.now_ns, frame_id)
         robot.initial_pose.publish(msg)
-    assert robot.logs("initialpose is in frame 'odom', expected 'map' or 'drawing'")
+    assert robot.logs(
+        "initialpose was rejected: it is in frame 'odom', expected 'map' or 'drawing'"
+    )
     assert robot.logs('took the initial pose')
 
 

@@ -152,7 +152,7 @@ def test_scans_ticks_and_looks_from_three_threads_end_as_one_after_the_other():
             localizer.tick(0)
 
     def look_on():
-        while not done.is_set():
+        while not done.wait(0.001):
             looks.append(localizer.snapshot)
 
     with ThreadPoolExecutor(2) as pool:

@@ -5,6 +5,7 @@ import numpy as np
 from planted import plan_grid
 import pytest
 
+from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
@@ -35,7 +36,7 @@ def test_small_changes_of_scale_move_neither_the_drawing_nor_the_robot_on_it():
 
 
 def test_a_trusted_drawing_is_the_map():
-    frame = MapFrame(plan_grid(), is_trusted=True)
+    frame = MapFrame(plan_grid(), 'map', 'map')
     assert frame.followed(A_PLAN_ODOM) is frame
     np.testing.assert_array_equal(frame.A_map_plan.matrix, np.eye(3))
     in_map = frame.T_map_odom(A_PLAN_ODOM, ROBOT).apply(ROBOT)
@@ -86,3 +87,27 @@ def test_the_warped_drawing_shows_every_place_where_it_belongs(A_map_plan):
     agrees = warped.cells[tuple(rc.T)] == plan.cells[tuple(at.T)]
     assert agrees.mean() > 0.97  # but for the edges of walls
     assert warped_grid(plan, Affine2D.identity()) is plan
+
+
+def test_a_word_in_either_frame_is_the_same_hint():
+    frame = MapFrame(plan_grid(), 'drawing', 'map').followed(A_PLAN_ODOM)
+    in_plan = SE2.from_xy_yaw(*A_PLAN_ODOM.apply(ROBOT), A_PLAN_ODOM.apply_yaw(0.4))
+    x, y = frame.A_map_plan.apply(in_plan.translation)
+    in_map = SE2.from_xy_yaw(float(x), float(y), frame.A_map_plan.apply_yaw(in_plan.yaw))
+    T_odom_base = SE2.from_xy_yaw(*ROBOT, 0.4)
+    cov = np.diag([0.04, 0.25, 0.09])
+    for given, frame_id in ((in_plan, 'drawing'), (in_map, 'map')):
+        hint = frame.hint(given, frame_id, cov, T_odom_base.as_matrix4())
+        np.testing.assert_allclose(hint.T_plan_base.matrix, in_plan.matrix, atol=1e-9)
+        np.testing.assert_allclose(hint.T_odom_base.matrix, T_odom_base.matrix, atol=1e-12)
+        assert (hint.position_sigma_m, hint.yaw_sigma_rad) == pytest.approx((0.5, 0.3))
+
+
+@pytest.mark.parametrize(
+    ('plan_id', 'message'),
+    [('drawing', "expected 'map' or 'drawing'"), ('map', "expected 'map'$")],
+)
+def test_a_word_in_another_frame_is_refused(plan_id, message):
+    frame = MapFrame(plan_grid(), plan_id, 'map')
+    with pytest.raises(HintError, match=message):
+        frame.hint(SE2.identity(), 'odom', np.eye(3), np.eye(4))

@@ -110,6 +110,15 @@ def test_the_same_state_gives_the_same_answer_and_stays_as_it_was():
         assert digest(state, seen) == before, number
 
 
+def test_a_word_changes_the_answer_and_not_the_state_it_is_added_to():
+    state, seen, _, output = ticks()[-1]
+    before, hinted = digest(state), state.told(told())
+    answers = [tick(hinted, seen, finder(), StageTimer()) for _ in range(2)]
+    assert digest(state) == before
+    assert digest(*answers[0]) == digest(*answers[1])
+    assert digest(answers[0][1]) != digest(output)
+
+
 def test_a_state_is_all_there_is_to_know():
     """Nothing hangs on the identity of what went before: a copy goes on like the original."""
     for number in kinds()[-2:]:

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the localizer node beside the configuration tree."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from fpnet_ros.inputs import InputParameters
+from fpnet_ros.runtime import STALE_INPUT_S
+
+
+class LocalizerParameters(InputParameters):
+    """What only the node needs beside the configuration tree."""
+
+    map_frame: str = Field('map', description='Frame of the floorplan at its true scale.')
+    tf_broadcast: bool = Field(True, description='Publish the TF from map_frame to odometry.')
+    transform_tolerance: float = Field(
+        0.5, ge=0.0, le=10.0, description='The TF is post-dated by this much [s].'
+    )
+    tf_rate_hz: float = Field(25.0, ge=1.0, le=200.0, description='Rate of the TF.')
+    path_spacing_m: float = Field(
+        0.1, ge=0.0, description='Distance between poses of floorplan_path.'
+    )
+    stale_input_s: float = Field(
+        STALE_INPUT_S,
+        gt=0.0,
+        description='Silence of an input after which log and diagnostics warn.',
+    )
+    state_file: str = Field(
+        '', description='Where the state is saved, and read at the start; empty: nowhere.'
+    )
+    autosave_period_s: float = Field(
+        0.0, ge=0.0, description='Time between two saves of the state; 0: only on request.'
+    )
+    run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
+
+
+LIVE = ('tf_broadcast', 'transform_tolerance', 'stale_input_s')
+"""Those that may change at any time."""
+
+LIVE_CONFIG = ('localizer.tick_period_s',)
+"""Keys of the configuration tree that may change at any time."""

@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is published together is of one moment; without a middleware running."""
+
+from collections import defaultdict
+from types import SimpleNamespace
+
+import numpy as np
+from planted import plan_grid
+import pytest
+
+pytest.importorskip('rclpy')
+
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.localizer import Snapshot
+from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
+from fpnet_ros.health import Health
+from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.outputs import LocalizerOutputs, Moment
+from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
+from msg_adapters.transforms import transform_from_msg
+
+needs_tf = pytest.mark.skipif(TFMessage is None, reason='needs a C++ compiler at set-up')
+
+STAMP_NS = 1_700_000_000_000_000_000
+SECOND_NS = 10**9
+GRID = plan_grid()
+STRETCH = np.array([[1.1, 0.0], [0.0, 0.95]])
+A_PLAN_ODOM = Affine2D(STRETCH @ SE2.from_xy_yaw(0.0, 0.0, 0.7).linear, np.array([12.0, -3.0]))
+T_ODOM_BASE = SE2.from_xy_yaw(4.0, 9.0, -0.4)
+T_TF_ODOM = SE2.from_xy_yaw(1.0, -2.0, 0.2)
+FRAME = MapFrame(GRID, 'drawing', 'map').followed(A_PLAN_ODOM)
+
+
+class Topics:
+    """Stands for the node: keeps what each publisher was given."""
+
+    def __init__(self):
+        self.sent = defaultdict(list)
+
+    def get_fully_qualified_name(self):
+        return '/localizer'
+
+    def add_publisher(self, kind, topic, qos):
+        return SimpleNamespace(publish=self.sent[topic].append, get_subscription_count=lambda: 1)
+
+    def poses(self):
+        return [pose_from_msg(msg) for msg in self.sent['floorplan_pose']]
+
+    def tfs(self):
+        return [transform_from_msg(msg.transforms[0]) for msg in self.sent['/tf']]
+
+
+@pytest.fixture
+def topics():
+    return Topics()
+
+
+@pytest.fixture
+def outputs(topics):
+    return LocalizerOutputs(topics, 0.1)
+
+
+def scan(stamp_ns=STAMP_NS):
+    base, T_tf_odom = T_ODOM_BASE.as_matrix4(), T_TF_ODOM.as_matrix4()
+    return LocatedScan(b'', stamp_ns, 'odom', base, base, 'wheels', T_tf_odom)
+
+
+def snapshot(status=Status.LOCALIZED, grid=GRID):
+    submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
+    claim = (A_PLAN_ODOM, np.diag([0.1, 0.2, 0.01])) if status is Status.LOCALIZED else ()
+    output = LocalizerOutput(STAMP_NS, status, *claim, submap=submap)
+    return Snapshot(output, SimpleNamespace(given=grid))
+
+
+def test_pose_twin_and_tf_are_of_one_snapshot(topics, outputs):
+    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    (pose,), (msg,) = topics.poses(), topics.sent['floorplan_pose_with_covariance']
+    assert (pose.frame_id, pose.stamp_ns) == ('drawing', STAMP_NS)
+    np.testing.assert_allclose(
+        pose.T_frame_body.translation, A_PLAN_ODOM.apply(T_ODOM_BASE.translation), atol=1e-9
+    )
+    twin = uncertain_pose_from_msg(msg)
+    assert twin.pose.frame_id == 'map'
+    np.testing.assert_allclose(
+        twin.pose.T_frame_body.translation,
+        FRAME.A_map_plan.apply(pose.T_frame_body.translation),
+        atol=1e-9,
+    )
+    located = FRAME.located(snapshot().output, T_ODOM_BASE.as_matrix4())
+    np.testing.assert_allclose(twin.cov, located.cov, atol=1e-12)
+    T_map_odom = twin.pose.T_frame_body @ T_ODOM_BASE.inv()
+    np.testing.assert_allclose(T_map_odom.matrix, located.T_map_odom.matrix, atol=1e-9)
+
+
+@needs_tf
+def test_the_tf_leads_to_the_frame_that_it_is_published_for(topics, outputs):
+    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    outputs.broadcast(STAMP_NS)
+    (tf,) = topics.tfs()
+    assert (tf.parent, tf.child, tf.stamp_ns) == ('map', 'wheels', STAMP_NS)
+    T_map_base = SE2.from_matrix4(tf.T_parent_child) @ T_TF_ODOM @ T_ODOM_BASE
+    (msg,) = topics.sent['floorplan_pose_with_covariance']
+    twin = uncertain_pose_from_msg(msg).pose.T_frame_body
+    np.testing.assert_allclose(T_map_base.matrix, twin.matrix, atol=1e-9)
+
+
+@needs_tf
+def test_a_tf_is_repeated_for_new_stamps_until_nothing_is_claimed(topics, outputs):
+    outputs.broadcast(STAMP_NS)
+    assert topics.tfs() == []
+    outputs.publish_pose(Moment.of(snapshot(), FRAME, scan()))
+    for stamp_ns in (STAMP_NS, STAMP_NS, STAMP_NS + 1):
+        outputs.broadcast(stamp_ns)
+    assert [tf.stamp_ns for tf in topics.tfs()] == [STAMP_NS, STAMP_NS + 1]
+    outputs.publish_pose(Moment.of(snapshot(Status.LOST), FRAME, scan(STAMP_NS + SECOND_NS)))
+    outputs.broadcast(STAMP_NS + 2)
+    assert len(topics.tfs()) == 2
+    assert len(topics.poses()) == 1
+
+
+def test_each_scan_has_one_pose(topics, outputs):
+    for stamp_ns in (STAMP_NS, STAMP_NS, STAMP_NS + SECOND_NS):
+        outputs.publish_pose(Moment.of(snapshot(), FRAME, scan(stamp_ns)))
+    assert [pose.stamp_ns for pose in topics.poses()] == [STAMP_NS, STAMP_NS + SECOND_NS]
+    outputs.publish_tick(Moment.of(snapshot(), FRAME, None))
+    (path,) = topics.sent['floorplan_path']
+    assert len(path.poses) == 1, 'the robot has not moved'
+
+
+@pytest.mark.parametrize(
+    ('told', 'frame', 'newest'),
+    [
+        (snapshot(grid=plan_grid()), FRAME, scan()),
+        (Snapshot(LocalizerOutput(0, Status.NO_PLAN)), FRAME, scan()),
+        (snapshot(), None, scan()),
+        (snapshot(), FRAME, None),
+        (snapshot(Status.SEARCHING), FRAME, scan()),
+    ],
+)
+def test_what_does_not_belong_together_is_not_published(topics, outputs, told, frame, newest):
+    """An output of one floorplan and the frames of another, above all."""
+    moment = Moment.of(told, frame, newest)
+    assert moment.located is None
+    outputs.publish_pose(moment)
+    outputs.broadcast(STAMP_NS)
+    assert topics.poses() == []
+    assert topics.sent['/tf'] == []
+
+
+def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
+    inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, lost=0)
+    inputs.unlocated = 0
+    scans = SimpleNamespace(dropped=2, done=7, work_ms=3.5)
+    health, output = Health(inputs, scans), LocalizerOutput(0, Status.NO_PLAN)
+    inputs.unlocated, silence = 1, 'no cloud for 4 s'
+    report = health.report(output, 3.0)
+    assert (report.warning, report.values['dropped_scans']) == (silence, 3.0)
+    dropped = 'scans are dropped: more come than can be added'
+    assert health.news(output, 3.0).warning == f'{dropped}, {silence}'
+    assert health.news(output, 3.0).warning == silence
+    assert health.news(output, 5.0).warning == ''
+    inputs.lost = 1
+    assert 'lost on the way here' in health.news(output, 5.0).warning
