@@ -3,20 +3,20 @@
 """The real Intel and Freiburg-079 laser logs through the command line, against fitted truth."""
 
 import json
-from pathlib import Path
 
 import pytest
+from real_data import DATA, needs
 
 from fpnet_core.cli import main
 from fpnet_core.io import open_scans, read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 
-RADISH = Path(__file__).parents[2].parent / 'shared' / 'data' / 'radish'
+RADISH = DATA / 'radish'
 pytestmark = [
     pytest.mark.real,
     pytest.mark.slow,
-    pytest.mark.skipif(not RADISH.exists(), reason='the real laser logs are not here'),
+    needs('radish'),
 ]
 
 
