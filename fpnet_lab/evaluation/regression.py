@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.io import Scan
 from fpnet_core.localizer import create_localizer
-from fpnet_core.localizer.maps import match_maps
+from fpnet_core.localizer.maps import MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import replay
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_floorplan
@@ -243,6 +243,8 @@ def _pairs_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterat
         yield f'{found["status"]}, was {before["status"]}{_off(found, before)}'
     if abs(found['probability'] - before['probability']) > same.probability:
         yield f'probability {found["probability"]}, was {before["probability"]}'
+    if MapMatchStatus.UNMATCHED in (found['status'], before['status']):
+        return  # the best of many places that are none tells nothing
     if (found['places'] is None) != (before['places'] is None):
         yield f'places {found["places"]}, were {before["places"]}'
     elif found['places'] is not None:
