@@ -19,6 +19,7 @@ from fpnet_core.errors import ConfigError
 
 _TABLE = re.compile(r'(<!-- figures: ([\w.]+) -->\n)(.*?)(<!-- end -->)', re.DOTALL)
 _VALUE = re.compile(r'(<!-- f:([\w.]+) -->)(.*?)(<!-- / -->)')
+_AT_LINE_START = re.compile(r'^\s*<!-- f:', re.MULTILINE)
 _OPENING = re.compile(r'<!--\s*(?:figures:|f:)')
 
 
@@ -43,7 +44,7 @@ def stated(page: Path) -> Iterator[Stated]:
     Raises
     ------
     ConfigError
-        If a marker is not closed or is written otherwise.
+        If a marker is not closed, is written otherwise, or begins a line within a sentence.
     """
     text = page.read_text(encoding='utf-8')
     found = [*_TABLE.finditer(text), *_VALUE.finditer(text)]
@@ -51,6 +52,11 @@ def stated(page: Path) -> Iterator[Stated]:
         raise ConfigError(
             f'{page}: a marker of a figure is not closed; tables end with a line <!-- end -->, '
             'figures in a sentence with <!-- / --> on the same line'
+        )
+    if _AT_LINE_START.search(text):
+        raise ConfigError(
+            f'{page}: a line begins with the marker of a figure, which ends the paragraph above '
+            'it; break the line elsewhere'
         )
     for match in found:
         yield Stated(page, match[2], match[3])

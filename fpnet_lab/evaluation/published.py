@@ -129,8 +129,8 @@ def _range(values: Sequence[float], shown: str) -> str:
 
 def _right(figures: Report) -> int:
     """Return how many runs of a group with a right answer were right."""
-    right: float = figures['recall_1m_10deg'] * figures['runs']
-    return round(right)
+    share, runs = float(figures['recall_1m_10deg']), int(figures['runs'])
+    return round(share * runs)
 
 
 def _claims(figures: Report) -> str:

@@ -3,10 +3,10 @@
 """Trials for the judge from end to end: maps, plans, evidence, truth, and how far it is right."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from real_data import DATA, needs
 
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
@@ -15,7 +15,6 @@ from fpnet_lab.training import judge_drives
 from fpnet_lab.training.judge_drives import DriveSource
 from fpnet_lab.training.judge_trials import TrialSource
 
-DATA = Path(__file__).parents[2].parent / 'shared' / 'data'
 pytestmark = pytest.mark.slow
 
 
@@ -37,7 +36,7 @@ def test_generated_maps_meet_their_own_plan_and_others():
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not DATA.exists(), reason='the real maps are not here')
+@needs('.')
 @pytest.mark.parametrize('kind', ['real', 'drawn', 'foreign'])
 def test_real_maps_meet_their_own_plan_and_others(kind):
     source = TrialSource(kind, 77, DATA, FpnetConfig(), matcher())

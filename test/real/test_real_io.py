@@ -4,11 +4,11 @@
 
 from itertools import islice
 import json
-from pathlib import Path
 
 import numpy as np
 from PIL import Image
 import pytest
+from real_data import DATA, needs
 from scipy import ndimage
 
 from fpnet_core.config import OdometryConfig, SubmapConfig
@@ -18,10 +18,9 @@ from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
-DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 pytestmark = [
     pytest.mark.real,
-    pytest.mark.skipif(not DATA.is_dir(), reason='the real recordings are not here'),
+    needs('bormann', 'carpin', 'radish'),
 ]
 
 PLANS = sorted(DATA.glob('bormann/floorplan/*.png'))

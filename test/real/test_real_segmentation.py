@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Segmentation and submap building on real plans, robot maps and lidar scans."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from real_data import DATA, needs
 
 from fpnet_core.config import SegmentationConfig, SubmapConfig
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
@@ -15,13 +14,12 @@ from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.evaluation.segmentation import bench_plans, bench_robot_maps
 
-DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
 BORMANN = DATA / 'bormann'
 CONFIG = SegmentationConfig()
 
 pytestmark = [
     pytest.mark.real,
-    pytest.mark.skipif(not DATA.is_dir(), reason='../shared/data is not here'),
+    needs('bormann'),
 ]
 
 

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real floorplans traced to buildings that can be simulated."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from real_data import DATA, needs
 import shapely
 
 from fpnet_core.io import read_map
@@ -18,12 +17,12 @@ from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.render import fill_polygons, render_plan
 from fpnet_lab.sim.tours import TourLimits, plan_tour
 
-BORMANN = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'bormann'
+BORMANN = DATA / 'bormann'
 RESOLUTION_M = 0.05
 
 pytestmark = [
     pytest.mark.real,
-    pytest.mark.skipif(not BORMANN.is_dir(), reason='../shared/data is not here'),
+    needs('bormann'),
 ]
 
 

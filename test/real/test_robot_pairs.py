@@ -4,10 +4,10 @@
 
 from dataclasses import replace
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from real_data import DATA, needs
 
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
@@ -26,14 +26,11 @@ from fpnet_lab.evaluation.robot_pairs import (
     varied,
 )
 
-pytestmark = pytest.mark.real
-DATA = Path(__file__).parents[3] / 'shared' / 'data'
+pytestmark = [pytest.mark.real, needs('.')]
 
 
 @pytest.fixture(scope='module')
 def pairs():
-    if not DATA.is_dir():
-        pytest.skip(f'no shared data at {DATA}')
     return read_robot_pairs(DATA, 'tune')
 
 

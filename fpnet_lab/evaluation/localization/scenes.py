@@ -96,17 +96,29 @@ def _generated(case: Case, data: Path) -> Scene:
 
 
 def _recording(case: Case) -> Recording:
-    """Return the case's recording; some seeds allow no tour, then one further on is taken."""
+    """Return the case's recording."""
     options = RecordingOptions(
         family=case.building, rooms=_ROOMS, limits=LIMITS, lidar=sensor_named(case.sensor)
     )
+    return first_recording(case.seed, options)
+
+
+def first_recording(seed: int, options: RecordingOptions) -> Recording:
+    """
+    Return a recording of a seed, or of one further on where its building allows no such tour.
+
+    Raises
+    ------
+    ConfigError
+        If several seeds allow none.
+    """
     reason = ''
     for attempt in range(_SEEDS_TRIED):
         try:
-            return make_recording(case.seed + attempt * _SEED_STEP, options, threads=1)
+            return make_recording(seed + attempt * _SEED_STEP, options, threads=1)
         except ConfigError as error:
             reason = str(error)
-    raise ConfigError(f'case {case.name}: no building in {_SEEDS_TRIED} seeds: {reason}')
+    raise ConfigError(f'{options.family}: no building in {_SEEDS_TRIED} seeds: {reason}')
 
 
 def _mesh(case: Case, data: Path) -> Scene:

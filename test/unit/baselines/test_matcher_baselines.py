@@ -12,8 +12,9 @@ EMPTY = RegionGraph((), np.zeros((0, 2)), np.zeros((0, 28)), np.zeros((0, 3)), '
 NAMES = ('ombb', 'rrwm', 'spectral')
 
 
-@pytest.mark.parametrize(('name', 'share'), [('ombb', 0.9), ('rrwm', 0.5), ('spectral', 0.15)])
-def test_baselines_find_the_rooms_of_a_corridor(name, share):
+# Right rooms of six seeds: all, but for `spectral` 0.96 of one seed.
+@pytest.mark.parametrize('name', NAMES)
+def test_baselines_find_the_rooms_of_a_corridor(name):
     rng = np.random.default_rng(2)
     matcher = MATCHERS[name](MatcherConfig())
     right = total = 0
@@ -23,7 +24,7 @@ def test_baselines_find_the_rooms_of_a_corridor(name, share):
         rooms = [sub.regions[j].label is RegionLabel.ROOM for j in pairs[:, 1]]
         right += int(np.count_nonzero((labels[pairs[:, 1]] == pairs[:, 0]) & rooms))
         total += sum(region.label is RegionLabel.ROOM for region in sub.regions)
-    assert right >= share * total
+    assert right >= 0.9 * total
 
 
 @pytest.mark.parametrize('name', NAMES)

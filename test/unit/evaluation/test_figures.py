@@ -114,11 +114,16 @@ def test_pages_that_disagree_are_named(tmp_path):
 
 @pytest.mark.parametrize(
     'text',
-    ['<!-- figures: a -->\n| 1 |\n', 'x <!-- f:a -->1\n<!-- / -->', '<!--f:a-->1<!-- / -->'],
+    [
+        '<!-- figures: a -->\n| 1 |\n',
+        'x <!-- f:a -->1\n<!-- / -->',
+        'x\n<!-- f:a -->1<!-- / -->',
+        '<!--f:a-->1<!-- / -->',
+    ],
 )
 def test_a_marker_that_is_not_closed_is_refused_and_nothing_is_written(tmp_path, text):
     good, bad = tmp_path / 'good.md', tmp_path / 'bad.md'
-    good.write_text('<!-- f:a -->1<!-- / -->')
+    good.write_text('Is <!-- f:a -->1<!-- / -->')
     bad.write_text(text)
     with pytest.raises(ConfigError, match=r'bad\.md'):
         write_figures([good, bad], {'a': '2'})

@@ -48,8 +48,8 @@ def finished():
 
 def test_it_waits_then_finds_the_robot(finished):
     _, statuses = finished
-    assert statuses[0] in (Status.WAITING, Status.SEARCHING, Status.AMBIGUOUS)
-    assert statuses[-1] is Status.LOCALIZED
+    assert statuses[0] is Status.AMBIGUOUS  # one room, as good in others
+    assert set(statuses[1:]) == {Status.LOCALIZED}
 
 
 def test_a_firm_claim_is_followed_without_a_search_until_one_is_due():
@@ -192,8 +192,9 @@ def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
     doubt_ticks = FpnetConfig().localizer.doubt_ticks
     doubtful, rest = again[: 5 * doubt_ticks], again[5 * doubt_ticks :]
     statuses = run(localizer, doubtful)
-    assert statuses[: doubt_ticks - 1] == [Status.LOST] * (doubt_ticks - 1)
-    assert 'carried off' in localizer.output.reason or statuses[-1] is Status.WAITING
+    assert statuses == [Status.LOST] * (doubt_ticks - 1) + [Status.WAITING]
+    assert localizer.output.reason.startswith('starting anew: what is seen now does not fit')
+    assert 'carried off' in localizer.output.reason
     assert run(localizer, rest)[-1] is Status.LOCALIZED
     x, y, _ = drive()[-1]
     in_building = A_BUILDING_PLAN.apply(localizer.output.pose(again[-1][1]).translation)

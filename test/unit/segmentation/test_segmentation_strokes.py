@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Leaves and arcs of doors leave drawings; everything else stays."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from real_data import DATA, needs
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
@@ -18,7 +17,7 @@ from fpnet_lab.sim.styles import STYLES
 
 RESOLUTION_M = 0.05
 DOORWAY_M = 0.9
-PLANS = Path(__file__).resolve().parents[4] / 'shared' / 'data' / 'bormann' / 'floorplan'
+PLANS = DATA / 'bormann' / 'floorplan'
 
 
 def two_rooms(angle_deg, with_symbol, scale=1.0):
@@ -114,7 +113,7 @@ def test_an_arc_before_a_closed_wall_stays():
 
 
 @pytest.mark.real
-@pytest.mark.skipif(not PLANS.is_dir(), reason='../shared/data is not here')
+@needs('bormann')
 @pytest.mark.parametrize('plan', ['office_b', 'NLB'])
 def test_real_plans_without_arcs_stay_as_they_are(plan):
     free = cv2.imread(str(PLANS / f'{plan}.png'), cv2.IMREAD_GRAYSCALE) >= 250

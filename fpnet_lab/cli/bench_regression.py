@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench regression``: does the product still answer as it did?"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def command(
+    golden: Annotated[
+        Path, typer.Option('--golden', metavar='FILE', help='What came out before.')
+    ] = Path('benchmarks/regression.json'),
+    is_short: Annotated[
+        bool, typer.Option('--short', help='Only 2 drives, 6 pairs of maps and 4 plans.')
+    ] = False,
+    is_written: Annotated[
+        bool, typer.Option('--write', help='Take what comes out now as right from now on.')
+    ] = False,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+) -> None:
+    """
+    Compare statuses, placements and rooms of generated cases with what they were.
+
+    One line per difference beyond small tolerances, and exit status 1 where there is one.
+    Three minutes of one core; --short takes twenty seconds.
+
+    Example: fpnet bench regression
+
+    Example: fpnet bench regression --write
+    """
+    tree = common.load(config, settings)
+    if is_written and is_short:
+        raise ConfigError('--write needs all cases; leave out --short')
+    expected = None if is_written else _read(golden)
+    from fpnet_lab.evaluation.regression import COUNTS, SHORT, differences, run_regression
+    from fpnet_lab.training import use_threads
+
+    use_threads(1)
+    counts = SHORT if is_short else COUNTS
+    with common.progress('cases', sum(counts.values())) as advance:
+        found = run_regression(counts, tree, lambda: advance(1.0))
+    if expected is None:
+        golden.write_text(_text(found), encoding='utf-8')
+        typer.echo(f'wrote {golden}')
+        return
+    lines = differences(found, expected)
+    for line in lines:
+        typer.echo(line)
+    typer.echo(f'{sum(counts.values())} cases, {len(lines)} differences from {golden}')
+    if lines:
+        raise typer.Exit(1)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        expected = json.loads(common.check_input(path).read_text(encoding='utf-8'))
+    except ValueError as error:
+        raise ConfigError(f'{path} is no JSON ({error}); write it anew with --write') from error
+    if not isinstance(expected, dict):
+        raise ConfigError(f'{path} holds no outcomes; write it anew with --write')
+    return expected
+
+
+def _text(found: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return JSON with a line for each case, so that a change shows where it is."""
+    parts = []
+    for kind, outcomes in found.items():
+        rows = [f'    "{name}": {json.dumps(outcome)}' for name, outcome in outcomes.items()]
+        parts.append(f'  "{kind}": {{\n' + ',\n'.join(rows) + '\n  }')
+    return '{\n' + ',\n'.join(parts) + '\n}\n'

@@ -1,0 +1,290 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the product answers to generated drives, pairs of maps and plans: to be compared with before.
+
+Whoever moves code shows with it that nothing else has changed. Drives have true odometry, so that
+differences are the localizer's own. Of each input some counts are kept, which tell a change of
+the product from one of the simulator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import groupby, zip_longest
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.io import Scan
+from fpnet_core.localizer import create_localizer
+from fpnet_core.localizer.maps import MapMatchStatus, match_maps
+from fpnet_core.localizer.replay import replay
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
+from fpnet_lab.evaluation.localization.plans import RESOLUTION_M, draw_plan
+from fpnet_lab.evaluation.localization.scenes import first_recording
+from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, varied
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.recording import Recording, RecordingOptions
+from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.styled import styled_drawing
+from fpnet_lab.sim.tours import TourLimits
+
+Outcome = dict[str, Any]
+Outcomes = dict[str, Outcome]
+
+COUNTS = {'drives': 20, 'pairs': 60, 'plans': 20}
+"""Cases of each kind. Chosen: three minutes of one core."""
+
+SHORT = {'drives': 2, 'pairs': 6, 'plans': 4}
+"""The first ones, for a test. Chosen."""
+
+_SEED = 31  # numerical: apart from those of data to learn from and of other benchmarks
+_TOUR = TourLimits(rooms=3, shortest_s=25.0, longest_s=50.0)  # chosen
+_ROOMS = (6, 30)  # chosen: of drives, for short tours
+_MAP_ROOMS = (8, 60)  # chosen: as in the benchmark of localization
+_FOREIGN_EVERY = 4  # chosen: pairs of which one is with another building's plan
+_SCAN_EVERY = 3  # chosen: at 10 Hz and 1 m/s, a scan every 0.3 m
+_TICK_S = 2.0  # chosen
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What may differ and is still the same; kernels round otherwise on other processors."""
+
+    counts: float = 0.001  # of what is counted of an input
+    ticks: int = 1  # with another status
+    place_m: float = 0.1
+    yaw_deg: float = 1.0
+    probability: float = 0.05
+    area: float = 0.01
+
+
+SAME = Tolerances()
+"""What ``fpnet bench regression`` allows. Chosen: far below what a user would notice."""
+
+
+def run_regression(
+    counts: Mapping[str, int], config: FpnetConfig, on_case: Callable[[], None] = lambda: None
+) -> dict[str, Outcomes]:
+    """Return what comes out of so many cases of each kind, by kind and name."""
+    found: dict[str, Outcomes] = {}
+    for kind, run in _RUNS.items():
+        found[kind] = {}
+        for number in range(counts[kind]):
+            found[kind][f'{kind}-{number:02d}'] = run(number, config)
+            on_case()
+    return found
+
+
+def differences(
+    found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes], same: Tolerances = SAME
+) -> list[str]:
+    """Return a line for each difference between what came out and what did before."""
+    lines = []
+    for kind, outcomes in found.items():
+        for name, outcome in outcomes.items():
+            before = expected.get(kind, {}).get(name)
+            if before is None:
+                lines.append(f'{name}: new')
+            else:
+                lines += [f'{name}: {line}' for line in _compared(kind, outcome, before, same)]
+    return lines
+
+
+def _drive(number: int, config: FpnetConfig) -> Outcome:
+    recording = first_recording(
+        _SEED + number,
+        RecordingOptions(
+            family=PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)],
+            rooms=_ROOMS,
+            limits=_TOUR,
+            lidar=sensor_named(SENSOR_CYCLE[number % len(SENSOR_CYCLE)]),
+        ),
+    )
+    drawing = draw_plan(recording.building.plan, _distortion(number), _SEED + number)
+    localizer = create_localizer(config)
+    localizer.set_plan(drawing.grid)
+    scans = list(_scans(recording))
+    run = replay(scans, localizer, _TICK_S, _refuse)
+    poses, truth = run.published, recording.truth()
+    outcome: Outcome = {
+        'input': [*_cells(drawing.grid), len(scans), sum(len(scan.points) for scan in scans)],
+        'statuses': [
+            [status, len(list(ticks))]
+            for status, ticks in groupby(output.status.value for output in run.outputs)
+        ],
+        'place': None,
+    }
+    if len(poses):
+        x, y = poses.xy[-1].tolist()
+        index = int(np.searchsorted(recording.stamps_ns, poses.stamps_ns[-1]))
+        true = drawing.A_plan_building.apply(truth[index, :2, 3])
+        outcome['place'] = [round(x, 3), round(y, 3), round(float(np.rad2deg(poses.yaw[-1])), 2)]
+        outcome['off_m'] = round(float(np.hypot(*(true - [x, y]))), 2)
+    return outcome
+
+
+def _scans(recording: Recording) -> Iterator[Scan]:
+    """Yield some scans of a recording, with true odometry from its first pose on."""
+    poses = recording.truth()
+    T_odom_building = np.linalg.inv(poses[0])
+    for index in range(0, len(recording), _SCAN_EVERY):
+        scan = recording.scan(index)
+        yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_building @ poses[index])
+
+
+def _refuse(scan: Scan) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
+
+
+def _pair(number: int, config: FpnetConfig) -> Outcome:
+    """Match a cut of a robot's map, now and then with another building's drawing."""
+    rng = np.random.default_rng((_SEED, 1, number))
+    family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
+    plan = generate_plan(rng, family, *_MAP_ROOMS)
+    drawing = draw_plan(plan, _distortion(number), _SEED + number)
+    is_metric = number % 2 == 0
+    robot = robot_map_of(render_plan(plan, RESOLUTION_M), rng)
+    whole = RobotPair(family, drawing.grid, robot, drawing.A_plan_building, is_metric=is_metric)
+    pair = varied(whole, rng, tuple(BANDS.values())[number % len(BANDS)])
+    is_foreign = number % _FOREIGN_EVERY == _FOREIGN_EVERY - 1
+    if is_foreign:
+        other = generate_plan(rng, family, *_MAP_ROOMS)
+        pair = replace(pair, plan=draw_plan(other, _distortion(number), _SEED).grid)
+    matcher = LearnedMatcher(config.matcher)
+    found = match_maps(
+        pair.plan, submap_from_grid(pair.robot), matcher, config, is_metric, is_metric
+    )
+    outcome: Outcome = {
+        'input': [*_cells(pair.plan), *_cells(pair.robot)],
+        'status': found.status.value,
+        'probability': round(found.probability, 3),
+        'places': None,
+    }
+    if found.A_best is not None:
+        corners = _corners(pair.robot)
+        places, true = found.A_best.apply(corners), pair.A_plan_robot.apply(corners)
+        outcome['places'] = places.round(3).tolist()
+        if not is_foreign:
+            outcome['off_m'] = round(float(np.linalg.norm(places - true, axis=1).max()), 2)
+    return outcome
+
+
+def _plan(number: int, config: FpnetConfig) -> Outcome:
+    grid = styled_drawing(np.random.default_rng((_SEED, 2, number)))
+    found = segment_floorplan(grid, config.segmentation)
+    return {
+        'input': list(_cells(grid)),
+        'rooms': len(found.rooms),
+        'doors': len(found.doors),
+        'areas_m2': sorted((round(room.area_m2, 2) for room in found.rooms), reverse=True),
+    }
+
+
+_RUNS: dict[str, Callable[[int, FpnetConfig], Outcome]] = {
+    'drives': _drive,
+    'pairs': _pair,
+    'plans': _plan,
+}
+
+
+def _distortion(number: int) -> Distortion:
+    distortions = tuple(Distortion)
+    return distortions[number % len(distortions)]
+
+
+def _cells(grid: GridMap) -> tuple[int, int]:
+    """Return how many cells are free and occupied."""
+    return int((grid.cells == FREE).sum()), int((grid.cells == OCCUPIED).sum())
+
+
+def _corners(grid: GridMap) -> NDArray[np.float64]:
+    """Return the corners ``(4, 2)`` of what a map knows, in its own metres."""
+    known = np.argwhere(grid.cells == FREE)
+    (top, left), (bottom, right) = known.min(axis=0), known.max(axis=0)
+    return grid.rc_to_xy(np.array([[top, left], [top, right], [bottom, left], [bottom, right]]))
+
+
+def _compared(kind: str, found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+    """Yield what differs of one case; nothing else is said where its input does."""
+    if not _is_near(found['input'], before['input'], same.counts):
+        yield f'another input, {found["input"]} for {before["input"]}: what makes it has changed'
+        return
+    yield from _COMPARISONS[kind](found, before, same)
+
+
+def _drives_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+    now, then = _ticks(found), _ticks(before)
+    changed = sum(status != was for status, was in zip_longest(now, then))
+    if changed > same.ticks or now[-1] != then[-1]:
+        yield f'statuses {_named(found)}, were {_named(before)}{_off(found, before)}'
+    place, was = found['place'], before['place']
+    if (place is None) != (was is None):
+        yield f'place {place}, was {was}{_off(found, before)}'
+    elif place is not None:
+        turn = abs((place[2] - was[2] + 180.0) % 360.0 - 180.0)
+        moved = float(np.hypot(place[0] - was[0], place[1] - was[1]))
+        if moved > same.place_m or turn > same.yaw_deg:
+            yield f'place is {moved:.2f} m and {turn:.1f} deg elsewhere{_off(found, before)}'
+
+
+def _pairs_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+    if found['status'] != before['status']:
+        yield f'{found["status"]}, was {before["status"]}{_off(found, before)}'
+    if abs(found['probability'] - before['probability']) > same.probability:
+        yield f'probability {found["probability"]}, was {before["probability"]}'
+    if MapMatchStatus.UNMATCHED in (found['status'], before['status']):
+        return  # the best of many places that are none tells nothing
+    if (found['places'] is None) != (before['places'] is None):
+        yield f'places {found["places"]}, were {before["places"]}'
+    elif found['places'] is not None:
+        gaps = np.linalg.norm(np.subtract(found['places'], before['places']), axis=1)
+        if gaps.max() > same.place_m:
+            yield f'placement is up to {gaps.max():.2f} m elsewhere{_off(found, before)}'
+
+
+def _plans_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+    for what in ('rooms', 'doors'):
+        if found[what] != before[what]:
+            yield f'{found[what]} {what}, were {before[what]}'
+    if found['rooms'] == before['rooms'] and not _is_near(
+        found['areas_m2'], before['areas_m2'], same.area
+    ):
+        yield f'areas of rooms {found["areas_m2"]} m2, were {before["areas_m2"]} m2'
+
+
+_COMPARISONS: dict[str, Callable[[Outcome, Outcome, Tolerances], Iterator[str]]] = {
+    'drives': _drives_compared,
+    'pairs': _pairs_compared,
+    'plans': _plans_compared,
+}
+
+
+def _ticks(outcome: Outcome) -> list[str]:
+    return [status for status, count in outcome['statuses'] for _ in range(count)]
+
+
+def _named(outcome: Outcome) -> str:
+    return ', '.join(f'{status} {count}x' for status, count in outcome['statuses'])
+
+
+def _off(found: Outcome, before: Outcome) -> str:
+    """Return which of both is nearer to the truth, where both say."""
+    if 'off_m' not in found or 'off_m' not in before:
+        return ''
+    return f' ({found["off_m"]} m off, was {before["off_m"]} m)'
+
+
+def _is_near(found: Iterable[float], before: Iterable[float], share: float) -> bool:
+    now, then = np.array(list(found)), np.array(list(before))
+    return now.shape == then.shape and bool((np.abs(now - then) <= share * np.abs(then)).all())
