@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.io import Scan
+from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.maps import MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import replay
@@ -143,7 +144,7 @@ def _scans(recording: Recording) -> Iterator[Scan]:
         yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_building @ poses[index])
 
 
-def _refuse(scan: Scan) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+def _refuse(scan: Scan) -> RegisteredSweep:
     raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
