@@ -66,7 +66,7 @@ class ScaleTraining:
     show too little of how much rooms differ between buildings."""
     copies: int = 2
     """Of each sample, all but the first with other rooms."""
-    real_weight: float = 4.0
+    real_weight: float = 16.0
     """A real architect over a generated building."""
     tail_share: tuple[float, float] = (0.25, 0.25)
     """Of the densities of drawings and of robots' maps: smeared out for what is unlike any."""
