@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, NamedTuple
 
 from kiss_icp.config import KISSConfig
@@ -13,12 +14,18 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
+from fpnet_core.stamps import ClockGuard
 
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
 
 MIN_POINTS = 100
 """A sweep with fewer returns within range moves the estimate at random; it is refused."""
+
+STALE_BEFORE_RESTART = 3
+"""Old sweeps in a row that are a clock that went back; fewer are disorder on the way here."""
+
+_log = logging.getLogger(__name__)
 
 _FLAT_M = 0.01
 """Sweeps that are lower than this [m] are those of a planar scanner."""
@@ -54,6 +61,8 @@ class KissOdometry:
     def reset(self) -> None:
         """Forget the map and start again at identity."""
         self._kiss: KissICP | None = None
+        self._newest_ns: int | None = None
+        self._clock = ClockGuard(STALE_BEFORE_RESTART)
 
     def _started(self, first: NDArray[np.float64]) -> KissICP:
         """Return an empty odometry for the kind of scanner that saw ``first (P, 3)``."""
@@ -106,7 +115,24 @@ class KissOdometry:
         return RegisteredSweep(self._kiss.last_pose.copy(), np.asarray(deskewed))
 
     def register_scan(self, scan: Scan) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-        """Return deskewed points (Q, 3) float32 and ``T_odom_sensor (4, 4)`` of a scan."""
+        """
+        Return deskewed points (Q, 3) float32 and ``T_odom_sensor (4, 4)`` of a scan.
+
+        Where the clock went back the odometry begins anew.
+
+        Raises
+        ------
+        OdometryError
+            If the scan is no newer than the last one.
+        CloudFormatError
+            As :meth:`register`.
+        """
+        last_ns = scan.stamp_ns - 1 if self._newest_ns is None else self._newest_ns
+        back_s = self._clock.back_s(scan.stamp_ns, last_ns)
+        if back_s is not None:
+            _log.warning('the clock went back by %.3f s; odometry starts anew', back_s)
+            self.reset()
+        self._newest_ns = scan.stamp_ns
         sweep = self.register(scan.points, scan.time_s)
         return sweep.points.astype(np.float32), sweep.T_odom_sensor
 

@@ -19,10 +19,10 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, Section
-from fpnet_core.errors import FpnetError, OdometryError
+from fpnet_core.errors import FpnetError
 from fpnet_core.geometry.frame_tree import FrameTree
-from fpnet_core.odometry import KissOdometry
-from fpnet_core.stamps import NS_PER_S
+from fpnet_core.odometry import STALE_BEFORE_RESTART, KissOdometry
+from fpnet_core.stamps import ClockGuard
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, TF, TF_STATIC, ErrorLog, run_node, sensor_data
@@ -34,7 +34,6 @@ from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 _DIAGNOSTICS_PERIOD_S = 1.0
-_STALE_BEFORE_RESTART = 3  # old clouds in a row; fewer are disorder on the way here
 
 
 class OdometryParameters(Section):
@@ -79,7 +78,8 @@ class OdometryNode(Node):
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
         self._connect_tf()
         self._clouds = Numbering()
-        self._reported_drops = self._stale = 0
+        self._reported_drops = 0
+        self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._newest_ns: int | None = None
         self._scans = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
@@ -125,11 +125,7 @@ class OdometryNode(Node):
         cloud = cloud_from_msg(msg)
         sensor = msg.header.frame_id.lstrip('/')
         moving = self._settings.base_frame or sensor
-        T_base_sensor = self._tree.lookup(moving, sensor, 0)
-        if T_base_sensor is None:
-            raise OdometryError(
-                f'the place of {sensor!r} on {moving!r} is unknown; publish it on /tf_static'
-            )
+        T_base_sensor = self._tree.mount(moving, sensor)
         self._follow_clock(stamp_from_msg(msg.header.stamp))
         scan = self._kiss.register(cloud.points, cloud.time_s)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
@@ -141,18 +137,12 @@ class OdometryNode(Node):
 
     def _follow_clock(self, stamp_ns: int) -> None:
         """Refuse a cloud that is not newer than the last; begin anew where the clock went back."""
-        newest_ns = self._newest_ns
-        if newest_ns is not None and stamp_ns <= newest_ns:
-            self._stale += 1
-            if self._stale < _STALE_BEFORE_RESTART:
-                raise OdometryError(
-                    f'cloud at {stamp_ns} ns is not newer than the last one at {newest_ns} ns; it '
-                    'was dropped (is the recording looping, or are there two publishers?)'
-                )
-            back_s = (newest_ns - stamp_ns) / NS_PER_S
+        last_ns = stamp_ns - 1 if self._newest_ns is None else self._newest_ns
+        back_s = self._clock.back_s(stamp_ns, last_ns)
+        if back_s is not None:
             self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
             self._kiss.reset()
-        self._newest_ns, self._stale = stamp_ns, 0
+        self._newest_ns = stamp_ns
 
     def _publish(self, T_odom_base: NDArray[np.float64], stamp_ns: int, moving: str) -> None:
         settings = self._settings

@@ -126,8 +126,11 @@ def _known(truth: Path | None) -> _Known:
 def _opened(recording: Path, poses: Path | None) -> ScanSource:
     from fpnet_core.io import PosedScans, open_scans, read_poses
 
-    source = open_scans(common.check_input(recording))
-    return source if poses is None else PosedScans(source, read_poses(poses))
+    if poses is None:
+        return open_scans(common.check_input(recording))
+    # With poses of the sensor itself, nobody asks where it sits on the robot.
+    source = open_scans(common.check_input(recording), odometry_topic='')
+    return PosedScans(source, read_poses(poses))
 
 
 @dataclass(frozen=True, eq=False)

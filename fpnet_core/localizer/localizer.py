@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew, waiting
 from fpnet_core.localizer.belief import Belief, HypothesisTracker
-from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
+from fpnet_core.localizer.continuity import Break, Continuity
 from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_waiting
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan

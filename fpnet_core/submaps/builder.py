@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.config import SubmapConfig
-from fpnet_core.errors import CloudFormatError, OdometryError
+from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.submaps.heights import HeightTracker
 from fpnet_core.submaps.raster import CountRaster
 from fpnet_core.submaps.recent import RecentReturns
@@ -24,8 +25,6 @@ _PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
 _PATH_BLOCK = 1024
 # Fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
-# Deviation of R^T R from the identity that a rigid transform may have.
-_RIGID_TOLERANCE = 1e-3
 
 
 class SubmapBuilder:
@@ -73,7 +72,7 @@ class SubmapBuilder:
             If the pose is not a rigid transform or lies absurdly far from the start.
         """
         cloud = _checked_points(points)
-        pose = _checked_pose(T_odom_sensor)
+        pose = checked_rigid(T_odom_sensor)
         rays = self._subsample(cloud)
         if len(rays):
             self._carve(rays, pose)
@@ -186,19 +185,3 @@ def _checked_points(points: ArrayLike) -> NDArray[np.float64]:
     if not np.isfinite(cloud).all():
         raise CloudFormatError('scan: holds NaN or infinite points; drop them before adding it')
     return cloud
-
-
-def _checked_pose(T_odom_sensor: ArrayLike) -> NDArray[np.float64]:
-    pose = np.asarray(T_odom_sensor, dtype=np.float64)
-    if pose.shape != (4, 4):
-        raise OdometryError(f'sensor pose: expected shape (4, 4), got {pose.shape}')
-    R = pose[:3, :3]
-    rigid = (
-        np.isfinite(pose).all()
-        and np.abs(R.T @ R - np.eye(3)).max() < _RIGID_TOLERANCE
-        and np.linalg.det(R) > 0.0
-        and np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max() < _RIGID_TOLERANCE
-    )
-    if not rigid:
-        raise OdometryError(f'sensor pose is not a rigid transform: {pose.tolist()}')
-    return pose
