@@ -83,7 +83,7 @@ class Run:
             added.append(ms)
             if is_timed and k % TICK == 0:
                 submap = self.builder.take()
-                found, ms = cpu_ms(lambda s=submap: self.segmenter.update(s))
+                (found, self.segmenter), ms = cpu_ms(lambda s=submap: self.segmenter.update(s))
                 self.explored_m2, self.rooms = submap.free_area_m2, len(found.rooms)
                 if k >= first:
                     updated.append(ms)

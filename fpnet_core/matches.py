@@ -13,7 +13,7 @@ from fpnet_core.frozen import freeze_field
 from fpnet_core.geometry import Similarity2D
 
 UNMATCHED, IGNORE = -1, -2
-"""Label of a node without a partner, and of a node that losses and metrics leave out."""
+"""Given: label of a node without a partner, and of a node that losses and metrics leave out."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from fpnet_core.errors import OdometryError
 
 NS_PER_S = 1_000_000_000
-"""Nanoseconds of a second."""
+"""Nanoseconds of a second. Physical: by definition."""
 
 
 class ClockGuard:

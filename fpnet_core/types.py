@@ -23,10 +23,10 @@ from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.matches import MatchResult
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-"""Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
+"""Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
 
 FEATURE_SCHEMA = 1
-"""Version of the node and edge feature layout; weights of another version are refused."""
+"""Given: version of the node and edge feature layout; weights of another version are refused."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.clock import Clock, ClockType
-from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
@@ -37,14 +35,21 @@ from fpnet_ros.inputs import NO_TF, InputParameters, LocatedScan, ScanInput, TFM
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, ErrorLog, StatusLog, one_line
+from fpnet_ros.runtime import (
+    LATCHED,
+    STALE_INPUT_S,
+    STREAM,
+    ErrorLog,
+    SilenceLog,
+    StatusLog,
+    one_line,
+)
 from fpnet_ros.work import DroppingWorker
-from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
-_DIAGNOSTICS_PERIOD_S = 1.0
+_DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
 
 class LocalizerParameters(InputParameters):
@@ -60,7 +65,9 @@ class LocalizerParameters(InputParameters):
         0.1, ge=0.0, description='Distance between poses of floorplan_path.'
     )
     stale_input_s: float = Field(
-        3.0, gt=0.0, description='Silence of an input after which diagnostics warn.'
+        STALE_INPUT_S,
+        gt=0.0,
+        description='Silence of an input after which log and diagnostics warn.',
     )
     state_file: str = Field(
         '', description='Where the state is saved, and read at the start; empty: nowhere.'
@@ -114,6 +121,7 @@ class LocalizerNode(ManagedNode):
         )
         self._errors = ErrorLog(self.get_logger().error)
         self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
+        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._publish_lock = Lock()
         self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
         self._forget()
@@ -300,6 +308,8 @@ class LocalizerNode(ManagedNode):
             self._out.publish_tf(map_odom.T_map_odom, stamp_ns, map_odom.odom_frame)
 
     def _publish_diagnostics(self) -> None:
+        if self.is_active:
+            self._silence.follow(self._input.silence_s, self._settings.value.stale_input_s)
         report = self._report_tick(self._new_losses())
         self._out.publish_diagnostics(report, self.get_clock().now().nanoseconds)
 
@@ -320,8 +330,8 @@ class LocalizerNode(ManagedNode):
     # ---- scans: their own thread
 
     def _add_scan(self, scan: LocatedScan) -> None:
-        cloud = cloud_from_msg(deserialize_message(scan.data, PointCloud2))
-        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns)
+        cloud = scan.unpack()
+        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
         self._publish_pose()
 

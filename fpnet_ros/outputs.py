@@ -31,7 +31,7 @@ from msg_adapters.markers import (
 from msg_adapters.poses import path_to_msg, pose_to_msg, uncertain_pose_to_msg
 from msg_adapters.transforms import transform_to_msg
 
-_PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre
+_PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre; chosen
 
 
 class LocalizerOutputs:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -45,6 +46,14 @@ _PosesOption = Annotated[
         help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
     ),
 ]
+_TopicsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--topic',
+        metavar='NAME',
+        help='Topic of a bag: a PointCloud2, or a LaserScan; repeated for several scanners.',
+    ),
+]
 _TumOption = Annotated[
     Path | None,
     typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
@@ -58,6 +67,7 @@ def command(
     said: common.DrawingOptions,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
+    topics: _TopicsOption = None,
     tum: _TumOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
@@ -71,10 +81,13 @@ def command(
     The scale of a drawing that states none is estimated, and searched around that estimate as far
     as it is unsure, unless localizer.scale_policy is set.
 
-    A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
-    are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
-    and why; where it ends without a pose, the likely causes with the next command.
-    fpnet --verbose localize logs every change of status with its reason.
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
+    /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
+    or --poses, are used as odometry.
+
+    Exits 0 whether or not the robot was found; what it prints says which, and why; where it ends
+    without a pose, the likely causes with the next command. fpnet --verbose localize logs every
+    change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -93,8 +106,9 @@ def command(
     known = _known(truth)
     given = common.typed_settings(config, settings)
     given += ['--poses', str(poses)] if poses else []
+    given += [word for topic in topics or () for word in ('--topic', topic)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
-    result = _localize(_opened(recording, poses), reading, tree, asked, said.storey)
+    result = _localize(_opened(recording, poses, topics or ()), reading, tree, asked, said.storey)
     summary = result.summary(known)
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
@@ -123,13 +137,13 @@ def _known(truth: Path | None) -> _Known:
     return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
 
 
-def _opened(recording: Path, poses: Path | None) -> ScanSource:
+def _opened(recording: Path, poses: Path | None, topics: Sequence[str]) -> ScanSource:
     from fpnet_core.io import PosedScans, open_scans, read_poses
 
     if poses is None:
-        return open_scans(common.check_input(recording))
+        return open_scans(common.check_input(recording), topics=topics)
     # With poses of the sensor itself, nobody asks where it sits on the robot.
-    source = open_scans(common.check_input(recording), odometry_topic='')
+    source = open_scans(common.check_input(recording), topics=topics, odometry_topic='')
     return PosedScans(source, read_poses(poses))
 
 

@@ -110,11 +110,9 @@ def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     builder = SubmapBuilder(tree.submap)
     with common.progress('accumulating scans', total=len(scans)) as advance:
         for scan in scans:
-            points, T_odom_sensor = scan.points, scan.T_odom_sensor
-            if odometry is not None:
-                points, T_odom_sensor = odometry.register_scan(scan)
-            assert T_odom_sensor is not None
-            builder.add_scan(points, T_odom_sensor, scan.stamp_ns)
+            sweep = scan if odometry is None else odometry.register_scan(scan)
+            assert sweep.T_odom_sensor is not None
+            builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
             advance(1.0)
     submap = builder.take()
     if submap is None:

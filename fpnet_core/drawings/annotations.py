@@ -28,9 +28,11 @@ from fpnet_core.drawings.types import (
 )
 
 _RATIO = re.compile(r'(?<![\d:/.])1\s*[:/]\s*(\d{1,4})(?![\d:/.,])')
+# Physical: scales that drawings are made at.
 _RATIOS = frozenset({10, 20, 25, 33, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000})
 
-_MAX_LABELS = 600  # that are looked at
+_MAX_LABELS = 600  # numerical: that are looked at
+# Chosen, not measured:
 _PARALLEL = math.radians(1.5)
 _REACH = 2.4  # of a text's height, from its middle to the line that it measures
 _ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
@@ -38,7 +40,7 @@ _TOUCH = 0.5  # of a text's height, by which a tick or extension line may miss t
 _STATIONS = 4  # ticks on either side that may be the ends of what is measured
 _MIDDLE = 0.06  # of the length, how far a text may be off the middle of its line
 _WINDOW = 0.006  # logarithm, within which votes agree: lines are drawn to the pixel's tenth
-_RANGE = math.log(2_000.0)  # of resolutions that a vote may be for
+_RANGE = math.log(2_000.0)  # numerical: of resolutions that a vote may be for
 _CHANCE = 1e-3  # expected number of scales that would win as many votes by chance
 _TYPICAL_M = 3.5  # length that a dimension gives
 _MIN_VALUES = 3  # different lengths that agree

@@ -12,6 +12,7 @@ from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import window_of
 
+# Chosen, not measured:
 _MAX_FRAMES = 4
 _FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames
 _FRAME_INSET = 0.02  # of a frame's sides: where lines would cross that are attached to it

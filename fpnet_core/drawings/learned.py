@@ -32,17 +32,22 @@ Chances = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 
 SHEET_PX = 1024
-"""The longer side of the picture in which the network looks for the building."""
+"""The longer side of the picture in which the network looks for the building. Chosen."""
 
 BUILDING_PX = (500, 1300)
-"""The longer side of the building in the picture that walls are read from, and between them"""
+"""
+The longer side of the building in the picture that walls are read from, and between them. Chosen.
+"""
 
 WALL_PX = 6.0
-"""so large that its walls are as thick as this in the mean."""
+"""so large that its walls are as thick as this in the mean. Chosen."""
 
 FINAL_PX = 1600
-"""The longer side of the map at most: edges of walls are those of the drawing at this size."""
+"""
+The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
+"""
 
+# Chosen, not measured:
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
@@ -51,7 +56,9 @@ _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
-_WALLS_COUNT = 2.5  # times as much as floor: a hole in a wall joins two rooms
+# Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
+# sheets of the tune half (docs/drawings.md).
+_WALLS_COUNT = 2.5
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read

@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 import re
 
-_FOOT_M, _INCH_M = 0.3048, 0.0254
+_FOOT_M, _INCH_M = 0.3048, 0.0254  # physical: by definition of the international foot and inch
 WRITTEN_UNITS_M = {
     'm': 1.0, 'mt': 1.0, 'mts': 1.0, 'meter': 1.0, 'meters': 1.0, 'metres': 1.0, 'metre': 1.0,
     'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': _FOOT_M, 'feet': _FOOT_M,
     "'": _FOOT_M,
 }  # fmt: skip
-"""Length of a unit [m] by what it is called in drawings, in lower case."""
+"""Physical: length of a unit [m] by what it is called in drawings, in lower case."""
 
 _LENGTH = re.compile(r'(?:[≈~]\s*)?(\d{1,6}(?:[.,]\d{1,3})?)\s*([a-zм\']{1,6})?', re.IGNORECASE)
 _FEET = re.compile(

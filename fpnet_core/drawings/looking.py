@@ -32,6 +32,7 @@ Labels = NDArray[np.int32]
 WHAT_IFS = ('smaller', 'larger', 'thick', 'dark')
 """The same reading taken for a smaller or a larger building, without its thin or faint lines."""
 
+# Chosen, not measured:
 _FACTORS = {'smaller': 0.8, 'larger': 1.25}  # of the scale: about its usual interval
 _THIN, _FAINT = 0.6, 0.6  # of the usual wall's thickness and contrast
 

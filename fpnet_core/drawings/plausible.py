@@ -23,7 +23,7 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 Array = NDArray[np.float64]
 
 WEIGHTS_NAME = 'readings.json'
-_CLIP = 4.0  # standard deviations: what is further off says no more
+_CLIP = 4.0  # numerical: standard deviations: what is further off says no more
 
 FEATURES = (
     'rooms', 'largest', 'door_to_room', 'doored', 'doors', 'square', 'squarest', 'door_spread',
@@ -31,6 +31,7 @@ FEATURES = (
 )  # fmt: skip
 
 
+# Chosen, not measured:
 _GIANT_SHARE = 0.8  # of all area in one room, where there are others
 _FEW_ROOMS = 2
 _MANY_SPECKS = 40.0  # per room

@@ -30,7 +30,7 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 Length = tuple[float, float, float, float, float]
 
-_LEAST_CROP_PX = 16
+_LEAST_CROP_PX = 16  # numerical
 _DEFAULTS = ReadOptions()
 
 

@@ -29,12 +29,13 @@ ROOM_FIGURES = (
     'rivals', 'best_rival', 'top_rival', *WHAT_IFS, 'rooms', 'plausible',
 )  # fmt: skip
 
+# Chosen, not measured:
 _UNREAD, _HALF_READ = 0.5, 0.25  # of the usual wall's contrast is ink that a reader sees
 _NEAR_CELLS = 2  # ink as near to a wall is its edge
 _CORNER = 0.04  # of the root of a room's area may an outline be off to be the same
 _ASKEW_RAD = 0.14  # from the room's own sides, from which on an edge lies askew
-_FILL = 1e-3  # plausibility that every rival has
 _EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
+_FILL = 1e-3  # numerical: plausibility that every rival has
 
 
 def room_figures(look: Look) -> Array:

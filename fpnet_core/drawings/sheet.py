@@ -27,6 +27,7 @@ from fpnet_core.raster.windows import border_of
 FRAME = 'frame'
 """What a frame is called among what was dropped."""
 
+# Chosen, not measured:
 _LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
 _BLOT_SHARE = 0.045  # of the longer side: what is as thick as this is a table under the sheet
 _REACHES = (0.006, 0.012, 0.024)  # of the sheet's longer side: half the gaps within a building

@@ -35,13 +35,14 @@ _AS_ODDS = (
     'plausible', 'rivals', *(f'{name}_rooms' for name in WHAT_IFS),
     'expected', 'least', 'expected_area', 'expected_f1',
 )  # fmt: skip
+# Chosen, not measured:
 _LEAST_SHARE = 0.02  # of rooms or area; less is as good as nothing
 _LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
 _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
-_FEW = 1e-3  # plausibility that every rival has
+_FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
 

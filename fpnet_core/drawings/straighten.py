@@ -20,17 +20,19 @@ from fpnet_core.raster.pixels import cut_from, growth_at, map_points
 Array = NDArray[np.float64]
 Levels = NDArray[np.uint8]
 
-_LOOK_PX = 1100  # the longer side of the picture that lines are looked for in
+_LOOK_PX = 1100  # numerical: the longer side of the picture that lines are looked for in
+# Chosen, not measured:
 _LINE_SHARE = 0.02  # of that side: shorter lines are letters
 _MIN_LINES = 30
-_FOCAL = 1.05  # of a phone's main camera, in longer sides of its picture
+_FOCAL = 1.05  # physical: of a phone's main camera, in longer sides of its picture
 _MAX_TURN_RAD = np.radians(12.0)  # of a sheet laid askew; more was drawn like that
-_LEAST_TURN_RAD = np.radians(0.12)  # half a pixel at the end of a wall of 250
+_LEAST_TURN_RAD = np.radians(0.12)  # numerical: half a pixel at the end of a wall of 250
 _MAX_TILT_RAD = np.radians(32.0)
 _LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
-_TILT_STEPS = 9
-_TURN_STEPS = 91
-_COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)  # how far off a line still counts
+_TILT_STEPS = 9  # numerical
+_TURN_STEPS = 91  # numerical
+# Numerical: how far off a line still counts.
+_COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)
 _GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
 _LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
 _LEAST_TILT_SHARE = 0.5  # and once a tilt is: curved walls never run along them

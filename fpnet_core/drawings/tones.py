@@ -9,6 +9,7 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import cv2
@@ -21,15 +22,16 @@ from fpnet_core.raster.windows import border_of
 Levels = NDArray[np.uint8]
 
 DARK_GROUND = 100
-"""Drawings whose paper is darker than this grey level are light lines on dark."""
+"""Drawings whose paper is darker than this grey level are light lines on dark. Chosen."""
 
+# Chosen, not measured:
 _REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
 _LEAST_REACH_PX = 9
 _DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: noise grows there
 _MASS = 150  # so much darker than the paper is ink even where it fills an area
-_PAPER_PX = 96  # the paper's brightness is looked at in so small a picture
+_PAPER_PX = 96  # numerical: the paper's brightness is looked at in so small a picture
 _PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
-_TABLE_PX = 320  # a sheet on a table is looked for in so small a picture
+_TABLE_PX = 320  # numerical: a sheet on a table is looked for in so small a picture
 _LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
 _BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
 _BRIGHTER = 1.3  # times as bright as the table is the sheet
@@ -38,6 +40,17 @@ _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
 _CUT = 0.3  # of the darkest tone: what is fainter is no ink
+
+
+def brightest(pixels: Levels) -> Levels:
+    """Return the level (H, W) of each pixel's brightest channel."""
+    return _levels(reduce(cv2.max, cv2.split(pixels)))
+
+
+def colourfulness(pixels: Levels) -> Levels:
+    """Return how far apart (H, W) each pixel's channels are."""
+    channels = cv2.split(pixels)
+    return _levels(cv2.subtract(reduce(cv2.max, channels), reduce(cv2.min, channels)))
 
 
 def is_dark_ground(pixels: Levels) -> bool:
@@ -109,7 +122,7 @@ def _mass(pixels: Levels) -> Levels:
 
     A room filled with pure red is dark to the eye and no wall.
     """
-    grey = _levels(pixels.max(axis=2))
+    grey = brightest(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
     paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, square(side)), (9, 9))

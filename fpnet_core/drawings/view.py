@@ -15,7 +15,7 @@ from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
-"""The longer side of the picture that a sheet is read in."""
+"""The longer side of the picture that a sheet is read in. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging
+_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
 
 
 def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:

@@ -16,9 +16,9 @@ from fpnet_core.stamps import NS_PER_S
 Array = NDArray[np.float64]
 
 MAX_GAP_NS = NS_PER_S // 2
-"""Poses further apart are not interpolated: a robot may have turned by then."""
+"""Poses further apart are not interpolated: a robot may have turned by then. Chosen."""
 
-# Samples arrive out of order by less than this; one that is older says that the clock went back.
+# Chosen: samples are out of order by less than this; an older one is a clock that went back.
 _DISORDER_NS = NS_PER_S
 
 

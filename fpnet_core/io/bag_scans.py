@@ -17,8 +17,15 @@ from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import ODOMETRY, POINT_CLOUD, POSE, BagReader, stamp_to_ns
-from fpnet_core.io.pointcloud2 import decode_points
+from fpnet_core.io.bags import (
+    LASER_SCANS,
+    ODOMETRY,
+    POINT_CLOUD,
+    POSE,
+    BagReader,
+    stamp_to_ns,
+)
+from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
 
 _log = logging.getLogger(__name__)
@@ -43,11 +50,11 @@ class BagScans:
         self._path = path
         with BagReader(path) as bag:
             self.cloud_topic = _choose_cloud(bag.topics, cloud_topic, path)
-            self.odometry_topic = _choose_odometry(bag.topics, odometry_topic, path)
+            self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
             self._count = bag.count(self.cloud_topic)
-            self._odometry = _read_track(bag, self.odometry_topic, path)
-            self._truth = _read_track(bag, truth_topic, path)
-            self._static = _read_static_transforms(bag, path)
+            self._odometry = read_track(bag, self.odometry_topic, path)
+            self._truth = read_track(bag, truth_topic, path)
+            self._static = read_static_transforms(bag, path)
 
     @property
     def has_poses(self) -> bool:
@@ -71,11 +78,14 @@ class BagScans:
                     continue
                 if T_child_sensor is None:
                     T_child_sensor = self._mounting(cloud.header.frame_id)
+                arrays = self._decode(cloud, index)
                 yield Scan(
                     stamp_ns,
-                    *self._decode(cloud, index),
+                    arrays.points,
+                    arrays.time_s,
                     None if T_odom_child is None else T_odom_child @ T_child_sensor,
                     None if self._truth is None else self._truth.at(stamp_ns),
+                    arrays.viewpoints,
                 )
         if without_pose:
             _log.warning(
@@ -86,11 +96,9 @@ class BagScans:
                 self.odometry_topic,
             )
 
-    def _decode(
-        self, cloud: Any, index: int
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64] | None]:
+    def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
-            arrays = decode_points(
+            return decode_points(
                 cloud.fields,
                 cloud.data,
                 cloud.point_step,
@@ -103,7 +111,6 @@ class BagScans:
             raise CloudFormatError(
                 f'{self._path}, {self.cloud_topic}, message {index}: {error}'
             ) from None
-        return arrays.points, arrays.time_s
 
     def _mounting(self, sensor_frame: str) -> NDArray[np.float64]:
         """Return where the sensor sits in the frame whose odometry the bag brings."""
@@ -118,18 +125,24 @@ class BagScans:
             ) from None
 
 
-def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
+def usable_clouds(topics: dict[str, str]) -> list[str]:
+    """Return the topics, of all with their types, that carry clouds fit for the localizer."""
     clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
-    if wanted:
-        return _require(wanted, clouds, topics, path)
     # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it will do on its own; its
     # keypoints and local map are no scans.
     raw = [topic for topic in clouds if not _KISS_CLOUD.search(topic)]
-    usable = raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
-    return _the_only(usable, 'PointCloud2', 'cloud_topic', topics, path)
+    return raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
 
 
-def _choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
+def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
+    if wanted:
+        clouds = [t for t, msgtype in topics.items() if msgtype in (POINT_CLOUD, *LASER_SCANS)]
+        return _require(wanted, clouds, topics, path)
+    return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', '--topic', topics, path)
+
+
+def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
+    """Return the topic of the odometry that is meant, None where there is none."""
     odometry = [topic for topic, msgtype in topics.items() if msgtype == ODOMETRY]
     if wanted == '':
         return None
@@ -166,7 +179,7 @@ def _the_only(
     )
 
 
-def _read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | None:
+def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | None:
     """Return the poses on ``topic``; None for no topic, or if it carries no message."""
     if topic is None:
         return None
@@ -195,7 +208,7 @@ def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
         raise BagFormatError(f'{where}: {error}') from None
 
 
-def _read_static_transforms(bag: BagReader, path: Path) -> FrameTree:
+def read_static_transforms(bag: BagReader, path: Path) -> FrameTree:
     """Return what ``/tf_static`` holds, nothing where there is none."""
     tree = FrameTree()
     if bag.topics.get(_TF_STATIC) != _TF_MESSAGE:

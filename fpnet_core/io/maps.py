@@ -26,7 +26,7 @@ from fpnet_core.plain_yaml import read_yaml
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
-"""Nominal edge of a pixel of a bare image whose scale nobody gave."""
+"""Nominal edge of a pixel of a bare image whose scale nobody gave. Chosen."""
 
 YAML_SUFFIXES = ('.yaml', '.yml')
 """Of map_server files, which state their scale."""
@@ -34,8 +34,9 @@ YAML_SUFFIXES = ('.yaml', '.yml')
 MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 """Of the floorplans and robot maps that :func:`read_map` reads."""
 
-_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196  # map_saver's; a pixel of 205 stays unknown
-_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
+# Given: map_saver's; a pixel of 205 stays unknown.
+_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
+_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # given
 _MODES = ('trinary', 'scale', 'raw')
 
 

@@ -15,6 +15,7 @@ from fpnet_core.types import FREE, UNKNOWN
 
 Mask = NDArray[np.bool_]
 
+# Chosen, not measured:
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
@@ -28,8 +28,9 @@ from fpnet_core.pose.verify import WALL_SIGMA_M
 Array = NDArray[np.float64]
 
 FEWEST_POINTS = 60
-"""Fewer returns say nothing of where the robot is."""
+"""Fewer returns say nothing of where the robot is. Chosen."""
 
+# Chosen, not measured:
 _EFFORT = Effort((0.5, 0.3, 0.2), 600)
 _RIGID = 1e-4  # strain sigma: the surroundings say too little of the drawing's stretch
 # Standard deviations of x, y [m] and yaw [rad] when a claim begins.
@@ -40,7 +41,7 @@ _POINTS_PER_WITNESS = 25.0
 
 
 @dataclass(frozen=True, eq=False)
-class _Fix:
+class Fix:
     """
     A placement as it is around ``robot_odom (2,)``.
 
@@ -52,68 +53,68 @@ class _Fix:
     cov: Array
 
 
+@dataclass(frozen=True, eq=False)
 class Anchor:
-    """Follows one claim; all transforms are to the plan's working metres."""
+    """Follows one claim from fix to fix; all transforms are to the plan's working metres."""
 
-    def __init__(self, config: FpnetConfig) -> None:
-        self._sigma_m = WALL_SIGMA_M
-        self._better = config.localizer.drift_support
-        m, deg = config.localizer.drift_m_per_m, config.localizer.drift_deg_per_m
-        self._loss_per_m = np.array([m, m, np.deg2rad(deg)])
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the claim."""
-        self._last: _Fix | None = None
+    config: LocalizerConfig
 
     def follow(
-        self, plan: MapEvidence, seen: Array, A_plan_odom: Affine2D, robot_odom: Array
-    ) -> Affine2D:
+        self,
+        last: Fix | None,
+        plan: MapEvidence,
+        seen: Array,
+        A_plan_odom: Affine2D,
+        robot_odom: Array,
+    ) -> tuple[Fix | None, Affine2D]:
         """
-        Return ``A_plan_odom`` as it is around the robot; unchanged where it fits there.
+        Return the fix to go on from, and ``A_plan_odom`` as it is around the robot.
+
+        Where the claim fits there, the fix is None and the claim unchanged.
 
         Parameters
         ----------
+        last : the fix of the last tick, None where the claim begins
         plan : evidence of the drawing
         seen : (P, 2) returns around the robot, odom [m]
         A_plan_odom : the claim, of the whole submap
         robot_odom : (2,) the robot [m]
         """
-        tracked = self._predicted(A_plan_odom, robot_odom)
+        tracked = self._predicted(last, A_plan_odom, robot_odom)
         if len(seen) >= FEWEST_POINTS:
             tracked = self._measured(plan, seen, A_plan_odom, tracked)
             both = Placements.of([A_plan_odom, tracked.A_plan_odom])
-            support = wall_support(plan, seen, both, self._sigma_m)
-            if support[1] < support[0] + self._better:
-                self.reset()
-                return A_plan_odom
-        self._last = tracked
-        return tracked.A_plan_odom
+            support = wall_support(plan, seen, both, WALL_SIGMA_M)
+            if support[1] < support[0] + self.config.drift_support:
+                return None, A_plan_odom
+        return tracked, tracked.A_plan_odom
 
-    def _predicted(self, claim: Affine2D, robot_odom: Array) -> _Fix:
+    def _predicted(self, last: Fix | None, claim: Affine2D, robot_odom: Array) -> Fix:
         """Return the last fix after what odometry lost since then; the claim where none is."""
-        if self._last is None:
-            return _Fix(claim, robot_odom, np.diag(_START**2))
-        moved_m = float(np.hypot(*(robot_odom - self._last.robot_odom)))
-        lost = np.diag((_LOSS_PER_TICK + moved_m * self._loss_per_m) ** 2)
-        A = _stretched_like(claim, self._last.A_plan_odom, robot_odom)
-        return _Fix(A, robot_odom, self._last.cov + lost)
+        if last is None:
+            return Fix(claim, robot_odom, np.diag(_START**2))
+        m, deg = self.config.drift_m_per_m, self.config.drift_deg_per_m
+        loss_per_m = np.array([m, m, np.deg2rad(deg)])
+        moved_m = float(np.hypot(*(robot_odom - last.robot_odom)))
+        lost = np.diag((_LOSS_PER_TICK + moved_m * loss_per_m) ** 2)
+        A = _stretched_like(claim, last.A_plan_odom, robot_odom)
+        return Fix(A, robot_odom, last.cov + lost)
 
-    def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: _Fix) -> _Fix:
+    def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: Fix) -> Fix:
         """Return the fix corrected by the walls around the robot."""
         starts = Placements.of([claim, last.A_plan_odom])
         fits = refine(plan, seen, starts, Freedom(_RIGID, claim.stretch), _EFFORT)
-        before, after = (wall_support(plan, seen, each, self._sigma_m) for each in (starts, fits))
+        before, after = (wall_support(plan, seen, each, WALL_SIGMA_M) for each in (starts, fits))
         robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
-        if after[0] > after[1] + self._better:
+        if after[0] > after[1] + self.config.drift_support:
             start, cov, pick = claim, np.diag(_START**2), 0
         if after[pick] <= before[pick]:
-            return _Fix(start, robot, cov)
+            return Fix(start, robot, cov)
         fit = fits[pick]
         measured = _POINTS_PER_WITNESS * _cov_at(fit.cov, fit.A_plan_submap, robot)
         gain = cov @ np.linalg.inv(cov + measured)
         moved = _moved(start, gain @ _difference(fit.A_plan_submap, start, robot), robot)
-        return _Fix(moved, robot, (np.eye(3) - gain) @ cov)
+        return Fix(moved, robot, (np.eye(3) - gain) @ cov)
 
 
 def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:

@@ -17,9 +17,9 @@ from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.types import Status
 
-_MIRROR_LOG_ODDS = 6.9  # nats: a prior, one drawing in a thousand is a mirror image
+_MIRROR_LOG_ODDS = 6.9  # nats: a prior, one drawing in a thousand is a mirror image; chosen
 
-_MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed
+_MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,73 @@ class Belief:
     bend_m: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """
+    Where the ticks so far have led; plain values, from which the next tick goes on.
+
+    Parameters
+    ----------
+    leader
+        ``A_plan_odom`` of the last tick's best placement; None where there was none.
+    wins
+        Ticks in a row that it has led.
+    sure_wins
+        Those of them that were sure, each of more than the one before.
+    sure_of
+        Walls [m] and free space [m^2] seen at the last one of these.
+    probability
+        The leader's at the last tick.
+    is_claimed, was_localized
+        A claim stands; one has stood.
+    mirrored
+        The last look at the plan's mirror image; None before the first.
+    mirror_wins
+        Looks in a row at which the mirror image would have been claimed.
+    ticks_since_mirror
+        Ticks since that look.
+    """
+
+    leader: Affine2D | None = None
+    wins: int = 0
+    sure_wins: int = 0
+    sure_of: tuple[float, float] = (0.0, 0.0)
+    probability: float = 0.0
+    is_claimed: bool = False
+    was_localized: bool = False
+    mirrored: Verdict | None = None
+    mirror_wins: int = 0
+    ticks_since_mirror: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """
+    What a verdict is about.
+
+    Parameters
+    ----------
+    sub
+        Evidence of the submap.
+    A_submap_odom
+        Anchors the submap, so that placements are compared in the odometry frame although the
+        submap may have been re-anchored.
+    robot_xy : (2,)
+        Where the robot is in the submap [m]; None without one.
+    needs_news
+        A claim asks for a grown submap between the ticks that confirm it.
+    scales
+        Smallest and largest mean scale that a placement might have.
+    """
+
+    sub: MapEvidence
+    A_submap_odom: Affine2D
+    robot_xy: NDArray[np.float64] | None = None
+    needs_news: bool = False
+    scales: tuple[float, float] = (0.0, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
 class HypothesisTracker:
     """
     Turns each tick's verdict into a status; time decides.
@@ -52,123 +119,119 @@ class HypothesisTracker:
     looks: between two wins that count the submap must have grown, unless the caller knows better.
     """
 
-    def __init__(
-        self, config: LocalizerConfig, judge: Judge, distinct_m: float = DISTINCT_M
-    ) -> None:
-        self._config = config
-        self._judge = judge
-        self._distinct_m = distinct_m
-        self.reset()
+    config: LocalizerConfig
+    judge: Judge
+    distinct_m: float = DISTINCT_M
 
-    def reset(self) -> None:
-        """Forget everything: new plan, new odometry frame."""
-        self._leader: Affine2D | None = None
-        self._wins = 0
-        self._sure_wins = 0
-        self._sure_of = np.zeros(2)  # walls [m] and free space [m^2] of the last sure win
-        self._probability = 0.0
-        self._claimed = False
-        self._was_localized = False
-        self._mirrored: Verdict | None = None
-        self._mirror_wins = 0
-        self._ticks_since_mirror = 0
-
-    @property
-    def is_settled(self) -> bool:
+    def is_settled(self, standing: Standing) -> bool:
         """Tell whether a claim stands, and as firmly as it was made."""
-        return self._claimed and self._probability >= self._config.claim_probability
+        return standing.is_claimed and standing.probability >= self.config.claim_probability
 
-    @property
-    def wants_mirror(self) -> bool:
+    def wants_mirror(self, standing: Standing) -> bool:
         """Tell whether the next tick should look at the plan's mirror image, too."""
-        if self._claimed:
+        if standing.is_claimed:
             return False
-        soon = self._sure_wins + 1 >= self._config.confirm_ticks
-        near_claim = soon and self._probability >= self._config.release_probability
-        return near_claim or self._ticks_since_mirror + 1 >= self._config.mirror_check_ticks
+        soon = standing.sure_wins + 1 >= self.config.confirm_ticks
+        near_claim = soon and standing.probability >= self.config.release_probability
+        return near_claim or standing.ticks_since_mirror + 1 >= self.config.mirror_check_ticks
 
     def update(
-        self,
-        verdict: Verdict,
-        sub: MapEvidence,
-        A_submap_odom: Affine2D,
-        mirrored: Verdict | None = None,
-        robot_xy: NDArray[np.float64] | None = None,
-        needs_news: bool = False,
-        scales: tuple[float, float] = (0.0, np.inf),
-    ) -> Belief:
+        self, standing: Standing, verdict: Verdict, sight: Sight, mirrored: Verdict | None = None
+    ) -> tuple[Standing, Belief]:
         """
-        Take one tick's verdict and say what may be claimed.
+        Return where one tick's verdict leads, and what may be claimed.
 
-        ``mirrored`` is that on the plan's mirror image, None where nobody looked;
-        ``A_submap_odom`` anchors the submap, so that placements are compared in the odometry frame
-        although the submap may have been re-anchored. ``robot_xy (2,)`` is where the robot is in
-        the submap; ``needs_news`` asks for a grown submap between the ticks that confirm a claim;
-        ``scales`` are the smallest and largest mean scale that a placement might have.
+        ``mirrored`` is that on the plan's mirror image, None where nobody looked.
         """
-        self._count_mirror(verdict, mirrored)
+        standing = self._mirror_counted(standing, verdict, mirrored)
         # Between two looks the mirror image is as good as it was at the last one.
-        if self._mirrored is not None and not self._claimed:
-            verdict = self._judge.against_mirror(verdict, self._mirrored, _MIRROR_LOG_ODDS)
-        judged, p = verdict.placements, verdict.best
-        self._probability = p
-        at, claim = compared_at(sub, robot_xy), self._config.claim_probability
-        is_mirrored = len(judged) > 0 and self._mirror_wins >= _MIRROR_WINS
-        look = Look(sub.wall_length_m, claim, at, scales, is_mirrored=is_mirrored)
-        if not judged or is_mirrored or p < verdict.none + verdict.foreign:
-            return self._nothing_found(verdict, look)
-        best = judged[0]
-        points_odom = A_submap_odom.inv().apply(at)
-        self._count_win(best.A_plan_submap @ A_submap_odom, points_odom)
-        self._count_sure_win(p >= claim, sub, needs_news)
-        needed = self._config.confirm_ticks
-        if self._claimed:
-            self._claimed = self._wins >= needed and p >= self._config.release_probability
+        if standing.mirrored is not None and not standing.is_claimed:
+            verdict = self.judge.against_mirror(verdict, standing.mirrored, _MIRROR_LOG_ODDS)
+        standing = replace(standing, probability=verdict.best)
+        is_mirrored = len(verdict.placements) > 0 and standing.mirror_wins >= _MIRROR_WINS
+        look = Look(
+            sight.sub.wall_length_m,
+            self.config.claim_probability,
+            compared_at(sight.sub, sight.robot_xy),
+            sight.scales,
+            is_mirrored=is_mirrored,
+        )
+        is_beaten = verdict.best < verdict.none + verdict.foreign
+        if not verdict.placements or is_mirrored or is_beaten:
+            return _nothing_found(standing, verdict, look)
+        standing = self._win_counted(standing, verdict, sight, look.at)
+        standing = self._claim_decided(standing, verdict.best, mirrored is not None)
+        return standing, self._belief(standing, verdict, sight, look)
+
+    def _claim_decided(
+        self, standing: Standing, probability: float, has_seen_mirror: bool
+    ) -> Standing:
+        """Return whether a claim stands after a tick that has counted."""
+        needed = self.config.confirm_ticks
+        if standing.is_claimed:
+            is_kept = probability >= self.config.release_probability
+            is_claimed = standing.wins >= needed and is_kept
         else:
-            self._claimed = self._sure_wins >= needed and mirrored is not None
-        self._was_localized |= self._claimed
-        status = Status.LOCALIZED if self._claimed else Status.AMBIGUOUS
+            is_claimed = standing.sure_wins >= needed and has_seen_mirror
+        was_localized = standing.was_localized or is_claimed
+        return replace(standing, is_claimed=is_claimed, was_localized=was_localized)
+
+    def _belief(self, standing: Standing, verdict: Verdict, sight: Sight, look: Look) -> Belief:
         look = replace(
             look,
-            is_claimed=self._claimed,
-            sure_looks=self._sure_wins,
-            missing_looks=max(needed - self._sure_wins, 0),
-            needs_news=needs_news,
+            is_claimed=standing.is_claimed,
+            sure_looks=standing.sure_wins,
+            missing_looks=max(self.config.confirm_ticks - standing.sure_wins, 0),
+            needs_news=sight.needs_news,
         )
-        bend_m = float(verdict.evidence.of('bend_m')[0])
-        return Belief(status, best, p, reason_of(verdict, look), judged=judged, bend_m=bend_m)
+        return Belief(
+            Status.LOCALIZED if standing.is_claimed else Status.AMBIGUOUS,
+            verdict.placements[0],
+            verdict.best,
+            reason_of(verdict, look),
+            judged=verdict.placements,
+            bend_m=float(verdict.evidence.of('bend_m')[0]),
+        )
 
-    def _count_mirror(self, verdict: Verdict, mirrored: Verdict | None) -> None:
+    def _mirror_counted(
+        self, standing: Standing, verdict: Verdict, mirrored: Verdict | None
+    ) -> Standing:
         """Count how often in a row the mirror image would have been claimed."""
-        self._ticks_since_mirror += 1
         if mirrored is None:
-            return
-        self._ticks_since_mirror, self._mirrored = 0, mirrored
-        contest = self._judge.against_mirror(mirrored, verdict, 0.0)
-        is_better = contest.best >= self._config.claim_probability
-        self._mirror_wins = self._mirror_wins + 1 if is_better else 0
+            return replace(standing, ticks_since_mirror=standing.ticks_since_mirror + 1)
+        contest = self.judge.against_mirror(mirrored, verdict, 0.0)
+        is_better = contest.best >= self.config.claim_probability
+        wins = standing.mirror_wins + 1 if is_better else 0
+        return replace(standing, mirrored=mirrored, mirror_wins=wins, ticks_since_mirror=0)
 
-    def _nothing_found(self, verdict: Verdict, look: Look) -> Belief:
-        self._claimed = False
-        self._leader, self._wins, self._sure_wins = None, 0, 0
-        status = Status.LOST if self._was_localized else Status.SEARCHING
-        why = reason_of(verdict, look)
-        return Belief(status, None, verdict.best, why, look.is_mirrored, verdict.placements)
-
-    def _count_win(self, A_plan_odom: Affine2D, points_odom: NDArray[np.float64]) -> None:
-        """Count how often in a row this placement has led, as far as ``points_odom`` tell."""
+    def _win_counted(
+        self, standing: Standing, verdict: Verdict, sight: Sight, at: NDArray[np.float64]
+    ) -> Standing:
+        """Count how often in a row the best placement has led, as far as points ``at`` tell."""
+        A_plan_odom = verdict.placements[0].A_plan_submap @ sight.A_submap_odom
+        points_odom = sight.A_submap_odom.inv().apply(at)
         is_same = False
-        if self._leader is not None:
-            apart = A_plan_odom.apply(points_odom) - self._leader.apply(points_odom)
-            is_same = bool(np.linalg.norm(apart, axis=1).mean() <= self._distinct_m)
-        self._wins = self._wins + 1 if is_same else 1
-        self._leader = A_plan_odom
+        if standing.leader is not None:
+            apart = A_plan_odom.apply(points_odom) - standing.leader.apply(points_odom)
+            is_same = bool(np.linalg.norm(apart, axis=1).mean() <= self.distinct_m)
+        standing = replace(standing, leader=A_plan_odom, wins=standing.wins + 1 if is_same else 1)
+        return self._sure_win_counted(standing, verdict.best, sight)
 
-    def _count_sure_win(self, is_sure: bool, sub: MapEvidence, needs_news: bool) -> None:
+    def _sure_win_counted(self, standing: Standing, probability: float, sight: Sight) -> Standing:
         """Count how often in a row the leader was sure, each time of more than the last."""
+        is_sure = probability >= self.config.claim_probability
         # A new leader has won once, whatever the one before it did.
-        before = self._sure_wins if is_sure and self._wins > 1 else 0
-        seen = np.array([sub.wall_length_m, sub.free_area_m2])
-        if before and needs_news and (seen < NEWS_GROWTH * self._sure_of).all():
-            return
-        self._sure_wins, self._sure_of = before + int(is_sure), seen
+        before = standing.sure_wins if is_sure and standing.wins > 1 else 0
+        seen = sight.sub.wall_length_m, sight.sub.free_area_m2
+        grown = NEWS_GROWTH * np.array(standing.sure_of)
+        if before and sight.needs_news and (np.array(seen) < grown).all():
+            return standing
+        return replace(standing, sure_wins=before + int(is_sure), sure_of=seen)
+
+
+def _nothing_found(standing: Standing, verdict: Verdict, look: Look) -> tuple[Standing, Belief]:
+    standing = replace(standing, is_claimed=False, leader=None, wins=0, sure_wins=0)
+    status = Status.LOST if standing.was_localized else Status.SEARCHING
+    why = reason_of(verdict, look)
+    belief = Belief(status, None, verdict.best, why, look.is_mirrored, verdict.placements)
+    return standing, belief

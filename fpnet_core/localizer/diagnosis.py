@@ -79,7 +79,7 @@ def explain_run(
         largest = max(seen, key=lambda submap: submap.free_area_m2)
         found = replace(found, drift=drift_of(outputs))
         estimate = None if reading is None else reading.estimate
-        floorplan = Floorplan(plan, config, estimate)
+        floorplan = Floorplan.prepared(plan, config, estimate)
         found = _looked_at(found, largest, floorplan, matcher, config)
     return causes_of(_of_reading(found, reading, storey), asked)
 
@@ -123,7 +123,7 @@ def _looked_at(
     """Return ``found`` with what a fresh search of one submap says, and wider ones."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
     timer = StageTimer()
-    sub = prepare_submap(submap, SubmapSegmenter(), timer)
+    sub, _ = prepare_submap(submap, SubmapSegmenter(), timer)
     working, search, area_m2 = floorplan.working, floorplan.scale.search, submap.free_area_m2
     if area_m2 < found.needed_m2:
         plan_m2 = working.evidence.free_area_m2

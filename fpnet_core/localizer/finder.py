@@ -30,12 +30,14 @@ from fpnet_core.pose.scales import estimates_across_scales
 
 # Numerical: more changed no answer and took longer.
 _MAX_PAIRS = 800  # region pairs of each kind that become candidates
+# Chosen, not measured:
 _FOCUSED_PAIRS = 250  # the same once the matcher is sure of enough pairs
 _SURE_PAIRS = 4  # above the graded threshold are enough
 
+# Chosen, not measured:
 _CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
 _RASTER_CANDIDATES = 96
-"""Placements of the raster search that are refined; four to eight at each scale."""
+"""Numerical: placements of the raster search that are refined; four to eight at each scale."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import GridMap, LocalizerOutput
 
 # Estimates of the scale differ a little from tick to tick. ``map`` keeps the drawing's size until
-# a corner of it would move by more than this [m].
+# a corner of it would move by more than this [m]. Chosen.
 _HOLD_M = 0.25
 
 

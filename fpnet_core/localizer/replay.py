@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
+from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
@@ -22,8 +23,8 @@ from fpnet_core.types import LocalizerOutput
 
 _log = logging.getLogger(__name__)
 
-Register = Callable[[Scan], tuple[NDArray[np.float32], NDArray[np.float64]]]
-"""Turns a scan without pose into deskewed points (P, 3) and ``T_odom_sensor (4, 4)``."""
+Register = Callable[[Scan], RegisteredSweep]
+"""Turns a scan without pose into deskewed points where they were seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ def replay(
     refusal: FpnetError | None = None
     for scan in scans:
         try:
-            run.take(scan.stamp_ns, *_registered(scan, register))
+            run.take(scan.stamp_ns, _registered(scan, register))
         except FpnetError as error:
             _log.warning('%s', error)
             run.rejected, refusal = run.rejected + 1, error
@@ -103,19 +104,17 @@ class _Run:
     rejected: int = 0
     next_tick_ns: int | None = None
 
-    def take(
-        self, stamp_ns: int, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]
-    ) -> None:
+    def take(self, stamp_ns: int, sweep: RegisteredSweep) -> None:
         start = time.perf_counter()
-        self.localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
         self.add_ms.append(1e3 * (time.perf_counter() - start))
-        self.path.append((stamp_ns, SE2.from_matrix4(T_odom_sensor)))
+        self.path.append((stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor)))
         if self.next_tick_ns is None or stamp_ns < self.next_tick_ns - 2 * self.period_ns:
             self.next_tick_ns = stamp_ns + self.period_ns
         if stamp_ns >= self.next_tick_ns:
             self.tick(stamp_ns)
             self.next_tick_ns = stamp_ns + self.period_ns
-        pose = self.localizer.output.pose(T_odom_sensor)
+        pose = self.localizer.output.pose(sweep.T_odom_sensor)
         if pose is not None:
             self.published.append((stamp_ns, pose))
 
@@ -151,7 +150,7 @@ def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
     )
 
 
-def _registered(scan: Scan, register: Register) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+def _registered(scan: Scan, register: Register) -> RegisteredSweep:
     if scan.T_odom_sensor is None:
         return register(scan)
-    return scan.points, scan.T_odom_sensor
+    return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)

@@ -10,7 +10,6 @@ enough of the building, it need not be asked again of every tick.
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +23,9 @@ from fpnet_core.types import PlanScale
 
 Array = NDArray[np.float64]
 
-_SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+# Numerical: neighbouring scales differ by this share; refinement closes the rest.
+_SCALE_STEP = 0.06
+# Chosen, not measured:
 _INTERVALS_TRIED = 1.25  # times the 90 % interval: one scale in ten lies outside of it
 _MOST_TRIED = 2.2  # beyond this factor nothing is tried, however little is known
 _STATED_SCATTER = 0.010
@@ -134,72 +135,87 @@ def estimated_search(plan: ScaleEstimate, sub: ScaleEstimate, config: PoseConfig
     return ScaleSearch.of_factors(factors, config.strain_sigma)
 
 
-class ScaleTracker:
+@dataclass(frozen=True, eq=False)
+class ScaleHistory:
     """
-    Follows the scale of one floorplan from the first search to the lock.
+    What is known of the scale of one floorplan, from the first search to the lock.
 
     Parameters
     ----------
-    policy
-        ``trusted`` tries the stated scale only; ``approximate`` all within ``scale_tolerance``;
-        ``unknown`` what the drawing's ``estimate`` holds possible.
-    config
-        Tolerance and strain.
+    first
+        What the first tick tries.
+    is_fixed
+        Nothing that is found changes it.
+    seen
+        Stretches ``(2, 2)`` of the last claimed ticks.
     estimate
-        What the drawing's rooms and doors say of its scale; only ``unknown`` asks.
+        What they say; None before the first.
+    is_misstated
+        A claim stands beyond what was stated.
     """
 
-    def __init__(
-        self, policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
-    ) -> None:
-        self._wide = first_search(policy, config, estimate)
-        self._is_fixed = policy == 'trusted'
-        self._seen: deque[Array] = deque(maxlen=_LOCK_TICKS)
-        self.estimate: PlanScale | None = None
-        self._is_misstated = False  # a claim stands beyond what was stated
+    first: ScaleSearch
+    is_fixed: bool = False
+    seen: tuple[Array, ...] = ()
+    estimate: PlanScale | None = None
+    is_misstated: bool = False
+
+    @classmethod
+    def begun(
+        cls, policy: ScalePolicy, config: PoseConfig, estimate: ScaleEstimate = STATED_SCALE
+    ) -> ScaleHistory:
+        """
+        Return the history of a floorplan that nobody has claimed anything on.
+
+        ``trusted`` tries the stated scale only; ``approximate`` all within ``scale_tolerance``;
+        ``unknown`` what the drawing's ``estimate``, by its rooms and doors, holds possible.
+        """
+        return cls(first_search(policy, config, estimate), policy == 'trusted')
 
     @property
     def search(self) -> ScaleSearch:
         """What the next tick should try."""
         if self.estimate is not None and self.estimate.is_locked:
             return ScaleSearch(self.estimate.stretch[None], _KNOWN_STRAIN)
-        if self._is_misstated and self._wide.misstated is not None:
-            return self._wide.misstated
-        return self._wide
+        if self.is_misstated and self.first.misstated is not None:
+            return self.first.misstated
+        return self.first
 
     @property
     def tolerated(self) -> tuple[float, float]:
         """Smallest and largest mean scale that agree with what was stated."""
-        return self._wide.bounds
+        return self.first.bounds
 
-    def forget(self) -> None:
-        """Start anew: a claim was lost, and it may have been the scale that was wrong."""
-        self._seen.clear()
-        self.estimate = None
-        self._is_misstated = False
+    def forgotten(self) -> ScaleHistory:
+        """Return the beginning: a claim was lost, and it may be the scale that was wrong."""
+        return ScaleHistory(self.first, self.is_fixed)
 
-    def follow(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> None:
+    def followed(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> ScaleHistory:
         """
-        Take a tick's claimed placement.
+        Return the history with a tick's claimed placement.
 
         ``walls (P, 2)`` are the submap's [m]: the wider they lie, the better they measure.
         ``bend_m`` is how far the drawing had to bend under the placement: what is off here and
         there by so much tells the scale of the whole no better.
         """
-        if self._is_fixed or (self.estimate is not None and self.estimate.is_locked):
-            return
-        self._seen.append(A_plan_submap.stretch)
+        if self.is_fixed or (self.estimate is not None and self.estimate.is_locked):
+            return self
+        seen = (*self.seen, A_plan_submap.stretch)[-_LOCK_TICKS:]
         scale = np.sqrt(np.linalg.det(A_plan_submap.stretch))
-        self._is_misstated |= not self._wide.is_within(scale)
-        mean = np.mean(self._seen, axis=0)
+        mean = np.mean(seen, axis=0)
         off_m = max(_DRAWING_SIGMA_M, bend_m)
-        sigma = max(self._scatter(mean), off_m / _extent_m(A_plan_submap, walls))
-        enough = len(self._seen) == _LOCK_TICKS
-        self.estimate = PlanScale(mean, sigma, enough and sigma <= _LOCK_SIGMA)
+        sigma = max(_scatter(seen, mean), off_m / _extent_m(A_plan_submap, walls))
+        return replace(
+            self,
+            seen=seen,
+            estimate=PlanScale(mean, sigma, len(seen) == _LOCK_TICKS and sigma <= _LOCK_SIGMA),
+            is_misstated=self.is_misstated or not self.first.is_within(scale),
+        )
 
-    def _scatter(self, mean: Array) -> float:
-        """Relative standard deviation of the estimates along the worse axis."""
-        return float(np.std([np.diag(s) for s in self._seen], axis=0).max() / mean.max())
+
+def _scatter(seen: tuple[Array, ...], mean: Array) -> float:
+    """Return the relative standard deviation of stretches along the worse axis."""
+    return float(np.std([np.diag(s) for s in seen], axis=0).max() / mean.max())
 
 
 def first_search(

@@ -110,16 +110,19 @@ def _free_beside_rooms(segmentation: Segmentation) -> NDArray[np.bool_]:
     return np.asarray(touched[components])
 
 
-def prepare_submap(submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer) -> MapSide:
+def prepare_submap(
+    submap: Submap, segmenter: SubmapSegmenter, timer: StageTimer
+) -> tuple[MapSide, SubmapSegmenter]:
     """
     Segment a submap and derive its graph and evidence; may hold no region at all.
 
-    ``segmenter`` cuts again only what changed since the last submap it saw.
+    ``segmenter`` cuts again only what changed since the last submap it saw; returned is the one
+    for the next submap.
     """
     with timer.stage('segment'):
-        segmentation = segmenter.update(submap)
+        segmentation, segmenter = segmenter.update(submap)
     with timer.stage('graph'):
         graph = build_region_graph(segmentation, 'submap')
     with timer.stage('evidence'):
         evidence = map_evidence(submap.grid)
-    return MapSide(segmentation, graph, evidence)
+    return MapSide(segmentation, graph, evidence), segmenter

@@ -9,10 +9,12 @@ and carried off, or lost by its odometry. The submap goes on agreeing with the p
 
 from __future__ import annotations
 
-from fpnet_core.config import FpnetConfig
+from dataclasses import dataclass
+
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging.reasons import CONTRADICTED
-from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor
+from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor, Fix
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.sides import RobotXY
 from fpnet_core.pose import MapEvidence, wall_support
@@ -20,28 +22,32 @@ from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.types import Status, Submap
 
 
+@dataclass(frozen=True, eq=False)
+class Vicinity:
+    """What ticks go on from: the claim's last ``fix``, and ``doubts`` in a row about it."""
+
+    fix: Fix | None = None
+    doubts: int = 0
+
+
+@dataclass(frozen=True, eq=False)
 class Surroundings:
     """Judges one claim after another by what was seen last."""
 
-    def __init__(self, config: FpnetConfig) -> None:
-        self._config = config.localizer
-        self._sigma_m = WALL_SIGMA_M
-        self._anchor = Anchor(config)
-        self.reset()
+    config: LocalizerConfig
 
-    def reset(self) -> None:
-        """Forget the claim."""
-        self._anchor.reset()
-        self._doubts = 0
-
-    @property
-    def is_elsewhere(self) -> bool:
+    def is_elsewhere(self, vicinity: Vicinity) -> bool:
         """Tell whether the robot is surely not where the submap goes on."""
-        return self._doubts >= self._config.doubt_ticks
+        return vicinity.doubts >= self.config.doubt_ticks
 
     def judge(
-        self, plan: MapEvidence, submap: Submap, belief: Belief, robot_xy: RobotXY
-    ) -> tuple[Belief, Affine2D | None]:
+        self,
+        vicinity: Vicinity,
+        plan: MapEvidence,
+        submap: Submap,
+        belief: Belief,
+        robot_xy: RobotXY,
+    ) -> tuple[Vicinity, Belief, Affine2D | None]:
         """
         Return the belief, and ``A_plan_odom`` around the robot where something is claimed.
 
@@ -49,19 +55,21 @@ class Surroundings:
         was wrong. ``robot_xy (2,)`` is in the submap; all is in the plan's working metres.
         """
         if belief.status is not Status.LOCALIZED or belief.best is None:
-            self._anchor.reset()
-            self._doubts = self._config.doubt_ticks if self._doubts else 0
-            return belief, None
+            doubts = self.config.doubt_ticks if vicinity.doubts else 0
+            return Vicinity(None, doubts), belief, None
         assert robot_xy is not None  # a submap comes from scans, and they have poses
         T = submap.T_odom_submap
-        A_plan_odom = self._anchor.follow(
-            plan, T.apply(submap.recent_xy), belief.best.A_plan_submap @ T.inv(), T.apply(robot_xy)
+        fix, A_plan_odom = Anchor(self.config).follow(
+            vicinity.fix,
+            plan,
+            T.apply(submap.recent_xy),
+            belief.best.A_plan_submap @ T.inv(),
+            T.apply(robot_xy),
         )
         if self._fits(plan, submap, A_plan_odom @ T, belief.best.score):
-            self._doubts = 0
-            return belief, A_plan_odom
-        self._doubts += 1
-        return Belief(Status.LOST, None, 0.0, CONTRADICTED), None
+            return Vicinity(fix), belief, A_plan_odom
+        lost = Belief(Status.LOST, None, 0.0, CONTRADICTED)
+        return Vicinity(fix, vicinity.doubts + 1), lost, None
 
     def _fits(
         self, plan: MapEvidence, submap: Submap, A_plan_submap: Affine2D, score: float
@@ -70,5 +78,5 @@ class Surroundings:
         seen = submap.newest_xy
         if len(seen) < FEWEST_POINTS:
             return True
-        support = wall_support(plan, seen, Placements.of([A_plan_submap]), self._sigma_m)
-        return float(support[0]) >= self._config.doubt_share * score
+        support = wall_support(plan, seen, Placements.of([A_plan_submap]), WALL_SIGMA_M)
+        return float(support[0]) >= self.config.doubt_share * score

@@ -27,7 +27,7 @@ from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 Probability = NDArray[np.float64]
 
 FLOOR = 1e-9
-"""Added to a pair's likelihood before the logarithm."""
+"""Numerical: added to a pair's likelihood before the logarithm."""
 
 
 class LearnedMatcher:

@@ -35,12 +35,13 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
 _FREEDOM = Freedom(strain_sigma=0.005)  # one drawing is drawn to one scale
-_MAX_REFINED = 64
-_RANKED_BY = 250  # wall samples
-_MAX_TWINS = 12
+_MAX_REFINED = 64  # numerical
+_RANKED_BY = 250  # numerical: wall samples
+_MAX_TWINS = 12  # numerical
 
 
 @dataclass(frozen=True)
@@ -173,8 +174,8 @@ def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
 
 def _mapped(grid: GridMap, finder: Finder) -> MapSide:
     """Return a part of the plan as a robot's map of it."""
-    segmenter = SubmapSegmenter()
-    return prepare_submap(submap_from_grid(grid), segmenter, StageTimer())
+    side, _ = prepare_submap(submap_from_grid(grid), SubmapSegmenter(), StageTimer())
+    return side
 
 
 def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:

@@ -23,13 +23,14 @@ from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import xy_to_rc
 from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
 
-_DISTANCE_CAP_M = 3.0
-_FIELD_CELL_M = 0.1
-_WALL_SPACING_M = 0.15
-_FREE_SPACING_M = 0.4
+_DISTANCE_CAP_M = 3.0  # numerical
+_FIELD_CELL_M = 0.1  # numerical
+_WALL_SPACING_M = 0.15  # numerical
+_FREE_SPACING_M = 0.4  # numerical
+# Chosen, not measured:
 _STRAIGHT_SIGMA_M = 0.2  # walls count as one where they are drawn or seen so far apart
 _STRAIGHT_WINDOW_M = 0.4  # over which walls must run straight
-_FLAT = 1e-6  # squared gradient below which there is no wall
+_FLAT = 1e-6  # numerical: squared gradient below which there is no wall
 _WALL_REACH_M = 0.15  # a wall cell lies at most this far from free space
 
 

@@ -30,22 +30,24 @@ from fpnet_core.raster.morphology import is_peak
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 
-_LONGER_SIDE = 128  # coarse pixels along the plan's longer side
+_LONGER_SIDE = 128  # numerical: coarse pixels along the plan's longer side
+# Chosen, not measured:
 _MARGIN = 0.12  # share of the plan's size that a map may stick out on each side
 _WALL_SIGMA_M = 0.4  # walls count as near within about this
 _ON_WALL_COST = 0.7  # of free space on a wall
 _OUTSIDE_FULL_M = 1.0  # free space so deep outside the plan costs 1
-_MAX_WALLS, _MAX_FREE = 1500, 1000  # samples that stand for the map
-_PEAKS = 4  # best translations of each rotation and scale
-_PEAK_PIXELS = 5  # a peak is the highest within this window
+_MAX_WALLS, _MAX_FREE = 1500, 1000  # numerical: samples that stand for the map
+_PEAKS = 4  # numerical: best translations of each rotation and scale
+_PEAK_PIXELS = 5  # numerical: a peak is the highest within this window
 
-_BINS = 90  # directions modulo a right angle, by degree
+_BINS = 90  # numerical: directions modulo a right angle, by degree
+# Chosen, not measured:
 _BIN_SIGMA = 3.0  # walls of one direction scatter by this [degrees]
 _FACE_M = 0.5  # cells this near to a wall tell its direction
-_FACE_SMOOTHING_CELLS = 1.5
-_FACE_KERNEL = 5  # edge of the derivative's kernel [cells]
+_FACE_SMOOTHING_CELLS = 1.5  # numerical
+_FACE_KERNEL = 5  # numerical: edge of the derivative's kernel [cells]
 _TURN_SHARE = 0.3  # further rotations align walls at least this well, relative to the best
-_MAX_TURNS = 3  # rotations modulo a right angle
+_MAX_TURNS = 3  # numerical: rotations modulo a right angle
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,13 +22,19 @@ from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.raster.rays import nearest_cell
 
 WALL_SIGMA_M = 0.2
-"""Wall kernel of the verification: a wall's thickness, which drawings and robots share in part."""
+"""
+Wall kernel of the verification: a wall's thickness, which drawings and robots share in part.
+Chosen.
+"""
 
 COARSE_SIGMA_M = 0.5
-"""Wall kernel of the early rejection: what a candidate from doors and rooms may be off by."""
+"""
+Wall kernel of the early rejection: what a candidate from doors and rooms may be off by. Chosen.
+"""
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
 _OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
 

@@ -15,8 +15,9 @@ from skimage.segmentation import expand_labels
 
 from fpnet_core.raster.morphology import Mask, grown
 
-# Regions up to this size are drawing noise [cells], as in Bormann's comparison.
+# Given: regions up to this size are drawing noise [cells], as in Bormann's comparison.
 _NOISE_CELLS = 100
+# Chosen, not measured:
 # Rooms found and drawn are the same above this intersection over union.
 _SAME_ROOM_IOU = 0.5
 # Hand-drawn rooms end this far from the middle of their doors at most [cells].

@@ -20,7 +20,7 @@ from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
 _DOOR_DEPTH_M = 0.2  # physical: extent of a door's region across its opening line, a wall's
 
-# Corners of a polygon may leave the raster's outline by this many cells.
+# Numerical: corners of a polygon may leave the raster's outline by this many cells.
 _SIMPLIFY_CELLS = 1.0
 
 

@@ -13,21 +13,22 @@ from numpy.typing import NDArray
 from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
-# Openings up to this width are judged as doors; chosen on the tune half (docs/segmentation.md).
+# Openings up to this width are judged as doors; fitted to the tune half (docs/segmentation.md).
 _NARROW_WIDTH_M = 1.4
 # Narrow opening over narrower room above which they join;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _NARROW_MERGE_RATIO = 0.9
-# The same for wider openings; chosen on the tune half (docs/segmentation.md).
+# The same for wider openings; fitted to the tune half (docs/segmentation.md).
 _WIDE_MERGE_RATIO = 0.8
-# Wider openings join both sides into one room; chosen on the tune half (docs/segmentation.md).
+# Wider openings join both sides into one room; fitted to the tune half (docs/segmentation.md).
 _OPEN_WIDTH_M = 2.5
 _MERGE_DEPTH_M = 0.1  # numerical: shallower constrictions are of the raster
 # Small rooms with a longer edge to unseen space stay apart;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _GLIMPSE_EDGE_M = 0.8
 
-# Clearances are ordered in steps of a millimetre: radix sort, and no ties decided by rounding.
+# Numerical: clearances are ordered in steps of a millimetre: radix sort, and no ties decided by
+# rounding.
 _STEP_M = 1e-3
 
 

@@ -21,9 +21,9 @@ from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
-# A closed space nowhere as wide as this is no room [m].
+# A closed space nowhere as wide as this is no room [m]. Chosen.
 _MIN_ROOM_WIDTH_M = 0.5
-# A hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
+# Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
 
 

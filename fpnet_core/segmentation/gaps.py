@@ -23,11 +23,12 @@ from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.openings import Opening
 
 # Widest opening between the ends of walls that parts rooms;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 GAP_WIDTH_M = 4.0
-# Gaps that would shut off less stay open; chosen on the tune half (docs/segmentation.md).
+# Gaps that would shut off less stay open; fitted to the tune half (docs/segmentation.md).
 _GAP_ROOM_AREA_M2 = 3.0
 
+# Chosen, not measured:
 # Outlines of walls are straightened by so much before their corners are looked for [m].
 _STRAIGHTEN_M = 0.08
 # A face's cells so near to its corners say nothing about its direction [m].
@@ -44,7 +45,7 @@ _MIN_GAP_M = 0.6
 # At a third, two thirds and all of this distance from the gap the space is wider than the gap
 # by the second length, at three of its four corners [m].
 _DEPTH_M, _WIDER_M = 1.0, 0.25
-_DEPTHS = 3
+_DEPTHS = 3  # numerical
 _MIN_OPEN_CORNERS = 3
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6

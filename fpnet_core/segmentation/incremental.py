@@ -32,54 +32,58 @@ from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
 
-# Changes are counted in square tiles [m]; a tile is dirty from this share of differing cells on,
-# and dirty tiles touch the rooms in them and in the tiles beside them.
+# Numerical: changes are counted in square tiles [m]; a tile is dirty from this share of differing
+# cells on, and dirty tiles touch the rooms in them and in the tiles beside them.
 _TILE_M = 0.5
-_DIRTY_SHARE = 0.04
-# What lies this far outside of the touched rooms cannot change how they are cut: longer than
-# the largest piece of furniture and the widest doorway [m].
+_DIRTY_SHARE = 0.04  # numerical
+# Numerical: what lies this far outside of the touched rooms cannot change how they are cut: longer
+# than the largest piece of furniture and the widest doorway [m].
 _MARGIN_M = 3.0
-# Doors this near to one of the last segmentation are the same [m].
+# Doors this near to one of the last segmentation are the same [m]. Chosen.
 _SAME_DOOR_M = 0.5
-# Grids of one submap agree in place to this share of a cell.
+# Numerical: grids of one submap agree in place to this share of a cell.
 _ALIGNED_CELLS = 1e-3
 
 
+@dataclass(frozen=True, eq=False)
 class SubmapSegmenter:
     """
     Segments one growing submap again and again; regions keep their ``track``.
 
-    A room's track goes to the new room that shares most cells with it, a door's to the new door
-    in its place; no track is given twice. Any submap may follow any other: what they have in
-    common is found by comparing their cells.
+    A value: each update returns the segmenter of the next one. A room's track goes to the new
+    room that shares most cells with it, a door's to the new door in its place; no track is given
+    twice. Any submap may follow any other: what they have in common is found by comparing their
+    cells.
+
+    Parameters
+    ----------
+    last
+        What the last update has cut; None before the first.
+    tracks
+        Tracks given so far.
     """
 
-    def __init__(self) -> None:
-        self._last: _Last | None = None
-        self._tracks = 0
+    last: _Last | None = None
+    tracks: int = 0
 
-    def update(self, submap: Submap) -> Segmentation:
-        """Return the segmentation of ``submap``, equal to a new one within small tolerances."""
-        last = None if self._last is None else _moved(self._last, submap.grid)
-        if last is None:
-            result = segment_submap(submap)
-            regions = self._named(result.regions, [None] * len(result.regions))
-            result = replace(result, regions=tuple(regions))
-            cells, lintel = submap.grid.cells, submap.lintel
-        else:
-            result, cells, lintel = self._refreshed(submap, last)
-        self._last = _Last(cells, lintel, result)
-        return result
+    def update(self, submap: Submap) -> tuple[Segmentation, SubmapSegmenter]:
+        """Return the segmentation of ``submap``, equal to a new one but for small tolerances."""
+        last = None if self.last is None else _moved(self.last, submap.grid)
+        if last is not None:
+            return self._refreshed(submap, last)
+        result = segment_submap(submap)
+        regions = self._named(result.regions, [None] * len(result.regions))
+        result = replace(result, regions=tuple(regions))
+        cut = _Last(submap.grid.cells, submap.lintel, result)
+        return result, SubmapSegmenter(cut, self.tracks + len(regions))
 
-    def _refreshed(
-        self, submap: Submap, last: _Last
-    ) -> tuple[Segmentation, NDArray[np.int8], Mask]:
-        """Return the new result and the cells and lintels that it was cut from."""
+    def _refreshed(self, submap: Submap, last: _Last) -> tuple[Segmentation, SubmapSegmenter]:
+        """Return the new result, and the segmenter that knows what it was cut from."""
         grid = submap.grid
         differs = (grid.cells != last.cells) | (submap.lintel != last.lintel)
         dirty = _dirty_tiles(differs, grid.resolution)
         if not dirty.any():
-            return last.segmentation, last.cells, last.lintel
+            return last.segmentation, replace(self, last=last)
         box, near = _dirty_cells(dirty, grid)
         touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
         touched = _with_partners(touched, last.segmentation, SURE_WIDTH_M)
@@ -101,12 +105,13 @@ class SubmapSegmenter:
         cells, lintel = last.cells.copy(), last.lintel.copy()
         cells[window][seen] = grid.cells[window][seen]
         lintel[window][seen] = submap.lintel[window][seen]
-        return _spliced(grid, labels, kept, part, window), cells, lintel
+        result = _spliced(grid, labels, kept, part, window)
+        cut = _Last(cells, lintel, result)
+        return result, SubmapSegmenter(cut, self.tracks + len(part.regions))
 
     def _named(self, regions: Sequence[Region], tracks: Sequence[int | None]) -> list[Region]:
         """Return regions with the given tracks, new ones where there is None."""
-        fresh = iter(range(self._tracks, self._tracks + len(regions)))
-        self._tracks += len(regions)
+        fresh = iter(range(self.tracks, self.tracks + len(regions)))
         return [
             replace(region, track=next(fresh) if track is None else track)
             for region, track in zip(regions, tracks, strict=True)

@@ -18,6 +18,7 @@ from fpnet_core.raster.rays import cells_at, draw_line
 from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.openings import Opening, narrowest_line
 
+# Chosen, not measured:
 # A doorway is neither narrower nor wider than this [m].
 _MIN_WIDTH_M, _MAX_WIDTH_M = 0.6, 3.0
 # Share of the opening line under which high returns must have been seen.
@@ -28,7 +29,7 @@ _LINE_REACH_M = 0.3
 _PASSAGE_M = 0.4
 # How far from the line, in both directions, a room is looked for [m].
 _ROOM_REACH_M = 0.8
-# Places along a doorway at which it is looked for.
+# Numerical: places along a doorway at which it is looked for.
 _BESIDE_PLACES = 7
 
 

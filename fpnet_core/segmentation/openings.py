@@ -18,14 +18,15 @@ from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
 # Doors between the same rooms nearer than this are one: half a leaf and a jamb;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _DOOR_SEPARATION_M = 0.7
 
+# Chosen, not measured:
 # The closing line is looked for within this many clearances of a saddle, on each side.
 _LINE_REACH = 3.0
 # It may move so far across the wall to find the jambs [m].
 _SLIDE_M = 0.3
-# Directions tried for the line across an opening, over half a turn.
+# Numerical: directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
 
 

@@ -25,19 +25,20 @@ from fpnet_core.segmentation.openings import (
 from fpnet_core.segmentation.scene import Scene, WorkRaster, clearance_m, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
 # Narrower openings are doors even where nothing widens behind;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 SURE_WIDTH_M = 1.2
 # How far from an opening both rooms must have widened;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _JAMB_REACH_M = 1.0
 # By which factor they must have widened to be rooms;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _JAMB_WIDENING = 1.1
 
-# Joining rooms changes what their neighbours look like; it settles within so many rounds.
+# Numerical: joining rooms changes what their neighbours look like; it settles within so many
+# rounds.
 _MAX_ROUNDS = 4
 
 IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]

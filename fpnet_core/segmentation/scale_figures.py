@@ -40,7 +40,8 @@ COUNTS = ('door_agreement', 'log_doors', 'log_rooms', 'log_corridors', 'has_wall
 
 FIGURES = (*LENGTHS, *COUNTS)
 
-# All numerical. A room of more than so many squares of its width is a corridor.
+# Numerical:
+# A room of more than so many squares of its width is a corridor.
 _CORRIDOR_ASPECT = 3.0
 # Thinner drawn walls are lines, whose width says nothing of a wall's [cells].
 _LINE_CELLS = 2.5

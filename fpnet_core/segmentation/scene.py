@@ -15,15 +15,15 @@ from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, grown
 
 # Free-standing obstacles smaller than this are furniture;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _FURNITURE_AREA_M2 = 2.0
 # Free-standing obstacles longer than this are walls;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _FURNITURE_EXTENT_M = 2.5
 WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
-# Mean of a block of ones, with room for rounding.
+# Numerical: mean of a block of ones, with room for rounding.
 _ALL = 1.0 - 1e-4
 
 

@@ -20,6 +20,7 @@ from fpnet_core.raster.morphology import shrunk
 from fpnet_core.segmentation.openings import Opening, find_openings
 from fpnet_core.segmentation.scene import Scene, WorkRaster
 
+# Chosen, not measured:
 # A piece whose area falls into this range while walls grow is a room's seed [m2].
 _SEED_AREA_M2 = (0.8, 47.0)
 # Step of the threshold on the distance to walls [m].

@@ -13,13 +13,14 @@ from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, opened_by, square
 from fpnet_core.raster.rays import cells_at
 
+# Chosen, not measured:
 # Lines are about as thin as this [m] or one cell; filled walls are thicker.
 _LINE_M = 0.1
 # Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
-# Symbols are looked for at cells of about this size [m].
+# Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.05
-_DIRECTIONS = 120
+_DIRECTIONS = 120  # numerical
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
 # How far ink may lie from where the symbol says, at most and leaf and arc on average [cells].

@@ -9,7 +9,7 @@ import numpy as np
 
 from fpnet_core.raster.morphology import Mask, disc, shrunk_by
 
-# A piece of wall is at least so long, and nowhere thicker [m].
+# A piece of wall is at least so long, and nowhere thicker [m]. Chosen.
 _MIN_LENGTH_M, _MAX_THICKNESS_M = 0.65, 0.4
 
 

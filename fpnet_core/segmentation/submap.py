@@ -22,12 +22,13 @@ from fpnet_core.segmentation.stubs import find_stubs
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _SOLID_WIDTH_M = 0.2
 # Glimpsed rooms smaller than this are dropped (a_th of the paper);
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _MIN_SUBMAP_ROOM_AREA_M2 = 2.0
 
+# Chosen, not measured:
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.1
 # The ends of a doorway's line are this near to its jambs [m].
@@ -36,7 +37,7 @@ _JAMB_REACH_M = 0.2
 _MIN_DOOR_M = 0.3
 # Openings without a lintel into space that is no room are doors from this width on [m].
 _MIN_GLIMPSED_DOOR_M = 0.6
-# Margin of unseen space around the grid in which rooms may go on [cells].
+# Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Clearance at the very edge of unseen space [m].
 _UNSEEN_CREDIT_M = 0.5

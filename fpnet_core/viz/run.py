@@ -21,6 +21,7 @@ from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, re
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# Chosen, not measured:
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
 _SIZE_INCHES, _DPI = (16.0, 8.5), 110

@@ -23,13 +23,15 @@ from fpnet_core.types import RegionGraph
 Array = NDArray[np.float64]
 
 ASPECT_SLACK = 0.25
-"""Difference of the logarithms of both boxes' aspects up to which their rooms may correspond."""
+"""
+Difference of the logarithms of both boxes' aspects up to which their rooms may correspond. Chosen.
+"""
 
 SCALE_SLACK = 0.5
-"""Logarithm of the scale between both maps' units up to which a placement is tried."""
+"""Logarithm of the scale between both maps' units up to which a placement is tried. Chosen."""
 
 MIN_FIT = 0.3
-"""Fit of a pair of regions under the winning placement from which it is a match."""
+"""Fit of a pair of regions under the winning placement from which it is a match. Chosen."""
 
 
 class BoundingBoxMatcher:

@@ -17,8 +17,9 @@ from fpnet_core.matching import mutual_pairs
 from fpnet_core.types import RegionGraph
 
 # Squared descriptor distance at which the likelihood falls by e; descriptors have unit range.
+# Chosen.
 _TEMPERATURE = 1.0
-# Added to the squared distance between a door and a room: they never match.
+# Numerical: added to the squared distance between a door and a room: they never match.
 _LABEL_PENALTY = 1e4
 
 

@@ -37,9 +37,9 @@ from fpnet_lab.metrics import (
 from fpnet_lab.metrics.placement import AUC_DEGREES
 from fpnet_lab.sim.pairs import MatchingPair
 
-# Placements of at least this probability are claims.
+# Placements of at least this probability are claims. Chosen.
 _CLAIMED = 0.5
-# Calls that warm caches and lazily built kernels before time is taken.
+# Numerical: calls that warm caches and lazily built kernels before time is taken.
 _WARM_UP = 3
 
 

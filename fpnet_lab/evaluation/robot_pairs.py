@@ -45,14 +45,15 @@ BANDS: dict[str, tuple[float, float]] = {
     '20-35': (0.2, 0.35),
     '10-20': (0.1, 0.2),
 }
-"""Shares of the robot map's free space that a cut keeps."""
+"""Shares of the robot map's free space that a cut keeps. Chosen."""
 
+# Chosen, not measured:
 SCALES = (0.7, 1.4)
 _DRAWN_ONLY = 'bormann'  # holds floorplans that nobody drove through, too
 _ONE_PROJECT = 'priormaps'
 _SERIES = ('Freiburg', 'gdc', 'office')  # a campus, storeys of one house, one set of drawings
 _WALL_REACH_M = 0.4  # walls this near to kept free space are kept
-_CUT_CELL = 4  # cells per node of the graph that a cut grows on
+_CUT_CELL = 4  # numerical: cells per node of the graph that a cut grows on
 _OCCUPIED_SHARE = 0.35  # of a turned cell that makes it a wall; thin walls must stay closed
 _FREE_SHARE = 0.5
 

@@ -26,9 +26,9 @@ from fpnet_lab.sim.meshes import (
 from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.types import BuildingPlan
 
-OUTER_WALL_M = 0.3
+OUTER_WALL_M = 0.3  # chosen
 
-_GLASS_M = 0.005  # half the thickness of a pane
+_GLASS_M = 0.005  # half the thickness of a pane; chosen
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,19 +19,20 @@ import shapely
 from shapely import Polygon
 
 from fpnet_lab.sim.meshes import TriangleMesh, extrude_polygon, merge_meshes
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons
+from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanRoom
 
 DOOR_CLEARANCE_M = 0.9
-"""Furniture keeps this far from the opening of a door, on both sides of the wall."""
+"""Furniture keeps this far from the opening of a door, on both sides of the wall. Chosen."""
 
 ROOM_DENSITY_PER_M2 = (0.10, 0.28)
 CORRIDOR_DENSITY_PER_M2 = (0.0, 0.06)
-"""Pieces per square metre; each building draws its own density from the range."""
+"""Pieces per square metre; each building draws its own density from the range. Chosen."""
 
 FIXTURE_SPACING_M = 5.0
-"""Length of corridor wall per radiator, notice board or fire extinguisher."""
+"""Length of corridor wall per radiator, notice board or fire extinguisher. Chosen."""
 
+# Chosen, not measured:
 _MAX_PIECES = 16
 _TRIES_PER_PIECE = 6
 _WALL_GAP_M = (0.01, 0.06)
@@ -102,7 +103,7 @@ def furnish(
         'hall': rng.uniform(*CORRIDOR_DENSITY_PER_M2),
     }
     pieces: list[FurniturePiece] = []
-    for room, outline in zip(plan.rooms, room_polygons(plan), strict=True):
+    for room, outline in zip(plan.rooms, plan.outlines, strict=True):
         count = min(_MAX_PIECES, int(rng.poisson(densities[room.kind] * outline.area)))
         makers: list[Maker] = [_draw_piece if room.kind == 'room' else _corridor_cabinet] * count
         if room.kind != 'room':
@@ -115,7 +116,7 @@ def _door_zone(plan: BuildingPlan, index: int) -> Polygon:
     """Return a door's opening, lengthened by the clearance into both rooms."""
     door = plan.doors[index]
     opening = opening_polygon(plan, door)
-    reach = DOOR_CLEARANCE_M * door_normal(door)
+    reach = DOOR_CLEARANCE_M * door.normal
     both = [
         shapely.transform(opening, lambda xy, move=move: xy + move) for move in (reach, -reach)
     ]
@@ -287,7 +288,7 @@ def _table(rng: np.random.Generator) -> FurniturePiece:
 
 
 _CATALOGUE: tuple[Maker, ...] = (_cabinet, _shelf, _desk, _sofa, _bed, _table)
-_FREQUENCIES = (0.25, 0.2, 0.25, 0.08, 0.07, 0.15)
+_FREQUENCIES = (0.25, 0.2, 0.25, 0.08, 0.07, 0.15)  # chosen
 
 
 def _draw_piece(rng: np.random.Generator) -> FurniturePiece:

@@ -18,9 +18,10 @@ from fpnet_lab.sim.tours import TourLimits
 Array = NDArray[np.float64]
 
 LEAST_DRIVABLE_M2 = 6.0
-"""A mesh with less connected space for the robot's middle is refused."""
+"""A mesh with less connected space for the robot's middle is refused. Chosen."""
 
-_STRIDE = 2  # raster cells per cell of the path search
+_STRIDE = 2  # numerical: raster cells per cell of the path search
+# Chosen, not measured:
 _MARGIN_M = 0.08  # what paths keep beyond the robot's half width
 _WALL_COST_M = 0.35  # nearer to walls than this, driving is made dear
 _GOAL_M = (4.0, 14.0)  # length of the way to the next goal
@@ -28,7 +29,7 @@ _SPREAD_M = 3.0  # goals are farther apart than this where possible
 _SMOOTH_M = 0.25
 _LOOK_RAD = (0.4, 1.0)
 _LINGER_S, _PACE = 4.0, 0.75  # see tours: time at a goal, mean over highest speed
-_ATTEMPTS = 12
+_ATTEMPTS = 12  # numerical
 
 
 def plan_mesh_tour(

@@ -19,8 +19,9 @@ from fpnet_lab.sim.types import BuildingPlan
 Array = NDArray[np.float64]
 
 VISIT_DEPTH_M = (1.2, 2.5)
-"""How far into a room the robot drives, measured from its door."""
+"""How far into a room the robot drives, measured from its door. Chosen."""
 
+# Chosen, not measured:
 _MOST_STARTS = 12
 _NEARNESS_M = 5.0  # rooms much farther than this from the nearest one are rarely next
 _LOOK_RAD = (0.4, 1.0)

@@ -31,7 +31,7 @@ from fpnet_core.models.edges import pair_distances
 from fpnet_lab.training.config import LossConfig
 
 LIKELIHOOD_FLOOR = 1e-6
-"""Small value added to X before the logarithm (the paper's epsilon)."""
+"""Numerical: small value added to X before the logarithm (the paper's epsilon)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,11 +32,11 @@ from fpnet_lab.sim.floors import TUNE_FLOORS
 Array = NDArray[np.float64]
 
 GOOD_F1 = 0.85
-"""A reading is right where its rooms agree with the truth as well as this."""
+"""A reading is right where its rooms agree with the truth as well as this. Chosen."""
 
-_STRENGTH = 0.3  # inverse of the ridge that keeps the weights of rare figures small
-_FOLDS = 5
-_MAX_ITERATIONS = 2000
+_STRENGTH = 0.3  # inverse of the ridge that keeps the weights of rare figures small; chosen
+_FOLDS = 5  # numerical
+_MAX_ITERATIONS = 2000  # numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,13 +28,17 @@ from fpnet_lab.sim.sheets.classes import Classes, sheet_classes
 Pixels = NDArray[np.uint8]
 
 FIRST_SEEDS = {'train': 2_000_000, 'held': 3_000_000}
-"""Of sheets to learn from and to measure on; the benchmark's are below, see bench drawings."""
+"""
+Numerical: of sheets to learn from and to measure on; the benchmark's are below, see bench
+drawings.
+"""
 
 MOST_BUILDING_PX = 1800
-"""The longer side of a building in kept pictures: as large as the reader looks at one."""
+"""The longer side of a building in kept pictures: as large as the reader looks at one. Chosen."""
 
-_QUALITY = 94  # of kept pictures of paper, which are JPEG before anyway
+_QUALITY = 94  # numerical: of kept pictures of paper, which are JPEG before anyway
 _SHEETS = tuple(SheetKind)
+# Chosen, not measured:
 _SOLID_LEVEL = 100  # of 255: what is wall to such a share is wall in a smaller picture
 _WIDEST_WALL_PX = 13  # of the real plans, whose pixels are 0.05 m
 _FACE_PX = 7  # twice as deep as a wall is seen where there is no other side to it

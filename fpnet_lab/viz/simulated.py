@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from fpnet_lab.sim.pairs import PairScene
 
+# Chosen, not measured:
 _NO_PARTNER: Colour = (0.25, 0.25, 0.25)
 _IGNORED: Colour = (0.7, 0.7, 0.7)
 _ABSENT: Colour = (1.0, 1.0, 1.0)

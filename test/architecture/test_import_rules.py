@@ -24,7 +24,7 @@ LAYERS = {
         {'cli'},
     ],
     'fpnet_lab': [
-        {'metrics', 'pool'},
+        {'metrics', 'pool', 'provenance'},
         {'sim', 'baselines'},
         {'training', 'evaluation', 'viz'},
         {'cli'},
@@ -48,6 +48,7 @@ HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 
 STAGES = tuple(f'fpnet_core.{stage}' for stage in ('submaps', 'segmentation', 'graphs', 'pose'))
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
+    'fpnet_core.io.laserscan',
     'fpnet_core.stamps',
 )  # fmt: skip
 
@@ -217,7 +218,8 @@ def test_adapters_need_no_rclpy_and_little_of_the_core():
 
 @pytest.mark.parametrize('module', [
     'fpnet_core', 'fpnet_core.types', 'fpnet_core.config', 'fpnet_core.io', 'fpnet_core.cli',
-    'fpnet_core.io.pointcloud2', 'fpnet_core.io.maps', 'fpnet_core.io.scans',
+    'fpnet_core.io.pointcloud2',
+    'fpnet_core.io.laserscan', 'fpnet_core.io.maps', 'fpnet_core.io.scans',
     'fpnet_core.drawings.types', 'fpnet_core.drawings.opening', 'fpnet_core.drawings.annotations',
 ])  # fmt: skip
 def test_importing_leaves_heavy_libraries_unloaded(module):

@@ -47,7 +47,8 @@ def heard(child, is_mounted):
 
     take, located, said = {}, [], []
     node = SimpleNamespace(
-        add_subscription=lambda kind, topic, callback, *_, **__: take.update({topic: callback})
+        add_subscription=lambda kind, topic, callback, *_, **__: take.update({topic: callback}),
+        resolve_topic_name=lambda topic: topic,
     )
     parameters = InputParameters(max_pending_scans=2)
     inputs = ScanInput(node, parameters, located.append, lambda: None, said.append)

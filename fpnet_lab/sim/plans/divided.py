@@ -15,7 +15,7 @@ from fpnet_lab.sim.plans.families import bank_depth, corridor_width
 from fpnet_lab.sim.plans.layout import Cell, Style, absorb_slivers, cut_holes, polygons_of
 from fpnet_lab.sim.plans.skeleton import Arm, build_cells, split_length
 
-MIN_SIDE_M = 1.9
+MIN_SIDE_M = 1.9  # chosen
 
 
 def bisect(

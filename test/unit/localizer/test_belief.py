@@ -11,7 +11,7 @@ from planted import submap_grid
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
-from fpnet_core.localizer.belief import HypothesisTracker
+from fpnet_core.localizer.belief import HypothesisTracker, Sight, Standing
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Status
 
@@ -44,32 +44,43 @@ NOTHING = verdict()
 NO_MIRROR = verdict((HERE, -6.0), none=-6.0)
 
 
-def tracker(distinct_m=1.0):
-    return HypothesisTracker(CONFIG, JUDGE, distinct_m)
+class Following:
+    """Goes on from where each tick has led."""
+
+    def __init__(self, distinct_m=1.0):
+        self._tracker = HypothesisTracker(CONFIG, JUDGE, distinct_m)
+        self.standing = Standing()
+
+    @property
+    def wants_mirror(self):
+        return self._tracker.wants_mirror(self.standing)
+
+    def update(self, tick, mirrored=None, sub=None, **options):
+        sight = Sight(sub or evidence(), SE2.identity(), **options)
+        self.standing, belief = self._tracker.update(self.standing, tick, sight, mirrored)
+        return belief
 
 
-def feed(tracker, *ticks, mirrored=NO_MIRROR):
+def feed(following, *ticks, mirrored=NO_MIRROR):
     """Update with each tick; the mirror image is looked at whenever it is asked for."""
     return [
-        tracker.update(
-            tick, evidence(), SE2.identity(), mirrored if tracker.wants_mirror else None
-        ).status
+        following.update(tick, mirrored if following.wants_mirror else None).status
         for tick in ticks
     ]
 
 
 def test_a_claim_asks_for_its_probability_at_every_tick_that_confirms_it():
-    following = tracker()
+    following = Following()
     assert feed(following, UNSURE, UNSURE, GOOD, GOOD) == [Status.AMBIGUOUS] * 4
     assert feed(following, UNSURE, GOOD, GOOD, GOOD)[-2:] == [Status.AMBIGUOUS, Status.LOCALIZED]
 
 
 def test_rivals_that_are_all_poor_are_none_of_these():
-    assert feed(tracker(), POOR, POOR) == [Status.SEARCHING] * 2
+    assert feed(Following(), POOR, POOR) == [Status.SEARCHING] * 2
 
 
 def test_a_claim_needs_the_same_winner_three_times():
-    assert feed(tracker(), GOOD, GOOD, GOOD) == [
+    assert feed(Following(), GOOD, GOOD, GOOD) == [
         Status.AMBIGUOUS,
         Status.AMBIGUOUS,
         Status.LOCALIZED,
@@ -77,21 +88,18 @@ def test_a_claim_needs_the_same_winner_three_times():
 
 
 def test_looking_again_at_the_same_walls_confirms_nothing():
-    following = tracker()
+    following = Following()
     grown = [
         replace(evidence(), walls=evidence().walls[: round(share * len(evidence().walls))])
         for share in (0.6, 0.6, 0.61, 0.61, 0.7, 0.72, 0.72, 0.9)
     ]
-    statuses = [
-        following.update(GOOD, sub, SE2.identity(), NO_MIRROR, needs_news=True).status
-        for sub in grown
-    ]
+    statuses = [following.update(GOOD, NO_MIRROR, sub, needs_news=True).status for sub in grown]
     # Only 0.7 and 0.9 are news, of 0.6 and of 0.7.
     assert statuses == [Status.AMBIGUOUS] * 7 + [Status.LOCALIZED]
 
 
 def test_a_change_of_winner_starts_the_count_again():
-    statuses = feed(tracker(), GOOD, GOOD, OTHER, OTHER, OTHER)
+    statuses = feed(Following(), GOOD, GOOD, OTHER, OTHER, OTHER)
     assert statuses == [Status.AMBIGUOUS] * 4 + [Status.LOCALIZED]
 
 
@@ -100,22 +108,22 @@ def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
     robot = np.array([30.0, 0.0])
     deformed = Affine2D(stretched, robot - stretched @ robot)
     for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
-        following = tracker(2.0)
+        following = Following(2.0)
         for best in (SE2.identity(), deformed, SE2.identity(), deformed):
-            tick = verdict((best, 8.0), (THERE, 0.0)), evidence(), SE2.identity()
-            belief = following.update(*tick, mirrored=NO_MIRROR, robot_xy=robot_xy)
+            tick = verdict((best, 8.0), (THERE, 0.0))
+            belief = following.update(tick, NO_MIRROR, robot_xy=robot_xy)
         assert belief.status is status
 
 
 def test_a_tie_is_never_claimed_and_its_halves_are_equal():
-    following = tracker()
+    following = Following()
     assert set(feed(following, *[TIE] * 10)) == {Status.AMBIGUOUS}
-    belief = following.update(TIE, evidence(), SE2.identity())
+    belief = following.update(TIE)
     np.testing.assert_allclose(belief.judged.probability, 0.5, atol=0.001)
 
 
 def test_a_claim_ends_when_its_evidence_does():
-    assert feed(tracker(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
+    assert feed(Following(), GOOD, GOOD, GOOD, POOR, NOTHING) == [
         Status.AMBIGUOUS,
         Status.AMBIGUOUS,
         Status.LOCALIZED,
@@ -125,49 +133,49 @@ def test_a_claim_ends_when_its_evidence_does():
 
 
 def test_a_claim_is_kept_on_easier_terms_than_it_is_made():
-    following = tracker()
+    following = Following()
     assert feed(following, *[GOOD] * 3)[-1] is Status.LOCALIZED
     assert CONFIG.release_probability < UNSURE.best < CONFIG.claim_probability
     assert feed(following, UNSURE, TIE) == [Status.LOCALIZED, Status.AMBIGUOUS]
 
 
 def test_a_belief_tells_how_probable_each_placement_is():
-    belief = tracker().update(GOOD, evidence(), SE2.identity())
+    belief = Following().update(GOOD)
     np.testing.assert_array_equal(belief.judged.probability, GOOD.placements.probability)
     np.testing.assert_array_equal(belief.judged.matrix, GOOD.placements.matrix)
     assert belief.best.probability == belief.probability == GOOD.best
-    poor = tracker().update(POOR, evidence(), SE2.identity())
+    poor = Following().update(POOR)
     assert poor.best is None
     assert poor.judged.probability[0] == poor.probability == POOR.best
 
 
 def test_nothing_found_is_searching():
-    assert feed(tracker(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
+    assert feed(Following(), NOTHING, NOTHING) == [Status.SEARCHING] * 2
 
 
 def test_no_claim_without_a_look_at_the_mirror_image():
-    following = tracker()
+    following = Following()
     for _ in range(10):
-        assert following.update(GOOD, evidence(), SE2.identity()).status is Status.AMBIGUOUS
+        assert following.update(GOOD).status is Status.AMBIGUOUS
 
 
 def test_a_mirror_image_that_fits_much_better_is_the_reason():
-    following = tracker()
+    following = Following()
     half = verdict((HERE, 0.0), (THERE, -0.5))
     mirror = verdict((HERE, 9.0), (THERE, 0.0))
-    beliefs = [following.update(half, evidence(), SE2.identity(), mirror) for _ in range(3)]
+    beliefs = [following.update(half, mirror) for _ in range(3)]
     assert 'flip it' not in beliefs[0].reason
     assert beliefs[-1].status is Status.SEARCHING
     assert 'mirrored' in beliefs[-1].reason
 
 
 def test_a_building_that_is_its_own_mirror_image_can_be_claimed():
-    statuses = feed(tracker(), *[GOOD] * 4, mirrored=GOOD)
+    statuses = feed(Following(), *[GOOD] * 4, mirrored=GOOD)
     assert statuses[-1] is Status.LOCALIZED
 
 
 def test_the_mirror_image_is_looked_at_now_and_then_but_not_under_a_claim():
-    following = tracker()
+    following = Following()
     wanted = []
     for _ in range(2 * CONFIG.mirror_check_ticks):
         wanted.append(following.wants_mirror)

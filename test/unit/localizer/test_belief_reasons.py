@@ -11,7 +11,7 @@ from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel, Verdict
 from fpnet_core.judging.reasons import MIRRORED
-from fpnet_core.localizer.belief import HypothesisTracker
+from fpnet_core.localizer.belief import HypothesisTracker, Sight, Standing
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Status
 
@@ -44,13 +44,13 @@ NOWHERE = verdict(1e-6)
 
 def beliefs(*verdicts, mirrored=NOWHERE, needs_news=False):
     tracker = HypothesisTracker(LocalizerConfig(confirm_ticks=3), JUDGE, 1.0)
-    return [
-        tracker.update(
-            each, evidence(), SE2.identity(), mirrored if tracker.wants_mirror else None,
-            needs_news=needs_news,
-        )
-        for each in verdicts
-    ]  # fmt: skip
+    standing, sight = Standing(), Sight(evidence(), SE2.identity(), needs_news=needs_news)
+    found = []
+    for each in verdicts:
+        look = mirrored if tracker.wants_mirror(standing) else None
+        standing, belief = tracker.update(standing, each, sight, look)
+        found.append(belief)
+    return found
 
 
 def test_a_claim_is_counted_down_and_then_explained():

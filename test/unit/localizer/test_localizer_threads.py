@@ -3,6 +3,7 @@
 """Calls that come while a tick is at work in another thread."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
@@ -11,7 +12,9 @@ from planted_drive import SCAN_NS, recorded
 import pytest
 
 from fpnet_core.config import load_config
+from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.matches import MatchResult
 from fpnet_core.types import Status
 
@@ -76,6 +79,7 @@ def test_scans_are_added_and_poses_asked_for_in_the_meantime(stopped):
     'overtake',
     [
         lambda localizer: localizer.set_plan(plan_grid()),
+        lambda localizer: localizer.suggest(PoseHint(SE2.identity(), SE2.identity())),
         Localizer.reset,
         Localizer.relocalize,
     ],
@@ -97,3 +101,74 @@ def test_a_new_odometry_frame_overtakes_a_tick(stopped):
     localizer.add_scan(points, far, stamp_ns + 2 * SCAN_NS)
     assert finish(matcher, tick).status is Status.WAITING
     assert localizer.output.pose(far) is None
+
+
+def test_a_plan_that_comes_in_the_middle_of_a_tick_is_the_next_ones(stopped):
+    localizer, matcher, tick = stopped
+    grid = plan_grid()
+    moved = replace(grid, T_frame_grid=SE2.from_xy_yaw(100.0, 0.0, 0.0) @ grid.T_frame_grid)
+    old = localizer.snapshot
+    localizer.set_plan(moved)
+    new = localizer.snapshot
+    assert (old.output.status, new.output.status) == (Status.LOCALIZED, Status.WAITING)
+    assert (old.plan.given is moved, new.plan.given is moved) == (False, True)
+    finish(matcher, tick)
+    assert localizer.snapshot is new
+    statuses = []
+    for number in range(2, 6):  # scans have gone on, and the old tick's count for nothing
+        points, T_odom_sensor, stamp_ns = recorded()[-1]
+        localizer.add_scan(points, T_odom_sensor, stamp_ns + number * SCAN_NS)
+        statuses.append(localizer.tick(0).status)
+    assert statuses[0] is not Status.LOCALIZED
+    assert statuses[-1] is Status.LOCALIZED
+    assert localizer.snapshot.plan.given is moved
+    assert localizer.output.pose(T_odom_sensor).x == pytest.approx(
+        old.output.pose(T_odom_sensor).x + 100.0, abs=0.1
+    )
+
+
+def test_two_ticks_at_a_time_follow_one_another(stopped):
+    localizer, matcher, tick = stopped
+    points, T_odom_sensor, stamp_ns = recorded()[-1]
+    localizer.add_scan(points, T_odom_sensor, stamp_ns + 2 * SCAN_NS)
+    with ThreadPoolExecutor(1) as pool:
+        second = pool.submit(localizer.tick, 0)
+        with pytest.raises(TimeoutError):
+            second.result(0.2)
+        first = finish(matcher, tick)
+        assert first.submap.stamp_ns == stamp_ns + SCAN_NS
+        assert second.result(WAIT_S).submap.stamp_ns == stamp_ns + 2 * SCAN_NS
+    assert localizer.output is second.result()
+
+
+def test_scans_ticks_and_looks_from_three_threads_end_as_one_after_the_other():
+    """Whatever the order was, the submap is that of all scans, and every look is of one plan."""
+    localizer = Localizer(load_config(), StoppingMatcher())
+    localizer.set_plan(plan_grid())
+    done, looks = Event(), []
+
+    def tick_on():
+        while not done.is_set():
+            localizer.tick(0)
+
+    def look_on():
+        while not done.is_set():
+            looks.append(localizer.snapshot)
+
+    with ThreadPoolExecutor(2) as pool:
+        others = [pool.submit(tick_on), pool.submit(look_on)]
+        for scan in recorded()[:30]:
+            localizer.add_scan(*scan)
+        localizer.set_plan(plan_grid())
+        done.set()
+        for other in others:
+            other.result(WAIT_S)
+    plain = Localizer(load_config(), StoppingMatcher())
+    plain.set_plan(plan_grid())
+    for scan in recorded()[:30]:
+        plain.add_scan(*scan)
+    found, expected = localizer.tick(0), plain.tick(0)
+    np.testing.assert_array_equal(found.submap.grid.cells, expected.submap.grid.cells)
+    plans = [id(look.plan.given) for look in looks]
+    assert len(set(plans)) <= 2
+    assert plans == sorted(plans, key=plans.index), 'an old plan never comes back'

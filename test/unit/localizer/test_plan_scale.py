@@ -11,7 +11,7 @@ from fpnet_core.config import PoseConfig, load_config
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.floorplan import Floorplan
-from fpnet_core.localizer.scale import ScaleTracker, estimated_search
+from fpnet_core.localizer.scale import ScaleHistory, estimated_search
 from fpnet_core.localizer.sides import rescaled
 from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation import ScaleEstimate
@@ -30,7 +30,7 @@ def placement(stretch, yaw=0.7):
 def test_policies_widen_the_search():
     estimate = ScaleEstimate(1.0, 0.8, 1.25)
     counts = [
-        len(ScaleTracker(policy, CONFIG, estimate).search)
+        len(ScaleHistory.begun(policy, CONFIG, estimate).search)
         for policy in ('trusted', 'approximate', 'unknown')
     ]
     assert counts[0] == 1 < counts[1] < counts[2]
@@ -39,7 +39,9 @@ def test_policies_widen_the_search():
 @pytest.mark.parametrize(('low', 'high'), [(0.9, 1.1), (0.95, 1.3), (0.5, 1.05)])
 def test_an_unknown_scale_is_searched_as_far_as_its_interval_and_somewhat_further(low, high):
     """Plan metres per true metre: the inverse of true metres per nominal metre."""
-    factors = ScaleTracker('unknown', CONFIG, ScaleEstimate(2.0, 2.0 * low, 2.0 * high)).search
+    factors = ScaleHistory.begun(
+        'unknown', CONFIG, ScaleEstimate(2.0, 2.0 * low, 2.0 * high)
+    ).search
     refined = np.exp(0.03)
     assert 1 / (1.2 * high**1.4) < factors.factors.min() < refined / high
     assert 1.2 / low**1.4 > factors.factors.max() > 1 / low / refined
@@ -63,22 +65,22 @@ def test_nothing_known_of_a_scale_does_not_search_forever():
 
 
 def test_a_trusted_scale_is_never_asked_for():
-    tracker = ScaleTracker('trusted', CONFIG)
+    history = ScaleHistory.begun('trusted', CONFIG)
     for _ in range(10):
-        tracker.follow(placement(STRETCH), WIDE)
-    assert tracker.estimate is None
-    np.testing.assert_array_equal(tracker.search.stretches, np.eye(2)[None])
+        history = history.followed(placement(STRETCH), WIDE)
+    assert history.estimate is None
+    np.testing.assert_array_equal(history.search.stretches, np.eye(2)[None])
 
 
 def test_claims_that_agree_lock_the_stretch_whatever_the_heading():
-    tracker = ScaleTracker('approximate', CONFIG)
-    wide = tracker.search.strain_sigma
+    history = ScaleHistory.begun('approximate', CONFIG)
+    wide = history.search.strain_sigma
     for tick in range(5):
-        assert tracker.estimate is None or not tracker.estimate.is_locked
-        tracker.follow(placement(STRETCH, yaw=tick), WIDE)
-    assert tracker.estimate.is_locked
-    np.testing.assert_allclose(tracker.search.stretches, STRETCH[None], atol=1e-9)
-    assert tracker.search.strain_sigma < wide
+        assert history.estimate is None or not history.estimate.is_locked
+        history = history.followed(placement(STRETCH, yaw=tick), WIDE)
+    assert history.estimate.is_locked
+    np.testing.assert_allclose(history.search.stretches, STRETCH[None], atol=1e-9)
+    assert history.search.strain_sigma < wide
 
 
 @pytest.mark.parametrize(
@@ -89,47 +91,50 @@ def test_claims_that_agree_lock_the_stretch_whatever_the_heading():
     ],
 )
 def test_claims_that_differ_or_see_little_lock_nothing(stretches, walls):
-    tracker = ScaleTracker('approximate', CONFIG)
+    history = ScaleHistory.begun('approximate', CONFIG)
     for stretch in stretches:
-        tracker.follow(placement(stretch, yaw=0.0), walls)
-    assert tracker.estimate.sigma > 0.01
-    assert not tracker.estimate.is_locked
+        history = history.followed(placement(stretch, yaw=0.0), walls)
+    assert history.estimate.sigma > 0.01
+    assert not history.estimate.is_locked
 
 
 def test_a_drawing_that_has_to_bend_measures_only_what_is_wide():
-    tracker, wider = ScaleTracker('approximate', CONFIG), ScaleTracker('approximate', CONFIG)
+    history, wider = (
+        ScaleHistory.begun('approximate', CONFIG),
+        ScaleHistory.begun('approximate', CONFIG),
+    )
     for _ in range(9):
-        tracker.follow(placement(STRETCH), WIDE, bend_m=0.3)
-        wider.follow(placement(STRETCH), 3.0 * WIDE, bend_m=0.3)
-    assert not tracker.estimate.is_locked
+        history = history.followed(placement(STRETCH), WIDE, bend_m=0.3)
+        wider = wider.followed(placement(STRETCH), 3.0 * WIDE, bend_m=0.3)
+    assert not history.estimate.is_locked
     assert wider.estimate.is_locked
 
 
 def test_a_lost_claim_takes_the_lock_with_it():
-    tracker = ScaleTracker('approximate', CONFIG)
+    history = ScaleHistory.begun('approximate', CONFIG)
     for _ in range(5):
-        tracker.follow(placement(STRETCH), WIDE)
-    tracker.forget()
-    assert tracker.estimate is None
-    assert len(tracker.search) > 1
+        history = history.followed(placement(STRETCH), WIDE)
+    history = history.forgotten()
+    assert history.estimate is None
+    assert len(history.search) > 1
 
 
 def test_a_stated_scale_is_doubted_at_the_odds_of_its_being_so_wrong():
-    search = ScaleTracker('approximate', CONFIG).search
-    farther = ScaleTracker(
+    search = ScaleHistory.begun('approximate', CONFIG).search
+    farther = ScaleHistory.begun(
         'approximate', CONFIG.model_copy(update={'scale_tolerance': 0.2})
     ).search
     assert search.bounds[1] < search.misstated.bounds[1] < 1.4
     assert -6.0 < farther.log_odds < search.log_odds < -2.0
     assert search.as_stated.misstated is None
     for settings in ('trusted', CONFIG), ('unknown', CONFIG):
-        assert ScaleTracker(*settings).search.misstated is None
+        assert ScaleHistory.begun(*settings).search.misstated is None
     told = CONFIG.model_copy(update={'scale_tolerance': 0.4})
-    assert ScaleTracker('approximate', told).search.misstated is None
+    assert ScaleHistory.begun('approximate', told).search.misstated is None
 
 
 def test_a_scale_that_was_held_at_the_bounds_is_not_within_them():
-    search = ScaleTracker('approximate', CONFIG).search
+    search = ScaleHistory.begun('approximate', CONFIG).search
     low, high = search.bounds
     scales = np.array([low, 1.02 * low, 1.0, 0.98 * high, high, 1.2 * high])
     np.testing.assert_array_equal(
@@ -138,12 +143,12 @@ def test_a_scale_that_was_held_at_the_bounds_is_not_within_them():
 
 
 def test_a_claim_beyond_what_was_stated_goes_on_there_until_it_is_lost():
-    tracker = ScaleTracker('approximate', CONFIG)
-    tracker.follow(placement(1.22 * np.eye(2)), SLIVER)
-    assert tracker.search.bounds[1] > 1.25
-    assert tracker.search.misstated is None
-    tracker.forget()
-    assert tracker.search.bounds[1] < 1.2
+    history = ScaleHistory.begun('approximate', CONFIG)
+    history = history.followed(placement(1.22 * np.eye(2)), SLIVER)
+    assert history.search.bounds[1] > 1.25
+    assert history.search.misstated is None
+    history = history.forgotten()
+    assert history.search.bounds[1] < 1.2
 
 
 class IndifferentMatcher:
@@ -189,7 +194,7 @@ def test_a_drawing_of_unknown_scale_is_placed_in_its_own_units():
 
 def test_drawn_and_working_plan_have_the_same_rooms_and_doors():
     grid = rescaled(plan_grid(), 2.5)
-    plan = Floorplan(grid, load_config(None, {'localizer.scale_policy': 'unknown'}))
+    plan = Floorplan.prepared(grid, load_config(None, {'localizer.scale_policy': 'unknown'}))
     drawn, working = plan.nominal.segmentation, plan.working.segmentation
     assert drawn.grid.resolution == grid.resolution
     assert drawn.grid.T_frame_grid is grid.T_frame_grid

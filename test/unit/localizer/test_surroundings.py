@@ -8,14 +8,32 @@ import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
-from fpnet_core.config import FpnetConfig, load_config
+from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Placement
 from fpnet_core.localizer.belief import Belief
-from fpnet_core.localizer.surroundings import Surroundings
+from fpnet_core.localizer.surroundings import Surroundings, Vicinity
 from fpnet_core.pose import map_evidence
 from fpnet_core.types import Status, Submap
 
 ROBOT = np.zeros(2)
+
+
+class Judging:
+    """Goes on from where each look has led."""
+
+    def __init__(self, **settings):
+        self._surroundings = Surroundings(LocalizerConfig(**settings))
+        self._vicinity = Vicinity()
+
+    @property
+    def is_elsewhere(self):
+        return self._surroundings.is_elsewhere(self._vicinity)
+
+    def judge(self, submap, belief):
+        self._vicinity, *found = self._surroundings.judge(
+            self._vicinity, plan(), submap, belief, ROBOT
+        )
+        return found
 
 
 @cache
@@ -49,48 +67,46 @@ def elsewhere():
 
 
 def test_walls_where_they_should_be_let_a_claim_stand():
-    belief, A = Surroundings(FpnetConfig()).judge(plan(), submap(walls()), claim(), ROBOT)
+    belief, A = Judging().judge(submap(walls()), claim())
     assert (belief.status, belief.reason) == (Status.LOCALIZED, 'fits')
     assert np.linalg.norm(A.apply(ROBOT) - A_PLAN_SUBMAP.apply(ROBOT)) < 0.2
 
 
 def test_a_contradicted_claim_is_withheld_with_its_reason():
-    judge = Surroundings(FpnetConfig())
-    belief, A = judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
+    judge = Judging()
+    belief, A = judge.judge(submap(elsewhere()), claim())
     assert (belief.status, belief.probability, A) == (Status.LOST, 0.0, None)
     assert 'carried off' in belief.reason
     assert not judge.is_elsewhere
 
 
 def test_a_contradiction_that_lasts_means_elsewhere():
-    judge = Surroundings(load_config(None, {'localizer.doubt_ticks': 2}))
+    judge = Judging(doubt_ticks=2)
     for _ in range(2):
         assert not judge.is_elsewhere
-        judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
+        judge.judge(submap(elsewhere()), claim())
     assert judge.is_elsewhere
-    judge.reset()
-    assert not judge.is_elsewhere
 
 
 def test_a_moment_of_doubt_passes():
-    judge = Surroundings(FpnetConfig())
+    judge = Judging()
     for newest in (elsewhere(), walls()) * 4:
-        belief, _ = judge.judge(plan(), submap(newest), claim(), ROBOT)
+        belief, _ = judge.judge(submap(newest), claim())
     assert belief.status is Status.LOCALIZED
     assert not judge.is_elsewhere
 
 
 def test_a_claim_that_falls_in_doubt_was_wrong():
-    judge = Surroundings(FpnetConfig())
-    judge.judge(plan(), submap(elsewhere()), claim(), ROBOT)
-    judge.judge(plan(), submap(elsewhere()), withdrawn(Status.SEARCHING), ROBOT)
+    judge = Judging()
+    judge.judge(submap(elsewhere()), claim())
+    judge.judge(submap(elsewhere()), withdrawn(Status.SEARCHING))
     assert judge.is_elsewhere
 
 
 def test_a_claim_that_falls_undoubted_says_nothing_of_the_submap():
-    judge = Surroundings(FpnetConfig())
-    judge.judge(plan(), submap(walls()), claim(), ROBOT)
-    belief, A = judge.judge(plan(), submap(walls()), withdrawn(Status.LOST), ROBOT)
+    judge = Judging()
+    judge.judge(submap(walls()), claim())
+    belief, A = judge.judge(submap(walls()), withdrawn(Status.LOST))
     assert (belief.status, A) == (Status.LOST, None)
     assert not judge.is_elsewhere
 
@@ -101,10 +117,10 @@ def test_what_a_rough_drawing_explains_is_the_measure(score):
     rng = np.random.default_rng(0)
     fits = rng.random(len(walls())) < 0.33
     newest = np.where(fits[:, None], walls(), elsewhere() + 60.0)
-    belief, _ = Surroundings(FpnetConfig()).judge(plan(), submap(newest), claim(score), ROBOT)
+    belief, _ = Judging().judge(submap(newest), claim(score))
     assert (belief.status is Status.LOCALIZED) == (score < 0.5)
 
 
 def test_a_covered_lidar_contradicts_nothing():
-    belief, _ = Surroundings(FpnetConfig()).judge(plan(), submap(walls()[:10]), claim(), ROBOT)
+    belief, _ = Judging().judge(submap(walls()[:10]), claim())
     assert belief.status is Status.LOCALIZED

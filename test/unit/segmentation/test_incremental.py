@@ -56,7 +56,8 @@ def test_a_growing_row_of_rooms_is_cut_as_from_scratch_and_keeps_its_tracks(high
     tracks = {}
     for seen in range(60, 424, 20):
         submap = row_of_rooms(seen, high=high)
-        found, fresh = segmenter.update(submap), segment_submap(submap)
+        found, segmenter = segmenter.update(submap)
+        fresh = segment_submap(submap)
         assert len(found.rooms) == len(fresh.rooms)
         assert len(found.doors) == len(fresh.doors)
         assert (agreement(found, fresh) > SAME_IOU).all()
@@ -69,8 +70,8 @@ def test_a_growing_row_of_rooms_is_cut_as_from_scratch_and_keeps_its_tracks(high
 
 def test_a_raster_that_grows_to_the_left_keeps_the_tracks():
     segmenter = SubmapSegmenter()
-    before = segmenter.update(row_of_rooms(300, corner=(0, 130)))
-    after = segmenter.update(row_of_rooms(300))
+    before, segmenter = segmenter.update(row_of_rooms(300, corner=(0, 130)))
+    after, _ = segmenter.update(row_of_rooms(300))
     assert {r.track for r in before.rooms} < {r.track for r in after.rooms}
     fresh = segment_submap(row_of_rooms(300))
     assert (agreement(after, fresh) > SAME_IOU).all()
@@ -78,10 +79,10 @@ def test_a_raster_that_grows_to_the_left_keeps_the_tracks():
 
 def test_doors_keep_their_tracks_and_gain_the_room_behind():
     segmenter = SubmapSegmenter()
-    glimpse = segmenter.update(row_of_rooms(WALL + ROOM + WALL + 8))
+    glimpse, segmenter = segmenter.update(row_of_rooms(WALL + ROOM + WALL + 8))
     (before,) = glimpse.portals
     assert before.rooms == (0, None)
-    after = segmenter.update(row_of_rooms(2 * (ROOM + WALL) + WALL))
+    after, _ = segmenter.update(row_of_rooms(2 * (ROOM + WALL) + WALL))
     track = glimpse.regions[before.door].track
     (same,) = [p for p in after.portals if after.regions[p.door].track == track]
     assert set(same.rooms) == {0, 1}
@@ -89,7 +90,7 @@ def test_doors_keep_their_tracks_and_gain_the_room_behind():
 
 def test_only_rooms_beside_a_change_are_cut_again(monkeypatch):
     segmenter = SubmapSegmenter()
-    before = segmenter.update(row_of_rooms(424))
+    before, segmenter = segmenter.update(row_of_rooms(424))
     sizes = []
     original = incremental.segment_part
 
@@ -101,7 +102,7 @@ def test_only_rooms_beside_a_change_are_cut_again(monkeypatch):
     submap = row_of_rooms(424)
     cells = submap.grid.cells.copy()
     cells[20:40, 20:40] = OCCUPIED  # in the first room
-    after = segmenter.update(replace(submap, grid=replace(submap.grid, cells=cells)))
+    after, _ = segmenter.update(replace(submap, grid=replace(submap.grid, cells=cells)))
     (size,) = sizes
     assert size[1] < 0.4 * submap.grid.shape[1]
     by_track = {room.track: room for room in after.rooms}
@@ -117,7 +118,7 @@ def test_only_rooms_beside_a_change_are_cut_again(monkeypatch):
 def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
     segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
-    segmenter.update(submap)
+    _, segmenter = segmenter.update(submap)
     cuts = []
     original = incremental.segment_part
     monkeypatch.setattr(
@@ -126,7 +127,8 @@ def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
     cells = submap.grid.cells.copy()
     for step, cell in enumerate([(30, 30), (30, 33), (33, 30), (33, 33), (36, 36), (36, 30)]):
         cells[cell] = OCCUPIED
-        segmenter.update(replace(submap, grid=replace(submap.grid, cells=cells.copy())))
+        grid = replace(submap.grid, cells=cells.copy())
+        _, segmenter = segmenter.update(replace(submap, grid=grid))
         assert step > 1 or not cuts
     assert cuts
 
@@ -134,9 +136,10 @@ def test_flicker_is_ignored_until_it_adds_up(monkeypatch):
 def test_a_turned_or_coarser_raster_starts_anew():
     segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
-    first = {r.track for r in segmenter.update(submap).regions}
+    found, segmenter = segmenter.update(submap)
+    first = {r.track for r in found.regions}
     grid = GridMap(submap.grid.cells, 0.06, submap.grid.T_frame_grid, 'submap')
-    second = segmenter.update(Submap(grid, submap.lintel, np.zeros((0, 2))))
+    second, _ = segmenter.update(Submap(grid, submap.lintel, np.zeros((0, 2))))
     assert len(second.rooms) == 5
     assert not first & {r.track for r in second.regions}
 
@@ -144,9 +147,9 @@ def test_a_turned_or_coarser_raster_starts_anew():
 def test_a_submap_that_empties_gives_a_reason():
     segmenter = SubmapSegmenter()
     submap = row_of_rooms(424)
-    segmenter.update(submap)
+    _, segmenter = segmenter.update(submap)
     gone = replace(submap.grid, cells=np.full(submap.grid.shape, UNKNOWN, dtype=np.int8))
-    empty = segmenter.update(Submap(gone, submap.lintel & False, np.zeros((0, 2))))
+    empty, _ = segmenter.update(Submap(gone, submap.lintel & False, np.zeros((0, 2))))
     assert empty.regions == ()
     assert empty.reason
 
@@ -165,7 +168,8 @@ def test_a_recording_is_cut_as_from_scratch_at_every_step():
         builder.add_scan(scan.points, scan.T_truth_sensor, scan.stamp_ns)
         if index % 32 == 0:
             submap = builder.take()
-            found, fresh = segmenter.update(submap), segment_submap(submap)
+            found, segmenter = segmenter.update(submap)
+            fresh = segment_submap(submap)
             same.extend(agreement(found, fresh) >= SAME_IOU)
             now = {room.track for room in found.rooms}
             if tracks:

@@ -12,7 +12,7 @@ from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows, style_named
 from fpnet_lab.sim.furniture import DOOR_CLEARANCE_M, furnish
 from fpnet_lab.sim.meshes import extrude_polygon, merge_meshes
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons, walkable_area
+from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
@@ -156,7 +156,7 @@ def test_glass_fronts_face_corridors():
     plan = generate_plan(np.random.default_rng(3), 'double_corridor')
     panes = cut_windows(plan, BuildingStyle(glass_fronts=1.0), 0.3, np.random.default_rng(0))
     ways = shapely.union_all(
-        [o for o, r in zip(room_polygons(plan), plan.rooms, strict=True) if r.kind != 'room']
+        [o for o, r in zip(plan.outlines, plan.rooms, strict=True) if r.kind != 'room']
     )
     doors = [opening_polygon(plan, door) for door in plan.doors]
     assert len(panes) > 5
@@ -179,7 +179,7 @@ def test_every_style_raises_and_an_unknown_one_does_not():
 @pytest.mark.parametrize('seed', [0, 1, 2])
 def test_furniture_stays_in_rooms_and_off_doors_and_path(seed):
     plan = generate_plan(np.random.default_rng(seed), 'double_corridor')
-    outlines = room_polygons(plan)
+    outlines = plan.outlines
     path = shapely.LineString([outlines[0].centroid, outlines[1].centroid]).buffer(0.4)
     pieces = furnish(plan, np.random.default_rng(seed), path)
     assert len(pieces) > len(plan.rooms) / 2
@@ -192,7 +192,7 @@ def test_furniture_stays_in_rooms_and_off_doors_and_path(seed):
         assert all(0.0 <= s.bottom_m < s.top_m < CEILING_M for s in piece.solids)
     for door in plan.doors:
         for sign in (-1.0, 1.0):
-            before = door.ends.mean(axis=0) + sign * 0.9 * DOOR_CLEARANCE_M * door_normal(door)
+            before = door.ends.mean(axis=0) + sign * 0.9 * DOOR_CLEARANCE_M * door.normal
             assert not any(p.footprint.contains(shapely.Point(before)) for p in pieces)
     for a in range(len(pieces)):
         assert not any(pieces[a].footprint.intersects(p.footprint) for p in pieces[:a])

@@ -1,0 +1,280 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The tick: from what was known and what is seen to what is known now and what may be claimed.
+
+A function of values. Who calls it keeps the state, and may throw a result away: the same state
+and the same submap give the same answer again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.judging import Verdict
+from fpnet_core.judging.reasons import NO_PLAN, waiting
+from fpnet_core.localizer.belief import Belief, HypothesisTracker, Sight, Standing
+from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_waiting
+from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.scale import ScaleHistory, ScaleSearch
+from fpnet_core.localizer.search import Searched
+from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
+from fpnet_core.localizer.surroundings import Surroundings, Vicinity
+from fpnet_core.matches import MatchResult
+from fpnet_core.pose import MapSide
+from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.types import LocalizerOutput, Status, Submap
+
+_FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
+
+
+@dataclass(frozen=True, eq=False)
+class TickState:
+    """
+    Everything that a tick goes on from, and leaves to the next one.
+
+    Parameters
+    ----------
+    plan
+        The floorplan in force, and what is known of its scale.
+    segmenter
+        The rooms of the submap so far.
+    standing, vicinity
+        What the claim rests on: the ticks so far, and the walls around the robot.
+    tracked
+        ``A_plan_odom`` of the last tick's placements, working metres.
+    searched
+        The last search, as long as ticks may go on from it; None: the next tick searches.
+    hint
+        Someone's word on where the robot is, working metres.
+    is_elsewhere
+        The robot is not where its submap goes on: that must begin anew.
+    """
+
+    plan: Floorplan | None = None
+    segmenter: SubmapSegmenter = field(default_factory=SubmapSegmenter)
+    standing: Standing = field(default_factory=Standing)
+    vicinity: Vicinity = field(default_factory=Vicinity)
+    tracked: Placements = field(default_factory=Placements.empty)
+    searched: Searched | None = None
+    hint: PoseHint | None = None
+    is_elsewhere: bool = False
+
+    def on(self, plan: Floorplan) -> TickState:
+        """Return the beginning on another floorplan; the submap stays."""
+        return TickState(plan, self.segmenter)
+
+    def without_claim(self) -> TickState:
+        """Return the state without placements and claims; plan and submap stay."""
+        return TickState(self.plan, self.segmenter)
+
+    def without_submap(self) -> TickState:
+        """Return the beginning on the same floorplan."""
+        return TickState(self.plan)
+
+    def told(self, hint: PoseHint) -> TickState:
+        """Return the state with nothing but someone's word, in the plan's nominal metres."""
+        if self.plan is not None:
+            hint = replace(hint, T_plan_base=self.plan.to_working(hint.T_plan_base))
+        tracked = Placements.of([hint.A_plan_odom])
+        return replace(self.without_claim(), hint=hint, tracked=tracked)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """
+    What a tick looks at.
+
+    ``submap`` is everything seen so far, ``T_odom_sensor (4, 4)`` of its newest scan; None before
+    the first. ``now_ns`` stamps the output meanwhile.
+    """
+
+    now_ns: int
+    submap: Submap | None = None
+    T_odom_sensor: NDArray[np.float64] | None = None
+
+    @property
+    def robot_xy(self) -> RobotXY:
+        """Where the robot is in the submap."""
+        if self.submap is None or self.T_odom_sensor is None:
+            return None
+        return self.submap.T_odom_submap.inv().apply(self.T_odom_sensor[:2, 3])
+
+
+def tick(
+    state: TickState, seen: Seen, finder: Finder, timer: StageTimer
+) -> tuple[TickState, LocalizerOutput]:
+    """
+    Segment, match, verify and decide: return the next state and what may be said.
+
+    Changes neither ``state`` nor ``seen``, and never raises on what sensors send; "no answer" is a
+    status.
+
+    Parameters
+    ----------
+    state : what the last tick left, or a beginning
+    seen : the submap and where the robot is in it
+    finder : matcher, judge and configuration
+    timer : measures the stages; the output has its durations, and nothing else hangs on them
+    """
+    plan, submap = state.plan, seen.submap
+    if plan is None:
+        return state, LocalizerOutput(seen.now_ns, Status.NO_PLAN, submap=submap, reason=NO_PLAN)
+    if submap is None or submap.free_area_m2 < finder.config.localizer.min_explored_m2:
+        return state, _waiting(seen, finder)
+    with timer.stage('total'):
+        return _Tick(state, plan, submap, seen.robot_xy, finder, timer).run()
+
+
+def _waiting(seen: Seen, finder: Finder) -> LocalizerOutput:
+    """Return the output of a tick that has seen too little to compare."""
+    seen_m2 = 0.0 if seen.submap is None else seen.submap.free_area_m2
+    return LocalizerOutput(
+        seen.now_ns,
+        Status.WAITING,
+        submap=seen.submap,
+        reason=waiting(seen_m2, finder.config.localizer.min_explored_m2),
+        causes=causes_of_waiting(seen.submap, finder.config),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """What the search, or the following of the last one, has led to."""
+
+    segmenter: SubmapSegmenter
+    searched: Searched
+    comparison: Comparison
+
+
+@dataclass(frozen=True, eq=False)
+class _Tick:
+    """One tick with a floorplan and enough to compare it with; a method for each step."""
+
+    state: TickState
+    plan: Floorplan
+    submap: Submap
+    robot_xy: RobotXY
+    finder: Finder
+    timer: StageTimer
+
+    def run(self) -> tuple[TickState, LocalizerOutput]:
+        """Return the next state and the output."""
+        state, submap, config = self.state, self.submap, self.finder.config.localizer
+        tracker = HypothesisTracker(config, self.finder.judge)
+        doubts, search = tracker.wants_mirror(state.standing), self.plan.scale.search
+        search = search if doubts else search.as_stated
+        found = self._placed(search)
+        sub, verdict = found.searched.sub, self._narrowed(found.comparison.verdict)
+        plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
+        standing, belief = tracker.update(state.standing, verdict, self._sight(sub), mirrored)
+        plan = replace(plan, scale=_scale_after(plan, belief, sub))
+        vicinity, told, A = Surroundings(config).judge(
+            state.vicinity, plan.working.evidence, submap, belief, self.robot_xy
+        )
+        after = TickState(
+            plan,
+            found.segmenter,
+            standing,
+            vicinity,
+            belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
+            found.searched if tracker.is_settled(standing) else None,
+            state.hint,
+            Surroundings(config).is_elsewhere(vicinity),
+        )
+        look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
+        match = found.comparison.match
+        return after, self._output(plan, look, match, belief.judged, told, A)
+
+    def _placed(self, search: ScaleSearch) -> _Found:
+        """Search the whole plan, or follow what the last search found where that will do."""
+        state, submap, working = self.state, self.submap, self.plan.working
+        tracked = state.tracked @ submap.T_odom_submap
+        last = state.searched
+        if last is not None and last.holds(submap, self.finder.config.localizer):
+            searched, comparison = last.followed(
+                self.finder, working, submap, tracked, self.timer, search, self.robot_xy
+            )
+            return _Found(state.segmenter, searched, comparison)
+        sub, segmenter = prepare_submap(submap, state.segmenter, self.timer)
+        area_m2 = submap.free_area_m2
+        comparison = self.finder.find(
+            working, sub, area_m2, search, self.timer, tracked, self.robot_xy
+        )
+        return _Found(segmenter, Searched(sub, comparison.match, area_m2), comparison)
+
+    def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Verdict]:
+        """Return the verdict on the drawing's mirror image, and the plan that has it by now."""
+        scale = found.comparison.estimates.take(slice(1)).scale
+        # A drawing both flipped and misstated matters only as a misstated one's rival.
+        alike = search.as_stated if search.is_within(scale).all() else search
+        with self.timer.stage('mirror'):
+            plan = self.plan.with_mirror(self.finder.config)
+            assert plan.mirror is not None  # it was asked for
+            # Its stages are not the drawing's.
+            mirrored = self.finder.find(
+                plan.mirror, found.searched.sub, self.submap.free_area_m2, alike, StageTimer()
+            )
+        return plan, mirrored.verdict
+
+    def _narrowed(self, verdict: Verdict) -> Verdict:
+        """Return the verdict on the placements that agree with what someone has said."""
+        hint = self.state.hint
+        if hint is None:
+            return verdict
+        agreeing = hint.agreeing(verdict.placements, self.submap.T_odom_submap.inv())
+        return self.finder.judge.narrowed(verdict, agreeing)
+
+    def _sight(self, sub: MapSide) -> Sight:
+        is_little = self.submap.free_area_m2 < self.plan.half_area_m2
+        return Sight(
+            sub.evidence,
+            self.submap.T_odom_submap.inv(),
+            self.robot_xy,
+            needs_news=self.state.hint is None and is_little,
+            scales=self.plan.scale.tolerated,
+        )
+
+    def _output(
+        self,
+        plan: Floorplan,
+        look: Compared,
+        match: MatchResult,
+        judged: Placements,
+        belief: Belief,
+        A_working_odom: Affine2D | None,
+    ) -> LocalizerOutput:
+        estimates = plan.nominal_estimates(judged)
+        # The belief's best is the first estimate wherever something is claimed.
+        best = estimates[0] if belief.status is Status.LOCALIZED else None
+        return LocalizerOutput(
+            stamp_ns=self.submap.stamp_ns,
+            status=belief.status,
+            A_plan_odom=None if A_working_odom is None else plan.to_nominal(A_working_odom),
+            cov=best.cov if best else None,
+            probability=belief.probability,
+            estimates=estimates,
+            match=match,
+            segmentation=look.sub.segmentation,
+            graph=look.sub.graph,
+            submap=self.submap,
+            timings_ms=self.timer.timings_ms,
+            scale=plan.nominal_scale(),
+            reason=belief.reason,
+            is_mirrored=belief.is_mirrored,
+            causes=causes_of_look(look, belief.status, belief.is_mirrored),
+        )
+
+
+def _scale_after(plan: Floorplan, belief: Belief, sub: MapSide) -> ScaleHistory:
+    """Let claims measure the plan's scale; being ambiguous again says nothing about it."""
+    if belief.status is Status.LOCALIZED and belief.best is not None:
+        walls = sub.evidence.walls
+        return plan.scale.followed(belief.best.A_plan_submap, walls, belief.bend_m)
+    return plan.scale if belief.status is Status.AMBIGUOUS else plan.scale.forgotten()

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The tick is a function: of its state and of what is seen, and of nothing else."""
+
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
+from functools import cache
+import hashlib
+import pickle
+
+import numpy as np
+from planted import plan_grid
+from planted_drive import recorded
+import pytest
+
+from fpnet_core.config import load_config
+from fpnet_core.geometry import SE2
+from fpnet_core.judging import Judge
+from fpnet_core.judging.reasons import NO_PLAN
+from fpnet_core.localizer import Finder, Localizer
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.sides import StageTimer, rescaled
+from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.matches import MatchResult
+from fpnet_core.submaps import SubmapBuilder
+from fpnet_core.types import Status
+
+EVERY = 5  # scans per tick
+CONFIG = load_config(None, {'localizer.search_every_ticks': 3})
+
+
+class EvenMatcher:
+    def match(self, plan, sub, explored_area_m2):
+        even = np.full((len(plan), len(sub)), 0.01)
+        return MatchResult(np.zeros((0, 2)), np.zeros(0), even)
+
+
+def parts(value):
+    """Yield the leaves of a value as bytes, but for durations."""
+    if is_dataclass(value):
+        for field in fields(value):
+            if field.name != 'timings_ms':
+                yield field.name.encode()
+                yield from parts(getattr(value, field.name))
+    elif isinstance(value, np.ndarray):
+        yield repr((value.dtype.str, value.shape)).encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif isinstance(value, tuple | list):
+        yield str(len(value)).encode()
+        for each in value:
+            yield from parts(each)
+    elif isinstance(value, dict):
+        yield from parts(sorted(value.items()))
+    elif isinstance(value, Enum):
+        yield str(value).encode()
+    elif value is None or isinstance(value, bool | int | float | str | np.generic):
+        yield repr(value).encode()
+    else:
+        raise TypeError(f'{type(value).__name__} is no plain value')
+
+
+def digest(*values):
+    return hashlib.sha256(b'|'.join(parts(values))).hexdigest()
+
+
+@cache
+def finder():
+    return Finder(EvenMatcher(), Judge.configured(CONFIG.localizer), CONFIG)
+
+
+@cache
+def told():
+    """A hint that is wrong, so that ticks with it differ from those without."""
+    return PoseHint(SE2.from_xy_yaw(1.0, 2.0, 0.5), SE2.identity())
+
+
+@cache
+def ticks():
+    """Each tick of a drive on a drawing that is stated too large: (state, seen, after, output)."""
+    builder = SubmapBuilder(CONFIG.submap)
+    state = TickState(Floorplan.prepared(rescaled(plan_grid(), 1.22), CONFIG))
+    made = []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        builder.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % EVERY == EVERY - 1:
+            seen = Seen(stamp_ns, builder.take(), T_odom_sensor)
+            after, output = tick(state, seen, finder(), StageTimer())
+            made.append((state, seen, after, output))
+            state = after
+    return made
+
+
+def kinds():
+    """One tick of each kind: first, last without a claim, with one, followed, searched again."""
+    is_claimed = [output.status is Status.LOCALIZED for *_, output in ticks()]
+    claim = is_claimed.index(True)
+    followed = [k for k, (state, *_) in enumerate(ticks()) if state.searched is not None]
+    assert 0 < claim < len(ticks()) - 1
+    assert followed
+    return sorted({0, claim - 1, claim, followed[0], len(ticks()) - 1})
+
+
+def test_the_same_state_gives_the_same_answer_and_stays_as_it_was():
+    for number in kinds():
+        state, seen, after, output = ticks()[number]
+        before = digest(state, seen)
+        again = tick(state, seen, finder(), StageTimer())
+        assert digest(*again) == digest(after, output), number
+        assert digest(state, seen) == before, number
+
+
+def test_a_state_is_all_there_is_to_know():
+    """Nothing hangs on the identity of what went before: a copy goes on like the original."""
+    for number in kinds()[-2:]:
+        state, seen, after, output = ticks()[number]
+        copies = pickle.loads(pickle.dumps((state, seen)))
+        assert digest(*tick(*copies, finder(), StageTimer())) == digest(after, output), number
+
+
+def test_each_tick_goes_on_from_what_the_last_one_left():
+    digests = [digest(state) for state, *_ in ticks()]
+    assert len(set(digests)) == len(digests)
+    state, seen, _, output = ticks()[kinds()[2]]
+    fresh, first = tick(TickState(state.plan), seen, finder(), StageTimer())
+    assert output.status is Status.LOCALIZED
+    assert first.status is not Status.LOCALIZED
+    assert fresh.standing.wins == 1
+
+
+def test_the_shell_adds_nothing():
+    localizer = Localizer(CONFIG, EvenMatcher())
+    localizer.set_plan(rescaled(plan_grid(), 1.22))
+    outputs = []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()[: 10 * EVERY]):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % EVERY == EVERY - 1:
+            outputs.append(localizer.tick(stamp_ns))
+    expected = [output for *_, output in ticks()[: len(outputs)]]
+    assert [digest(output) for output in outputs] == [digest(output) for output in expected]
+
+
+def test_without_a_plan_or_a_submap_the_state_stays():
+    state, seen, *_ = ticks()[-1]
+    nowhere = TickState()
+    after, output = tick(nowhere, seen, finder(), StageTimer())
+    assert after is nowhere
+    assert (output.status, output.reason, output.stamp_ns) == (
+        Status.NO_PLAN,
+        NO_PLAN,
+        seen.now_ns,
+    )
+    after, output = tick(state, Seen(7), finder(), StageTimer())
+    assert after is state
+    assert (output.status, output.stamp_ns) == (Status.WAITING, 7)
+
+
+@pytest.mark.parametrize('begin', [TickState.without_claim, TickState.without_submap])
+def test_a_beginning_keeps_the_plan_with_its_scale_and_its_mirror_image(begin):
+    *_, after, _ = ticks()[-1]
+    assert after.plan.mirror is not None
+    assert after.plan.scale.is_misstated
+    begun = begin(after)
+    assert begun.plan is after.plan
+    assert begun.standing.leader is begun.searched is begun.hint is None
+    assert len(begun.tracked) == 0
+    assert (begun.segmenter is after.segmenter) == (begin is TickState.without_claim)
+
+
+def test_a_word_is_kept_in_working_metres():
+    unknown = load_config(None, {'localizer.scale_policy': 'unknown'})
+    plan = Floorplan.prepared(rescaled(plan_grid(), 2.5), unknown)
+    state = TickState(plan).told(told())
+    np.testing.assert_allclose(
+        state.hint.T_plan_base.translation, plan.factor * told().T_plan_base.translation
+    )
+    np.testing.assert_array_equal(
+        state.tracked[0].A_plan_submap.matrix, state.hint.A_plan_odom.matrix
+    )
+    assert TickState().told(told()).hint == told()
+
+
+def test_who_was_contradicted_too_often_is_elsewhere():
+    state, seen, after, _ = ticks()[-1]
+    assert not after.is_elsewhere
+    walls = seen.submap.newest_xy
+    middle = walls.mean(axis=0)
+    turned = SE2.from_xy_yaw(1.0, 0.7, 0.6).apply(walls - middle) + middle
+    seen = replace(seen, submap=replace(seen.submap, newest_xy=turned))
+    for doubt in range(1, CONFIG.localizer.doubt_ticks + 1):
+        state, output = tick(state, seen, finder(), StageTimer())
+        assert output.status is Status.LOST
+        assert state.vicinity.doubts == doubt
+    assert state.is_elsewhere
