@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+import logging
 from typing import TYPE_CHECKING
 
 from kiss_icp.config import KISSConfig
@@ -15,7 +17,7 @@ from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried
 from fpnet_core.io.scans import RegisteredSweep
-from fpnet_core.stamps import NS_PER_S
+from fpnet_core.stamps import NS_PER_S, ClockGuard
 
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
@@ -23,8 +25,17 @@ if TYPE_CHECKING:
 MIN_POINTS = 100
 """A sweep with fewer returns within range moves the estimate at random; it is refused. Chosen."""
 
+STALE_BEFORE_RESTART = 3
+"""Old sweeps in a row that are a clock that went back; fewer are disorder. Chosen."""
+
+_log = logging.getLogger(__name__)
+
 _FLAT_M = 0.01
 """Sweeps that are lower than this [m] are those of a planar scanner. Chosen."""
+
+
+def _warn(back_s: float) -> None:
+    _log.warning('the clock went back by %.3f s; odometry starts anew', back_s)
 
 
 class KissOdometry:
@@ -42,13 +53,16 @@ class KissOdometry:
     A refused sweep leaves the state as it was.
     """
 
-    def __init__(self, config: OdometryConfig) -> None:
-        self._config = config
+    def __init__(
+        self, config: OdometryConfig, on_restart: Callable[[float], None] = _warn
+    ) -> None:
+        self._config, self._on_restart = config, on_restart
         self.reset()
 
     def reset(self) -> None:
         """Forget the map and start again at identity."""
         self._kiss: KissICP | None = None
+        self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._is_planar = False
         self._last_ns: int | None = None
         self._period_ns = 0
@@ -124,7 +138,23 @@ class KissOdometry:
         return found
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
-        """Return where a scan was taken, and its points; see :meth:`register`."""
+        """
+        Return where a scan was taken, and its points; see :meth:`register`.
+
+        Where the clock went back the odometry begins anew.
+
+        Raises
+        ------
+        OdometryError
+            If the scan is no newer than the last one.
+        CloudFormatError
+            As :meth:`register`.
+        """
+        if self._last_ns is not None:
+            back_s = self._clock.back_s(scan.stamp_ns, self._last_ns)
+            if back_s is not None:
+                self._on_restart(back_s)
+                self.reset()
         return self.register(scan.points, scan.time_s, scan.stamp_ns, scan.viewpoints)
 
     def _register_planar(

@@ -232,15 +232,23 @@ class ScanInput:
                 del self._waiting[stamp_ns]
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
-            stamp_ns, cloud = self._waiting.popitem(last=False)
+            stamp_ns, waiting = self._waiting.popitem(last=False)
             self.unlocated += 1
             self._report(
                 OdometryError(
-                    f'no odometry at {stamp_ns} ns for a scan in {cloud.frame_id!r}, frames '
-                    f'{self._odom_frame!r} and {self._base_frame!r}; publish odometry of that '
-                    'frame, or its place on the robot on /tf_static; the scan was dropped'
+                    f'{self._why_unlocated(stamp_ns, waiting.frame_id)}; the scan was dropped'
                 )
             )
+
+    def _why_unlocated(self, stamp_ns: int, sensor: str) -> str:
+        """Return what is missing to know where a scan was taken."""
+        if not self._odom_frame:
+            return f'no odometry has come for scans in {sensor!r}'
+        is_own = self._settings.odometry_source == 'tf' and not self._base_frame
+        base = sensor if is_own else self._base_frame
+        if not base or self._tree.root(base) != self._tree.root(sensor):
+            return self._tree.reason(base, sensor, stamp_ns)
+        return self._tree.reason(self._odom_frame, sensor, stamp_ns)
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
         sensor, odom = waiting.frame_id, self._odom_frame

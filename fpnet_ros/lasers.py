@@ -102,10 +102,6 @@ class LaserInput:
                 f'scans in {frame!r} wait for the frame to merge them in; set base_frame, or '
                 'publish odometry'
             )
-        T_base_laser = self._tree.lookup(base, frame, 0)
-        if T_base_laser is None:
-            raise OdometryError(
-                f'the place of {frame!r} on {base!r} is unknown; publish it on /tf_static'
-            )
+        T_base_laser = self._tree.mount(base, frame)
         stamp_ns = stamp_from_msg(msg.header.stamp)
         return mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)

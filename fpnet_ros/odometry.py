@@ -22,12 +22,11 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig
-from fpnet_core.errors import ConfigError, OdometryError
+from fpnet_core.errors import ConfigError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.params import ParameterTree
@@ -50,7 +49,6 @@ from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
-_STALE_BEFORE_RESTART = 3  # old clouds in a row; fewer are disorder on the way here
 
 
 class OdometryParameters(LaserParameters):
@@ -106,17 +104,17 @@ class OdometryNode(Node):
         super().__init__('odometry')
         self._report = error_reporter(self)
         self._settings = ParameterTree(self, OdometryParameters).value
-        self._kiss = KissOdometry(ParameterTree(self, OdometryConfig, 'odometry.').value)
+        config = ParameterTree(self, OdometryConfig, 'odometry.').value
+        self._kiss = KissOdometry(config, self._on_clock_back)
         self._tree = FrameTree()
         self._odometry_publisher = self._publisher(Odometry, 'kiss/odometry', STREAM)
         self._frame_publisher = self._publisher(PointCloud2, 'kiss/frame', STREAM)
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
         self._connect_tf()
         self._clouds = Numbering()
-        self._reported_drops = self._stale = 0
+        self._reported_drops = 0
         self._heard_s = time.monotonic()
         self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
-        self._newest_ns: int | None = None
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
@@ -186,12 +184,7 @@ class OdometryNode(Node):
         sweep = unpack()
         scan, sensor = sweep.scan, sweep.frame_id
         moving = self._settings.base_frame or sensor
-        T_base_sensor = self._tree.lookup(moving, sensor, 0)
-        if T_base_sensor is None:
-            raise OdometryError(
-                f'the place of {sensor!r} on {moving!r} is unknown; publish it on /tf_static'
-            )
-        self._follow_clock(scan.stamp_ns)
+        T_base_sensor = self._tree.mount(moving, sensor)
         found = self._kiss.register_scan(scan)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
         T_odom_base = T_base_sensor @ found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
@@ -200,20 +193,8 @@ class OdometryNode(Node):
             cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)
         )
 
-    def _follow_clock(self, stamp_ns: int) -> None:
-        """Refuse a cloud that is not newer than the last; begin anew where the clock went back."""
-        newest_ns = self._newest_ns
-        if newest_ns is not None and stamp_ns <= newest_ns:
-            self._stale += 1
-            if self._stale < _STALE_BEFORE_RESTART:
-                raise OdometryError(
-                    f'cloud at {stamp_ns} ns is not newer than the last one at {newest_ns} ns; it '
-                    'was dropped (is the recording looping, or are there two publishers?)'
-                )
-            back_s = (newest_ns - stamp_ns) / NS_PER_S
-            self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
-            self._kiss.reset()
-        self._newest_ns, self._stale = stamp_ns, 0
+    def _on_clock_back(self, back_s: float) -> None:
+        self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
 
     def _publish(self, T_odom_base: NDArray[np.float64], stamp_ns: int, moving: str) -> None:
         settings = self._settings

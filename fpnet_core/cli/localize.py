@@ -140,8 +140,11 @@ def _known(truth: Path | None) -> _Known:
 def _opened(recording: Path, poses: Path | None, topics: Sequence[str]) -> ScanSource:
     from fpnet_core.io import PosedScans, open_scans, read_poses
 
-    source = open_scans(common.check_input(recording), topics=topics)
-    return source if poses is None else PosedScans(source, read_poses(poses))
+    if poses is None:
+        return open_scans(common.check_input(recording), topics=topics)
+    # With poses of the sensor itself, nobody asks where it sits on the robot.
+    source = open_scans(common.check_input(recording), topics=topics, odometry_topic='')
+    return PosedScans(source, read_poses(poses))
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,34 +4,35 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right, insort
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
+from fpnet_core.errors import OdometryError
+from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
 from fpnet_core.stamps import NS_PER_S
 
 Array = NDArray[np.float64]
 
-# Samples arrive out of order by less than this; one that is older says that the clock went back.
-_DISORDER_NS = NS_PER_S
-
 
 @dataclass(eq=False)
 class _Edge:
-    """``T_parent_child`` over time; one sample without a stamp where it never moves."""
+    """``T_parent_child``, always the same or over time."""
 
     parent: str
-    stamps_ns: list[int] = field(default_factory=list)
-    samples: dict[int, Array] = field(default_factory=dict)
-    fixed: Array | None = None
+    place: Array | PoseTrack
+
+    def at(self, stamp_ns: int) -> Array | None:
+        return self.place.at(stamp_ns) if isinstance(self.place, PoseTrack) else self.place
 
 
 class FrameTree:
     """
     Transforms by frame name and time; a frame has one parent, the last one given.
+
+    Names are compared without the slash that some publishers put before them. Nothing is ever
+    taken to coincide: what no transform joins is unknown, in a recording as on a robot.
 
     Parameters
     ----------
@@ -39,18 +40,22 @@ class FrameTree:
     max_gap_s : no interpolation between samples further apart
     """
 
-    def __init__(self, horizon_s: float = 10.0, max_gap_s: float = 0.5) -> None:
+    def __init__(self, horizon_s: float = 10.0, max_gap_s: float = MAX_GAP_NS / NS_PER_S) -> None:
         self._horizon_ns = int(horizon_s * NS_PER_S)
         self._max_gap_ns = int(max_gap_s * NS_PER_S)
         self._edges: dict[str, _Edge] = {}
 
     def clear(self) -> None:
         """Forget everything that moves; what is fixed stays."""
-        self._edges = {c: edge for c, edge in self._edges.items() if edge.fixed is not None}
+        self._edges = {
+            child: edge
+            for child, edge in self._edges.items()
+            if not isinstance(edge.place, PoseTrack)
+        }
 
     def add_fixed(self, parent: str, child: str, T_parent_child: Array) -> None:
         """Take a transform that never changes."""
-        self._edges[child] = _Edge(parent, fixed=T_parent_child)
+        self._edges[_named(child)] = _Edge(_named(parent), T_parent_child)
 
     def add(self, parent: str, child: str, T_parent_child: Array, stamp_ns: int) -> None:
         """
@@ -58,72 +63,85 @@ class FrameTree:
 
         Where the clock goes back, as in a looping recording, the edge starts anew.
         """
+        parent, child = _named(parent), _named(child)
         edge = self._edges.get(child)
-        if edge is None or edge.parent != parent or edge.fixed is not None:
-            edge = self._edges[child] = _Edge(parent)
-        if edge.stamps_ns and stamp_ns < edge.stamps_ns[-1] - _DISORDER_NS:
-            edge = self._edges[child] = _Edge(parent)
-        if stamp_ns not in edge.samples:
-            insort(edge.stamps_ns, stamp_ns)
-        edge.samples[stamp_ns] = T_parent_child
-        while edge.stamps_ns[-1] - edge.stamps_ns[0] > self._horizon_ns:
-            del edge.samples[edge.stamps_ns.pop(0)]
+        if edge is None or edge.parent != parent or not isinstance(edge.place, PoseTrack):
+            track = PoseTrack(child, self._horizon_ns, self._max_gap_ns)
+            self._edges[child] = _Edge(parent, track)
+        else:
+            track = edge.place
+        track.add(stamp_ns, T_parent_child)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> Array | None:
         """
         Return ``T_target_source (4, 4)`` at a time.
 
-        None where the frames are not connected or a sample before or after that time is missing.
+        None where the frames are not connected or a sample before or after that time is missing;
+        :meth:`reason` says which.
         """
-        to_target = self._chain(target)
-        to_source = self._chain(source)
-        root = next((frame for frame in to_source if frame in to_target), None)
-        if root is None:
+        joint = self._joint(target, source)
+        if joint is None:
             return None
-        T_root_target = self._along(target, root, stamp_ns)
-        T_root_source = self._along(source, root, stamp_ns)
-        if T_root_target is None or T_root_source is None:
+        T_joint_target = self._along(target, joint, stamp_ns)
+        T_joint_source = self._along(source, joint, stamp_ns)
+        if T_joint_target is None or T_joint_source is None:
             return None
-        T_target_source: Array = np.linalg.inv(T_root_target) @ T_root_source
+        T_target_source: Array = np.linalg.inv(T_joint_target) @ T_joint_source
         return T_target_source
+
+    def mount(self, base: str, sensor: str) -> Array:
+        """
+        Return ``T_base_sensor (4, 4)``, where a sensor sits on a robot.
+
+        Raises
+        ------
+        OdometryError
+            If nothing fixed joins both: the sensor may be anywhere on the robot.
+        """
+        T_base_sensor = self.lookup(base, sensor, 0)
+        if T_base_sensor is None:
+            raise OdometryError(self.reason(base, sensor, 0))
+        return T_base_sensor
+
+    def reason(self, target: str, source: str, stamp_ns: int) -> str:
+        """Return in words why :meth:`lookup` knows nothing."""
+        target, source = _named(target), _named(source)
+        if not target:
+            return f'the place of {source!r} is unknown: the odometry names no child_frame_id'
+        if self._joint(target, source) is None:
+            return (
+                f'the place of {source!r} on {target!r} is unknown: no transform on /tf_static '
+                'joins them'
+            )
+        return f'{source!r} in {target!r} is unknown at {stamp_ns} ns: no pose before and after it'
+
+    def root(self, frame: str) -> str:
+        """Return the last ancestor of a frame, itself where it has no parent."""
+        return self._chain(frame)[-1]
+
+    def _joint(self, one: str, other: str) -> str | None:
+        """Return the nearest common ancestor of two frames, None where they have none."""
+        above = self._chain(one)
+        return next((frame for frame in self._chain(other) if frame in above), None)
 
     def _chain(self, frame: str) -> list[str]:
         """Return the frame and its ancestors; a loop ends where it closes."""
-        chain = [frame]
+        chain = [_named(frame)]
         while (edge := self._edges.get(chain[-1])) is not None and edge.parent not in chain:
             chain.append(edge.parent)
         return chain
 
     def _along(self, frame: str, root: str, stamp_ns: int) -> Array | None:
         """Return ``T_root_frame`` through the ancestors of ``frame``."""
-        T_here_frame = np.eye(4)
+        T_here_frame, frame = np.eye(4), _named(frame)
         while frame != root:
             edge = self._edges[frame]
-            T_parent_frame = self._sample(edge, stamp_ns)
+            T_parent_frame = edge.at(stamp_ns)
             if T_parent_frame is None:
                 return None
             T_here_frame, frame = T_parent_frame @ T_here_frame, edge.parent
         return T_here_frame
 
-    def _sample(self, edge: _Edge, stamp_ns: int) -> Array | None:
-        if edge.fixed is not None:
-            return edge.fixed
-        if (exact := edge.samples.get(stamp_ns)) is not None:
-            return exact
-        after = bisect_right(edge.stamps_ns, stamp_ns)
-        if after in (0, len(edge.stamps_ns)):
-            return None
-        before_ns, after_ns = edge.stamps_ns[after - 1], edge.stamps_ns[after]
-        if after_ns - before_ns > self._max_gap_ns:
-            return None
-        share = (stamp_ns - before_ns) / (after_ns - before_ns)
-        return _between(edge.samples[before_ns], edge.samples[after_ns], share)
 
-
-def _between(start: Array, end: Array, share: float) -> Array:
-    """Return the transform at ``share`` of the way: straight, and turning evenly."""
-    m = np.eye(4)
-    turn = Slerp([0.0, 1.0], Rotation.from_matrix([start[:3, :3], end[:3, :3]]))
-    m[:3, :3] = turn(share).as_matrix()
-    m[:3, 3] = (1.0 - share) * start[:3, 3] + share * end[:3, 3]
-    return m
+def _named(frame: str) -> str:
+    return frame.strip('/')

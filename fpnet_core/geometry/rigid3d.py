@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from fpnet_core.errors import OdometryError
+
 # Numerical: largest deviation of R^T R from identity, and of the last row, that still counts as
 # rigid. Poses from text files carry six digits, and chains of single-precision poses drift by
 # 1e-4.
@@ -25,6 +27,26 @@ def is_rigid(matrix: ArrayLike) -> bool:
         and np.linalg.det(R) > 0.0
         and np.abs(m[3] - (0.0, 0.0, 0.0, 1.0)).max() < RIGID_TOLERANCE
     )
+
+
+def checked_rigid(matrix: ArrayLike, what: str = 'sensor pose') -> NDArray[np.float64]:
+    """
+    Return ``matrix`` as a rigid (4, 4) float64.
+
+    Raises
+    ------
+    OdometryError
+        Naming ``what`` is none.
+    """
+    m = np.asarray(matrix, dtype=np.float64)
+    if m.shape != (4, 4):
+        raise OdometryError(f'{what}: expected a (4, 4) matrix, got shape {m.shape}')
+    if not is_rigid(m):
+        raise OdometryError(
+            f'{what}: expected a rigid transform of finite values, got {m.tolist()}; fix the '
+            'odometry'
+        )
+    return m
 
 
 def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64]:

@@ -12,13 +12,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.errors import BagFormatError, CloudFormatError
+from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.io.bag_scans import (
     BagScans,
     choose_odometry,
     read_static_transforms,
     read_track,
-    to_root,
     usable_clouds,
 )
 from fpnet_core.io.bags import LASER_SCANS, BagReader, stamp_to_ns
@@ -144,27 +143,16 @@ class BagLasers:
         """Return ``T_base_laser (4, 4)`` of each topic."""
         static = read_static_transforms(bag, self._path)
         first = next(iter(frames.values()))
-        base = '' if self._odometry is None else self._odometry.child_frame.strip('/')
-        base = base or to_root(first, static)[0]
-        root_of_base, T_root_base = to_root(base, static)
+        base = static.root(first) if self._odometry is None else self._odometry.child_frame
         places: dict[str, NDArray[np.float64]] = {}
         for topic, frame in frames.items():
-            root, T_root_laser = to_root(frame, static)
-            if root == root_of_base:
-                places[topic] = np.linalg.inv(T_root_base) @ T_root_laser
-            elif len(frames) == 1:
-                _log.warning(
-                    '%s: no static transform between %s and %s; taking them to coincide',
-                    self._path,
-                    base,
-                    frame,
-                )
-                places[topic] = np.eye(4)
-            else:
-                raise BagFormatError(
-                    f'bag {self._path}: the place of {frame!r} ({topic}) on {base!r} is unknown; '
-                    'record /tf_static as well, or choose one of the scanners (--topic)'
-                )
+            try:
+                places[topic] = static.mount(base, frame)
+            except OdometryError as error:
+                raise OdometryError(
+                    f'bag {self._path}, {topic}: {error}; record /tf_static as well, or choose '
+                    'other scanners (--topic)'
+                ) from None
         return places
 
 

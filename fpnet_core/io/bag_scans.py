@@ -12,9 +12,10 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
-from fpnet_core.errors import BagFormatError, CloudFormatError
+from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
+from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import (
     LASER_SCANS,
@@ -26,49 +27,12 @@ from fpnet_core.io.bags import (
 )
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
-from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
-
-MAX_ODOMETRY_GAP_NS = 500_000_000
-"""Poses further apart are not interpolated: a robot may have turned by then. Chosen."""
 
 _TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
 _TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
 _KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
-
-
-class PoseTrack:
-    """Poses of one frame over time, interpolated between neighbours."""
-
-    def __init__(
-        self, stamps_ns: list[int], poses: list[NDArray[np.float64]], child_frame: str
-    ) -> None:
-        self._stamps_ns, first = np.unique(np.array(stamps_ns, dtype=np.int64), return_index=True)
-        self._poses = np.array(poses)[first]
-        self.child_frame = child_frame
-        if len(self._stamps_ns) > 1:
-            seconds = (self._stamps_ns - self._stamps_ns[0]) / NS_PER_S
-            self._slerp = Slerp(seconds, Rotation.from_matrix(self._poses[:, :3, :3]))
-
-    def at(self, stamp_ns: int) -> NDArray[np.float64] | None:
-        """Return the pose (4, 4) at a time; None outside the track or in a long gap."""
-        after = int(np.searchsorted(self._stamps_ns, stamp_ns))
-        if after < len(self._stamps_ns) and self._stamps_ns[after] == stamp_ns:
-            exact: NDArray[np.float64] = self._poses[after]
-            return exact
-        if after in (0, len(self._stamps_ns)):
-            return None
-        before_ns, after_ns = self._stamps_ns[after - 1], self._stamps_ns[after]
-        if after_ns - before_ns > MAX_ODOMETRY_GAP_NS:
-            return None
-        weight = (stamp_ns - before_ns) / (after_ns - before_ns)
-        pose = np.eye(4)
-        pose[:3, 3] = (1.0 - weight) * self._poses[after - 1, :3, 3] + (
-            weight * self._poses[after, :3, 3]
-        )
-        pose[:3, :3] = self._slerp((stamp_ns - self._stamps_ns[0]) / NS_PER_S).as_matrix()
-        return pose
 
 
 class BagScans:
@@ -152,21 +116,13 @@ class BagScans:
         """Return where the sensor sits in the frame whose odometry the bag brings."""
         if self._odometry is None:
             return np.eye(4)
-        child, sensor = self._odometry.child_frame.strip('/'), sensor_frame.strip('/')
-        if child in ('', sensor):
-            return np.eye(4)
-        root_of_child, T_root_child = to_root(child, self._static)
-        root_of_sensor, T_root_sensor = to_root(sensor, self._static)
-        if root_of_child != root_of_sensor:
-            _log.warning(
-                '%s: no static transform between %s and %s; taking them to coincide',
-                self._path,
-                child,
-                sensor,
-            )
-            return np.eye(4)
-        mounting: NDArray[np.float64] = np.linalg.inv(T_root_child) @ T_root_sensor
-        return mounting
+        try:
+            return self._static.mount(self._odometry.child_frame, sensor_frame)
+        except OdometryError as error:
+            raise OdometryError(
+                f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, or '
+                'give the poses of the sensor (--poses)'
+            ) from None
 
 
 def usable_clouds(topics: dict[str, str]) -> list[str]:
@@ -232,16 +188,14 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
         raise BagFormatError(
             f'bag {path}: topic {topic} is {msgtype or "missing"}; expected {ODOMETRY} or {POSE}'
         )
-    stamps: list[int] = []
-    poses: list[NDArray[np.float64]] = []
-    child_frame = ''
+    track = PoseTrack()
     for _, recorded_ns, message in bag.messages([topic]):
         pose = message.pose
         if msgtype == ODOMETRY:
-            pose, child_frame = message.pose.pose, message.child_frame_id
-        stamps.append(stamp_to_ns(message.header.stamp) or recorded_ns)
-        poses.append(_matrix(pose.position, pose.orientation, f'bag {path}, {topic}'))
-    return PoseTrack(stamps, poses, child_frame) if stamps else None
+            pose, track.child_frame = message.pose.pose, message.child_frame_id
+        stamp_ns = stamp_to_ns(message.header.stamp) or recorded_ns
+        track.add(stamp_ns, _matrix(pose.position, pose.orientation, f'bag {path}, {topic}'))
+    return track if len(track) else None
 
 
 def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
@@ -254,30 +208,14 @@ def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
         raise BagFormatError(f'{where}: {error}') from None
 
 
-Transforms = dict[str, tuple[str, NDArray[np.float64]]]
-"""Parent frame and ``T_parent_child`` by child frame."""
-
-
-def read_static_transforms(bag: BagReader, path: Path) -> Transforms:
-    """Return what ``/tf_static`` holds."""
-    transforms: Transforms = {}
+def read_static_transforms(bag: BagReader, path: Path) -> FrameTree:
+    """Return what ``/tf_static`` holds, nothing where there is none."""
+    tree = FrameTree()
     if bag.topics.get(_TF_STATIC) != _TF_MESSAGE:
-        return transforms
+        return tree
     for _, _, message in bag.messages([_TF_STATIC]):
         for stamped in message.transforms:
             pose = stamped.transform
             matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {_TF_STATIC}')
-            parent = stamped.header.frame_id.strip('/')
-            transforms[stamped.child_frame_id.strip('/')] = (parent, matrix)
-    return transforms
-
-
-def to_root(frame: str, transforms: Transforms) -> tuple[str, NDArray[np.float64]]:
-    """Return the root of the tree that ``frame`` is in, and ``T_root_frame``."""
-    T_root_frame = np.eye(4)
-    for _ in range(len(transforms)):
-        if frame not in transforms:
-            break
-        frame, T_parent_child = transforms[frame]
-        T_root_frame = T_parent_child @ T_root_frame
-    return frame, T_root_frame
+            tree.add_fixed(stamped.header.frame_id, stamped.child_frame_id, matrix)
+    return tree

@@ -10,11 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
-from fpnet_core.stamps import NS_PER_S
-
-_RIGID_TOLERANCE = 1e-3  # numerical
+from fpnet_core.stamps import NS_PER_S, ClockGuard
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +37,7 @@ class Continuity:
     def forget(self) -> None:
         """Begin anew: the next scan breaks nothing."""
         self.last: tuple[int, NDArray[np.float64]] | None = None  # stamp and T_odom_sensor
-        self._stale_scans = 0
+        self._clock = ClockGuard(self._config.stale_scans_before_restart)
         self._is_replaced = False
 
     def go_on_from(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> None:
@@ -63,15 +60,9 @@ class Continuity:
         if self.last is None:
             return None
         last_ns, last_pose = self.last
-        if stamp_ns <= last_ns:
-            self._stale_scans += 1
-            if self._stale_scans < self._config.stale_scans_before_restart:
-                raise OdometryError(
-                    f'scan at {stamp_ns} ns is not newer than the last one at {last_ns} ns; it '
-                    'was dropped (is the recording looping, or are there two publishers?)'
-                )
-            return Break(f'the clock went back by {(last_ns - stamp_ns) / NS_PER_S:.3f} s')
-        self._stale_scans = 0
+        back_s = self._clock.back_s(stamp_ns, last_ns)
+        if back_s is not None:
+            return Break(f'the clock went back by {back_s:.3f} s')
         step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
         elapsed_s = max((stamp_ns - last_ns) / NS_PER_S, 0.1)
         if step_m <= self._config.max_speed_mps * elapsed_s and not self._is_replaced:
@@ -79,24 +70,3 @@ class Continuity:
         reason = 'was restarted' if self._is_replaced else f'jumped by {step_m:.2f} m'
         T_old_new = SE2.from_matrix4(last_pose) @ SE2.from_matrix4(T_odom_sensor).inv()
         return Break(f'odometry {reason}', T_old_new)
-
-
-def checked_rigid(T_odom_sensor: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Return a sensor pose as ``(4, 4) float64``.
-
-    Raises
-    ------
-    OdometryError
-        If it is no rigid transform.
-    """
-    pose = np.asarray(T_odom_sensor, dtype=np.float64)
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
-        raise OdometryError(
-            f'the sensor pose must be a finite (4, 4) matrix, got shape {pose.shape}; '
-            'the scan was dropped'
-        )
-    R = pose[:3, :3]
-    if np.abs(R @ R.T - np.eye(3)).max() > _RIGID_TOLERANCE or np.linalg.det(R) < 0:
-        raise OdometryError('the sensor pose holds no rotation matrix; the scan was dropped')
-    return pose

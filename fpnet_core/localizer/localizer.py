@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import OdometryError, StateError
+from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
-from fpnet_core.localizer.continuity import Break, Continuity, checked_rigid
+from fpnet_core.localizer.continuity import Break, Continuity
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import logging
 import time
 
@@ -71,41 +71,68 @@ def replay(
     -------
     The run; one more tick follows the last scan, so that the last status says all. A pose
     is published after every scan while the status is LOCALIZED.
+
+    Raises
+    ------
+    FpnetError
+        The last one, if every scan was refused.
     """
-    outputs: list[LocalizerOutput] = []
-    published: list[tuple[int, SE2]] = []
-    path: list[tuple[int, SE2]] = []
-    add_ms: list[float] = []
-    rejected, next_tick_ns = 0, None
-    period_ns = int(tick_period_s * NS_PER_S)
+    run = _Run(localizer, int(tick_period_s * NS_PER_S))
+    refusal: FpnetError | None = None
     for scan in scans:
-        sweep = _registered(scan, register)
-        T_odom_sensor = sweep.T_odom_sensor
-        start = time.perf_counter()
         try:
-            localizer.add_scan(sweep.points, T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
+            run.take(scan.stamp_ns, _registered(scan, register))
         except FpnetError as error:
             _log.warning('%s', error)
-            rejected += 1
-        else:
-            add_ms.append(1e3 * (time.perf_counter() - start))
-            path.append((scan.stamp_ns, SE2.from_matrix4(T_odom_sensor)))
-            if next_tick_ns is None or scan.stamp_ns < next_tick_ns - 2 * period_ns:
-                next_tick_ns = scan.stamp_ns + period_ns
-            if scan.stamp_ns >= next_tick_ns:
-                outputs.append(localizer.tick(scan.stamp_ns))
-                _log_change(outputs, path[0][0])
-                next_tick_ns = scan.stamp_ns + period_ns
-            pose = localizer.output.pose(T_odom_sensor)
-            if pose is not None:
-                published.append((scan.stamp_ns, pose))
+            run.rejected, refusal = run.rejected + 1, error
         on_scan()
-    if path and (not outputs or outputs[-1].stamp_ns < path[-1][0]):
-        outputs.append(localizer.tick(path[-1][0]))
-        _log_change(outputs, path[0][0])
-    return ReplayResult(
-        tuple(outputs), _trajectory(published), _trajectory(path), np.array(add_ms), rejected
-    )
+    if refusal is not None and not run.path:
+        raise refusal
+    return run.result()
+
+
+@dataclass(eq=False)
+class _Run:
+    """A run so far: scans go in, ticks follow their stamps."""
+
+    localizer: Localizer
+    period_ns: int
+    outputs: list[LocalizerOutput] = field(default_factory=list)
+    published: list[tuple[int, SE2]] = field(default_factory=list)
+    path: list[tuple[int, SE2]] = field(default_factory=list)
+    add_ms: list[float] = field(default_factory=list)
+    rejected: int = 0
+    next_tick_ns: int | None = None
+
+    def take(self, stamp_ns: int, sweep: RegisteredSweep) -> None:
+        start = time.perf_counter()
+        self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
+        self.add_ms.append(1e3 * (time.perf_counter() - start))
+        self.path.append((stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor)))
+        if self.next_tick_ns is None or stamp_ns < self.next_tick_ns - 2 * self.period_ns:
+            self.next_tick_ns = stamp_ns + self.period_ns
+        if stamp_ns >= self.next_tick_ns:
+            self.tick(stamp_ns)
+            self.next_tick_ns = stamp_ns + self.period_ns
+        pose = self.localizer.output.pose(sweep.T_odom_sensor)
+        if pose is not None:
+            self.published.append((stamp_ns, pose))
+
+    def tick(self, stamp_ns: int) -> None:
+        self.outputs.append(self.localizer.tick(stamp_ns))
+        _log_change(self.outputs, self.path[0][0])
+
+    def result(self) -> ReplayResult:
+        """Tick once more where the last scan was not the last tick's."""
+        if self.path and (not self.outputs or self.outputs[-1].stamp_ns < self.path[-1][0]):
+            self.tick(self.path[-1][0])
+        return ReplayResult(
+            tuple(self.outputs),
+            _trajectory(self.published),
+            _trajectory(self.path),
+            np.array(self.add_ms),
+            self.rejected,
+        )
 
 
 def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:

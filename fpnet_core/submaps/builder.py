@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.config import SubmapConfig
-from fpnet_core.errors import CloudFormatError, OdometryError
+from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.submaps.heights import HeightTracker
 from fpnet_core.submaps.raster import CountRaster
 from fpnet_core.submaps.recent import RecentReturns
@@ -26,8 +27,6 @@ _PATH_BLOCK = 1024
 _SAME_ORIGIN_M = 0.05
 # Numerical: fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
-# Numerical: deviation of R^T R from the identity that a rigid transform may have.
-_RIGID_TOLERANCE = 1e-3
 
 
 class SubmapBuilder:
@@ -85,7 +84,7 @@ class SubmapBuilder:
         begins = np.zeros_like(cloud) if viewpoints is None else _checked_points(viewpoints)
         if begins.shape != cloud.shape:
             raise CloudFormatError(f'scan: {len(cloud)} points but {len(begins)} viewpoints')
-        pose = _checked_pose(T_odom_sensor)
+        pose = checked_rigid(T_odom_sensor)
         chosen = self._subsample(cloud if viewpoints is None else cloud - begins)
         if len(chosen):
             self._carve(cloud[chosen], begins[chosen], pose)
@@ -223,19 +222,3 @@ def _checked_points(points: ArrayLike) -> NDArray[np.float64]:
     if not np.isfinite(cloud).all():
         raise CloudFormatError('scan: holds NaN or infinite points; drop them before adding it')
     return cloud
-
-
-def _checked_pose(T_odom_sensor: ArrayLike) -> NDArray[np.float64]:
-    pose = np.asarray(T_odom_sensor, dtype=np.float64)
-    if pose.shape != (4, 4):
-        raise OdometryError(f'sensor pose: expected shape (4, 4), got {pose.shape}')
-    R = pose[:3, :3]
-    rigid = (
-        np.isfinite(pose).all()
-        and np.abs(R.T @ R - np.eye(3)).max() < _RIGID_TOLERANCE
-        and np.linalg.det(R) > 0.0
-        and np.abs(pose[3] - [0.0, 0.0, 0.0, 1.0]).max() < _RIGID_TOLERANCE
-    )
-    if not rigid:
-        raise OdometryError(f'sensor pose is not a rigid transform: {pose.tolist()}')
-    return pose

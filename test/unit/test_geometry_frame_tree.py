@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.frame_tree import FrameTree
 
@@ -60,3 +61,27 @@ def test_a_clock_that_went_back_starts_anew(robot):
 def test_a_loop_of_frames_ends(robot):
     robot.add_fixed('lidar', 'odom', np.eye(4))
     assert robot.lookup('odom', 'elsewhere', 0) is None
+
+
+def test_a_mount_is_fixed_or_said_to_be_missing(robot):
+    np.testing.assert_array_equal(robot.mount('base', '/lidar'), T(0.3, 0.0, np.pi / 2))
+    with pytest.raises(OdometryError, match=r"place of 'camera' on 'base' is unknown: no transf"):
+        robot.mount('base', 'camera')
+    with pytest.raises(OdometryError, match='names no child_frame_id'):
+        robot.mount('', 'lidar')
+    # What moves is no mount, even where it is known at some time.
+    with pytest.raises(OdometryError, match=r'unknown at 0 ns: no pose before and after'):
+        late_arm().mount('base', 'arm')
+
+
+def late_arm():
+    tree = FrameTree()
+    tree.add('base', 'arm', T(0.0, 1.0), 5 * S)
+    return tree
+
+
+def test_the_reason_tells_a_missing_mount_from_a_missing_pose(robot):
+    assert 'no transform' in robot.reason('odom', 'camera', 0)
+    assert 'no pose before and after' in robot.reason('odom', 'lidar', 5 * S)
+    assert robot.root('lidar') == 'odom'
+    assert robot.root('camera') == 'camera'

@@ -5,7 +5,13 @@
 import numpy as np
 import pytest
 
-from fpnet_core.geometry.rigid3d import is_rigid, quaternion_from_rigid, rigid_from_quaternion
+from fpnet_core.errors import OdometryError
+from fpnet_core.geometry.rigid3d import (
+    checked_rigid,
+    is_rigid,
+    quaternion_from_rigid,
+    rigid_from_quaternion,
+)
 
 # Rotation by 0.7 rad about (1, 2, 3) / sqrt(14):
 # from scipy.spatial.transform import Rotation
@@ -47,3 +53,23 @@ def test_what_is_no_rigid_transform(matrix):
     assert not is_rigid(matrix)
     with pytest.raises(ValueError, match='not a rigid'):
         quaternion_from_rigid(matrix)
+
+
+@pytest.mark.parametrize(
+    'bad',
+    [
+        np.eye(3),
+        np.diag([2.0, 1.0, 1.0, 1.0]),
+        np.diag([-1.0, 1.0, 1.0, 1.0]),
+        np.diag([1.0, 1.0, 1.0, 2.0]),
+        np.full((4, 4), np.nan),
+    ],
+)
+def test_a_pose_that_is_not_rigid_is_refused_by_name(bad):
+    with pytest.raises(OdometryError, match='the sensor: expected a'):
+        checked_rigid(bad, 'the sensor')
+
+
+def test_a_rigid_pose_comes_back_as_it_is():
+    pose = rigid_from_quaternion([1.0, 2.0, 3.0], XYZW)
+    np.testing.assert_array_equal(checked_rigid(pose.tolist()), pose)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fpnet_core.config import OdometryConfig
-from fpnet_core.errors import CloudFormatError
+from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.io import Scan
-from fpnet_core.odometry import MIN_POINTS, KissOdometry
+from fpnet_core.odometry import MIN_POINTS, STALE_BEFORE_RESTART, KissOdometry
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.2)
 
@@ -144,3 +144,25 @@ def test_register_scan_returns_single_precision_points():
     sweep = KissOdometry(CONFIG).register_scan(Scan(0, points))
     assert sweep.points.dtype == np.float32
     np.testing.assert_array_equal(sweep.T_odom_sensor, np.eye(4))
+
+
+def test_old_sweeps_are_refused_until_they_are_a_clock_that_went_back():
+    """As the node does, so that a looping recording gives the same answer offline."""
+    rng, odometry = np.random.default_rng(11), KissOdometry(CONFIG)
+
+    def register(k, stamp_ns):
+        return odometry.register_scan(Scan(stamp_ns, seen_from(motion(k), room(rng))))
+
+    for k in range(4):
+        T_odom_sensor = register(k, 1000 + k).T_odom_sensor
+    moved = T_odom_sensor
+    for _ in range(STALE_BEFORE_RESTART - 1):
+        with pytest.raises(OdometryError, match='not newer'):
+            register(0, 1003)
+    T_odom_sensor = register(4, 1004).T_odom_sensor  # the refused ones left no trace
+    np.testing.assert_allclose(T_odom_sensor, motion(4), atol=0.03)
+    assert not np.allclose(T_odom_sensor, moved, atol=0.03)
+    for _ in range(STALE_BEFORE_RESTART - 1):
+        with pytest.raises(OdometryError):
+            register(0, 5)
+    np.testing.assert_array_equal(register(0, 5).T_odom_sensor, np.eye(4))

@@ -9,11 +9,10 @@ import pytest
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from fpnet_core.errors import BagFormatError, CloudFormatError
+from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
 from fpnet_core.io import BagReader, BagWriter, open_scans
-from fpnet_core.io.bag_scans import PoseTrack
 from fpnet_core.types import GridMap
 
 STORAGES = ('sqlite3', 'mcap')
@@ -160,22 +159,24 @@ def test_sensor_mounting_comes_from_static_transforms(tmp_path):
     )
 
 
-def test_unknown_mounting_is_said(tmp_path, caplog):
-    bag = record(tmp_path / 'bag', child='base')
-    with caplog.at_level(logging.WARNING):
-        scan = next(iter(open_scans(bag)))
-    assert 'no static transform between base and lidar' in caplog.text
+@pytest.mark.parametrize(
+    ('child', 'reason'),
+    [
+        ('base', r"the place of 'lidar' on 'base' is unknown: no transform on /tf_static joins"),
+        ('', r"the place of 'lidar' is unknown: the odometry names no child_frame_id"),
+    ],
+)
+def test_an_unknown_mounting_is_never_taken_to_coincide(tmp_path, child, reason):
+    bag = record(tmp_path / 'bag', child=child)
+    with pytest.raises(OdometryError, match=reason):
+        next(iter(open_scans(bag)))
+    # Without the bag's odometry nobody asks.
+    assert next(iter(open_scans(bag, odometry_topic=''))).T_odom_sensor is None
+
+
+def test_a_slash_before_a_frame_is_no_other_frame(tmp_path):
+    scan = next(iter(open_scans(record(tmp_path / 'bag', child='/lidar'))))
     np.testing.assert_allclose(scan.T_odom_sensor, pose(0.0, 0.0))
-
-
-def test_track_interpolates_within_and_not_beyond():
-    track = PoseTrack([100, 200_000_100], [pose(1.0, 0.2), pose(2.0, 0.6)], 'base')
-    np.testing.assert_allclose(track.at(50_000_100), pose(1.25, 0.3), atol=1e-9)
-    np.testing.assert_array_equal(track.at(100), pose(1.0, 0.2))
-    assert track.at(99) is None
-    assert track.at(200_000_101) is None
-    gap = PoseTrack([0, 2 * SECOND_NS], [pose(1.0, 0.2), pose(2.0, 0.6)], 'base')
-    assert gap.at(SECOND_NS) is None
 
 
 def test_clouds_outside_the_odometry_are_left_out(tmp_path, caplog):
