@@ -6,7 +6,15 @@ from array import array
 from dataclasses import replace
 
 from geometry_msgs.msg import PoseStamped
-from laser_robot import FRONT, REAR, base_at, distance_to_walls, place
+from laser_robot import (
+    FRONT,
+    PERIOD_NS,
+    REAR,
+    START_NS,
+    base_at,
+    distance_to_walls,
+    place,
+)
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
@@ -22,9 +30,10 @@ from fpnet_lab.sim.recording import (
     write_recording,
 )
 from fpnet_lab.sim.sensors import SENSORS
+from fpnet_ros.inputs import InputParameters, ScanInput
 from fpnet_ros.runtime import STREAM, TF_STATIC
 from msg_adapters.clouds import cloud_from_msg
-from msg_adapters.odometry import odometry_from_msg
+from msg_adapters.odometry import odometry_from_msg, odometry_to_msg
 from msg_adapters.poses import pose_from_msg
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import transform_to_msg
@@ -144,6 +153,53 @@ def test_two_scanners_without_a_frame_to_merge_them_in_end_in_one_line(bench):
     log = node.log.read_text()
     assert 'base_frame is empty; 2 scanners are merged in that frame' in log
     assert 'Traceback' not in log
+
+
+class _Subscriptions:
+    """Stands where a node does, and hands messages over without a middleware."""
+
+    def __init__(self) -> None:
+        self.callbacks = {}
+
+    def add_subscription(self, _kind, topic, callback, _qos, raw=False) -> None:
+        self.callbacks[topic] = callback
+
+    def resolve_topic_name(self, topic: str) -> str:
+        return f'/{topic}'
+
+
+def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
+    node, located, errors = _Subscriptions(), [], []
+    parameters = InputParameters(scan_topics=('/front/scan', '/rear/scan'))
+    scan_input = ScanInput(node, parameters, located.append, lambda: None, errors.append)
+    take, rng = node.callbacks, np.random.default_rng(6)
+    assert set(take) == {'/front/scan', '/rear/scan', 'kiss/odometry', '/tf_static'}
+    assert set(scan_input.silence_s) == {'/front/scan, /rear/scan', '/kiss/odometry'}
+
+    def send(index):
+        for topic, scanner in (('/front/scan', FRONT), ('/rear/scan', REAR)):
+            stamp_ns, readings = scanner.readings(index, rng)
+            take[topic](_message(LaserScan, stamp_ns, scanner.frame, readings), {})
+
+    send(0)
+    assert 'wait for the frame to merge them in' in str(errors[0])
+    places = [transform_to_msg(x.T_base_laser, 0, 'base_link', x.frame) for x in (FRONT, REAR)]
+    take['/tf_static'](tf2_msgs.TFMessage(transforms=places))
+    for index in range(1, 6):
+        for at_ns in range(
+            START_NS + (index - 1) * PERIOD_NS, START_NS + index * PERIOD_NS, 10**7
+        ):
+            take['kiss/odometry'](odometry_to_msg(base_at(at_ns), at_ns, 'odom', 'base_link'), {})
+        send(index)
+    assert len(errors) == 2  # the first scan of either
+    assert len(located) == 3  # the last two end after the newest odometry
+    for scan in located:
+        assert scan.odom_frame == 'odom'
+        np.testing.assert_allclose(scan.T_odom_sensor, base_at(scan.stamp_ns), atol=1e-3)
+        cloud = scan.unpack()
+        in_room = cloud.points @ scan.T_odom_sensor[:3, :3].T + scan.T_odom_sensor[:3, 3]
+        assert np.median(distance_to_walls(in_room[:, :2])) < 0.01
+        assert np.ptp(cloud.viewpoints[:, 0]) > 0.5
 
 
 @pytest.fixture(scope='module')
