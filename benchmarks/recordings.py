@@ -37,7 +37,7 @@ def register(recording: Recording) -> tuple[np.ndarray, float, float]:
         scan = recording.scan(index)
         middle = time.process_time()
         try:
-            _, pose = odometry.register_scan(scan)
+            pose = odometry.register_scan(scan).T_odom_sensor
         except CloudFormatError:  # too few returns in range: the robot keeps its last pose
             pose = poses[-1] if poses else np.eye(4)
         cast_s, match_s = cast_s + middle - start, match_s + time.process_time() - middle

@@ -36,6 +36,7 @@ from fpnet_lab.evaluation.robot_pairs import (
     varied,
 )
 from fpnet_lab.metrics import placement_error
+from fpnet_lab.provenance import Provenance
 from fpnet_lab.training import use_threads
 
 SCATTER, WRONG = 0.02, (0.1, 0.23)  # logarithms
@@ -139,7 +140,7 @@ def main() -> None:
     parser.add_argument('--rounds', type=int, default=4)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--json', type=Path)
-    arguments = parser.parse_args()
+    arguments, made = parser.parse_args(), Provenance.now()
     use_threads(1)
     bench = Bench(arguments.data)
     errors = dict(zip(('scale', 'x against y'), stated_errors(bench.pairs), strict=True))
@@ -157,7 +158,7 @@ def main() -> None:
             report[f'stated {stated}, {name}'] = {'cases': cases[stated], **row}
             print(f'stated {stated}, {name}: of {cases[stated]} cases {row}', flush=True)
     if arguments.json:
-        arguments.json.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+        arguments.json.write_text(json.dumps(made.in_report(report), indent=2) + '\n')
 
 
 if __name__ == '__main__':

@@ -14,6 +14,7 @@ from fpnet_core.geometry import Affine2D, angle_between
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 
+# Chosen, not measured:
 WRONG_POSITION_M = 3.0
 WRONG_YAW_RAD = np.deg2rad(30.0)
 

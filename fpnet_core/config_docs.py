@@ -21,7 +21,7 @@ import yaml
 
 from fpnet_core.config import FpnetConfig, Section
 
-_COMMENT_WIDTH = 96
+_COMMENT_WIDTH = 96  # numerical
 _BOUNDS = ('ge', 'gt', 'le', 'lt')
 _UNITS = {'m': 'm', 'm2': 'm²', 's': 's', 'rad': 'rad', 'mps': 'm/s'}  # by the name's last word
 

@@ -16,7 +16,7 @@ from typing import Any, cast
 import yaml
 
 MAX_BYTES = 1_000_000
-"""Longer files are refused: a configuration or a map's description is a page."""
+"""Numerical: longer files are refused: a configuration or a map's description is a page."""
 
 
 class _PlainLoader(yaml.SafeLoader):

@@ -5,4 +5,4 @@
 from __future__ import annotations
 
 NS_PER_S = 1_000_000_000
-"""Nanoseconds of a second."""
+"""Nanoseconds of a second. Physical: by definition."""

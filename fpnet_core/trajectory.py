@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.geometry import Affine2D
 
-_MAX_STAMP_GAP_NS = 200_000_000  # a pose further away in time than this says nothing
+_MAX_STAMP_GAP_NS = 200_000_000  # a pose further away in time than this says nothing; chosen
 
 Array = NDArray[np.float64]
 

@@ -13,42 +13,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
+from fpnet_core.frozen import freeze_field
+from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.matches import MatchResult
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-"""Cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
-
-UNMATCHED, IGNORE = -1, -2
-"""Label of a node without a partner, and of a node that losses and metrics leave out."""
+"""Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
 
 FEATURE_SCHEMA = 1
-"""Version of the node and edge feature layout; weights of another version are refused."""
-
-
-def _frozen(
-    value: ArrayLike, dtype: Any, shape: tuple[int | None, ...], what: str
-) -> NDArray[Any]:
-    """Return a read-only array of ``dtype``, or raise ValueError naming ``what`` is wrong."""
-    array = np.array(value, dtype=dtype)
-    matches = array.ndim == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, array.shape, strict=True)
-    )
-    if not matches:
-        raise ValueError(f'{what}: expected shape {shape}, got {array.shape}')
-    if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
-        raise ValueError(f'{what}: holds NaN or infinity')
-    array.setflags(write=False)
-    return array
-
-
-def _freeze(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -> None:
-    what = f'{type(owner).__name__}.{name}'
-    object.__setattr__(owner, name, _frozen(getattr(owner, name), dtype, shape, what))
+"""Given: version of the node and edge feature layout; weights of another version are refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +54,7 @@ class GridMap:
 
     def __post_init__(self) -> None:
         """Check cell values and resolution."""
-        _freeze(self, 'cells', np.int8, (None, None))
+        freeze_field(self, 'cells', np.int8, (None, None))
         if self.cells.size == 0:
             raise ValueError('GridMap.cells: the grid has no cells')
         cells = self.cells
@@ -148,10 +126,10 @@ class Submap:
 
     def __post_init__(self) -> None:
         """Check that the rasters agree."""
-        _freeze(self, 'lintel', np.bool_, self.grid.shape)
-        _freeze(self, 'path_xy', np.float64, (None, 2))
-        _freeze(self, 'recent_xy', np.float64, (None, 2))
-        _freeze(self, 'newest_xy', np.float64, (None, 2))
+        freeze_field(self, 'lintel', np.bool_, self.grid.shape)
+        freeze_field(self, 'path_xy', np.float64, (None, 2))
+        freeze_field(self, 'recent_xy', np.float64, (None, 2))
+        freeze_field(self, 'newest_xy', np.float64, (None, 2))
 
     @property
     def free_area_m2(self) -> float:
@@ -191,8 +169,8 @@ class Region:
 
     def __post_init__(self) -> None:
         """Check shapes and ranges."""
-        _freeze(self, 'polygon', np.float64, (None, 2))
-        _freeze(self, 'centroid', np.float64, (2,))
+        freeze_field(self, 'polygon', np.float64, (None, 2))
+        freeze_field(self, 'centroid', np.float64, (2,))
         if len(self.polygon) < 3 or not self.area_m2 > 0.0:
             raise ValueError('Region: needs three vertices and a positive area')
         for name in ('observed_fraction', 'frontier_fraction', 'confidence'):
@@ -215,7 +193,7 @@ class Portal:
 
     def __post_init__(self) -> None:
         """Check the shape of the line."""
-        _freeze(self, 'ends', np.float64, (2, 2))
+        freeze_field(self, 'ends', np.float64, (2, 2))
 
     @property
     def width_m(self) -> float:
@@ -241,7 +219,7 @@ class Segmentation:
 
     def __post_init__(self) -> None:
         """Check that ids are positions and that portals name existing regions."""
-        _freeze(self, 'labels', np.int32, self.grid.shape)
+        freeze_field(self, 'labels', np.int32, self.grid.shape)
         if [region.id for region in self.regions] != list(range(len(self.regions))):
             raise ValueError('Segmentation: region ids must be their positions')
         for portal in self.portals:
@@ -277,60 +255,15 @@ class RegionGraph:
 
     def __post_init__(self) -> None:
         """Check shapes and that edges name existing regions."""
-        _freeze(self, 'edges', np.int64, (None, 2))
-        _freeze(self, 'node_feat', np.float32, (len(self.regions), None))
-        _freeze(self, 'edge_feat', np.float32, (len(self.edges), None))
+        freeze_field(self, 'edges', np.int64, (None, 2))
+        freeze_field(self, 'node_feat', np.float32, (len(self.regions), None))
+        freeze_field(self, 'edge_feat', np.float32, (len(self.edges), None))
         if self.edges.size and not (0 <= self.edges.min() <= self.edges.max() < len(self.regions)):
             raise ValueError('RegionGraph.edges: names a region that does not exist')
 
     def __len__(self) -> int:
         """Count the regions."""
         return len(self.regions)
-
-
-@dataclass(frozen=True, eq=False)
-class MatchHypothesis:
-    """
-    One complete assignment of regions and the placement that it comes from.
-
-    ``pairs (K, 2) int64``, columns [plan, sub], are one-to-one; ``probability`` is that of the
-    whole placement, against all others and against none; ``S_plan_sub`` maps the submap graph's
-    coordinates to the plan graph's.
-    """
-
-    pairs: NDArray[np.int64]
-    probability: float
-    S_plan_sub: Similarity2D
-
-    def __post_init__(self) -> None:
-        """Check the shape."""
-        _freeze(self, 'pairs', np.int64, (None, 2))
-
-
-@dataclass(frozen=True, eq=False)
-class MatchResult:
-    """
-    Region correspondences, columns [plan, sub].
-
-    ``pairs (K, 2) int64`` are one-to-one, ``scores (K,)`` in [0, 1]; ``probability (M, N)`` is
-    the soft assignment without its dustbins: row sums and column sums are at most 1.
-    ``hypotheses`` are the best complete assignments, most probable first; empty for matchers
-    that do not find any.
-    """
-
-    pairs: NDArray[np.int64]
-    scores: NDArray[np.float32]
-    probability: NDArray[np.float32]
-    hypotheses: tuple[MatchHypothesis, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check shapes and ranges."""
-        _freeze(self, 'pairs', np.int64, (None, 2))
-        _freeze(self, 'scores', np.float32, (len(self.pairs),))
-        _freeze(self, 'probability', np.float32, (None, None))
-        for column in range(2):
-            if len(np.unique(self.pairs[:, column])) != len(self.pairs):
-                raise ValueError('MatchResult.pairs: not one-to-one')
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,7 +281,7 @@ class PlanScale:
 
     def __post_init__(self) -> None:
         """Check the stretch's shape."""
-        _freeze(self, 'stretch', np.float64, (2, 2))
+        freeze_field(self, 'stretch', np.float64, (2, 2))
 
     @property
     def factor(self) -> float:

@@ -24,10 +24,10 @@ import signal
 import sys
 import time
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
 
 from fpnet_core.errors import BagFormatError, FpnetError
-from fpnet_core.io.bags import POINT_CLOUD, BagReader
+from fpnet_core.io.bags import LASER_SCAN, POINT_CLOUD, BagReader
 from fpnet_ros.monitor import Monitor
 from fpnet_ros.processes import (
     Child,
@@ -38,6 +38,7 @@ from fpnet_ros.processes import (
     ros_arguments,
 )
 
+# Chosen, not measured:
 _READY_S = 300.0  # after an installation the localizer compiles first
 _QUIET_S = 5.0  # after the last cloud, odometry is done when it has been quiet for so long
 _STALLED_S = 90.0
@@ -50,8 +51,9 @@ class SessionOptions:
     """
     What to run.
 
-    ``bag`` holds one topic of clouds; ``out`` is the folder for results and logs; ``rate`` is in
-    recorded seconds per second; ``params_file`` configures every node, None takes the defaults.
+    ``bag`` holds one topic of clouds or of laser scans; ``out`` is the folder for results and
+    logs; ``rate`` is in recorded seconds per second; ``params_file`` configures every node, None
+    takes the defaults.
     """
 
     bag: Path
@@ -59,6 +61,14 @@ class SessionOptions:
     out: Path
     rate: float = 1.0
     params_file: Path | None = None
+
+
+class _Topic(NamedTuple):
+    """The scans of a recording."""
+
+    name: str
+    is_laser: bool
+    count: int
 
 
 class Interruption:
@@ -91,39 +101,43 @@ def run_session(options: SessionOptions, interruption: Interruption) -> None:
     Raises
     ------
     FpnetError
-        If the recording has no clouds, or a node dies or falls silent.
+        If the recording has no scans, or a node dies or falls silent.
     KeyboardInterrupt
         Where it was interrupted, after every node has ended.
     """
-    topic, scans = _cloud_topic(options.bag)
+    topic = _scan_topic(options.bag)
     domain_id = free_domain_id()
     environment = private_environment(domain_id)
     with ProcessGroup(options.out / 'log', environment) as group:
         _start_listening_nodes(group, options, topic)
         os.environ.update(environment)
-        with Monitor(scans) as monitor:
+        with Monitor(topic.count) as monitor:
 
             def spin() -> None:
                 monitor.spin(_POLL_S)
                 interruption.check()
 
-            _wait_until(lambda: monitor.is_ready(topic), spin, group)
-            replay = group.start('replay', _replay_command(options, topic))
+            _wait_until(lambda: monitor.is_ready(topic.name), spin, group)
+            replay = group.start('replay', _replay_command(options, topic.name))
             _follow(monitor, spin, group, replay)
     monitor.write(options.out)
 
 
-def _cloud_topic(path: Path) -> tuple[str, int]:
+def _scan_topic(path: Path) -> _Topic:
+    """Return the topic of a recording's clouds, or else of its laser scans."""
     with BagReader(path) as bag:
-        topics = [topic for topic, msgtype in bag.topics.items() if msgtype == POINT_CLOUD]
-        if len(topics) != 1:
-            raise BagFormatError(
-                f'bag {path} has {len(topics)} topics of clouds, expected one; record one lidar'
-            )
-        return topics[0], bag.count(topics[0])
+        for kind in (POINT_CLOUD, LASER_SCAN):
+            topics = [topic for topic, msgtype in bag.topics.items() if msgtype == kind]
+            if len(topics) == 1:
+                return _Topic(topics[0], kind == LASER_SCAN, bag.count(topics[0]))
+            if topics:
+                break
+        raise BagFormatError(
+            f'bag {path} has {len(topics)} topics of scans, expected one; record one lidar'
+        )
 
 
-def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: str) -> None:
+def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: _Topic) -> None:
     def start(
         name: str, parameters: dict[str, Any], remappings: dict[str, str] | None = None
     ) -> None:
@@ -136,10 +150,11 @@ def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: 
     reliable = 'qos_overrides.{}.subscription.reliability'
     start('floorplan_server', {'floorplan': str(options.floorplan)})
     waiting = {'max_pending_scans': 2 * _MAX_AHEAD}
+    lasers = {'scan_topics': [topic.name]} if topic.is_laser else {}
     start(
         'odometry',
-        {reliable.format(topic): 'reliable', **waiting},
-        {'pointcloud_topic': topic},
+        {reliable.format(topic.name): 'reliable', **waiting, **lasers},
+        {} if lasers else {'pointcloud_topic': topic.name},
     )
     start(
         'localizer',
@@ -148,7 +163,7 @@ def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: 
 
 
 def _replay_command(options: SessionOptions, topic: str) -> list[str]:
-    # Only the clouds: whatever else the recording holds, the true poses above all, stays in it.
+    # Only the scans: whatever else the recording holds, the true poses above all, stays in it.
     parameters = {
         'bag': str(options.bag),
         'topics': [topic],

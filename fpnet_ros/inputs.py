@@ -1,14 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Clouds and where their sensor was: from an odometry topic, from TF, or from both."""
+"""Scans and where their sensor was: from an odometry topic, from TF, or from both."""
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 import time
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from nav_msgs.msg import Odometry
 import numpy as np
@@ -18,12 +19,15 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from fpnet_core.config import Section
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.io.laser_sweeps import LaserSweep
+from fpnet_core.io.pointcloud2 import CloudArrays
+from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
 from fpnet_ros.work import Numbering
+from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg
@@ -36,7 +40,7 @@ except ImportError:  # no wheel has it; see docs/install.md
 NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
 
 
-class InputParameters(Section):
+class InputParameters(LaserParameters):
     """Where scans and their poses come from."""
 
     odometry_source: Literal['topic', 'tf'] = Field(
@@ -56,13 +60,14 @@ class InputParameters(Section):
 @dataclass(frozen=True, eq=False)
 class LocatedScan:
     """
-    A cloud, still serialized, and its poses (4, 4) at its stamp.
+    A scan and its poses (4, 4) at its stamp.
 
-    ``T_odom_...`` are in the odometry's frame; ``T_tf_odom`` leads from there to the frame that
-    TF is published for, and is the identity where that is the same.
+    ``unpack`` gives its points and takes a while: it is for another thread. ``T_odom_...`` are in
+    the odometry's frame; ``T_tf_odom`` leads from there to the frame that TF is published for,
+    and is the identity where that is the same.
     """
 
-    data: bytes
+    unpack: Callable[[], CloudArrays]
     stamp_ns: int
     odom_frame: str
     T_odom_sensor: NDArray[np.float64]
@@ -71,10 +76,12 @@ class LocatedScan:
     T_tf_odom: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class _WaitingCloud:
-    data: bytes
+class _Waiting(NamedTuple):
+    """A scan without a pose; ``sweep`` is that of planar scanners, ``data`` a serialized cloud."""
+
     frame_id: str
+    data: bytes = b''
+    sweep: LaserSweep | None = None
 
 
 class ScanInput:
@@ -104,15 +111,27 @@ class ScanInput:
     ) -> None:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
+        self._resolve = node.resolve_topic_name
         self._tree = FrameTree()
-        self._waiting: OrderedDict[int, _WaitingCloud] = OrderedDict()
+        self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
         self._base_frame = parameters.base_frame
         self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
         self.unlocated = 0
         clouds, poses = sensor_data(parameters.max_pending_scans), sensor_data(ODOMETRY_QUEUE)
-        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
+        self._lasers: LaserInput | None = None
+        if topics := parameters.topics:
+            self._lasers = LaserInput(
+                lambda kind, topic, take: node.add_subscription(kind, topic, take, clouds),
+                topics,
+                self._tree,
+                lambda: self._base_frame,
+                self._on_sweep,
+                report,
+            )
+        else:
+            node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
         if parameters.odometry_source == 'topic':
             node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, poses)
         self._listen_to_tf(node)
@@ -124,9 +143,17 @@ class ScanInput:
         return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
 
     @property
+    def silence_s(self) -> dict[str, float]:
+        """Time since each input was last heard, or since the start, by its topics."""
+        settings, ages_s = self._settings, self.ages_s
+        poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
+        scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
+        return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
+
+    @property
     def lost(self) -> int:
-        """Clouds that were sent but did not arrive."""
-        return self._clouds.lost
+        """Scans that were sent but did not arrive."""
+        return self._clouds.lost + (0 if self._lasers is None else self._lasers.lost)
 
     def _listen_to_tf(self, node: ManagedNode) -> None:
         parameters = self._settings
@@ -147,8 +174,12 @@ class ScanInput:
         self._heard_s['cloud'] = time.monotonic()
         self._clouds.follow(info)
         header = deserialize_message(data, Header)  # the first field of every cloud
-        waiting = _WaitingCloud(data, header.frame_id.lstrip('/'))
-        self._waiting[stamp_from_msg(header.stamp)] = waiting
+        self._waiting[stamp_from_msg(header.stamp)] = _Waiting(header.frame_id.lstrip('/'), data)
+        self._hand_on()
+
+    def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
+        self._heard_s['cloud'] = time.monotonic()
+        self._waiting[sweep.stamp_ns] = _Waiting(base, sweep=sweep)
         self._hand_on()
 
     def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
@@ -211,11 +242,14 @@ class ScanInput:
                 )
             )
 
-    def _located(self, stamp_ns: int, cloud: _WaitingCloud) -> LocatedScan | None:
-        sensor, odom = cloud.frame_id, self._odom_frame
+    def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
+        sensor, odom = waiting.frame_id, self._odom_frame
         T_odom_sensor = self._tree.lookup(odom, sensor, stamp_ns) if odom else None
         T_odom_base = self._tree.lookup(odom, self._base_frame or sensor, stamp_ns)
         if T_odom_sensor is None or T_odom_base is None:
+            return None
+        unpack = self._unpacking(waiting, T_odom_sensor)
+        if unpack is None:
             return None
         tf_frame = self._settings.odom_frame or odom
         T_tf_odom = np.eye(4)
@@ -224,6 +258,25 @@ class ScanInput:
             if T_tf_base is None:
                 return None
             T_tf_odom = T_tf_base @ np.linalg.inv(T_odom_base)
-        return LocatedScan(
-            cloud.data, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom
-        )
+        return LocatedScan(unpack, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom)
+
+    def _unpacking(
+        self, waiting: _Waiting, T_odom_last: NDArray[np.float64]
+    ) -> Callable[[], CloudArrays] | None:
+        """Return how to get the points; None while a sweep's first pose is not known."""
+        sweep = waiting.sweep
+        if sweep is None:
+            return partial(_unpacked_cloud, waiting.data)
+        T_odom_first = self._tree.lookup(self._odom_frame, waiting.frame_id, sweep.first_ns)
+        if T_odom_first is None:
+            return None
+        return partial(_unpacked_sweep, sweep, np.linalg.inv(T_odom_first) @ T_odom_last)
+
+
+def _unpacked_cloud(data: bytes) -> CloudArrays:
+    return cloud_from_msg(deserialize_message(data, PointCloud2))
+
+
+def _unpacked_sweep(sweep: LaserSweep, T_first_last: NDArray[np.float64]) -> CloudArrays:
+    still = sweep.without_motion(T_first_last)
+    return CloudArrays(still.points, None, viewpoints=still.viewpoints)

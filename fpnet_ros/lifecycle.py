@@ -158,12 +158,14 @@ class ManagedNode(LifecycleNode):
         result: TransitionCallbackReturn = super().on_activate(state)
         self.is_active = True
         self.activate()
+        self.get_logger().info('active')
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run ``deactivate``, then close the publishers."""
         self.is_active = False
         self.deactivate()
+        self.get_logger().info('inactive')
         result: TransitionCallbackReturn = super().on_deactivate(state)
         return result
 

@@ -13,8 +13,6 @@ from threading import Lock
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid
 from rclpy.clock import Clock, ClockType
-from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
@@ -30,15 +28,14 @@ from fpnet_ros.inputs import NO_TF, LocatedScan, ScanInput, TFMessage
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs, Moment
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, StatusLog, error_reporter, one_line
+from fpnet_ros.runtime import LATCHED, STREAM, SilenceLog, StatusLog, error_reporter, one_line
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import StateFile
 from fpnet_ros.work import DroppingWorker, Worker
-from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
-_DIAGNOSTICS_PERIOD_S = 1.0
+_DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
 
 class LocalizerNode(ManagedNode):
@@ -63,6 +60,7 @@ class LocalizerNode(ManagedNode):
         )
         self._report = error_reporter(self)
         self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
+        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._publish_lock = Lock()
         self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
         self._forget()
@@ -221,6 +219,8 @@ class LocalizerNode(ManagedNode):
 
     def _publish_diagnostics(self) -> None:
         output, stale_s = self._localizer.output, self._settings.value.stale_input_s
+        if self.is_active:
+            self._silence.follow(self._input.silence_s, stale_s)
         now_ns = self.get_clock().now().nanoseconds
         self._out.publish_diagnostics(self._health.news(output, stale_s), now_ns)
 
@@ -231,8 +231,8 @@ class LocalizerNode(ManagedNode):
     # ---- scans: their own thread
 
     def _add_scan(self, scan: LocatedScan) -> None:
-        cloud = cloud_from_msg(deserialize_message(scan.data, PointCloud2))
-        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns)
+        cloud = scan.unpack()
+        self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
         self._publish_moment()
 

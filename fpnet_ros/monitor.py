@@ -32,7 +32,7 @@ from msg_adapters.stamps import stamp_from_msg
 POSES_NAME, SESSION_NAME = 'poses.tum', 'session.json'
 
 _STARTING = 'starting the nodes; after an installation they compile for a while'
-_LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal
+_LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal; chosen
 
 
 class Monitor(Node):

@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 import sys
+import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -18,14 +21,26 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
-from fpnet_core.config import OdometryConfig, Section
-from fpnet_core.errors import OdometryError
+from fpnet_core.config import OdometryConfig
+from fpnet_core.errors import ConfigError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.io.laser_sweeps import LaserSweep
+from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.inputs import NO_TF, TFMessage
+from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, TF, TF_STATIC, error_reporter, run_node, sensor_data
+from fpnet_ros.runtime import (
+    STALE_INPUT_S,
+    STREAM,
+    TF,
+    TF_STATIC,
+    SilenceLog,
+    error_reporter,
+    run_node,
+    sensor_data,
+)
 from fpnet_ros.work import DroppingWorker, Numbering
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
@@ -33,11 +48,12 @@ from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
+# Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
 _STALE_BEFORE_RESTART = 3  # old clouds in a row; fewer are disorder on the way here
 
 
-class OdometryParameters(Section):
+class OdometryParameters(LaserParameters):
     """Frames and covariances, named as in KISS-ICP's node."""
 
     base_frame: str = Field(
@@ -59,6 +75,21 @@ class OdometryParameters(Section):
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """A sweep to register, and the frame that it is in."""
+
+    scan: Scan
+    frame_id: str
+
+
+def _sweep_of_cloud(data: bytes) -> _Sweep:
+    msg = deserialize_message(data, PointCloud2)
+    cloud, stamp_ns = cloud_from_msg(msg), stamp_from_msg(msg.header.stamp)
+    scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
+    return _Sweep(scan, msg.header.frame_id.lstrip('/'))
+
+
 class OdometryNode(Node):
     """
     Registers every cloud on ``pointcloud_topic``, in a thread of its own.
@@ -66,6 +97,9 @@ class OdometryNode(Node):
     Publishes ``kiss/odometry``, the pose at the cloud's stamp, and ``kiss/frame``, the cloud
     without the motion during its sweep, with the cloud's header. With a ``base_frame`` the pose
     is that frame's, by its place in ``/tf_static``.
+
+    With ``scan_topics`` it registers the LaserScans of one or several planar scanners instead:
+    ``kiss/frame`` is then in the base's frame, its stamp that of the last return.
     """
 
     def __init__(self) -> None:
@@ -80,18 +114,18 @@ class OdometryNode(Node):
         self._connect_tf()
         self._clouds = Numbering()
         self._reported_drops = self._stale = 0
+        self._heard_s = time.monotonic()
+        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._newest_ns: int | None = None
-        self._scans = DroppingWorker(
+        self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
-        self.create_subscription(
-            PointCloud2,
-            'pointcloud_topic',
-            self._on_cloud,
-            sensor_data(self._settings.max_pending_scans),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            raw=True,  # unpacked by the worker: it takes longer than this thread has
-        )
+        self._lasers: LaserInput | None = None
+        if self._settings.topics:
+            self._listen_to_lasers(self._settings.topics)
+        else:
+            # Raw, as the worker unpacks: it takes longer than this thread has.
+            self._subscribe(PointCloud2, 'pointcloud_topic', self._on_cloud, raw=True)
         self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
 
     def destroy_node(self) -> None:
@@ -102,6 +136,28 @@ class OdometryNode(Node):
     def _publisher(self, kind: type, topic: str, qos: Any) -> Any:
         options = QoSOverridingOptions.with_default_policies()
         return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
+
+    def _subscribe(
+        self, kind: type, topic: str, callback: Callable[..., None], raw: bool = False
+    ) -> None:
+        self.create_subscription(
+            kind,
+            topic,
+            callback,
+            sensor_data(self._settings.max_pending_scans),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            raw=raw,
+        )
+
+    def _listen_to_lasers(self, topics: dict[str, type]) -> None:
+        base = self._settings.base_frame
+        if len(topics) > 1 and not base:
+            raise ConfigError(
+                f'parameter base_frame is empty; {len(topics)} scanners are merged in that frame'
+            )
+        self._lasers = LaserInput(
+            self._subscribe, topics, self._tree, lambda: base, self._on_sweep, self._report
+        )
 
     def _connect_tf(self) -> None:
         self._tf_publisher = None
@@ -118,25 +174,30 @@ class OdometryNode(Node):
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._clouds.follow(info)
-        self._scans.put(data)
+        self._heard_s = time.monotonic()
+        self._scans.put(partial(_sweep_of_cloud, data))
 
-    def _register(self, data: bytes) -> None:
-        msg = deserialize_message(data, PointCloud2)
-        cloud = cloud_from_msg(msg)
-        sensor = msg.header.frame_id.lstrip('/')
+    def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
+        self._heard_s = time.monotonic()
+        scan = Scan(sweep.stamp_ns, sweep.points, sweep.time_s, viewpoints=sweep.viewpoints)
+        self._scans.put(lambda: _Sweep(scan, base))
+
+    def _register(self, unpack: Callable[[], _Sweep]) -> None:
+        sweep = unpack()
+        scan, sensor = sweep.scan, sweep.frame_id
         moving = self._settings.base_frame or sensor
         T_base_sensor = self._tree.lookup(moving, sensor, 0)
         if T_base_sensor is None:
             raise OdometryError(
                 f'the place of {sensor!r} on {moving!r} is unknown; publish it on /tf_static'
             )
-        self._follow_clock(stamp_from_msg(msg.header.stamp))
-        scan = self._kiss.register(cloud.points, cloud.time_s)
+        self._follow_clock(scan.stamp_ns)
+        found = self._kiss.register_scan(scan)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
-        T_odom_base = T_base_sensor @ scan.T_odom_sensor @ np.linalg.inv(T_base_sensor)
-        self._publish(T_odom_base, stamp_from_msg(msg.header.stamp), moving)
+        T_odom_base = T_base_sensor @ found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
+        self._publish(T_odom_base, scan.stamp_ns, moving)
         self._frame_publisher.publish(
-            cloud_to_msg(scan.points, stamp_from_msg(msg.header.stamp), sensor)
+            cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)
         )
 
     def _follow_clock(self, stamp_ns: int) -> None:
@@ -170,7 +231,10 @@ class OdometryNode(Node):
             self._tf_publisher.publish(TFMessage(transforms=[transform]))
 
     def _publish_diagnostics(self) -> None:
+        scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')
+        self._silence.follow({scans: time.monotonic() - self._heard_s}, STALE_INPUT_S)
         dropped, lost = self._scans.dropped, self._clouds.lost
+        lost += 0 if self._lasers is None else self._lasers.lost
         warning = ''
         if dropped + lost > self._reported_drops:
             warning = 'clouds are dropped: more come than can be registered or received'

@@ -17,7 +17,8 @@ from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer.localizer import Snapshot
-from fpnet_core.localizer.map_frame import Located, MapFrame, warped_grid
+from fpnet_core.localizer.map_frame import Located, MapFrame
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
@@ -33,7 +34,7 @@ from msg_adapters.markers import (
 from msg_adapters.poses import path_to_msg, pose_to_msg, uncertain_pose_to_msg
 from msg_adapters.transforms import transform_to_msg
 
-_PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre
+_PATH_LENGTH = 5000  # poses; at the default spacing half a kilometre; chosen
 
 
 @dataclass(frozen=True, eq=False)

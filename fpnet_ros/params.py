@@ -39,7 +39,7 @@ _LIST_TYPES = {
     float: ParameterType.PARAMETER_DOUBLE_ARRAY,
     str: ParameterType.PARAMETER_STRING_ARRAY,
 }
-_INT64_MAX = 2**63 - 1
+_INT64_MAX = 2**63 - 1  # given
 
 
 class ParameterTree(Generic[AnySection]):

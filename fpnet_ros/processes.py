@@ -31,19 +31,20 @@ from fpnet_core.errors import FpnetError
 PACKAGE = 'fpnet_ros'
 
 _ROOT = Path(__file__).resolve().parents[1]
-_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_PR_SET_PDEATHSIG = 1  # given: linux/prctl.h
 _LIBC = ctypes.CDLL(None)
+# Chosen, not measured:
 _GRACE_S = 15.0  # a node finishes its tick and writes its run folder
 _LOG_TAIL_LINES = 12
 
 # Domains above 101 use ports that Linux hands out to clients. The ports of domain d start at
 # 7400 + 250 d: discovery by multicast at 0, of the first participant at 10.
 _DOMAINS = range(1, 101)
-_FIRST_PORT, _PORTS_PER_DOMAIN, _PARTICIPANT_PORT = 7400, 250, 10
+_FIRST_PORT, _PORTS_PER_DOMAIN, _PARTICIPANT_PORT = 7400, 250, 10  # given
 
 # Segments of five participants; container engines mount 64 MB unless told otherwise.
 _SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 - the kernel's, not a temporary file of ours
-_NEEDED_SHARED_MEMORY = 5 * 64 * 2**20
+_NEEDED_SHARED_MEMORY = 5 * 64 * 2**20  # chosen
 
 
 class NodeDiedError(FpnetError):

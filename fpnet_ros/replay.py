@@ -28,6 +28,7 @@ from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, run_node
 from msg_adapters.stamps import stamp_to_msg
 
+# Chosen, not measured:
 _CLOCK_PERIOD_S = 0.01
 _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05

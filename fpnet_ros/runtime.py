@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import logging
 import math
 import sys
@@ -25,15 +25,18 @@ from rclpy.qos import (
 
 from fpnet_core.errors import ConfigError, FpnetError
 from fpnet_core.types import Status
+from fpnet_ros.known_parameters import refuse_unknown
 from msg_adapters.diagnostics import LocalizerReport
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
 STREAM_QUEUE = 50
-"""Messages that a publisher or subscription of this package holds back."""
+"""Messages that a publisher or subscription of this package holds back. Chosen."""
 
 ODOMETRY_QUEUE = 100
-"""Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late."""
+"""
+Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late. Chosen.
+"""
 
 LATCHED = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -41,7 +44,7 @@ LATCHED = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As map_server: whoever subscribes later still gets the last message."""
+"""Given: as map_server: whoever subscribes later still gets the last message."""
 
 STATUS = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -49,7 +52,7 @@ STATUS = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last."""
+"""Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last. Chosen."""
 
 
 def sensor_data(depth: int) -> QoSProfile:
@@ -80,7 +83,7 @@ TF = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.VOLATILE,
 )
-"""As tf2_ros for ``/tf``."""
+"""Given: as tf2_ros for ``/tf``."""
 
 TF_STATIC = QoSProfile(
     history=QoSHistoryPolicy.KEEP_LAST,
@@ -88,16 +91,19 @@ TF_STATIC = QoSProfile(
     reliability=QoSReliabilityPolicy.RELIABLE,
     durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
 )
-"""As tf2_ros for ``/tf_static``."""
+"""Given: as tf2_ros for ``/tf_static``."""
 
 _SWITCH_S = 0.001
 """
 Threads take turns this often. By Python's default of 5 ms, the executor's thread, which needs the
-interpreter for moments only, would wait that long at every turn while a tick computes.
+interpreter for moments only, would wait that long at every turn while a tick computes. Chosen.
 """
 
+STALE_INPUT_S = 3.0
+"""Numerical: an input silent for longer is missing; sensors report ten times a second."""
+
 ERROR_PERIOD_S = 5.0
-"""Time between two lines about the same kind of bad input."""
+"""Time between two lines about the same kind of bad input. Chosen."""
 
 
 def run_node(
@@ -108,13 +114,14 @@ def run_node(
     """
     Make a node, run it until it ends or is interrupted, and return the process's exit status.
 
-    Bad input at the start (FpnetError, a malformed parameter file) is logged in one line and
-    gives 1; SIGINT and SIGTERM end the node cleanly and give 0.
+    Bad input at the start (FpnetError, a malformed parameter file, an unknown parameter) is
+    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0.
     """
     node: AnyNode | None = None
     try:
         _enter_ros(arguments)
         node = make_node()
+        refuse_unknown(node)
         run(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
@@ -228,6 +235,31 @@ class StatusLog:
             self._warn(report.said)
         else:
             self._info(report.said)
+
+
+class SilenceLog:
+    """
+    Logs an input that has fallen silent, or never was heard, and when it is back: once each.
+
+    Parameters
+    ----------
+    info, warn
+        Take the line.
+    """
+
+    def __init__(self, info: Callable[[str], Any], warn: Callable[[str], Any]) -> None:
+        self._info, self._warn = info, warn
+        self._silent: set[str] = set()
+
+    def follow(self, ages_s: Mapping[str, float], limit_s: float) -> None:
+        """Take for how long nothing has come on each topic [s]."""
+        for topic, age_s in ages_s.items():
+            if age_s > limit_s and topic not in self._silent:
+                self._silent.add(topic)
+                self._warn(f'nothing on {topic} for {age_s:.0f} s: does anybody publish it?')
+            elif age_s <= limit_s and topic in self._silent:
+                self._silent.remove(topic)
+                self._info(f'{topic} is heard again')
 
 
 def one_line(error: Exception) -> str:

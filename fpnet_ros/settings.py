@@ -7,6 +7,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from fpnet_ros.inputs import InputParameters
+from fpnet_ros.runtime import STALE_INPUT_S
 
 
 class LocalizerParameters(InputParameters):
@@ -22,7 +23,9 @@ class LocalizerParameters(InputParameters):
         0.1, ge=0.0, description='Distance between poses of floorplan_path.'
     )
     stale_input_s: float = Field(
-        3.0, gt=0.0, description='Silence of an input after which diagnostics warn.'
+        STALE_INPUT_S,
+        gt=0.0,
+        description='Silence of an input after which log and diagnostics warn.',
     )
     state_file: str = Field(
         '', description='Where the state is saved, and read at the start; empty: nowhere.'

@@ -13,8 +13,8 @@ from typing import Any, Generic, TypeVar
 
 Item = TypeVar('Item')
 
-_NUMBER, _NO_NUMBER = 'publication_sequence_number', 2**64 - 1
-_MOST_LOST = 1000  # a larger gap is between two publishers that take turns
+_NUMBER, _NO_NUMBER = 'publication_sequence_number', 2**64 - 1  # given
+_MOST_LOST = 1000  # a larger gap is between two publishers that take turns; chosen
 
 
 class Numbering:

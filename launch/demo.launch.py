@@ -7,7 +7,7 @@ fpnet simulate recording makes one; a bag of a robot does as well.
 Example: ros2 launch fpnet_ros demo.launch.py bag:=rec/bag floorplan:=rec/floorplan.yaml
 """
 
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
@@ -20,6 +20,7 @@ _ROWS = (
     ('bag', None, 'Folder of the recording.'),
     ('floorplan', None, 'Map YAML or image of the floorplan.'),
     ('points', '/points', 'Topic of the lidar clouds in the recording.'),
+    ('scan', '', 'Topic of LaserScans in place of clouds.'),
     ('rate', '1.0', 'Recorded seconds per second.'),
     ('start_offset_s', '0.0', 'Skip the recording until here.'),
     ('loop', 'false', 'Start again at the end.'),
@@ -31,29 +32,17 @@ def _value(name: str, kind: type) -> ParameterValue:
     return ParameterValue(LaunchConfiguration(name), value_type=kind)
 
 
-def generate_launch_description() -> LaunchDescription:
-    """Describe the localizer's launch file in simulated time, and the player."""
-    localizer = IncludeLaunchDescription(
-        PythonLaunchDescriptionSource(
-            PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'launch', 'localizer.launch.py'])
-        ),
-        launch_arguments={
-            'floorplan': LaunchConfiguration('floorplan'),
-            'points': LaunchConfiguration('points'),
-            'rviz': LaunchConfiguration('rviz'),
-            'use_sim_time': 'true',
-        }.items(),
-    )
+def _replay(context):
+    # Only the scans: a recording may hold odometry and TF of its own.
+    scan = LaunchConfiguration('scan').perform(context)
+    points = LaunchConfiguration('points').perform(context)
     replay = Node(
         package='fpnet_ros',
         executable='replay',
         parameters=[
             {
                 'bag': _value('bag', str),
-                # Only the clouds: a recording may hold odometry and TF of its own.
-                'topics': ParameterValue(
-                    ["['", LaunchConfiguration('points'), "']"], value_type=list[str]
-                ),
+                'topics': [scan or points],
                 'rate': _value('rate', float),
                 'start_offset_s': _value('start_offset_s', float),
                 'loop': _value('loop', bool),
@@ -63,8 +52,25 @@ def generate_launch_description() -> LaunchDescription:
         ],
         output='screen',
     )
+    return [replay]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Describe the localizer's launch file in simulated time, and the player."""
+    localizer = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(
+            PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'launch', 'localizer.launch.py'])
+        ),
+        launch_arguments={
+            'floorplan': LaunchConfiguration('floorplan'),
+            'points': LaunchConfiguration('points'),
+            'scan': LaunchConfiguration('scan'),
+            'rviz': LaunchConfiguration('rviz'),
+            'use_sim_time': 'true',
+        }.items(),
+    )
     arguments = [
         DeclareLaunchArgument(name, default_value=default, description=description)
         for name, default, description in _ROWS
     ]
-    return LaunchDescription([*arguments, localizer, replay])
+    return LaunchDescription([*arguments, localizer, OpaqueFunction(function=_replay)])

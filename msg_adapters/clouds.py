@@ -40,9 +40,12 @@ def cloud_to_msg(
     intensity: ArrayLike | None = None,
     ring: ArrayLike | None = None,
     time_s: ArrayLike | None = None,
+    viewpoints: ArrayLike | None = None,
 ) -> Any:
     """
     Return an unordered PointCloud2 of ``points (P, 3)`` [m] and optional columns ``(P,)``.
+
+    ``viewpoints (P, 3)`` [m] are where rays began, for a cloud of several scanners.
 
     Raises
     ------
@@ -51,7 +54,7 @@ def cloud_to_msg(
     """
     from sensor_msgs.msg import PointCloud2, PointField
 
-    fields, point_step, data = encode_points(points, intensity, ring, time_s)
+    fields, point_step, data = encode_points(points, intensity, ring, time_s, viewpoints)
     return PointCloud2(
         header=header_to_msg(stamp_ns, frame_id),
         height=1,

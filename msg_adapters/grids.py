@@ -16,11 +16,13 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from msg_adapters.stamps import header_to_msg, stamp_to_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
-# Occupancy in percent, the defaults of map_server: above is a wall, below is free.
+# Given: occupancy in percent, the defaults of map_server: above is a wall, below is free.
 OCCUPIED_PERCENT, FREE_PERCENT = 65, 25
-# 500 m x 500 m at 0.05 m: no building needs more, and a wrong resolution soon asks for it.
+# Numerical: 500 m x 500 m at 0.05 m: no building needs more, and a wrong resolution soon asks for
+# it.
 MAX_CELLS = 100_000_000
-# A grid turned out of the horizontal by more than this cannot be a floorplan (cosine of 1 deg).
+# Numerical: a grid turned out of the horizontal by more than this cannot be a floorplan (cosine of
+# 1 deg).
 _LEAST_UPRIGHT = 0.99985
 
 

@@ -18,6 +18,7 @@ from msg_adapters.transforms import matrix_to_pose_msg
 Array = NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
 
+# Chosen, not measured:
 _ROOM, _DOOR, _EDGE = (0.2, 0.4, 0.8, 0.9), (0.9, 0.5, 0.1, 1.0), (0.4, 0.4, 0.4, 0.5)
 _SEEN_ROOM, _SEEN_DOOR = (0.1, 0.7, 0.3, 1.0), (0.95, 0.8, 0.1, 1.0)
 _UNSURE, _SURE = np.array((0.9, 0.1, 0.1)), np.array((0.1, 0.8, 0.2))

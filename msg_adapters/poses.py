@@ -18,7 +18,7 @@ from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
 # Where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
-_ROS_SHAPE = (6, 6)
+_ROS_SHAPE = (6, 6)  # given
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import numpy as np
 
 from fpnet_core.geometry import SE2
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.types import UNMATCHED, GridMap, Portal, Region, RegionLabel, Segmentation
+from fpnet_core.matches import UNMATCHED
+from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
 
 def rectangle(x, y, width, height):

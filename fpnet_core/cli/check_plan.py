@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from itertools import groupby
 from pathlib import Path
@@ -16,6 +17,7 @@ from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError, MapFormatError
 
 if TYPE_CHECKING:
+    from fpnet_core.judging.causes import Asked
     from fpnet_core.plan_check import DriveTour, PlanCheck
 
 
@@ -51,14 +53,8 @@ def command(
     from fpnet_core.plan_check import check_plan
 
     asked = said.asked(('fpnet', 'check-plan'), plan)
-    try:
+    with _refusal_as_json(asked, json_path):
         reading = said.read(plan, tree)
-    except MapFormatError as error:
-        if json_path is not None:
-            crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
-            reason = {'reason': str(error), 'next': crop}
-            common.write_json(json_path, {'readable': False, 'reasons': [reason]})
-        raise
     with common.progress('checking', total=tours + 1.0) as advance:
         seeds = range(tree.seed, tree.seed + tours)
         check = check_plan(reading, tree, seeds, _simulated_drive(), asked, advance)
@@ -70,15 +66,7 @@ def command(
     if json_path is not None:
         common.write_json(json_path, check.as_json())
     if plot is not None:
-        from fpnet_core.viz.plan_check import save_plan_check
-
-        similarity = check.similarity
-        save_plan_check(
-            plot,
-            check.segmentation,
-            frozenset(similarity.alone),
-            frozenset(similarity.with_neighbours),
-        )
+        _draw(plot, check)
     if out is not None:
         from fpnet_core.report.plan_page import write_plan_report
 
@@ -86,6 +74,26 @@ def command(
         common.write_json(out / 'check.json', check.as_json())
     if not check.is_readable:
         raise typer.Exit(1)
+
+
+@contextmanager
+def _refusal_as_json(asked: Asked, json_path: Path | None) -> Iterator[None]:
+    """Write why a drawing could not be read before the error goes on, for who asked for JSON."""
+    try:
+        yield
+    except MapFormatError as error:
+        if json_path is not None:
+            crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+            reason = {'reason': str(error), 'next': crop}
+            common.write_json(json_path, {'readable': False, 'reasons': [reason]})
+        raise
+
+
+def _draw(plot: Path, check: PlanCheck) -> None:
+    from fpnet_core.viz.plan_check import save_plan_check
+
+    alone, together = check.similarity.alone, check.similarity.with_neighbours
+    save_plan_check(plot, check.segmentation, frozenset(alone), frozenset(together))
 
 
 def _simulated_drive() -> DriveTour:

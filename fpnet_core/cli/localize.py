@@ -4,56 +4,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
+    from fpnet_core.accuracy import RunSummary
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
+    from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
     from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import ReplayResult
-    from fpnet_core.report import RunRecord
+    from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
 
+_Recording = Annotated[
+    Path,
+    typer.Argument(metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'),
+]
+_TruthOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--truth',
+        metavar='TUM',
+        help='True poses to compare with: on the floorplan, or truth.tum of a simulation.',
+    ),
+]
+_PosesOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--poses',
+        metavar='FILE',
+        help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
+    ),
+]
+_TopicsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--topic',
+        metavar='NAME',
+        help='Topic of a bag: a PointCloud2, or a LaserScan; repeated for several scanners.',
+    ),
+]
+_TumOption = Annotated[
+    Path | None,
+    typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
+]
+
 
 @common.reads_drawing
 def command(
-    recording: Annotated[
-        Path,
-        typer.Argument(
-            metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'
-        ),
-    ],
+    recording: _Recording,
     floorplan: Annotated[Path, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)],
     said: common.DrawingOptions,
-    truth: Annotated[
-        Path | None,
-        typer.Option(
-            '--truth',
-            metavar='TUM',
-            help='True poses to compare with: on the floorplan, or truth.tum of a simulation.',
-        ),
-    ] = None,
-    poses: Annotated[
-        Path | None,
-        typer.Option(
-            '--poses',
-            metavar='FILE',
-            help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
-        ),
-    ] = None,
-    tum: Annotated[
-        Path | None,
-        typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
-    ] = None,
+    truth: _TruthOption = None,
+    poses: _PosesOption = None,
+    topics: _TopicsOption = None,
+    tum: _TumOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -66,10 +81,13 @@ def command(
     The scale of a drawing that states none is estimated, and searched around that estimate as far
     as it is unsure, unless localizer.scale_policy is set.
 
-    A bag with raw clouds only runs through KISS-ICP; poses that the recording brings, or --poses,
-    are used as odometry. Exits 0 whether or not the robot was found; what it prints says which,
-    and why; where it ends without a pose, the likely causes with the next command.
-    fpnet --verbose localize logs every change of status with its reason.
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
+    /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
+    or --poses, are used as odometry.
+
+    Exits 0 whether or not the robot was found; what it prints says which, and why; where it ends
+    without a pose, the likely causes with the next command. fpnet --verbose localize logs every
+    change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -80,57 +98,50 @@ def command(
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
-    from fpnet_core.accuracy import summarize_run
     from fpnet_core.drawings.scaling import with_scale_of
-    from fpnet_core.geometry import Affine2D
-    from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
-    from fpnet_core.io.truth import read_truth
 
     reading = said.read(floorplan, tree)
     tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
-    reference, A_plan_truth = (None, Affine2D.identity()) if truth is None else read_truth(truth)
-    source = open_scans(common.check_input(recording))
-    if poses is not None:
-        source = PosedScans(source, read_poses(poses))
+    known = _known(truth)
     given = common.typed_settings(config, settings)
     given += ['--poses', str(poses)] if poses else []
+    given += [word for topic in topics or () for word in ('--topic', topic)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
-    result = _localize(source, reading, tree, asked, said.storey)
-    run = result.run
-    if tum is not None:
-        write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
-    summary = summarize_run(run.published, run.odometry, run.tick_ms, reference, A_plan_truth)
-    figures = {
-        'status': result.last.status.value,
-        'probability': round(result.last.probability, 4),
-        'reason': result.last.reason,
-        'causes': [cause.as_json() for cause in result.causes],
-        'scans': len(run.odometry),
-        'rejected_scans': run.rejected_scans,
-        'path_m': round(run.odometry.path_length_m(), 3),
-        **summary.as_json(),
-    }
+    result = _localize(_opened(recording, poses, topics or ()), reading, tree, asked, said.storey)
+    summary = result.summary(known)
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
     common.say_causes(result.causes, json_path)
+    if tum is not None:
+        _write_poses(tum, result.run)
     if json_path is not None:
-        common.write_json(json_path, figures)
+        common.write_json(json_path, result.figures(summary))
     if out is not None:
-        from fpnet_core.report import RunRecord
+        name = f'{recording.name} on {floorplan.name}'
+        _write_folder(out, name, result, known, summary)
 
-        record = RunRecord(
-            f'{recording.name} on {floorplan.name}',
-            f'{result.last.said}. {summary}',
-            result.plan,
-            run.outputs,
-            run.published,
-            reference,
-            A_plan_truth,
-            figures,
-            result.causes,
-        )
-        _write_folder(out, record, run)
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """True poses, None where nobody knows them, and the map from their frame to the plan's."""
+
+    reference: PlanarTrajectory | None
+    A_plan_truth: Affine2D
+
+
+def _known(truth: Path | None) -> _Known:
+    from fpnet_core.geometry import Affine2D
+    from fpnet_core.io.truth import read_truth
+
+    return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
+
+
+def _opened(recording: Path, poses: Path | None, topics: Sequence[str]) -> ScanSource:
+    from fpnet_core.io import PosedScans, open_scans, read_poses
+
+    source = open_scans(common.check_input(recording), topics=topics)
+    return source if poses is None else PosedScans(source, read_poses(poses))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +152,26 @@ class _Localized:
     plan: Segmentation
     last: LocalizerOutput
     causes: tuple[Cause, ...]
+
+    def summary(self, known: _Known) -> RunSummary:
+        from fpnet_core.accuracy import summarize_run
+
+        run = self.run
+        return summarize_run(
+            run.published, run.odometry, run.tick_ms, known.reference, known.A_plan_truth
+        )
+
+    def figures(self, summary: RunSummary) -> dict[str, Any]:
+        return {
+            'status': self.last.status.value,
+            'probability': round(self.last.probability, 4),
+            'reason': self.last.reason,
+            'causes': [cause.as_json() for cause in self.causes],
+            'scans': len(self.run.odometry),
+            'rejected_scans': self.run.rejected_scans,
+            'path_m': round(self.run.odometry.path_length_m(), 3),
+            **summary.as_json(),
+        }
 
 
 def _localize(
@@ -172,9 +203,29 @@ def _localize(
     return _Localized(run, localizer.plan.segmentation, last, causes)
 
 
-def _write_folder(out: Path, record: RunRecord, run: ReplayResult) -> None:
-    from fpnet_core.report import write_run_exports, write_run_report
+def _write_poses(tum: Path, run: ReplayResult) -> None:
+    from fpnet_core.io import write_tum
 
+    write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
+
+
+def _write_folder(
+    out: Path, name: str, result: _Localized, known: _Known, summary: RunSummary
+) -> None:
+    from fpnet_core.report import RunRecord, write_run_exports, write_run_report
+
+    run = result.run
+    record = RunRecord(
+        name,
+        f'{result.last.said}. {summary}',
+        result.plan,
+        run.outputs,
+        run.published,
+        known.reference,
+        known.A_plan_truth,
+        result.figures(summary),
+        result.causes,
+    )
     write_run_exports(out, record.plan.grid, run.outputs, run.published, run.odometry)
     common.write_json(out / 'run.json', record.figures)
     write_run_report(out / _REPORT_NAME, record)

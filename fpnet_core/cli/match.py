@@ -130,7 +130,7 @@ def _report(
 
 def _in_pixels(A_plan_sub: Affine2D, plan: Reading, sub: GridMap) -> NDArray[np.float64]:
     """Return the homography (3, 3) from pixels of the robot's map to those of the drawing."""
-    from fpnet_core.io import pixel_to_xy
+    from fpnet_core.raster.pixels import pixel_to_xy
 
     H = np.linalg.inv(plan.H_plan_image) @ A_plan_sub.matrix @ pixel_to_xy(sub).matrix
     return np.asarray(H / H[2, 2])

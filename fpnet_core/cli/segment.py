@@ -110,11 +110,9 @@ def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     builder = SubmapBuilder(tree.submap)
     with common.progress('accumulating scans', total=len(scans)) as advance:
         for scan in scans:
-            points, T_odom_sensor = scan.points, scan.T_odom_sensor
-            if odometry is not None:
-                points, T_odom_sensor = odometry.register_scan(scan)
-            assert T_odom_sensor is not None
-            builder.add_scan(points, T_odom_sensor, scan.stamp_ns)
+            sweep = scan if odometry is None else odometry.register_scan(scan)
+            assert sweep.T_odom_sensor is not None
+            builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
             advance(1.0)
     submap = builder.take()
     if submap is None:
@@ -174,7 +172,7 @@ def _report(
     segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, reading: Reading | None
 ) -> dict[str, Any]:
     from fpnet_core.drawings.plan_files import as_json, is_affine
-    from fpnet_core.io import pixel_to_xy
+    from fpnet_core.raster.pixels import pixel_to_xy
 
     grid = segmentation.grid
     affine = pixel_to_xy(grid).matrix

@@ -17,6 +17,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.lengths import WRITTEN_UNITS_M, lengths, number_and_unit
 from fpnet_core.drawings.types import (
     Array,
     Drawing,
@@ -26,23 +27,12 @@ from fpnet_core.drawings.types import (
     Strokes,
 )
 
-_FOOT_M, _INCH_M = 0.3048, 0.0254
-_UNITS_M = {
-    'm': 1.0, 'mt': 1.0, 'mts': 1.0, 'meter': 1.0, 'meters': 1.0, 'metres': 1.0, 'metre': 1.0,
-    'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': _FOOT_M, 'feet': _FOOT_M,
-    "'": _FOOT_M,
-}  # fmt: skip
-_LENGTH = re.compile(r'(?:[≈~]\s*)?(\d{1,6}(?:[.,]\d{1,3})?)\s*([a-zм\']{1,6})?', re.IGNORECASE)
-_FEET = re.compile(
-    r'(\d{1,4})\s*[\'\u2032\u2019]\s*-?\s*'
-    r'(?:(\d{1,2})?\s*(?:(\d{1,2})/(\d{1,2}))?\s*(?:["\u2033\u201d]|\'\'))?'
-)
 _RATIO = re.compile(r'(?<![\d:/.])1\s*[:/]\s*(\d{1,4})(?![\d:/.,])')
+# Physical: scales that drawings are made at.
 _RATIOS = frozenset({10, 20, 25, 33, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000})
-_BARE = (('m', re.compile(r'\d{1,3}[.,]\d{1,3}')), ('cm', re.compile(r'\d{2,4}')),
-         ('mm', re.compile(r'\d{3,6}')))  # fmt: skip
 
-_MAX_LABELS = 600  # that are looked at
+_MAX_LABELS = 600  # numerical: that are looked at
+# Chosen, not measured:
 _PARALLEL = math.radians(1.5)
 _REACH = 2.4  # of a text's height, from its middle to the line that it measures
 _ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
@@ -50,7 +40,7 @@ _TOUCH = 0.5  # of a text's height, by which a tick or extension line may miss t
 _STATIONS = 4  # ticks on either side that may be the ends of what is measured
 _MIDDLE = 0.06  # of the length, how far a text may be off the middle of its line
 _WINDOW = 0.006  # logarithm, within which votes agree: lines are drawn to the pixel's tenth
-_RANGE = math.log(2_000.0)  # of resolutions that a vote may be for
+_RANGE = math.log(2_000.0)  # numerical: of resolutions that a vote may be for
 _CHANCE = 1e-3  # expected number of scales that would win as many votes by chance
 _TYPICAL_M = 3.5  # length that a dimension gives
 _MIN_VALUES = 3  # different lengths that agree
@@ -213,31 +203,9 @@ def _texts(label: Label) -> Iterator[_Text]:
     if size <= 0.0:
         return
     text = label.text.strip()
-    for value_m, unit in _lengths(text):
+    for value_m, unit in lengths(text):
         if value_m > 0.0:
             yield _Text(value_m, unit, place, size, axis)
-
-
-def _lengths(text: str) -> Iterator[tuple[float, str]]:
-    """Yield (metres, unit) that a text may say; the unit is empty where the text says it."""
-    feet = _FEET.fullmatch(text)
-    if feet is not None:
-        whole, inches, above, below = (int(part) if part else 0 for part in feet.groups())
-        share = above / below if below else 0.0
-        yield whole * _FOOT_M + (inches + share) * _INCH_M, ''
-        return
-    match = _LENGTH.fullmatch(text)
-    if match is None:
-        return
-    number = float(match.group(1).replace(',', '.'))
-    unit = (match.group(2) or '').lower()
-    if unit:
-        if unit in _UNITS_M:
-            yield number * _UNITS_M[unit], ''
-        return
-    for name, pattern in _BARE:
-        if pattern.fullmatch(match.group(1)):
-            yield number * _UNITS_M[name], name
 
 
 def _spans(text: _Text, lines: _Lines) -> list[float]:
@@ -297,7 +265,7 @@ def _pairs(stations: Array, centre: float) -> list[float]:
 
 def bar_scale(drawing: Drawing, labels: tuple[Label, ...], lines: _Lines) -> DrawingScale | None:
     """Return the scale of a scale bar: numbers from 0 at even distances, each at a tick."""
-    zeros = [label for label in labels if _bar_value(label)[0] == 0.0]
+    zeros = [label for label in labels if number_and_unit(label.text)[0] == 0.0]
     found = [fit for zero in zeros for fit in [_bar_fit(zero, labels, lines)] if fit is not None]
     found = [fit for fit in found if _plausible(drawing, fit)]
     if not found or max(found) > min(found) * (1.0 + _AGREE):
@@ -305,25 +273,14 @@ def bar_scale(drawing: Drawing, labels: tuple[Label, ...], lines: _Lines) -> Dra
     return _scale(float(np.median(found)), _EXACT, ScaleSource.SCALE_BAR, 'its scale bar')
 
 
-def _bar_value(label: Label) -> tuple[float | None, float | None]:
-    """Return the number of a label of a scale bar, and its unit [m] if it has one."""
-    match = _LENGTH.fullmatch(label.text.strip())
-    if match is None:
-        return None, None
-    unit = (match.group(2) or '').lower()
-    if unit and unit not in _UNITS_M:
-        return None, None
-    return float(match.group(1).replace(',', '.')), _UNITS_M.get(unit)
-
-
 def _bar_fit(zero: Label, labels: tuple[Label, ...], lines: _Lines) -> float | None:
     """Return metres per pixel of the bar that starts at ``zero``."""
     left, top, right, bottom = zero.box
     height = bottom - top
     start = (left + right) / 2.0
-    places, values, units = [start], [0.0], [_bar_value(zero)[1]]
+    places, values, units = [start], [0.0], [number_and_unit(zero.text)[1]]
     for label in labels:
-        value, unit = _bar_value(label)
+        value, unit = number_and_unit(label.text)
         beside = abs((label.box[1] + label.box[3]) - (top + bottom)) < 0.6 * height
         if value and beside and label.box[0] > right:
             places.append((label.box[0] + label.box[2]) / 2.0)
@@ -342,8 +299,8 @@ def _unit_beside(zero: Label, labels: tuple[Label, ...]) -> float | None:
     for label in labels:
         beside = abs((label.box[1] + label.box[3]) - (zero.box[1] + zero.box[3]))
         word = label.text.strip().lower().strip('[]()')
-        if word in _UNITS_M and beside < 1.5 * (zero.box[3] - zero.box[1]):
-            return _UNITS_M[word]
+        if word in WRITTEN_UNITS_M and beside < 1.5 * (zero.box[3] - zero.box[1]):
+            return WRITTEN_UNITS_M[word]
     return None
 
 

@@ -15,21 +15,19 @@ from fpnet_core.drawings.learned import SeenBuilding, see_building
 from fpnet_core.drawings.looking import Rival
 from fpnet_core.drawings.plausible import features, probability
 from fpnet_core.drawings.sheet import FRAME, find_building
-from fpnet_core.drawings.straighten import map_points
-from fpnet_core.drawings.tones import Levels, ink_level, is_dark_ground
-from fpnet_core.drawings.types import Array, Drawing, Dropped, ReadOptions, Trust
-from fpnet_core.drawings.view import View, shrinking, view_of
+from fpnet_core.drawings.tones import Levels, colourfulness, ink_level, is_dark_ground
+from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
+from fpnet_core.drawings.view import View, view_of
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import pixel_to_xy
 from fpnet_core.io.images import interpret
+from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
-Box = tuple[int, int, int, int]
-
 NOMINAL_M = 0.05
-"""Edge of a cell where nothing is known of the scale; every figure is a ratio then."""
+"""Edge of a cell where nothing is known of the scale; every figure is a ratio then. Chosen."""
 
+# Chosen, not measured:
 _SURE = 0.7  # a reading so plausible is taken without a look at others
 _PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
@@ -39,8 +37,8 @@ _LEVELS_SHARE = 0.92  # of a clean picture has one of these
 _WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
-_JUDGED_PX = 1200  # the longer side of a picture in which a plain reading is judged
-_ROUNDS = 2  # of scale and segmentation: enough to judge
+_JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
+_ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
 
@@ -241,7 +239,7 @@ def _grey(pixels: Levels) -> Levels | None:
     """
     if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
         return None
-    if (np.ptp(pixels, axis=2) > _COLOURED).mean() > _COLOUR_SHARE:
+    if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
     weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
     grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.pages import Array, Pieces
 
 DOOR_WIDTHS_M = (0.55, 1.45)
-"""Of the leaves of doors [m]: toilet cabins to hospital beds."""
+"""Physical: of the leaves of doors [m]: toilet cabins to hospital beds."""
 
+# Chosen, not measured:
 _MIN_RUN = 5  # pieces of an arc
 _MAX_TURN = np.radians(50.0)  # between pieces of an arc; more is a corner
 _EVEN = 4.0  # neighbouring pieces of an arc are at most so much longer or shorter

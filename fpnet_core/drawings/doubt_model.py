@@ -27,12 +27,12 @@ Array = NDArray[np.float64]
 Side = Literal['room', 'sheet']
 
 DOUBT_SCHEMA = 1
-"""Grows when a figure changes its meaning."""
+"""Given: grows when a figure changes its meaning."""
 
 DOUBT_NAME = 'doubts.safetensors'
 
 CLIP = 4.0
-"""Evidence is standardised and held to so many standard deviations."""
+"""Numerical: evidence is standardised and held to so many standard deviations."""
 
 SIDES: dict[Side, tuple[str, ...]] = {'room': ROOM_FIGURES, 'sheet': SHEET_FIGURES}
 

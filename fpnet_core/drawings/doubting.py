@@ -15,11 +15,12 @@ from fpnet_core.drawings.looking import Look
 from fpnet_core.drawings.plausible import findings
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, room_figures
 from fpnet_core.drawings.sheet_figures import lost_spaces, whole_figures
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import Box, Doubtful
+from fpnet_core.raster.pixels import map_points
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _DOUBTFUL_ROOM = 0.5  # rooms that are right with less are marked
 _MOST_MARKED = 12  # places; more are no help
 _SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom

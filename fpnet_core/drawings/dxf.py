@@ -34,11 +34,13 @@ from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
 MAX_ENTITIES = 300_000
-"""After blocks are exploded; a block that holds itself many times over multiplies."""
+"""Numerical: after blocks are exploded; a block that holds itself many times over multiplies."""
 
-_MAX_DEPTH = 12  # blocks in blocks
+_MAX_DEPTH = 12  # numerical: blocks in blocks
+# Given: $INSUNITS.
 _UNITS_M = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
-            1200 / 3937}  # fmt: skip  # $INSUNITS
+            1200 / 3937}  # fmt: skip
+# Chosen, not measured:
 _TEXT_ASPECT = 0.7  # of a letter, width to height
 _THIN = 0.7  # of a hatched area [m], the width up to which it is a wall and not a floor
 _LEFT_OUT = frozenset({

@@ -13,8 +13,8 @@ import numpy as np
 from fpnet_core.drawings.pages import Array, Ring
 from fpnet_core.errors import MapFormatError
 
-_CURVE_SHARE = 0.02  # of a curve's size, how far its pieces may be off
-_ARC_STEP = np.radians(7.5)
+_CURVE_SHARE = 0.02  # numerical: of a curve's size, how far its pieces may be off
+_ARC_STEP = np.radians(7.5)  # numerical
 
 
 def tolerant(parts: Iterator[Any]) -> Iterator[Any]:

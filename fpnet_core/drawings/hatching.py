@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.pages import Array, Pieces
 
+# Chosen, not measured:
 _MIN_LINES = 24  # at different places; a flight of stairs has fewer
 _ANGLE = np.radians(1.0)  # within which lines are parallel
 _CLOSEST = 0.008  # of the drawing's long side, that lines are apart at most: 0.4 m of 50 m

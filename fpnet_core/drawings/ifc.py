@@ -30,13 +30,15 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
 
 CUT_M = 1.003
-"""Height of the cut above the floor [m]; not a round figure, at which sills and beams end."""
+"""
+Height of the cut above the floor [m]; not a round figure, at which sills and beams end. Chosen.
+"""
 
-MAX_BYTES = 200 * 2**20
+MAX_BYTES = 200 * 2**20  # numerical
 
 _SOLID = ('IfcWall', 'IfcColumn', 'IfcPlate', 'IfcMember', 'IfcCurtainWall', 'IfcWindow')
-_SHAPES = 4_000  # elements that are looked at beyond those of the storey itself
-_JOIN_M = 1e-4  # ends of cut lines so close are one
+_SHAPES = 4_000  # numerical: elements that are looked at beyond those of the storey itself
+_JOIN_M = 1e-4  # numerical: ends of cut lines so close are one
 _LAYERS = {'IfcWindow': 'windows', 'IfcPlate': 'windows', 'IfcColumn': 'columns'}
 
 

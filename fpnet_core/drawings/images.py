@@ -13,8 +13,8 @@ from PIL import Image, ImageOps
 from fpnet_core.drawings.types import Array, Drawing
 from fpnet_core.io.images import opened_image
 
-_ORIENTATION = 0x0112  # the EXIF tag that says how a camera was held
-_LEVELS_OF_16_BIT = 257.0  # 65535 / 255
+_ORIENTATION = 0x0112  # given: the EXIF tag that says how a camera was held
+_LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 
 def open_image(path: Path) -> Drawing:

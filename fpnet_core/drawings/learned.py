@@ -17,30 +17,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.plausible import wall_cells
-from fpnet_core.drawings.types import Array, Trust
+from fpnet_core.drawings.types import Array, Box, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, shrunk, square
+from fpnet_core.raster.pieces import longer_pieces
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.windows import window_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
-Mask = NDArray[np.bool_]
-Box = tuple[int, int, int, int]
 Chances = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 
 SHEET_PX = 1024
-"""The longer side of the picture in which the network looks for the building."""
+"""The longer side of the picture in which the network looks for the building. Chosen."""
 
 BUILDING_PX = (500, 1300)
-"""The longer side of the building in the picture that walls are read from, and between them"""
+"""
+The longer side of the building in the picture that walls are read from, and between them. Chosen.
+"""
 
 WALL_PX = 6.0
-"""so large that its walls are as thick as this in the mean."""
+"""so large that its walls are as thick as this in the mean. Chosen."""
 
 FINAL_PX = 1600
-"""The longer side of the map at most: edges of walls are those of the drawing at this size."""
+"""
+The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
+"""
 
+# Chosen, not measured:
 _WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
 _LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
 _STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
@@ -49,7 +56,9 @@ _LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
 _MARGIN = 0.04  # of the building's longer side is looked at around it
 _SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
 _WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
-_WALLS_COUNT = 2.5  # times as much as floor: a hole in a wall joins two rooms
+# Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
+# sheets of the tune half (docs/drawings.md).
+_WALLS_COUNT = 2.5
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read
@@ -102,14 +111,15 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
         raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
     S = view.H_view_pixel @ np.linalg.inv(H_sheet_pixel)
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
-    ground = (labels == order[chosen] + 1).astype(np.float32)
+    ground = labels == order[chosen] + 1
     box = _widened(in_view[chosen], shape)
-    longest = _longest(coarse, ground > 0, boxes[order[chosen]])
+    longest = _longest(coarse, ground, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
     fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
-    near = cv2.warpPerspective(_grown(ground, _WING_SHARE), H_cell_sheet, size) > 0.5
+    grounds = _grown(ground, _WING_SHARE).astype(np.float32)
+    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > 0.5
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
     cells = _alone(_cells(fine, before, near))
@@ -162,9 +172,8 @@ def _enlarged(chances: Chances, picture: Pixels) -> Chances:
 
 def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
     """Tell whether walls are areas of one tone, darker than what is beside them."""
-    wall = (solid > 0.7).astype(np.uint8)
-    core = cv2.erode(wall, np.ones((3, 3), np.uint8)) > 0
-    beside = (cv2.dilate(wall, np.ones((9, 9), np.uint8)) > 0) & (solid < 0.2)
+    wall = solid > 0.7
+    core, beside = shrunk(wall, 1), grown(wall, 4) & (solid < 0.2)
     if not core.any() or not beside.any():
         return False
     tone = float(np.median(guide[core]))
@@ -195,16 +204,15 @@ def _chances(pixels: NDArray[np.uint8]) -> Chances:
 def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
     longest = max(inside.shape)
-    side = 2 * round(0.5 * _LINE_SHARE * longest) + 1  # odd, or it would move what it opens
-    square = np.ones((side, side), np.uint8)
-    inside = cv2.morphologyEx(inside.astype(np.uint8), cv2.MORPH_OPEN, square) > 0
+    side = 2 * round(0.5 * _LINE_SHARE * longest) + 1
+    inside = opened_by(inside, square(side))
     _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
     if len(stats) < 2:
         return np.zeros(inside.shape, np.int32), []
     largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
     extent = int(stats[largest, 2:4].max())
-    joined = _grown(inside.astype(np.float32), _WING_SHARE * extent / longest / 2.0)
-    count, labels = cv2.connectedComponents((joined > 0).astype(np.uint8))
+    joined = _grown(inside, _WING_SHARE * extent / longest / 2.0)
+    count, labels = cv2.connectedComponents(joined.astype(np.uint8))
     labels = np.where(inside, labels, 0)
     areas = np.bincount(labels.ravel(), minlength=count)[1:]
     order = np.argsort(-areas, kind='stable')
@@ -230,8 +238,10 @@ def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:
 
 
 def _box(mask: Mask) -> Box:
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return int(cols[0]), int(rows[0]), int(cols[-1]) + 1, int(rows[-1]) + 1
+    window = window_of(mask)
+    assert window is not None, 'a building has cells'
+    rows, cols = window
+    return cols.start, rows.start, cols.stop, rows.stop
 
 
 def _reading_order(boxes: list[Box]) -> list[int]:
@@ -246,17 +256,15 @@ def _reading_order(boxes: list[Box]) -> list[int]:
     return found
 
 
-def _grown(mask: NDArray[np.float32], share: float) -> NDArray[np.float32]:
+def _grown(mask: Mask, share: float) -> Mask:
     """Return the mask dilated by a share of the picture's longer side."""
-    side = 2 * max(1, round(share * max(mask.shape))) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    return np.asarray(cv2.dilate(mask, disc), np.float32)
+    return grown_by(mask, disc(2 * max(1, round(share * max(mask.shape))) + 1))
 
 
 def _mapped(H: Array, box: Box) -> Box:
     left, top, right, bottom = box
-    corners = np.array([[left, top, 1.0], [right - 1.0, bottom - 1.0, 1.0]]) @ H.T
-    (x0, y0), (x1, y1) = (corners[:, :2] / corners[:, 2:]).tolist()
+    corners = np.array([[left, top], [right - 1.0, bottom - 1.0]])
+    (x0, y0), (x1, y1) = map_points(H, corners).tolist()
     return round(x0), round(y0), round(x1) + 1, round(y1) + 1
 
 
@@ -283,7 +291,8 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
     is_free = inside & ~is_wall
     reach = _WALL_SHARE * max(near.shape)
-    is_wall = _without_specks(is_wall & (cells_to_nearest(is_free) <= reach))
+    is_wall &= cells_to_nearest(is_free) <= reach
+    is_wall = longer_pieces(is_wall, _SPECK_SHARE * max(near.shape))
     return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
 
 
@@ -292,8 +301,7 @@ def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
     labels, boxes = _buildings(cells != UNKNOWN)
     if not boxes:
         return np.full_like(cells, UNKNOWN)
-    near = _grown((labels == 1).astype(np.float32), _LINE_SHARE) > 0
-    return np.where(near, cells, UNKNOWN).astype(np.int8)
+    return np.where(_grown(labels == 1, _LINE_SHARE), cells, UNKNOWN).astype(np.int8)
 
 
 def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
@@ -311,14 +319,6 @@ def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
     return np.where(leaks[spaces], inside > 0.5, share[spaces] > 0.5)
 
 
-def _without_specks(walls: Mask) -> Mask:
-    """Return the walls without pieces too short to be any."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
-    keep = stats[:, 2:4].max(axis=1) > _SPECK_SHARE * max(walls.shape)
-    keep[0] = False
-    return np.asarray(keep[labels])
-
-
 def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
     built, walls = cells != UNKNOWN, cells == OCCUPIED
     most = fine.max(axis=0)[built]
@@ -334,6 +334,4 @@ def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
 
 def _covered(walls: Mask, by: Mask) -> float:
     """Return the share of walls that others are near to."""
-    side = 2 * _NEAR_PX + 1
-    near = cv2.dilate(by.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
-    return float((near & walls).sum() / max(walls.sum(), 1))
+    return float((grown(by, _NEAR_PX) & walls).sum() / max(walls.sum(), 1))

@@ -21,20 +21,20 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.tones import Levels, contrast
 from fpnet_core.drawings.types import Trust
-from fpnet_core.io import pixel_to_xy
+from fpnet_core.raster.morphology import Mask, square
+from fpnet_core.raster.pixels import growth_at, pixel_to_xy
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 WHAT_IFS = ('smaller', 'larger', 'thick', 'dark')
 """The same reading taken for a smaller or a larger building, without its thin or faint lines."""
 
+# Chosen, not measured:
 _FACTORS = {'smaller': 0.8, 'larger': 1.25}  # of the scale: about its usual interval
 _THIN, _FAINT = 0.6, 0.6  # of the usual wall's thickness and contrast
-_SQUARE = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,15 +137,13 @@ def _thin(walls: Mask) -> Mask:
     side = round(_THIN * wall_cells(walls))
     if side < 2:
         return np.zeros_like(walls)
-    core = cv2.morphologyEx(
-        walls.astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8)
-    )
-    return np.asarray(walls & (cv2.dilate(core, _SQUARE) == 0))
+    core = cv2.morphologyEx(walls.astype(np.uint8), cv2.MORPH_OPEN, square(side))
+    return np.asarray(walls & (cv2.dilate(core, square(3)) == 0))
 
 
 def _faint(look: Look) -> Mask:
     """Return which walls (H, W) are fainter than the usual one; a wall's edge is part of it."""
-    strongest = cv2.dilate(look.levels, _SQUARE)
+    strongest = cv2.dilate(look.levels, square(3))
     return np.asarray(look.walls & (strongest < _FAINT * look.tone))
 
 
@@ -153,7 +151,7 @@ def _levels_at(pixels: Levels, grid: GridMap, H_plan_pixel: Array) -> Levels:
     """Return the contrast of a drawing at the cells (H, W) of a grid."""
     H_cell_pixel = np.linalg.inv(pixel_to_xy(grid).matrix) @ H_plan_pixel
     middle = np.linalg.solve(H_cell_pixel, [grid.shape[1] / 2.0, grid.shape[0] / 2.0, 1.0])
-    factor = min(1.0, _growth(H_cell_pixel, middle[:2] / middle[2]))
+    factor = min(1.0, growth_at(H_cell_pixel, middle[:2] / middle[2]))
     size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]
     small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
     back = np.diag([pixels.shape[1] / size[0], pixels.shape[0] / size[1], 1.0])
@@ -164,14 +162,6 @@ def _levels_at(pixels: Levels, grid: GridMap, H_plan_pixel: Array) -> Levels:
     if is_wall.any() and is_free.any() and shown[is_wall].mean() > shown[is_free].mean():
         shown = 255 - shown
     return contrast(np.ascontiguousarray(shown))
-
-
-def _growth(H: Array, at: Array) -> float:
-    """Return by how much ``H`` makes lengths longer at a place."""
-    places = np.column_stack([at + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(3)])
-    mapped = places @ H.T
-    mapped = mapped[:, :2] / mapped[:, 2:]
-    return float(np.sqrt(abs(np.linalg.det(mapped[1:] - mapped[0]))))
 
 
 def _labels_at(rival: Rival, grid: GridMap, H_plan_pixel: Array) -> Labels:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-_LONGEST = 120  # letters
+_LONGEST = 120  # numerical: letters
 
 
 def detail_of(error: Exception) -> str:

@@ -11,7 +11,7 @@ import re
 from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-_HEAD_BYTES = 4096
+_HEAD_BYTES = 4096  # numerical
 _DXF = re.compile(rb'\A(?:\xef\xbb\xbf)?\s*(?:999\r?\n[^\n]*\n\s*)*0\s*\r?\n\s*SECTION\s*\r?\n')
 _SVG = re.compile(rb'<(?:\w+:)?svg[\s>]')
 _IMAGES = (

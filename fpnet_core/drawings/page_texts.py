@@ -8,6 +8,7 @@ import numpy as np
 
 from fpnet_core.drawings.types import Label
 
+# Chosen, not measured:
 _JOIN = 0.6  # of the letters' height between texts of one line
 _LETTERED = 0.6  # of the texts are single letters in files that write each letter by itself
 _LEVEL = 0.6  # of the smaller letters, in which texts of one line overlap

@@ -26,14 +26,16 @@ Box = tuple[float, float, float, float]
 """Lowest x, lowest y, highest x, highest y."""
 
 MAX_POINTS = 3_000_000
-"""Drawings of more points are refused; an office floor has 10,000 to 500,000."""
+"""Numerical: drawings of more points are refused; an office floor has 10,000 to 500,000."""
 
-NO_PAINT: Colour = (0, 0, 0, 0)
-BLACK: Colour = (0, 0, 0, 255)
+NO_PAINT: Colour = (0, 0, 0, 0)  # given
+BLACK: Colour = (0, 0, 0, 255)  # given
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)
-_FARTHEST = 1e12  # units from the origin; no building is there, and NaN is nowhere
-_CURVE_STEPS = 12  # straight pieces of a Bezier curve; those of a door are half as long as wide
+_FARTHEST = 1e12  # numerical: units from the origin; no building is there, and NaN is nowhere
+# Numerical: straight pieces of a Bezier curve; those of a door are half as long as wide.
+_CURVE_STEPS = 12
 _POWERS = np.linspace(0.0, 1.0, _CURVE_STEPS + 1)[:, None]
+# Numerical.
 _BERNSTEIN = np.hstack([
     (1 - _POWERS) ** 3,
     3 * _POWERS * (1 - _POWERS) ** 2,

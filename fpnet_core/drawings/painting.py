@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.pages import Array, Canvas, Pieces, VectorPage, composed, transformed
 
-_SHIFT = 4  # bits of a pixel's fraction that OpenCV takes
+_SHIFT = 4  # given: bits of a pixel's fraction that OpenCV takes
+# Chosen, not measured:
 _MIN_WIDTH_PX = 2  # of lines: a hairline is a wall's face as often as not
-_MAX_WIDTH_PX = 200
+_MAX_WIDTH_PX = 200  # numerical
 _FAINTEST = 13  # of 255, opacity that is worth painting
 _OPAQUE = 250  # of 255
-_MAX_BLENDED = 2_000_000_000  # pixels under areas that are see-through; more are left out
-_FAR = 4.0  # image sizes outside of the image that coordinates are cut to
+# Numerical: pixels under areas that are see-through; more are left out.
+_MAX_BLENDED = 2_000_000_000
+_FAR = 4.0  # numerical: image sizes outside of the image that coordinates are cut to
 
 
 def paint(

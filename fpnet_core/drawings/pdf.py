@@ -39,17 +39,18 @@ from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
 POINT_M = 0.0254 / 72.0
-"""Length of a PDF's unit on paper [m]."""
+"""Given: length of a PDF's unit on paper [m]."""
 
-_MAX_PAGES = 60  # that are looked at for the one with the floorplan
-_MAX_LOOKED = 4_000  # objects of a page that are looked at for that
-_MAX_OBJECTS = 600_000
-_MAX_DEPTH = 12  # forms in forms
+_MAX_PAGES = 60  # numerical: that are looked at for the one with the floorplan
+_MAX_LOOKED = 4_000  # numerical: objects of a page that are looked at for that
+_MAX_OBJECTS = 600_000  # numerical
+_MAX_DEPTH = 12  # numerical: forms in forms
+# Chosen, not measured:
 _SCAN_SHARE = 0.3  # of the page under a picture, for it to be a scan
 _MIN_WIDTH_PX = 2.0  # of lines, as painted
 _RULED = 0.02  # of the page's diagonal, for a line to count for its being a drawing
 _SCAN_LINES = 400  # that a page with a scan counts for
-_LONGEST_TEXT = 2_000  # bytes of a text object that says something short
+_LONGEST_TEXT = 2_000  # numerical: bytes of a text object that says something short
 
 
 @dataclass

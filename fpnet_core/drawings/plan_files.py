@@ -22,7 +22,7 @@ from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io import write_map
 
-_VERSION = 1
+_VERSION = 1  # given
 _MARK = 'fpnet_plan'  # tells these files from any other JSON beside a map
 _MAX_BYTES = 1_000_000  # numerical: longer ones are no record of a reading
 _AFFINE = 1e-9  # numerical: a last row as near to (0, 0, 1) is that of an affine map

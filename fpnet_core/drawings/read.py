@@ -23,13 +23,14 @@ from fpnet_core.drawings.types import (
     ScaleSource,
 )
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.io import read_map
 from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 Length = tuple[float, float, float, float, float]
 
-_LEAST_CROP_PX = 16
+_LEAST_CROP_PX = 16  # numerical
 _DEFAULTS = ReadOptions()
 
 

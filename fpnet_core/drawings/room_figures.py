@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.looking import WHAT_IFS, Look
+from fpnet_core.raster.morphology import Mask, grown
+from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
-Mask = NDArray[np.bool_]
-Window = tuple[slice, slice]
 
 ROOM_FIGURES = (
     'size', 'square', 'convex', 'solid', 'long', 'corners', 'askew', 'doors', 'widest_door',
@@ -29,11 +29,13 @@ ROOM_FIGURES = (
     'rivals', 'best_rival', 'top_rival', *WHAT_IFS, 'rooms', 'plausible',
 )  # fmt: skip
 
+# Chosen, not measured:
 _UNREAD, _HALF_READ = 0.5, 0.25  # of the usual wall's contrast is ink that a reader sees
 _NEAR_CELLS = 2  # ink as near to a wall is its edge
 _CORNER = 0.04  # of the root of a room's area may an outline be off to be the same
 _ASKEW_RAD = 0.14  # from the room's own sides, from which on an edge lies askew
-_FILL = 1e-3  # plausibility that every rival has
+_EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
+_FILL = 1e-3  # numerical: plausibility that every rival has
 
 
 def room_figures(look: Look) -> Array:
@@ -107,7 +109,7 @@ def _edges(look: Look) -> dict[str, Array]:
     )
     count = len(segmentation.rooms)
     met = np.zeros((count + 1, 6))
-    for here, there in _neighbours():
+    for here, there in _EVERY_SIDE:
         room, other = labels[here], labels[there]
         edge = (room > 0) & (other != room)
         np.add.at(met, (room[edge], kinds[there][edge]), 1.0)
@@ -120,13 +122,6 @@ def _edges(look: Look) -> dict[str, Array]:
         'faint': met[:, 3],
         'bitten': np.array(bitten),
     }
-
-
-def _neighbours() -> list[tuple[Window, Window]]:
-    """Return pairs of windows, so that each cell of one lies beside that of the other."""
-    all_, first, last = slice(None), slice(None, -1), slice(1, None)
-    down, right = ((first, all_), (last, all_)), ((all_, first), (all_, last))
-    return [down, down[::-1], right, right[::-1]]
 
 
 def _bitten(polygon: Array, grid: GridMap) -> float:
@@ -146,16 +141,15 @@ def _inside(look: Look) -> dict[str, Array]:
     """Return ink within rooms that is no wall of the reading, and walls that were overlooked."""
     segmentation = look.segmentation
     cells, labels = segmentation.grid.cells, segmentation.labels
-    walls = (cells == OCCUPIED).astype(np.uint8)
-    side = 2 * _NEAR_CELLS + 1
-    clear = (cv2.dilate(walls, np.ones((side, side), np.uint8)) == 0) & (labels > 0)
+    walls = cells == OCCUPIED
+    clear = ~grown(walls, _NEAR_CELLS) & (labels > 0)
     unread = clear & (look.levels > _UNREAD * look.tone)
     count = len(segmentation.rooms)
     size = np.maximum(np.bincount(labels.ravel(), minlength=count + 1)[1:], 1)
     shares = {
         'unread': unread,
         'faint_ink': clear & (look.levels > _HALF_READ * look.tone),
-        'furniture': (walls > 0) & (labels > 0),
+        'furniture': walls & (labels > 0),
     }
     found = {
         name: np.bincount(labels[mask], minlength=count + 1)[1:] / size

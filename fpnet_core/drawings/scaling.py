@@ -9,8 +9,8 @@ import numpy as np
 from fpnet_core.config import FpnetConfig, SegmentationConfig, parse_config
 from fpnet_core.drawings.annotations import annotated_scale
 from fpnet_core.drawings.choosing import NOMINAL_M, Found
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ReadOptions, ScaleSource
+from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
 
@@ -65,7 +65,5 @@ def _exact(metres: float, source: ScaleSource, why: str) -> DrawingScale:
 def _growth(found: Found) -> float:
     """Return how many cells are as long as a pixel, in the middle of the map."""
     middle = np.array(found.cells.shape[::-1]) / 2.0
-    steps = middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     back = np.asarray(np.linalg.inv(found.H_cell_pixel), dtype=np.float64)
-    places = map_points(back, steps)
-    return float(1.0 / np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))
+    return 1.0 / growth_at(back, middle)

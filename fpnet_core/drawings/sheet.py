@@ -12,30 +12,23 @@ are other storeys.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.types import Dropped
+from fpnet_core.drawings.frames import without_frames
+from fpnet_core.drawings.types import Box, Dropped
 from fpnet_core.errors import MapFormatError
-
-Mask = NDArray[np.bool_]
-Box = tuple[int, int, int, int]
+from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, square
+from fpnet_core.raster.pieces import longer_pieces, pieces_of
+from fpnet_core.raster.windows import border_of
 
 FRAME = 'frame'
 """What a frame is called among what was dropped."""
 
+# Chosen, not measured:
 _LOOK_PX = 560  # the longer side of the picture that a sheet is looked over in
-_MAX_FRAMES = 4
-_FRAME_SPAN = 0.55  # of the drawn extent in both directions: smaller rectangles are no frames
-_FRAME_INSET = 0.02  # of a frame's sides: where lines would cross that are attached to it
-_DRAWN_SIDE = 0.75  # of each side of a frame is drawn
-_BLANK_SIDE = 0.35  # of three sides of a frame in one piece has nothing attached
-_BLANK_WORST = 0.25  # of its fourth side
-_FACE_DEPTH, _FOLLOWED_SIDES = 0.04, 3  # how near to how many sides a wall's other face is
-_FRAMED_INK = 0.2  # of all ink lies inside a frame and is not the frame
 _BLOT_SHARE = 0.045  # of the longer side: what is as thick as this is a table under the sheet
 _REACHES = (0.006, 0.012, 0.024)  # of the sheet's longer side: half the gaps within a building
 _REACH = 0.014  # of the building's
@@ -94,8 +87,8 @@ def find_building(ink: Mask) -> Sheet:
     """
     factor = max(1.0, max(ink.shape) / _LOOK_PX)
     small = _reduced(ink, factor)
-    frames, lines = _without_frames(small & ~_blots(small))
-    main, others, labels = _clusters(_without_dashes(lines))
+    frames, lines = without_frames(small & ~_blots(small))
+    main, others, labels = _clusters(longer_pieces(lines, _DASH_SHARE * max(lines.shape)))
     buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
     grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
@@ -105,15 +98,6 @@ def find_building(ink: Mask) -> Sheet:
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
     return Sheet(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
-
-
-def _without_dashes(lines: Mask) -> Mask:
-    """Return the lines (H, W) without pieces as short as letters and dashes."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(lines.astype(np.uint8))
-    longest = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
-    keep = longest > _DASH_SHARE * max(lines.shape)
-    keep[0] = False
-    return np.asarray(keep[labels])
 
 
 def _ground(near: Mask) -> Mask:
@@ -141,83 +125,11 @@ def _scaled(box: Box, factor: float) -> Box:
 def _blots(ink: Mask) -> Mask:
     """Return what is thick and reaches the border: what a photographed sheet lies on."""
     side = max(5, round(_BLOT_SHARE * max(ink.shape)))
-    padded = np.pad(ink.astype(np.uint8), side, mode='edge')
-    core = cv2.morphologyEx(padded, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
-    _, labels = cv2.connectedComponents(core, connectivity=8)
+    core = opened_by(np.pad(ink, side, mode='edge'), square(side))
+    _, labels = cv2.connectedComponents(core.astype(np.uint8), connectivity=8)
     inner = labels[side:-side, side:-side]
-    rim = np.unique(np.concatenate([inner[0], inner[-1], inner[:, 0], inner[:, -1]]))
-    found = np.isin(inner, rim[rim > 0]).astype(np.uint8)
-    return np.asarray(cv2.dilate(found, np.ones((5, 5), np.uint8)) > 0)
-
-
-def _without_frames(ink: Mask) -> tuple[list[Box], Mask]:
-    """Return the boxes of frames around everything, outermost first, and the ink without."""
-    frames: list[Box] = []
-    for _ in range(_MAX_FRAMES):
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(ink.astype(np.uint8))
-        found = _outermost_frame(ink, _ints(labels), _ints(stats))
-        if found is None:
-            break
-        left, top, width, height, _ = stats[found].tolist()
-        frames.append((left, top, left + width, top + height))
-        ink = ink & (labels != found)
-    return frames, ink
-
-
-def _outermost_frame(ink: Mask, labels: NDArray[np.int32], stats: NDArray[np.int32]) -> int | None:
-    """Return the label of the largest piece that is a frame."""
-    rows, cols = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
-    if not rows.size:
-        return None
-    extent = np.array([np.ptp(cols), np.ptp(rows)]) + 1
-    wide = np.flatnonzero((stats[1:, 2:4] > _FRAME_SPAN * extent).all(axis=1)) + 1
-    for label in wide[np.argsort(-stats[wide, 2] * stats[wide, 3].astype(np.int64))]:
-        left, top, width, height, _ = stats[label].tolist()
-        window = np.s_[top : top + height, left : left + width]
-        own = labels[window] == label
-        inset = max(3, round(_FRAME_INSET * max(width, height)))
-        others = ink[window] & ~own
-        is_around = others[inset:-inset, inset:-inset].sum() > _FRAMED_INK * ink.sum()
-        if is_around and _is_bare(own, inset) and _stands_apart(others):
-            return int(label)
-    return None
-
-
-def _stands_apart(others: Mask) -> bool:
-    """
-    Tell whether ``others``, what a rectangle goes around, does not follow it closely.
-
-    The outer face of a wall of two lines is a rectangle, too. A frame of two lines follows a
-    frame.
-    """
-    depth = max(3, round(_FACE_DEPTH * max(others.shape)))
-    strips = [others[:depth].any(0), others[-depth:].any(0)]
-    strips += [others[:, :depth].any(1), others[:, -depth:].any(1)]
-    if sum(strip.mean() > _DRAWN_SIDE for strip in strips) < _FOLLOWED_SIDES:
-        return True
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(others.astype(np.uint8))
-    return _outermost_frame(others, _ints(labels), _ints(stats)) is not None
-
-
-def _is_bare(own: Mask, inset: int) -> bool:
-    """Tell whether a piece is a rectangle with hardly anything attached to its inner side."""
-    edges = (
-        own[:inset].any(0),
-        own[-inset:].any(0),
-        own[:, :inset].any(1),
-        own[:, -inset:].any(1),
-    )
-    if min(edge.mean() for edge in edges) < _DRAWN_SIDE:
-        return False
-    sides = (own[inset], own[-1 - inset], own[:, inset], own[:, -1 - inset])
-    blank = sorted(_longest_blank(side[inset:-inset]) for side in sides)
-    return blank[0] > _BLANK_WORST and blank[1] > _BLANK_SIDE
-
-
-def _longest_blank(side: Mask) -> float:
-    """Return the share of the longest run without ink."""
-    marks = np.concatenate([[-1], np.flatnonzero(side), [side.size]])
-    return float((np.diff(marks) - 1).max() / max(side.size, 1))
+    rim = np.unique(border_of(inner))
+    return grown(np.isin(inner, rim[rim > 0]), 2)
 
 
 def _clusters(ink: Mask) -> tuple[Cluster, list[Cluster], NDArray[np.int32]]:
@@ -290,63 +202,48 @@ def _grouped(ink: Mask, reach: float, hall: float) -> tuple[NDArray[np.int32], l
     by = max(1, round(reach))
     side = 4 * by + 4
     # A rim of blank paper lets the outside go around what touches the edge.
-    grown = np.asarray(cv2.dilate(np.pad(ink, side).astype(np.uint8), _disc(by)), np.uint8)
-    _, holes, sizes, _ = cv2.connectedComponentsWithStats(1 - grown, connectivity=4)
-    holes, sizes = _ints(holes), _ints(sizes)
-    solid = _with_halls(_opened(_filled(grown, holes, sizes, hall), 2 * by), holes, sizes, hall)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
-    own = np.bincount(_owners(_ints(labels), holes, sizes, count), minlength=count)
+    joined = grown_by(np.pad(ink, side), disc(2 * by + 1))
+    holes, sizes = pieces_of(~joined, connectivity=4)
+    filled = opened_by(_filled(joined, holes, sizes, hall), disc(4 * by + 1))
+    solid = _with_halls(filled, holes, sizes, hall)
+    labels, stats = pieces_of(solid)
+    own = np.bincount(_owners(labels, holes, sizes, len(stats)), minlength=len(stats))
     clusters = []
-    for label in range(1, count):
+    for label in range(1, len(stats)):
         left, top, width, height, area = stats[label].tolist()
         sides = np.array([left, top, left + width, top + height]) - side + by * _INWARD
         left, top, right, bottom = sides.tolist()
         box = (left, top, right, bottom)
         clusters.append(Cluster(_inside(box, ink.shape), float(area), int(own[label]), (label,)))
-    return np.asarray(labels[side:-side, side:-side], dtype=np.int32), clusters
+    return labels[side:-side, side:-side], clusters
 
 
-def _ints(values: NDArray[Any]) -> NDArray[np.int32]:
-    """Return what OpenCV counted, as it is documented: its types say less."""
-    return np.asarray(values, dtype=np.int32)
-
-
-def _opened(mask: NDArray[np.uint8], by: int) -> NDArray[np.uint8]:
-    return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(by)), dtype=np.uint8)
-
-
-def _disc(radius: int) -> NDArray[np.uint8]:
-    side = 2 * radius + 1
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), dtype=np.uint8)
-
-
-def _filled(
-    grown: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
-) -> NDArray[np.uint8]:
-    """Return ``grown`` with the holes filled that are as small as rooms."""
-    small = sizes[:, cv2.CC_STAT_AREA] < hall * grown.size
+def _filled(joined: Mask, holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float) -> Mask:
+    """Return ``joined (H, W)`` with the holes filled that are as small as rooms."""
+    small = sizes[:, cv2.CC_STAT_AREA] < hall * joined.size
     small[0] = small[holes[0, 0]] = False
-    return np.asarray(grown | small[holes], dtype=np.uint8)
+    return np.asarray(joined | small[holes])
 
 
 def _with_halls(
-    solid: NDArray[np.uint8], holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
-) -> NDArray[np.uint8]:
+    solid: Mask, holes: NDArray[np.int32], sizes: NDArray[np.int32], hall: float
+) -> Mask:
     """Return ``solid`` with those larger holes that it surrounds for the most part."""
     solid = solid.copy()
     large = np.flatnonzero(sizes[:, cv2.CC_STAT_AREA] >= hall * solid.size)
     for label in large[(large > 0) & (large != holes[0, 0])]:
-        space = (holes == label).astype(np.uint8)
-        rim = cv2.dilate(space, _disc(2)) > space
-        touching = float(solid[rim].mean())
+        space = holes == label
+        touching = float(solid[grown_by(space, disc(5)) & ~space].mean())
         if touching > _SURROUNDED or (touching > _JOINED and _is_rectangle(space)):
             solid |= space
     return solid
 
 
-def _is_rectangle(space: NDArray[np.uint8]) -> bool:
+def _is_rectangle(space: Mask) -> bool:
     """Tell whether a space, of a hundredth of the sheet or more, is one: a plain room."""
-    contours, _ = cv2.findContours(space, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    contours, _ = cv2.findContours(
+        space.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
     outline = max(contours, key=cv2.contourArea)
     _, (width, height), _ = cv2.minAreaRect(outline)
     area = cv2.contourArea(outline)

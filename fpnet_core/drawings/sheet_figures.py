@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.looking import WHAT_IFS, Look
 from fpnet_core.drawings.plausible import FEATURES, features, wall_cells
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
-from fpnet_core.io.outside import border_of
+from fpnet_core.raster.morphology import Mask, grown, square
+from fpnet_core.raster.windows import NEIGHBOURS, border_of
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, UNKNOWN
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 TRUST_FIGURES = ('certainty', 'wall_certainty', 'unsure', 'agreement')
 """As in :class:`fpnet_core.drawings.types.Trust`."""
@@ -35,13 +35,14 @@ _AS_ODDS = (
     'plausible', 'rivals', *(f'{name}_rooms' for name in WHAT_IFS),
     'expected', 'least', 'expected_area', 'expected_f1',
 )  # fmt: skip
+# Chosen, not measured:
 _LEAST_SHARE = 0.02  # of rooms or area; less is as good as nothing
 _LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
 _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
-_FEW = 1e-3  # plausibility that every rival has
+_FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
 
@@ -131,10 +132,9 @@ def _lost_rooms(look: Look, rival: Labels, beside: Mask) -> float:
 
 def _beside_building(look: Look) -> Mask:
     """Return what (H, W) of the outside lies within a wall's thickness of the building."""
-    known = (look.segmentation.grid.cells != UNKNOWN).astype(np.uint8)
-    side = 2 * round(_WALLS_AWAY * wall_cells(look.walls)) + 3
-    near = cv2.dilate(known, np.ones((side, side), np.uint8))
-    return np.asarray((near > 0) & (known == 0))
+    known = look.segmentation.grid.cells != UNKNOWN
+    near = grown(known, round(_WALLS_AWAY * wall_cells(look.walls)) + 1)
+    return np.asarray(near & ~known)
 
 
 def _of_what_ifs(look: Look) -> dict[str, float]:
@@ -149,8 +149,7 @@ def _of_walls(look: Look) -> dict[str, float]:
     free = cells == FREE
     ends = _beside(free, cells == UNKNOWN)
     sure = look.levels > _SURE_LINE * look.tone
-    near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    unread = sure & ~near
+    unread = sure & ~grown(walls, 2)
     return {
         'open': ends / max(ends + _beside(free, walls), 1),
         'shut_out': _shut_out(look),
@@ -164,25 +163,22 @@ def _walls_beside(look: Look, sure: Mask) -> float:
     """Return how much that looks like a wall goes on outside, per area of the reading's walls."""
     walls = look.walls
     side = max(1, round(_AS_THICK * wall_cells(walls)))
-    thick = cv2.morphologyEx(
-        sure.astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8)
-    )
+    thick = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_OPEN, square(side))
     joined = np.maximum(thick, walls.astype(np.uint8))
     count, pieces = cv2.connectedComponents(joined, connectivity=8)
     is_part = np.bincount(pieces[walls], minlength=count) > 0
     is_part[0] = False
-    near = cv2.dilate(walls.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    outside = (look.segmentation.grid.cells == UNKNOWN) & ~near
+    outside = (look.segmentation.grid.cells == UNKNOWN) & ~grown(walls, 2)
     return int(np.count_nonzero(is_part[pieces] & outside)) / max(int(np.count_nonzero(walls)), 1)
 
 
-def _beside(one: NDArray[np.bool_], other: NDArray[np.bool_]) -> int:
+def _beside(one: Mask, other: Mask) -> int:
     """Count the pairs of neighbouring cells of which one is here and one there."""
-    return int(
-        np.count_nonzero(one[1:] & other[:-1])
-        + np.count_nonzero(one[:-1] & other[1:])
-        + np.count_nonzero(one[:, 1:] & other[:, :-1])
-        + np.count_nonzero(one[:, :-1] & other[:, 1:])
+    return sum(
+        int(
+            np.count_nonzero(one[here] & other[there]) + np.count_nonzero(one[there] & other[here])
+        )
+        for here, there in NEIGHBOURS
     )
 
 

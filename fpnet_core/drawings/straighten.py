@@ -15,20 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from fpnet_core.raster.pixels import cut_from, growth_at, map_points
+
 Array = NDArray[np.float64]
 Levels = NDArray[np.uint8]
 
-_LOOK_PX = 1100  # the longer side of the picture that lines are looked for in
+_LOOK_PX = 1100  # numerical: the longer side of the picture that lines are looked for in
+# Chosen, not measured:
 _LINE_SHARE = 0.02  # of that side: shorter lines are letters
 _MIN_LINES = 30
-_FOCAL = 1.05  # of a phone's main camera, in longer sides of its picture
+_FOCAL = 1.05  # physical: of a phone's main camera, in longer sides of its picture
 _MAX_TURN_RAD = np.radians(12.0)  # of a sheet laid askew; more was drawn like that
-_LEAST_TURN_RAD = np.radians(0.12)  # half a pixel at the end of a wall of 250
+_LEAST_TURN_RAD = np.radians(0.12)  # numerical: half a pixel at the end of a wall of 250
 _MAX_TILT_RAD = np.radians(32.0)
 _LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
-_TILT_STEPS = 9
-_TURN_STEPS = 91
-_COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)  # how far off a line still counts
+_TILT_STEPS = 9  # numerical
+_TURN_STEPS = 91  # numerical
+# Numerical: how far off a line still counts.
+_COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)
 _GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
 _LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
 _LEAST_TILT_SHARE = 0.5  # and once a tilt is: curved walls never run along them
@@ -67,12 +71,6 @@ def straightened_size(H: Array, shape: tuple[int, ...]) -> tuple[int, int]:
     width, height = np.ceil(corners.max(axis=0)).astype(int) + 1
     limit = (_MAX_GROWTH * np.array(shape[1::-1])).astype(int)
     return int(min(width, limit[0])), int(min(height, limit[1]))
-
-
-def map_points(H: Array, points: Array) -> Array:
-    """Map ``points (..., 2)`` by a homography (3, 3)."""
-    lifted = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1) @ H.T
-    return np.asarray(lifted[..., :2] / lifted[..., 2:])
 
 
 def _lines(levels: Levels, factor: float) -> Array:
@@ -181,13 +179,10 @@ def _camera_turn(angles: Array, size: Array) -> Array:
 
 def _placed(H: Array, shape: tuple[int, ...]) -> Array:
     """Return ``H`` scaled to keep the size in the picture's middle, and moved into view."""
-    middle = np.array([[shape[1] / 2.0, shape[0] / 2.0]])
-    steps = map_points(H, middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
-    growth = np.sqrt(abs(np.linalg.det(steps[1:] - steps[0])))
+    growth = growth_at(H, np.array([shape[1] / 2.0, shape[0] / 2.0]))
     H = np.diag([1.0 / growth, 1.0 / growth, 1.0]) @ H
     left, top = map_points(H, _corners(shape)).min(axis=0)
-    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    placed: Array = move @ H
+    placed: Array = cut_from(left, top) @ H
     return np.asarray(placed / placed[2, 2])
 
 

@@ -38,13 +38,13 @@ from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
 PIXEL_M = 0.0254 / 96.0
-"""Length of CSS's pixel on paper [m]."""
+"""Given: length of CSS's pixel on paper [m]."""
 
 
 _PHYSICAL = ('mm', 'cm', 'in', 'pt', 'pc')
-_MAX_PICTURE = 60_000_000  # pixels of a picture within the file
-_LETTER = 0.55  # of the letters' size, their width
-_CURVE_STEPS = 12
+_MAX_PICTURE = 60_000_000  # numerical: pixels of a picture within the file
+_LETTER = 0.55  # of the letters' size, their width; chosen
+_CURVE_STEPS = 12  # numerical
 
 
 def load_libraries() -> None:

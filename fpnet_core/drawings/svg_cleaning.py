@@ -16,20 +16,21 @@ from fpnet_core.drawings.messages import detail_of
 from fpnet_core.errors import MapFormatError
 
 MAX_BYTES = 64 * 2**20
-"""Of an SVG after unpacking."""
+"""Numerical: of an SVG after unpacking."""
 NUMBER = 'data-fpnet'
 """Attribute that numbers the elements."""
-_MAX_ELEMENTS = 300_000
-_MAX_PATHS = 8 * 2**20  # letters of path data, half a million pieces
-_MAX_DEPTH = 900  # groups in groups; converters from PDF nest one per clip path
-_MAX_ENTITY = 1_000  # letters of an entity; drawing programs keep their namespaces in such
+_MAX_ELEMENTS = 300_000  # numerical
+_MAX_PATHS = 8 * 2**20  # numerical: letters of path data, half a million pieces
+_MAX_DEPTH = 900  # numerical: groups in groups; converters from PDF nest one per clip path
+# Numerical: letters of an entity; drawing programs keep their namespaces in such.
+_MAX_ENTITY = 1_000
 _DROPPED = frozenset({
     'script', 'foreignObject', 'animate', 'animateTransform', 'animateMotion', 'animateColor',
     'set', 'handler', 'listener', 'iframe', 'audio', 'video', 'a11y', 'metadata', 'namedview',
 })  # fmt: skip
 _PICTURES = ('data:image/png', 'data:image/jpeg', 'data:image/jpg', 'data:image/gif')
-_MAX_CLIPS = 12  # clip paths around an element that count, the innermost ones
-_MAX_CLIP_SHAPES = 50
+_MAX_CLIPS = 12  # numerical: clip paths around an element that count, the innermost ones
+_MAX_CLIP_SHAPES = 50  # numerical
 _CLIP = re.compile(r'(?:^|clip-path:\s*)url\(\s*["\']?#([^"\')\s]+)')
 _CLIP_SHAPES = frozenset({'path', 'rect', 'circle', 'ellipse', 'polygon', 'polyline'})
 _GEOMETRY = frozenset({

@@ -9,24 +9,29 @@ a fill does not. Levels of contrast are 0 to 255, as a share of the brightness a
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import is_peak, shrunk, square
+from fpnet_core.raster.windows import border_of
+
 Levels = NDArray[np.uint8]
 
 DARK_GROUND = 100
-"""Drawings whose paper is darker than this grey level are light lines on dark."""
+"""Drawings whose paper is darker than this grey level are light lines on dark. Chosen."""
 
+# Chosen, not measured:
 _REACH_SHARE = 1.0 / 50.0  # of the longer side: the thickest wall that contrast alone finds
 _LEAST_REACH_PX = 9
 _DARK_FLOOR = 64.0  # darker surroundings than this grey level count as this: noise grows there
 _MASS = 150  # so much darker than the paper is ink even where it fills an area
-_PAPER_PX = 96  # the paper's brightness is looked at in so small a picture
+_PAPER_PX = 96  # numerical: the paper's brightness is looked at in so small a picture
 _PAPER_REACH = 0.3  # of that picture: what is darker over more than this is darker paper
-_TABLE_PX = 320  # a sheet on a table is looked for in so small a picture
+_TABLE_PX = 320  # numerical: a sheet on a table is looked for in so small a picture
 _LINE_REACH = 0.03  # of that picture: lines and walls are not as thick
 _BRIGHT_EDGE = 0.35  # of the picture's edge is as bright as the sheet, at most
 _BRIGHTER = 1.3  # times as bright as the table is the sheet
@@ -35,6 +40,17 @@ _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
 _CUT = 0.3  # of the darkest tone: what is fainter is no ink
+
+
+def brightest(pixels: Levels) -> Levels:
+    """Return the level (H, W) of each pixel's brightest channel."""
+    return _levels(reduce(cv2.max, cv2.split(pixels)))
+
+
+def colourfulness(pixels: Levels) -> Levels:
+    """Return how far apart (H, W) each pixel's channels are."""
+    channels = cv2.split(pixels)
+    return _levels(cv2.subtract(reduce(cv2.max, channels), reduce(cv2.min, channels)))
 
 
 def is_dark_ground(pixels: Levels) -> bool:
@@ -54,10 +70,9 @@ def contrast(pixels: Levels) -> Levels:
         yellow lines on white are lines.
     """
     reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
-    square = np.ones((reach, reach), np.uint8)
     found = _mass(pixels)
     for channel in _channels(pixels):
-        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square)
+        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square(reach))
         np.maximum(found, _share_darker(channel, _levels(around)), out=found)
     found[_table(pixels)] = 0
     # The brightest pixel around is brighter than the paper by the noise.
@@ -68,12 +83,11 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
     """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
     grey = _grey(_small(pixels, _TABLE_PX))
     side = max(3, round(_LINE_REACH * max(grey.shape)))
-    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, square(side))
     split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
     del split
     nothing = np.zeros(pixels.shape[:2], dtype=np.bool_)
-    edge = np.concatenate([bright[0], bright[-1], bright[:, 0], bright[:, -1]])
-    if edge.mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
+    if border_of(bright).mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
         return nothing
     if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
         return nothing
@@ -85,7 +99,7 @@ def _table(pixels: Levels) -> NDArray[np.bool_]:
         return nothing
     inner = np.zeros_like(grey)
     cv2.drawContours(inner, [hull], -1, 1, -1)
-    inner = _levels(cv2.erode(inner, np.ones((5, 5), np.uint8), borderValue=1))
+    inner = _levels(shrunk(inner > 0, 2))
     size = (pixels.shape[1], pixels.shape[0])
     return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
 
@@ -108,10 +122,10 @@ def _mass(pixels: Levels) -> Levels:
 
     A room filled with pure red is dark to the eye and no wall.
     """
-    grey = _levels(pixels.max(axis=2))
+    grey = brightest(pixels)
     small = _small(grey, _PAPER_PX)
     side = max(3, round(_PAPER_REACH * max(small.shape)))
-    paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((side, side))), (9, 9))
+    paper = cv2.blur(cv2.morphologyEx(small, cv2.MORPH_CLOSE, square(side)), (9, 9))
     paper = cv2.resize(paper, grey.shape[::-1], interpolation=cv2.INTER_LINEAR)
     darker = _share_darker(grey, _levels(paper))
     return np.where(darker >= _MASS, darker, 0).astype(np.uint8)
@@ -138,7 +152,7 @@ def ink_level(levels: Levels) -> float | None:
     ``levels (H, W)`` are those of :func:`contrast`.
     """
     least = max(_FAINTEST, _NOISE_SIGMAS * _noise(levels))
-    is_ridge = (levels > least) & (levels == cv2.dilate(levels, np.ones((3, 3), np.uint8)))
+    is_ridge = (levels > least) & is_peak(levels, 3)
     if not is_ridge.any():
         return None
     darkest = float(np.quantile(levels[is_ridge], _TOP_SHARE))

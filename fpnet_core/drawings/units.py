@@ -18,8 +18,9 @@ from fpnet_core.drawings.doors import find_doors
 from fpnet_core.drawings.pages import Array, Pieces
 
 UNITS_M = {'mm': 0.001, 'cm': 0.01, 'm': 1.0, 'inch': 0.0254, 'foot': 0.3048}
-"""Length of the units that buildings are drawn in [m]."""
+"""Length of the units that buildings are drawn in [m]. Physical: by definition."""
 
+# Chosen, not measured:
 _PRIOR = {
     'mm': 0.45,
     'cm': 0.15,
@@ -35,7 +36,7 @@ _WALL = (0.17, 0.55, 3.0)  # thickness of a wall
 _BUILDING = (40.0, 1.1, 6.0)  # long side of a building
 _IMPLAUSIBLE = 5.0  # nats against the best unit: the drawing is in none of them
 _MIN_DOORS = 2
-_LONGEST = 1500  # pieces that are compared for the thickness of walls
+_LONGEST = 1500  # numerical: pieces that are compared for the thickness of walls
 _PARALLEL = math.radians(1.0)
 _MIN_PAIRED = 0.15  # of the lines' length has a parallel neighbour where walls are double lines
 

@@ -41,12 +41,15 @@ from fpnet_core.drawings.units import Unit, resolve_unit
 from fpnet_core.errors import MapFormatError
 
 PIXEL_M = 0.025
-"""Edge of a pixel where a drawing's true size is known [m]: a partition has four across."""
+"""
+Edge of a pixel where a drawing's true size is known [m]: a partition has four across. Chosen.
+"""
 LONG_SIDE_PX = 3_000
-"""Of a drawing of unknown size: a floor of 100 m has the same pixels, then."""
+"""Of a drawing of unknown size: a floor of 100 m has the same pixels, then. Chosen."""
 
-_MAX_SIDE_PX = 10_000
-_MIN_SIDE_PX = 400
+_MAX_SIDE_PX = 10_000  # numerical
+_MIN_SIDE_PX = 400  # numerical
+# Chosen, not measured:
 _MARGIN = 0.02  # of the long side, white around what is drawn
 _CORE = (0.01, 0.99)  # share of the lines' length between which the drawing certainly is
 _REACH = 0.6  # of the core's size that the drawing may reach on either side; beyond are strays
@@ -59,7 +62,7 @@ _FEWEST_LINES = 4
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
 _BUILDING_M = (2.5, 3_000.0)
 _WHITE = 250  # level of red, green and blue that is paper
-_LIST = 6  # layers that a sentence names
+_LIST = 6  # numerical: layers that a sentence names
 
 
 @dataclass(frozen=True, eq=False)

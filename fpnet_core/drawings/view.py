@@ -8,16 +8,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.drawings.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.tones import Levels, contrast
-from fpnet_core.drawings.types import Array
-
-Box = tuple[int, int, int, int]
+from fpnet_core.drawings.types import Array, Box
+from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
-"""The longer side of the picture that a sheet is read in."""
+"""The longer side of the picture that a sheet is read in. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +52,11 @@ class View:
         per_pixel = self._reduction(middle)
         factor = min(longest / max(right - left, bottom - top), per_pixel)
         size = [max(1, round(factor * side)) for side in (right - left, bottom - top)]
-        move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-        H = shrinking((size[0] / (right - left), size[1] / (bottom - top))) @ move
-        H = H @ self.H_view_pixel
+        reduced = shrinking((size[0] / (right - left), size[1] / (bottom - top)))
+        H = reduced @ cut_from(left, top) @ self.H_view_pixel
+        H_pixel_picture = np.asarray(np.linalg.inv(H), np.float64)
         source, H_source_pixel = _shrunk_part(
-            self.pixels, np.linalg.inv(H), size, per_pixel / factor
+            self.pixels, H_pixel_picture, size, per_pixel / factor
         )
         H_picture_source = H @ np.linalg.inv(H_source_pixel)
         picture = cv2.warpPerspective(
@@ -68,11 +66,8 @@ class View:
 
     def _reduction(self, centre: Array) -> float:
         """Return how many of the drawing's pixels are one of the view's, at a place."""
-        back = np.linalg.inv(self.H_view_pixel)
-        steps = centre + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-        lifted = np.column_stack([steps, np.ones(3)]) @ back.T
-        places = lifted[:, :2] / lifted[:, 2:]
-        return float(np.sqrt(abs(np.linalg.det(places[1:] - places[0]))))
+        back = np.asarray(np.linalg.inv(self.H_view_pixel), np.float64)
+        return growth_at(back, centre)
 
 
 def _shrunk_part(
@@ -84,14 +79,12 @@ def _shrunk_part(
     ``reduction`` is how many pixels are one of the picture's, along a side. The second is the map
     (3, 3) from pixels to what is returned.
     """
-    corners = np.array([[0, 0, 1], [size[0], 0, 1], [size[0], size[1], 1], [0, size[1], 1]], float)
-    there = corners @ H_pixel_picture.T
-    there = there[:, :2] / there[:, 2:]
+    corners = np.array([[0, 0], [size[0], 0], [size[0], size[1]], [0, size[1]]], float)
+    there = map_points(H_pixel_picture, corners)
     limit = np.array(pixels.shape[1::-1])
     left, top = np.clip(np.floor(there.min(axis=0)).astype(int) - 2, 0, limit - 1).tolist()
     right, bottom = np.clip(np.ceil(there.max(axis=0)).astype(int) + 3, 1, limit).tolist()
-    part = pixels[top:bottom, left:right]
-    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+    part, move = pixels[top:bottom, left:right], cut_from(left, top)
     if reduction < _WORTH_IT:
         return part, move
     small = [max(1, round(side / reduction)) for side in part.shape[1::-1]]
@@ -99,7 +92,7 @@ def _shrunk_part(
     return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
 
 
-_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging
+_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
 
 
 def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:
@@ -118,8 +111,7 @@ def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) ->
     size = [max(1, round(side * factor)) for side in part.shape[1::-1]]
     small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
     levels = contrast(np.asarray(small, dtype=np.uint8))
-    move = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ move
+    scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ cut_from(left, top)
     H = find_straightening(levels) if straighten else np.eye(3)
     is_straightened = not np.array_equal(H, np.eye(3))
     if is_straightened:
@@ -127,9 +119,3 @@ def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) ->
             cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
         )
     return View(levels, H @ scale, pixels, is_straightened)
-
-
-def shrinking(factor: float | tuple[float, float]) -> NDArray[np.float64]:
-    """Return the affine (3, 3) between pixel centres of a picture and of it resized."""
-    x, y = (factor, factor) if isinstance(factor, float) else factor
-    return np.array([[x, 0.0, 0.5 * x - 0.5], [0.0, y, 0.5 * y - 0.5], [0.0, 0.0, 1.0]])

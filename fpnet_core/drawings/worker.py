@@ -34,13 +34,13 @@ from fpnet_core.drawings.types import (
 from fpnet_core.errors import MapFormatError
 
 MEMORY_BYTES = 1_600 * 2**20
-"""Of the process that reads, beside what the one that asked takes."""
+"""Numerical: of the process that reads, beside what the one that asked takes."""
 CPU_S = 15
-"""Processor time for a drawing [s]."""
+"""Numerical: processor time for a drawing [s]."""
 
-_WAIT_S = 120.0  # by the clock, on a machine that does other things as well
-_REFUSED = 3  # exit status of a process that says why on its standard output
-_RECURSION = 8_000  # calls within calls: groups in groups, each a few
+_WAIT_S = 120.0  # numerical: by the clock, on a machine that does other things as well
+_REFUSED = 3  # given: exit status of a process that says why on its standard output
+_RECURSION = 8_000  # numerical: calls within calls: groups in groups, each a few
 _FORBIDDEN = (
     'os.system', 'os.exec', 'os.fork', 'os.forkpty', 'os.posix_spawn', 'os.spawn',
     'subprocess.Popen', 'socket.connect', 'socket.getaddrinfo', 'socket.bind', 'urllib.Request',

@@ -16,20 +16,12 @@ from typing import Any, Self, SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fpnet_core.frozen import freeze_field, frozen_array
 from fpnet_core.geometry.polar import heading_of, stretch_of
 from fpnet_core.geometry.transforms import Affine2D
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64] | NDArray[np.bool_] | slice
-
-
-def _frozen(value: ArrayLike, shape: tuple[int, ...], what: str) -> Array:
-    """Return a read-only copy, or raise ValueError where its shape is another."""
-    array = np.array(value, dtype=np.float64, order='C')
-    if array.shape != shape:
-        raise ValueError(f'{what}: expected shape {shape}, got {array.shape}')
-    array.setflags(write=False)
-    return array
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +42,7 @@ class Placement:
 
     def __post_init__(self) -> None:
         """Check and freeze the covariance."""
-        object.__setattr__(self, 'cov', _frozen(self.cov, (3, 3), 'Placement.cov'))
-        if not np.isfinite(self.cov).all():
-            raise ValueError('Placement.cov: holds NaN or infinity')
+        freeze_field(self, 'cov', np.float64, (3, 3))
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -102,7 +92,9 @@ class Placements:
             'probability': (unknown if probability is None else probability, (count,)),
         }
         for name, (value, shape) in columns.items():
-            object.__setattr__(self, name, _frozen(value, shape, f'Placements.{name}'))
+            what = f'Placements.{name}'
+            array = frozen_array(value, np.float64, shape, what, is_finite=False)
+            object.__setattr__(self, name, array)
 
     @classmethod
     def of(cls, placed: Iterable[Affine2D | Placement]) -> Self:

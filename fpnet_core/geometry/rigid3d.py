@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-# Largest deviation of R^T R from identity, and of the last row, that still counts as rigid.
-# Poses from text files carry six digits, and chains of single-precision poses drift by 1e-4.
+# Numerical: largest deviation of R^T R from identity, and of the last row, that still counts as
+# rigid. Poses from text files carry six digits, and chains of single-precision poses drift by
+# 1e-4.
 RIGID_TOLERANCE = 1e-3
 
 

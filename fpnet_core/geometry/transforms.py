@@ -19,7 +19,8 @@ from fpnet_core.geometry.polar import heading_of, stretch_of
 
 Array = NDArray[np.float64]
 
-# Relative deviation from the group that construction still accepts (rounding of long chains).
+# Numerical: relative deviation from the group that construction still accepts (rounding of long
+# chains).
 _GROUP_TOLERANCE = 1e-6
 
 

@@ -41,36 +41,40 @@ HU = slice(3, 10)
 FOURIER = slice(10, 25)
 AREA = slice(25, 26)
 LABEL = slice(26, 28)
-NODE_FEATURES = 28
-EDGE_FEATURES = 3
+NODE_FEATURES = 28  # given
+EDGE_FEATURES = 3  # given
 
 POSITION_UNIT_M = 20.0
-"""Length that becomes 1 in node positions [m]; buildings span 30 to 100 m."""
+"""Length that becomes 1 in node positions [m]; buildings span 30 to 100 m. Chosen."""
 
 DISTANCE_UNIT_M = 5.0
-"""Length that becomes 1 in edge distances [m]: about a door to its room's centre."""
+"""Length that becomes 1 in edge distances [m]: about a door to its room's centre. Chosen."""
 
-_HU_FLOOR = 0.01
-_FOURIER_FLOOR = 0.02
-# Outline samples per region; the highest harmonic used is 8, so 64 oversamples four times.
+_HU_FLOOR = 0.01  # numerical
+_FOURIER_FLOOR = 0.02  # numerical
+# Numerical: outline samples per region; the highest harmonic used is 8, so 64 oversamples four
+# times.
 _OUTLINE_SAMPLES = 64
 # Harmonics whose magnitudes are kept: -8..-1 and 2..8. Harmonic 0 is the position and 1 the size.
 _HARMONICS = np.array([*range(-8, 0), *range(2, 9)])
 
-# Means and spreads over rectangular, L-shaped and door-like outlines (aspect 1 to 15), rounded.
-# They only have to bring each column to about unit range and must not change within a schema.
+# Numerical: means and spreads over rectangular, L-shaped and door-like outlines (aspect 1 to 15),
+# rounded. They only have to bring each column to about unit range and must not change within a
+# schema.
 _HU_SHIFT = np.array([3.4, 1.8, 0.1, 0.0, 0.0, 0.0, 0.0])
-_HU_SCALE = np.array([0.5, 1.4, 0.4, 0.3, 0.2, 0.2, 0.2])
+_HU_SCALE = np.array([0.5, 1.4, 0.4, 0.3, 0.2, 0.2, 0.2])  # numerical
+# Numerical.
 _FOURIER_SHIFT = np.array(
     [0.1, 0.5, 0.1, 0.8, 0.2, 1.3, 0.4, 2.8, 0.4, 1.7, 0.2, 0.9, 0.1, 0.6, 0.1]
 )
+# Numerical.
 _FOURIER_SCALE = np.array(
     [0.2, 0.3, 0.3, 0.4, 0.5, 0.5, 0.8, 0.8, 0.8, 0.5, 0.5, 0.4, 0.3, 0.3, 0.2]
 )
-_AREA_SHIFT, _AREA_SCALE = 1.5, 2.0
-_FEATURE_LIMIT = 4.0
+_AREA_SHIFT, _AREA_SCALE = 1.5, 2.0  # numerical
+_FEATURE_LIMIT = 4.0  # numerical
 
-# The seventh Hu moment tells a shape from its mirror image. AREA is half of two logarithms.
+# Given: the seventh Hu moment tells a shape from its mirror image. AREA is half of two logarithms.
 PAPER_LAYOUT = FeatureLayout(
     size=NODE_FEATURES,
     odd=(0, HU.stop - 1),

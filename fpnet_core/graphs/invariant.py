@@ -40,8 +40,9 @@ Array = NDArray[np.float64]
 AXIS = slice(2, 4)
 _LABEL, _SIZES, _SEEN = slice(4, 6), slice(6, 10), slice(10, 13)
 _DOORS, _SIDE, _SHAPE = slice(13, 16), slice(16, 18), slice(18, 40)
-_HU_SKEW = _SHAPE.start + 6  # the seventh Hu moment tells a shape from its mirror image
+_HU_SKEW = _SHAPE.start + 6  # given: the seventh Hu moment tells a shape from its mirror image
 
+# Given.
 INVARIANT_LAYOUT = FeatureLayout(
     size=_SHAPE.stop,
     odd=(0, AXIS.start + 1, _HU_SKEW),
@@ -51,14 +52,17 @@ INVARIANT_LAYOUT = FeatureLayout(
 )
 
 POSITION_UNITS = 10.0
-"""Length, in units, that becomes 1 in node positions."""
+"""Length, in units, that becomes 1 in node positions. Chosen."""
 
 SHORT_SIDE_UNITS = 4.5
-"""Typical short side of a room in door widths, by which rooms tell the unit where doors lack."""
+"""
+Typical short side of a room in door widths, by which rooms tell the unit where doors lack. Chosen.
+"""
 
+# Chosen, not measured:
 _ROOM_WEIGHT = 0.2  # of a room beside a door in the weighted median that is the unit
 _ROOM_LOG_SIZE = 1.5  # typical logarithm of a room's sides in units, taken off its sizes
-_SMALLEST = 1e-6  # sides of degenerate outlines, in the outline's own lengths
+_SMALLEST = 1e-6  # numerical: sides of degenerate outlines, in the outline's own lengths
 
 
 def invariant_rows(graph: RegionGraph) -> NDArray[np.float32]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fpnet_core.io.bags import BagReader, BagWriter
     from fpnet_core.io.clouds import read_cloud
-    from fpnet_core.io.maps import pixel_to_xy, read_map, states_scale, write_map
+    from fpnet_core.io.maps import read_map, states_scale, write_map
     from fpnet_core.io.outside import outside_as_unknown
     from fpnet_core.io.pointcloud2 import CloudArrays, PointField, decode_points, encode_points
     from fpnet_core.io.posed_scans import PosedScans
@@ -36,7 +36,6 @@ __all__ = [
     'encode_points',
     'open_scans',
     'outside_as_unknown',
-    'pixel_to_xy',
     'read_cloud',
     'read_map',
     'read_poses',
@@ -59,7 +58,6 @@ _MODULE_OF = {
     'encode_points': 'pointcloud2',
     'open_scans': 'recordings',
     'outside_as_unknown': 'outside',
-    'pixel_to_xy': 'maps',
     'read_cloud': 'clouds',
     'read_map': 'maps',
     'read_poses': 'trajectories',

@@ -18,7 +18,10 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 MAX_BYTES = 2**30
-"""Larger arrays and archives (unpacked) are refused; a saved state of 400 m x 400 m has less."""
+"""
+Numerical: larger arrays and archives (unpacked) are refused; a saved state of 400 m x 400 m has
+less.
+"""
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 

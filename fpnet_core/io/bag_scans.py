@@ -16,15 +16,22 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from fpnet_core.errors import BagFormatError, CloudFormatError
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import ODOMETRY, POINT_CLOUD, POSE, BagReader, stamp_to_ns
-from fpnet_core.io.pointcloud2 import decode_points
+from fpnet_core.io.bags import (
+    LASER_SCANS,
+    ODOMETRY,
+    POINT_CLOUD,
+    POSE,
+    BagReader,
+    stamp_to_ns,
+)
+from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
 from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
 
 MAX_ODOMETRY_GAP_NS = 500_000_000
-"""Poses further apart are not interpolated: a robot may have turned by then."""
+"""Poses further apart are not interpolated: a robot may have turned by then. Chosen."""
 
 _TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
 _TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
@@ -79,11 +86,11 @@ class BagScans:
         self._path = path
         with BagReader(path) as bag:
             self.cloud_topic = _choose_cloud(bag.topics, cloud_topic, path)
-            self.odometry_topic = _choose_odometry(bag.topics, odometry_topic, path)
+            self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
             self._count = bag.count(self.cloud_topic)
-            self._odometry = _read_track(bag, self.odometry_topic, path)
-            self._truth = _read_track(bag, truth_topic, path)
-            self._static = _read_static_transforms(bag, path)
+            self._odometry = read_track(bag, self.odometry_topic, path)
+            self._truth = read_track(bag, truth_topic, path)
+            self._static = read_static_transforms(bag, path)
 
     @property
     def has_poses(self) -> bool:
@@ -107,11 +114,14 @@ class BagScans:
                     continue
                 if T_child_sensor is None:
                     T_child_sensor = self._mounting(cloud.header.frame_id)
+                arrays = self._decode(cloud, index)
                 yield Scan(
                     stamp_ns,
-                    *self._decode(cloud, index),
+                    arrays.points,
+                    arrays.time_s,
                     None if T_odom_child is None else T_odom_child @ T_child_sensor,
                     None if self._truth is None else self._truth.at(stamp_ns),
+                    arrays.viewpoints,
                 )
         if without_pose:
             _log.warning(
@@ -122,11 +132,9 @@ class BagScans:
                 self.odometry_topic,
             )
 
-    def _decode(
-        self, cloud: Any, index: int
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64] | None]:
+    def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
-            arrays = decode_points(
+            return decode_points(
                 cloud.fields,
                 cloud.data,
                 cloud.point_step,
@@ -139,7 +147,6 @@ class BagScans:
             raise CloudFormatError(
                 f'{self._path}, {self.cloud_topic}, message {index}: {error}'
             ) from None
-        return arrays.points, arrays.time_s
 
     def _mounting(self, sensor_frame: str) -> NDArray[np.float64]:
         """Return where the sensor sits in the frame whose odometry the bag brings."""
@@ -148,8 +155,8 @@ class BagScans:
         child, sensor = self._odometry.child_frame.strip('/'), sensor_frame.strip('/')
         if child in ('', sensor):
             return np.eye(4)
-        root_of_child, T_root_child = _to_root(child, self._static)
-        root_of_sensor, T_root_sensor = _to_root(sensor, self._static)
+        root_of_child, T_root_child = to_root(child, self._static)
+        root_of_sensor, T_root_sensor = to_root(sensor, self._static)
         if root_of_child != root_of_sensor:
             _log.warning(
                 '%s: no static transform between %s and %s; taking them to coincide',
@@ -162,18 +169,24 @@ class BagScans:
         return mounting
 
 
-def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
+def usable_clouds(topics: dict[str, str]) -> list[str]:
+    """Return the topics, of all with their types, that carry clouds fit for the localizer."""
     clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
-    if wanted:
-        return _require(wanted, clouds, topics, path)
     # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it will do on its own; its
     # keypoints and local map are no scans.
     raw = [topic for topic in clouds if not _KISS_CLOUD.search(topic)]
-    usable = raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
-    return _the_only(usable, 'PointCloud2', 'cloud_topic', topics, path)
+    return raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
 
 
-def _choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
+def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
+    if wanted:
+        clouds = [t for t, msgtype in topics.items() if msgtype in (POINT_CLOUD, *LASER_SCANS)]
+        return _require(wanted, clouds, topics, path)
+    return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', '--topic', topics, path)
+
+
+def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
+    """Return the topic of the odometry that is meant, None where there is none."""
     odometry = [topic for topic, msgtype in topics.items() if msgtype == ODOMETRY]
     if wanted == '':
         return None
@@ -210,7 +223,7 @@ def _the_only(
     )
 
 
-def _read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | None:
+def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | None:
     """Return the poses on ``topic``; None for no topic, or if it carries no message."""
     if topic is None:
         return None
@@ -245,7 +258,8 @@ Transforms = dict[str, tuple[str, NDArray[np.float64]]]
 """Parent frame and ``T_parent_child`` by child frame."""
 
 
-def _read_static_transforms(bag: BagReader, path: Path) -> Transforms:
+def read_static_transforms(bag: BagReader, path: Path) -> Transforms:
+    """Return what ``/tf_static`` holds."""
     transforms: Transforms = {}
     if bag.topics.get(_TF_STATIC) != _TF_MESSAGE:
         return transforms
@@ -258,7 +272,7 @@ def _read_static_transforms(bag: BagReader, path: Path) -> Transforms:
     return transforms
 
 
-def _to_root(frame: str, transforms: Transforms) -> tuple[str, NDArray[np.float64]]:
+def to_root(frame: str, transforms: Transforms) -> tuple[str, NDArray[np.float64]]:
     """Return the root of the tree that ``frame`` is in, and ``T_root_frame``."""
     T_root_frame = np.eye(4)
     for _ in range(len(transforms)):

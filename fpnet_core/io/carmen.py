@@ -28,14 +28,15 @@ NOMINAL_PERIOD_NS = NS_PER_S
 """Time between scans where the log's clock is useless: several logs print 10 digits too few."""
 
 MAX_LOG_BYTES = 10**9
-"""Of text, unpacked: two days of a planar scanner. More is refused."""
+"""Numerical: of text, unpacked: two days of a planar scanner. More is refused."""
 
-_LONGEST_LINE = 10**6  # bytes
+_LONGEST_LINE = 10**6  # numerical: bytes
 _FIELD_OF_VIEW_RAD = np.pi  # of the SICK lasers behind FLASER
-_NO_RETURN_M = 30.0  # lasers report 32.8, 50, 51.1 or 81.9 m for no echo; no room is that long
-_MIN_RANGE_M = 0.05
-_MAX_READINGS = 10_000
-_MIN_STEP_NS = 1_000_000  # puts right the few stamps that go backwards in a good log
+# Physical: lasers report 32.8, 50, 51.1 or 81.9 m for no echo; no room is that long.
+_NO_RETURN_M = 30.0
+_MIN_RANGE_M = 0.05  # chosen
+_MAX_READINGS = 10_000  # numerical
+_MIN_STEP_NS = 1_000_000  # numerical: puts right the few stamps that go backwards in a good log
 
 
 class _Laser(NamedTuple):

@@ -32,8 +32,8 @@ _PLY_TYPES = {
 }
 _PLY_ORDERS = {'ascii': '', 'binary_little_endian': '<', 'binary_big_endian': '>'}
 _PCD_KINDS = {'I': 'i', 'U': 'u', 'F': 'f'}
-_MAX_HEADER_LINES = 200
-_MOST_PACKED = 100  # times; LZF makes up to 264 bytes out of 3
+_MAX_HEADER_LINES = 200  # numerical
+_MOST_PACKED = 100  # numerical: times; LZF makes up to 264 bytes out of 3
 
 
 def read_cloud(path: Path | str) -> NDArray[np.float64]:

@@ -26,9 +26,10 @@ from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 MAX_PIXELS = 100_000_000
-"""Larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
+"""Numerical: larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
 
 _FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF')  # others run foreign programs or are no maps
+# Chosen, not measured:
 _WHITE_SHARE = 0.005  # the paper or free space fills at least this share of the image
 _WHITE_MARGIN = 25  # grey levels below white that still are white, if no other grey is near
 _NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level

@@ -4,7 +4,7 @@
 Floorplans and occupancy maps: map_server YAML with its image, or a bare image.
 
 Images are stored with row 0 at the top; a :class:`~fpnet_core.types.GridMap` has row 0 at the
-lowest y. This module flips once, and :func:`pixel_to_xy` relates the two.
+lowest y. This module flips once, and :func:`fpnet_core.raster.pixels.pixel_to_xy` relates the two.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from PIL import Image
 import yaml
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.images import grey_levels, interpret, load_pixels
 from fpnet_core.plain_yaml import read_yaml
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
-"""Nominal edge of a pixel of a bare image whose scale nobody gave."""
+"""Nominal edge of a pixel of a bare image whose scale nobody gave. Chosen."""
 
 YAML_SUFFIXES = ('.yaml', '.yml')
 """Of map_server files, which state their scale."""
@@ -34,8 +34,9 @@ YAML_SUFFIXES = ('.yaml', '.yml')
 MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
 """Of the floorplans and robot maps that :func:`read_map` reads."""
 
-_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196  # map_saver's; a pixel of 205 stays unknown
-_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
+# Given: map_saver's; a pixel of 205 stays unknown.
+_OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
+_SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # given
 _MODES = ('trinary', 'scale', 'raw')
 
 
@@ -101,22 +102,6 @@ def write_map(grid: GridMap, yaml_path: Path | str) -> None:
         'free_thresh': _FREE_THRESHOLD,
     }
     yaml_path.write_text(yaml.safe_dump(fields, sort_keys=False), encoding='utf-8')
-
-
-def pixel_to_xy(grid: GridMap) -> Affine2D:
-    """
-    Return the map from image pixels to metres in the grid's frame.
-
-    Pixels are (x right, y down) in the image as stored; whole numbers are pixel centres, so
-    (0, 0) is the centre of the top left pixel. The map is a reflection, as y changes its sense.
-    """
-    half = 0.5 * grid.resolution
-    height_m = grid.shape[0] * grid.resolution
-    A_grid_pixel = Affine2D(
-        np.diag([grid.resolution, -grid.resolution]), np.array([half, height_m - half])
-    )
-    A_frame_pixel: Affine2D = grid.T_frame_grid @ A_grid_pixel
-    return A_frame_pixel
 
 
 def _check_content(grid: GridMap, path: Path) -> None:

@@ -4,32 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from fpnet_core.raster.windows import border_of
 from fpnet_core.types import FREE, UNKNOWN
 
 Mask = NDArray[np.bool_]
 
+# Chosen, not measured:
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
-
-
-Distance = Callable[[Mask], NDArray[np.floating[Any]]]
-
-
-def _distance(mask: Mask) -> NDArray[np.floating[Any]]:
-    return np.asarray(ndimage.distance_transform_edt(mask))
-
-
-def border_of(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the outermost rows and columns of ``values (H, W)`` in a row."""
-    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
 
 
 def is_on_paper(free: Mask) -> bool:
@@ -56,7 +45,7 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     free = cells == FREE
     if border_of(free).mean() < _PAPER_BORDER_SHARE:
         return cells
-    inside = inside_of(free, 0.5 * _EXIT_WIDTH_M / resolution_m)
+    inside = _inside_of(free, 0.5 * _EXIT_WIDTH_M / resolution_m)
     if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
         return cells
     result = cells.copy()
@@ -64,21 +53,20 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     return result
 
 
-def inside_of(free: Mask, reach_px: float, distance: Distance = _distance) -> Mask | None:
+def _inside_of(free: Mask, reach_px: float) -> Mask | None:
     """
     Return what of ``free (H, W)`` a disc of radius ``reach_px`` does not reach from outside.
 
-    ``distance`` gives each marked cell's distance to the nearest cell that is not. None where
-    the disc does not fit beside the building. Niches of the outer wall count as outside.
+    None where the disc does not fit beside the building. Niches of the outer wall are outside.
     """
     # One free pixel all around joins what the building's walls cut off at the image's edge.
     padded = np.pad(free, 1, constant_values=True)
-    clearance = distance(np.pad(padded, int(reach_px) + 1, mode='edge'))
+    clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
     core, _ = ndimage.label(clearance > reach_px)
     if core[0, 0] == 0:
         return None
     core = core == core[0, 0]
-    outside = distance(~core) <= reach_px + 1.0
+    outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
     margin = int(reach_px) + 2
     inside = free & ~outside[margin:-margin, margin:-margin]
     inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)

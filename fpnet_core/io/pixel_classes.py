@@ -3,13 +3,13 @@
 """What a pixel of a drawing may show; the network that reads walls tells these apart."""
 
 OUTSIDE = 0
-"""Paper: frame, title block, legend, dimensions, the ground around the building."""
+"""Given: paper: frame, title block, legend, dimensions, the ground around the building."""
 
 FLOOR = 1
 WALL = 2
 DOOR = 3
-"""The opening; its leaf and arc stand on the floor."""
+"""Given: the opening; its leaf and arc stand on the floor."""
 
-WINDOW = 4
+WINDOW = 4  # given
 
 CLASSES = ('outside', 'floor', 'wall', 'door', 'window')

@@ -10,7 +10,7 @@ take a few milliseconds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -25,10 +25,15 @@ DATATYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: '
 TIME_FIELDS = ('t', 'time', 'timestamp', 'timestamps', 'time_stamp', 'stamps', 'offset_time')
 """Names under which lidar drivers store the time of a point; the first one present is used."""
 
-LONGEST_SWEEP_S = 2.0
-"""No lidar takes longer for one sweep; tells the unit of a time field (see sweep_seconds)."""
+VIEWPOINT_FIELDS = ('vp_x', 'vp_y', 'vp_z')
+"""Where a point's ray began, named as in PCL's ``PointWithViewpoint``."""
 
-_FLOAT32, _FLOAT64, _UINT16 = 7, 8, 4
+LONGEST_SWEEP_S = 2.0
+"""
+Physical: no lidar takes longer for one sweep; tells the unit of a time field (see sweep_seconds).
+"""
+
+_FLOAT32, _FLOAT64, _UINT16 = 7, 8, 4  # given
 
 
 class PointFieldLike(Protocol):
@@ -67,13 +72,15 @@ class CloudArrays:
     A decoded cloud.
 
     ``points (P, 3) float32`` [m] are finite; ``time_s (P,) float64`` counts from the cloud's
-    first instant, None where the cloud has no usable time field; ``dropped`` points were NaN or
+    first instant, None where the cloud has no usable time field; ``viewpoints (P, 3) float32``
+    [m] are where rays began, None where the cloud does not tell; ``dropped`` points were NaN or
     infinite. A cloud without points gives empty arrays.
     """
 
     points: NDArray[np.float32]
     time_s: NDArray[np.float64] | None
     dropped: int = 0
+    viewpoints: NDArray[np.float32] | None = None
 
 
 def decode_points(
@@ -116,7 +123,8 @@ def decode_points(
             'choose a topic that carries points'
         )
     time_name = next((name for name in TIME_FIELDS if name in names), None)
-    wanted = [f for f in fields if f.name in ('x', 'y', 'z', time_name)]
+    viewed = VIEWPOINT_FIELDS if set(VIEWPOINT_FIELDS) <= set(names) else ()
+    wanted = [f for f in fields if f.name in ('x', 'y', 'z', time_name, *viewed)]
     buffer = _as_bytes(data)
     row_step = _check_lengths(len(buffer), point_step, row_step, width, height)
     dtype = _point_dtype(wanted, point_step, '>' if is_bigendian else '<')
@@ -124,7 +132,7 @@ def decode_points(
         empty = np.zeros(0) if time_name else None
         return CloudArrays(np.zeros((0, 3), dtype=np.float32), empty)
     raw: NDArray[Any] = np.ndarray((height, width), dtype, buffer, strides=(row_step, point_step))
-    return _finite_points(raw, time_name)
+    return _finite_points(raw, time_name, viewed)
 
 
 def _as_bytes(data: Any) -> memoryview:
@@ -186,22 +194,34 @@ def _point_dtype(fields: list[PointFieldLike], point_step: int, order: str) -> n
     )
 
 
-def _finite_points(raw: NDArray[Any], time_name: str | None) -> CloudArrays:
+def _finite_points(
+    raw: NDArray[Any], time_name: str | None, viewed: tuple[str, ...]
+) -> CloudArrays:
     """Copy the coordinates out of the structured view and drop points that are not finite."""
-    points = np.empty((raw.size, 3), dtype=np.float32)
-    with np.errstate(over='ignore', invalid='ignore'):
-        # A float64 beyond float32 becomes infinite here and is dropped below.
-        for column, name in enumerate('xyz'):
-            points[:, column] = raw[name].ravel()
+    points, viewpoints = _columns(raw, 'xyz'), _columns(raw, viewed) if viewed else None
     time = raw[time_name].ravel().astype(np.float64) if time_name else None
     finite = np.isfinite(points)
+    if viewpoints is not None:
+        finite &= np.isfinite(viewpoints)
     dropped = 0
     if not finite.all():
         kept = finite.all(axis=1)
         dropped = len(points) - int(np.count_nonzero(kept))
         points = points[kept]
         time = None if time is None else time[kept]
-    return CloudArrays(points, None if time is None else sweep_seconds(time), dropped)
+        viewpoints = None if viewpoints is None else viewpoints[kept]
+    time_s = None if time is None else sweep_seconds(time)
+    return CloudArrays(points, time_s, dropped, viewpoints)
+
+
+def _columns(raw: NDArray[Any], names: Iterable[str]) -> NDArray[np.float32]:
+    """Return three fields of a structured view as ``(P, 3)``."""
+    columns = np.empty((raw.size, 3), dtype=np.float32)
+    with np.errstate(over='ignore', invalid='ignore'):
+        # A float64 beyond float32 becomes infinite here and is dropped later.
+        for column, name in enumerate(names):
+            columns[:, column] = raw[name].ravel()
+    return columns
 
 
 def sweep_seconds(time: NDArray[np.float64]) -> NDArray[np.float64] | None:
@@ -229,6 +249,7 @@ def encode_points(
     intensity: ArrayLike | None = None,
     ring: ArrayLike | None = None,
     time_s: ArrayLike | None = None,
+    viewpoints: ArrayLike | None = None,
 ) -> tuple[list[PointField], int, bytes]:
     """
     Return field list, point step and little-endian data of an unpadded cloud.
@@ -243,6 +264,8 @@ def encode_points(
         Written as uint16.
     time_s : (P,)
         Written as ``time`` in float32, or in float64 if given so [s].
+    viewpoints : (P, 3)
+        Written as ``VIEWPOINT_FIELDS`` in float32 [m].
     """
     points = np.asarray(points)
     if points.ndim != 2 or points.shape[1] != 3:
@@ -257,6 +280,13 @@ def encode_points(
     if time_s is not None:
         time = np.asarray(time_s)
         columns.append(('time', _FLOAT64 if time.dtype == np.float64 else _FLOAT32, time))
+    if viewpoints is not None:
+        begins = np.asarray(viewpoints)
+        if begins.shape != points.shape:
+            raise CloudFormatError(
+                f'viewpoints to encode: expected shape {points.shape}, got {begins.shape}'
+            )
+        columns += [(n, _FLOAT32, begins[:, axis]) for axis, n in enumerate(VIEWPOINT_FIELDS)]
     dtype = np.dtype([(name, '<' + DATATYPES[code]) for name, code, _ in columns])
     packed = np.empty(len(points), dtype)
     for name, _, values in columns:

@@ -14,7 +14,7 @@ from fpnet_core.errors import OdometryError
 from fpnet_core.io.scans import Scan, ScanSource
 from fpnet_core.io.trajectories import Trajectory
 
-_SAME_TIME_NS = 50_000_000  # half a sweep; KISS-ICP writes a bag's time of recording
+_SAME_TIME_NS = 50_000_000  # half a sweep; KISS-ICP writes a bag's time of recording; chosen
 
 
 @dataclass(frozen=True, eq=False)

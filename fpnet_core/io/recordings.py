@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from fpnet_core.errors import CloudFormatError
@@ -16,7 +17,7 @@ _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 def open_scans(
     path: Path | str,
     *,
-    cloud_topic: str | None = None,
+    topics: Sequence[str] = (),
     odometry_topic: str | None = None,
     truth_topic: str | None = None,
 ) -> ScanSource:
@@ -28,9 +29,10 @@ def open_scans(
     path
         A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a CARMEN log (``.log``, ``.log.gz``), or a
         folder of point files with a pose file.
-    cloud_topic, odometry_topic, truth_topic
-        Topics of a bag. Cloud and odometry are found by type; ground truth is read only if
-        named. An empty ``odometry_topic`` ignores the odometry of the bag.
+    topics, odometry_topic, truth_topic
+        Topics of a bag: of one cloud, or of planar scanners, which are merged. Scans and odometry
+        are found by type, clouds before planar scans; ground truth is read only if named. An
+        empty ``odometry_topic`` ignores the odometry of the bag.
 
     Raises
     ------
@@ -41,10 +43,10 @@ def open_scans(
     if not path.exists():
         raise CloudFormatError(f'recording {path} does not exist')
     if _is_bag(path):
-        from fpnet_core.io.bag_scans import BagScans
+        from fpnet_core.io.bag_lasers import open_bag
 
-        return BagScans(path, cloud_topic, odometry_topic, truth_topic)
-    if cloud_topic or odometry_topic or truth_topic:
+        return open_bag(path, topics, odometry_topic, truth_topic)
+    if topics or odometry_topic or truth_topic:
         raise CloudFormatError(f'{path} is no ROS 2 bag; topics can be chosen in a bag only')
     if path.is_dir():
         from fpnet_core.io.scan_folders import FolderScans

@@ -22,7 +22,8 @@ class Scan:
     stamp_ns
         Sensor time.
     points : (P, 3) float32
-        Finite returns, sensor frame [m]; a planar scanner's lie in z = 0.
+        Finite returns, sensor frame [m]; a planar scanner's lie in z = 0. Where planar scanners
+        are mounted on a robot, its base is the sensor.
     time_s : (P,) float64
         Times of the points since the first one; None if the recording has none.
     T_odom_sensor : (4, 4) float64
@@ -30,6 +31,9 @@ class Scan:
         :class:`fpnet_core.odometry.KissOdometry`).
     T_truth_sensor : (4, 4) float64
         Ground truth in its own frame, for evaluation only; None unless asked for.
+    viewpoints : (P, 3) float32
+        Where each point's ray began, sensor frame [m]; None: in its origin. Those of several
+        scanners in one sweep begin in different places.
     """
 
     stamp_ns: int
@@ -37,6 +41,27 @@ class Scan:
     time_s: NDArray[np.float64] | None = None
     T_odom_sensor: NDArray[np.float64] | None = None
     T_truth_sensor: NDArray[np.float64] | None = None
+    viewpoints: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RegisteredSweep:
+    """
+    A sweep and where it was taken.
+
+    Parameters
+    ----------
+    points : (Q, 3) float32
+        As seen from where the sensor was at the end of the sweep [m].
+    T_odom_sensor : (4, 4) float64
+        Pose at that instant.
+    viewpoints : (Q, 3) float32
+        Where the points' rays began, in the same frame; None: in its origin.
+    """
+
+    points: NDArray[np.float32]
+    T_odom_sensor: NDArray[np.float64]
+    viewpoints: NDArray[np.float32] | None = None
 
 
 class ScanSource(Protocol):

@@ -18,9 +18,12 @@ from fpnet_core.io.arrays import read_array
 from fpnet_core.stamps import NS_PER_S
 
 KITTI_PERIOD_NS = 100_000_000
-"""KITTI pose files carry no time: poses are taken to be a tenth of a second apart."""
+"""
+KITTI pose files carry no time: poses are taken to be a tenth of a second apart. Physical: KITTI's
+lidar turns ten times a second.
+"""
 
-_TUM_COLUMNS, _KITTI_COLUMNS, _BALM_COLUMNS = 8, 12, 4
+_TUM_COLUMNS, _KITTI_COLUMNS, _BALM_COLUMNS = 8, 12, 4  # given
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,21 +22,21 @@ from fpnet_core.judging.judge import Verdict
 from fpnet_core.types import Cause, CauseKind
 
 _PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
-"""Numerical: how probable a placement of another look is for its cause to be proved, likely, or
+"""Chosen: how probable a placement of another look is for its cause to be proved, likely, or
 worth a word."""
 
 _FEW_WALLS_M = 25.0  # physical: the walls of one room
-_MUCH_SHARE = 0.25  # numerical: of the plan's floor; who has seen as much has seen enough
+_MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
-_WELL = 0.8  # numerical: a right placement explains so much of the walls, as a rule
-_AS_WELL = 0.04  # numerical: shares of walls that differ by less tell nothing apart
+_WELL = 0.8  # chosen: a right placement explains so much of the walls, as a rule
+_AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
 _AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
-_SAME_SCALE = 0.03  # numerical: a scale that differs by less would have been found
+_SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
 _TESTED = 0.97
-"""Numerical: least weight of a cause that was proved."""
+"""Chosen: least weight of a cause that was proved."""
 
-_WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}
+_WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,14 @@ from fpnet_core.pose import MapEvidence
 Array = NDArray[np.float64]
 
 PATCH_M = 4.0
-"""Edge of a patch: rooms and stretches of corridor move as a whole."""
+"""Edge of a patch: rooms and stretches of corridor move as a whole. Chosen."""
 
-_STEP_M, _REACH = 0.25, 3  # shifts tried: so many steps to each side
+_STEP_M, _REACH = 0.25, 3  # numerical: shifts tried: so many steps to each side
+# Chosen, not measured:
 _WIDTH_M = 0.2
 _STIFFNESS = 6.0  # wall samples that a shift of 1 m against the neighbours must explain
 _ANCHOR = 1.5  # the same for a shift of 1 m against the placement
-_SWEEPS = 4
+_SWEEPS = 4  # numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,8 @@ from fpnet_core.geometry import Placements
 from fpnet_core.judging.regions import region_figures
 from fpnet_core.judging.rivals import rival_figures
 from fpnet_core.judging.walls import LookedAt, look_at, wall_figures
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
-from fpnet_core.types import MatchResult
 
 Array = NDArray[np.float64]
 

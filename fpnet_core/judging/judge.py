@@ -14,8 +14,8 @@ from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Placements
 from fpnet_core.judging.evidence import Evidence, gather_evidence
 from fpnet_core.judging.model import JudgeModel, read_judge
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
-from fpnet_core.types import MatchResult
 
 Array = NDArray[np.float64]
 

@@ -16,16 +16,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.rays import nearest_cell
+
 Array = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Ints = NDArray[np.int64]
-
-
-@numba.njit(cache=True, nogil=True, inline='always')
-def _nearest(A: Array, x: float, y: float) -> tuple[int, int]:
-    row = int(np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5))
-    col = int(np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5))
-    return row, col
 
 
 @numba.njit(cache=True, nogil=True)
@@ -41,7 +36,7 @@ def shift_table(
     table = np.zeros((len(A), patches, len(offsets)), dtype=np.float32)
     for c in range(len(A)):
         for k in range(len(walls)):
-            row, col = _nearest(A[c], walls[k, 0], walls[k, 1])
+            row, col = nearest_cell(A[c], walls[k, 0], walls[k, 1])
             into = table[c, patch[k]]
             for s in range(len(offsets)):
                 r, q = row + offsets[s, 0], col + offsets[s, 1]
@@ -130,7 +125,7 @@ def look_up(A: Array, points: Array, raster: NDArray[Any], beyond: Any) -> NDArr
     found[:] = beyond
     for c in range(len(A)):
         for k in range(len(points)):
-            row, col = _nearest(A[c], points[k, 0], points[k, 1])
+            row, col = nearest_cell(A[c], points[k, 0], points[k, 1])
             if 0 <= row < rows and 0 <= col < cols:
                 found[c, k] = raster[row, col]
     return found
@@ -162,7 +157,7 @@ def drawn_walls(
     plain, shifted = np.zeros((len(A), bins)), np.zeros((len(A), bins))
     for c in range(len(A)):
         for k in range(len(walls)):
-            row, col = _nearest(A[c], walls[k, 0], walls[k, 1])
+            row, col = nearest_cell(A[c], walls[k, 0], walls[k, 1])
             if not (0 <= row < rows and 0 <= col < cols and observed[row, col]):
                 continue
             plain[c, np.searchsorted(edges_m, distance[row, col])] += 1.0

@@ -25,12 +25,15 @@ from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence
 Array = NDArray[np.float64]
 
 JUDGE_SCHEMA = 1
-"""Grows when a figure changes its meaning."""
+"""Given: grows when a figure changes its meaning."""
 
 JUDGE_NAME = 'judge.safetensors'
 
 CLIP = 4.0
-"""Figures are standardised and held to so many standard deviations: nothing unseen counts more."""
+"""
+Numerical: figures are standardised and held to so many standard deviations: nothing unseen counts
+more.
+"""
 
 
 @dataclass(frozen=True, eq=False)

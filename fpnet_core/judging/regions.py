@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.judging import kernels
 from fpnet_core.judging.walls import LookedAt
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
-from fpnet_core.types import MatchResult
 
 Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
-_NO_ROOM = np.int32(0)
+_NO_ROOM = np.int32(0)  # given
+# Chosen, not measured:
 _WELL_SEEN = 0.9  # observed fraction from which a room's size can be compared
 _TOUCHED = 0.3  # a drawn room counts as entered from this share of its area
 _DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # a door lies within about the one of its drawn one, at most

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
 _NOISE_M = 1.0
-"""Contested length that tells nothing: walls are seen in pieces of about this length."""
+"""Contested length that tells nothing: walls are seen in pieces of about this length. Chosen."""
 
 _ALONE = (
     'rival_net', 'rival_bent_net', 'rival_z', 'rival_contested',

@@ -22,13 +22,18 @@ _MAX_WALLS, _MAX_FREE, _MAX_DRAWN = 900, 700, 3000
 figure by more than a hundredth."""
 
 WIDTH_M = 0.2
-"""Walls agree within about this: the accuracy of drawings and of a raster's cell together."""
+"""
+Walls agree within about this: the accuracy of drawings and of a raster's cell together. Chosen.
+"""
 
 _FINE_M, _WIDE_M = 0.5 * WIDTH_M, 2.0 * WIDTH_M
 BEYOND_M = 3.0
-"""Distance of a wall that is nowhere near a drawn one; walls further apart tell no more."""
+"""
+Distance of a wall that is nowhere near a drawn one; walls further apart tell no more. Chosen.
+"""
 
 _BEYOND = np.float32(BEYOND_M)
+# Chosen, not measured:
 _RESIDUALS = (50, 75, 90)  # percentiles of the distance that are figures
 _TOLERATED_M, _FULLY_OUTSIDE_M = 0.3, 1.0  # free space may overlap a drawn wall by this much
 _ON_WALL_M = 0.1  # a cell: free space this near to a drawn wall was crossed by a beam

@@ -14,7 +14,7 @@ from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.stamps import NS_PER_S
 
-_RIGID_TOLERANCE = 1e-3
+_RIGID_TOLERANCE = 1e-3  # numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,19 +25,20 @@ Array = NDArray[np.float64]
 
 _AWAY_M = 10.0  # physical: who has driven so far since is back, not still there
 _BACK_WITHIN_M = 2.5  # physical: how near, so that drift of metres is seen as well
-_FEWEST = 60  # numerical: returns that tell a place
+_FEWEST = 60  # chosen: returns that tell a place
 _KNOWN_WITHIN_M = 1.5  # physical: returns further from all first walls show something new
-_KNOWN_SHARE = 0.6  # numerical: of the returns, so that the place is surely seen again
+_KNOWN_SHARE = 0.6  # chosen: of the returns, so that the place is surely seen again
 _SIGMA_M = 0.2  # physical: walls agree within about this
 _LOOKS = 12  # numerical: places compared, spread over the run
-_FIT = 0.7  # numerical: share of the walls on first ones once they are moved there
-_GAIN = 0.12  # numerical: where moving them brings so much, they were double
-_TWICE = 2  # numerical: looks that say so; one alone may be a door that has been shut
+_FIT = 0.7  # chosen: share of the walls on first ones once they are moved there
+_GAIN = 0.12  # chosen: where moving them brings so much, they were double
+_TWICE = 2  # chosen: looks that say so; one alone may be a door that has been shut
 _CELL_M = 0.1  # numerical: of the raster on which walls show their direction
-_FEWEST_DIRECTIONS = 5  # numerical: looks that tell a turn from a step
-_LEAST_STRENGTH = 0.4  # numerical: walls without a common direction tell nothing
+_FEWEST_DIRECTIONS = 5  # chosen: looks that tell a turn from a step
+_LEAST_STRENGTH = 0.4  # chosen: walls without a common direction tell nothing
 _LEAST_TURN_RAD = math.radians(8.0)  # physical: wings of a building are further apart
-_STEADY = 0.15  # numerical: of the whole turn, by which directions may lie beside a steady one
+_STEADY = 0.15  # chosen: of the whole turn, by which directions may lie beside a steady one
+# Chosen, not measured:
 _RIGID = Freedom(strain_sigma=1e-4, stretch=np.eye(2))
 _SHIFTS_M = (-1.0, 0.0, 1.0)  # starts of the alignment
 _TURNS_RAD = tuple(math.radians(turn) for turn in (-12.0, -6.0, 0.0, 6.0, 12.0))

@@ -15,6 +15,7 @@ from fpnet_core.geometry import Placements
 from fpnet_core.judging import Judge, Verdict
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import (
     MapSide,
@@ -26,16 +27,17 @@ from fpnet_core.pose import (
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
 from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
-from fpnet_core.types import MatchResult
 
 # Numerical: more changed no answer and took longer.
 _MAX_PAIRS = 800  # region pairs of each kind that become candidates
+# Chosen, not measured:
 _FOCUSED_PAIRS = 250  # the same once the matcher is sure of enough pairs
 _SURE_PAIRS = 4  # above the graded threshold are enough
 
+# Chosen, not measured:
 _CENTROID_SHARE = 0.05  # centroids of half-seen rooms move the scale of an assignment by this
 _RASTER_CANDIDATES = 96
-"""Placements of the raster search that are refined; four to eight at each scale."""
+"""Numerical: placements of the raster search that are refined; four to eight at each scale."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from fpnet_core.geometry import SE2, Affine2D, Placements, angle_between
 
 _log = logging.getLogger(__name__)
 
+# Chosen, not measured:
 # A pose given by hand is believed within so many standard deviations, and never more exactly
 # than someone can click on a drawing.
 _SIGMAS = 3.0

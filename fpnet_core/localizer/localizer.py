@@ -110,7 +110,11 @@ class Localizer:
             self._begin(state)
 
     def add_scan(
-        self, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64], stamp_ns: int
+        self,
+        points: NDArray[np.float32],
+        T_odom_sensor: NDArray[np.float64],
+        stamp_ns: int,
+        viewpoints: NDArray[np.float32] | None = None,
     ) -> None:
         """
         Add one registered scan to the submap.
@@ -118,8 +122,8 @@ class Localizer:
         Parameters
         ----------
         points : (P, 3) float32, sensor frame, metres
-        T_odom_sensor : (4, 4) rigid
-        stamp_ns : sensor time
+        T_odom_sensor, stamp_ns : (4, 4) rigid, and sensor time
+        viewpoints : (P, 3), where each ray began, sensor frame [m]; None: in its origin
 
         Raises
         ------
@@ -131,7 +135,7 @@ class Localizer:
             broken = self._continuity.check(stamp_ns, pose)
             if broken is not None:
                 self._bridge(broken)
-            self._builder.add_scan(points, pose, stamp_ns)
+            self._builder.add_scan(points, pose, stamp_ns, viewpoints)
             self._continuity.go_on_from(stamp_ns, pose)
 
     def tick(self, now_ns: int) -> LocalizerOutput:

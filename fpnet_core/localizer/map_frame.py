@@ -12,17 +12,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput
+from fpnet_core.types import GridMap, LocalizerOutput
 
 # Estimates of the scale differ a little from tick to tick. ``map`` keeps the drawing's size until
-# a corner of it would move by more than this [m].
+# a corner of it would move by more than this [m]. Chosen.
 _HOLD_M = 0.25
 
 
@@ -151,33 +150,3 @@ class MapFrame:
         at_robot[:2] = self.A_map_plan.linear @ at_robot[:2]
         cov: NDArray[np.float64] = at_robot @ output.cov @ at_robot.T
         return cov
-
-
-def warped_grid(grid: GridMap, A_map_plan: Affine2D) -> GridMap:
-    """Return the drawing in ``map``: resampled at its own resolution, unknown around it."""
-    if np.array_equal(A_map_plan.matrix, np.eye(3)):
-        return grid
-    rows, columns = grid.shape
-    edge = [[-0.5, -0.5], [-0.5, columns - 0.5], [rows - 0.5, -0.5], [rows - 0.5, columns - 0.5]]
-    corners = A_map_plan.apply(grid.rc_to_xy(edge))
-    low = corners.min(axis=0)
-    size = np.ceil((corners.max(axis=0) - low) / grid.resolution).astype(int)
-    T_map_grid = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
-    # Pixels (column, row) of the drawing for those of the result, as OpenCV counts them.
-    A_pixel_map = _A_frame_pixel(grid.T_frame_grid, grid.resolution).inv() @ A_map_plan.inv()
-    A_source_target = A_pixel_map @ _A_frame_pixel(T_map_grid, grid.resolution)
-    cells = cv2.warpAffine(
-        grid.cells.view(np.uint8),
-        A_source_target.matrix[:2],
-        tuple(size.tolist()),
-        flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=int(np.array(UNKNOWN, dtype=np.int8).view(np.uint8)),
-    )
-    return GridMap(cells.view(np.int8), grid.resolution, T_map_grid, 'map')
-
-
-def _A_frame_pixel(T_frame_grid: SE2, resolution: float) -> Affine2D:
-    half = np.full(2, 0.5 * resolution)
-    A_frame_pixel: Affine2D = T_frame_grid @ Affine2D(resolution * np.eye(2), half)
-    return A_frame_pixel

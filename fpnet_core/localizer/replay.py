@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io import Scan
+from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
@@ -22,8 +23,8 @@ from fpnet_core.types import LocalizerOutput
 
 _log = logging.getLogger(__name__)
 
-Register = Callable[[Scan], tuple[NDArray[np.float32], NDArray[np.float64]]]
-"""Turns a scan without pose into deskewed points (P, 3) and ``T_odom_sensor (4, 4)``."""
+Register = Callable[[Scan], RegisteredSweep]
+"""Turns a scan without pose into deskewed points where they were seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +79,11 @@ def replay(
     rejected, next_tick_ns = 0, None
     period_ns = int(tick_period_s * NS_PER_S)
     for scan in scans:
-        points, T_odom_sensor = _registered(scan, register)
+        sweep = _registered(scan, register)
+        T_odom_sensor = sweep.T_odom_sensor
         start = time.perf_counter()
         try:
-            localizer.add_scan(points, T_odom_sensor, scan.stamp_ns)
+            localizer.add_scan(sweep.points, T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
         except FpnetError as error:
             _log.warning('%s', error)
             rejected += 1
@@ -102,11 +104,7 @@ def replay(
         outputs.append(localizer.tick(path[-1][0]))
         _log_change(outputs, path[0][0])
     return ReplayResult(
-        tuple(outputs),
-        _trajectory(published),
-        _trajectory(path),
-        np.array(add_ms),
-        rejected,
+        tuple(outputs), _trajectory(published), _trajectory(path), np.array(add_ms), rejected
     )
 
 
@@ -125,7 +123,7 @@ def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
     )
 
 
-def _registered(scan: Scan, register: Register) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+def _registered(scan: Scan, register: Register) -> RegisteredSweep:
     if scan.T_odom_sensor is None:
         return register(scan)
-    return scan.points, scan.T_odom_sensor
+    return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)

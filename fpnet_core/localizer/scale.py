@@ -23,7 +23,9 @@ from fpnet_core.types import PlanScale
 
 Array = NDArray[np.float64]
 
-_SCALE_STEP = 0.06  # neighbouring scales differ by this share; refinement closes the rest
+# Numerical: neighbouring scales differ by this share; refinement closes the rest.
+_SCALE_STEP = 0.06
+# Chosen, not measured:
 _INTERVALS_TRIED = 1.25  # times the 90 % interval: one scale in ten lies outside of it
 _MOST_TRIED = 2.2  # beyond this factor nothing is tried, however little is known
 _STATED_SCATTER = 0.010

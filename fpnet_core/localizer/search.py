@@ -17,8 +17,9 @@ from fpnet_core.geometry import Placements
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide, map_evidence
-from fpnet_core.types import MatchResult, Submap
+from fpnet_core.types import Submap
 
 NEWS_GROWTH = 1.05
 """A submap larger by this factor shows something new; chosen on drives (docs/localizer.md)."""

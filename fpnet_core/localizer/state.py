@@ -18,7 +18,7 @@ from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.types import GridMap
 
-_VERSION = 1
+_VERSION = 1  # given
 _SUBMAP = 'submap_'  # prefix of the submap builder's arrays
 _KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan'}
 

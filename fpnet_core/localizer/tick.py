@@ -26,9 +26,10 @@ from fpnet_core.localizer.scale import ScaleHistory, ScaleSearch
 from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import SubmapSegmenter
-from fpnet_core.types import LocalizerOutput, MatchResult, Status, Submap
+from fpnet_core.types import LocalizerOutput, Status, Submap
 
 _FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
 

@@ -11,6 +11,7 @@ from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
+# Chosen, not measured:
 # Two rooms side by side with a door between them, inner sizes in metres.
 _ROOM_M = np.array([6.0, 5.0])
 _WALL_M, _DOOR_M, _RESOLUTION_M = 0.2, 1.0, 0.1

@@ -18,11 +18,12 @@ from fpnet_core.matching.geometry import GraphGeometry
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 4
+_ITERATIONS = 4  # numerical
+# Chosen, not measured:
 _SPREAD_UNITS = 0.25  # corners further apart than this, in plan units, count less and less
 _WELL_SEEN = 0.9  # observed fraction from which a room's corners are its own
 _GLIMPSED_WEIGHT = 0.05  # of the corners of other rooms, which may be where sight ended
-_SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+_SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])  # numerical
 
 
 def aligned(assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry) -> Array:

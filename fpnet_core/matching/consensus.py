@@ -43,17 +43,18 @@ EVIDENCE = (
 )
 """Kinds of evidence in the order of the model's weights; sums over regions but for the last."""
 
-CANDIDATES_PER_REGION = 8  # likely plan regions that each submap region brings in
-NEIGHBOURS = 6  # other regions that each submap region is paired with
-MAX_PROPOSALS = 200  # placements of which the fit is computed
-MAX_REFINED = 24  # distinct placements that are refined and judged
+CANDIDATES_PER_REGION = 8  # numerical: likely plan regions that each submap region brings in
+NEIGHBOURS = 6  # numerical: other regions that each submap region is paired with
+MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
+MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
 
-_REFINEMENTS = 2
+_REFINEMENTS = 2  # numerical
+# Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
 _DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
 _ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part is off-centre
-_NEGLIGIBLE = 1e-5  # likelihoods below this share of a region's best are not tried
-_FLOOR = -5.0  # least log-likelihood of a partner against the region's best one
+_NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
+_FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _WELL_SEEN = 0.9  # observed fraction from which a room's size and doors can be compared
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
 _UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)

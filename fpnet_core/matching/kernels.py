@@ -14,15 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 DOOR_RADIUS = 1.1
-"""Doors further apart than this, in plan units, do not support a similarity."""
+"""Doors further apart than this, in plan units, do not support a similarity. Chosen."""
 
 ROOM_MARGIN = 0.9
-"""How far outside a plan room's rectangle the middle of a submap's room may fall [plan units]."""
+"""
+How far outside a plan room's rectangle the middle of a submap's room may fall [plan units].
+Chosen.
+"""
 
 DOOR_TURN_SIN = 0.35
-"""Sine of the angle between two doors' lines that still agree (20 degrees)."""
+"""Sine of the angle between two doors' lines that still agree (20 degrees). Chosen."""
 
-_SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost
+_SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost; chosen
 
 
 @numba.njit(cache=True, nogil=True)

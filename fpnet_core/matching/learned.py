@@ -14,6 +14,7 @@ import torch
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.io.weights import read_weights
+from fpnet_core.matches import MatchHypothesis, MatchResult
 from fpnet_core.matching.consensus import EvidenceModel, ScalePrior, find_assignments, rank
 from fpnet_core.matching.evidence_model import evidence_model
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
@@ -21,12 +22,12 @@ from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 from fpnet_core.matching.thresholds import graded_threshold
 from fpnet_core.matching.types import mutual_pairs
 from fpnet_core.models import GraphBatch, load_network
-from fpnet_core.types import FEATURE_SCHEMA, MatchHypothesis, MatchResult, RegionGraph
+from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 Probability = NDArray[np.float64]
 
 FLOOR = 1e-9
-"""Added to a pair's likelihood before the logarithm."""
+"""Numerical: added to a pair's likelihood before the logarithm."""
 
 
 class LearnedMatcher:

@@ -9,7 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.matches import MatchResult
+from fpnet_core.types import RegionGraph
 
 
 class RegionMatcher(Protocol):

@@ -10,7 +10,9 @@ import torch
 from torch import Tensor, nn
 
 MASKED = -1e4
-"""Logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite."""
+"""
+Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
+"""
 
 
 class Attention(nn.Module):

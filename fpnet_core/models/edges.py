@@ -23,10 +23,12 @@ from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import EdgeMapping
 
 CONNECTED, UNCONNECTED = 1.0, 0.7
-"""Values of the connectivity variant."""
+"""Values of the connectivity variant. Chosen."""
 
 SELF_WEIGHT, FAR_WEIGHT, LARGEST_INVERSE_DISTANCE = 20.0, 0.5, 10.0
-"""Values of the distance variant: the node itself, non-adjacent nodes, bound of the rest."""
+"""
+Values of the distance variant: the node itself, non-adjacent nodes, bound of the rest. Chosen.
+"""
 
 
 def pair_distances(batch: GraphBatch) -> Tensor:

@@ -32,7 +32,8 @@ from fpnet_core.models.network import RegionNetwork
 from fpnet_core.types import RegionGraph
 
 _NODE_FEATURES = INVARIANT_LAYOUT.size - AXIS.stop
-_RELATIONS = 12
+_RELATIONS = 12  # given
+# Chosen, not measured:
 _RELATION_WIDTH = 16
 _FOCUS = ((3, 4.0), (4, 4.0), (0, -1.5))  # relation and first weight of successive heads
 _ACROSS = 3.0  # first logit of the other graph's nodes, for heads that look there

@@ -24,17 +24,17 @@ from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import Weights, check_shapes, read_weights
 
 WALLS_SCHEMA = 1
-"""Grows when the picture that the network sees is made otherwise."""
+"""Given: grows when the picture that the network sees is made otherwise."""
 
 WALLS_NAME = 'walls.safetensors'
 
 STRIDE = 32
-"""Pictures are padded to a multiple of so many pixels."""
+"""Given: pictures are padded to a multiple of so many pixels."""
 
 PIXELS_PER_ANSWER = 4
-"""Logits of a class lie side by side for so many pixels: a block of two by two."""
+"""Given: logits of a class lie side by side for so many pixels: a block of two by two."""
 
-_MIDDLE, _SPREAD = 0.75, 0.25  # of brightness in [0, 1]: paper is bright
+_MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from fpnet_core.segmentation import (
 )
 from fpnet_core.types import GridMap, Segmentation
 
+# Chosen, not measured:
 _SCALE_OFF = 1.15  # what suggests a factor beyond this deserves a word
 _MANY = 0.5  # share of rooms
 

@@ -26,16 +26,16 @@ _ROOM_M2 = (4.0, 200.0)
 """Physical: the middle room of real buildings has 10 to 60 m2."""
 _DOOR_M = (0.5, 2.5)
 """Physical: the middle door of real buildings is 0.8 to 1.2 m wide, openings counted."""
-_GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # numerical: of the floor in one of at least so many rooms
+_GIANT_SHARE, _FEW_ROOMS = 0.9, 3  # chosen: of the floor in one of at least so many rooms
 _GIANT_M2 = 400.0  # physical: a hall; a single larger room is the paper
-_UNKNOWN_SHARE = 0.5  # numerical: of what lies within the building
+_UNKNOWN_SHARE = 0.5  # chosen: of what lies within the building
 _UNSURE = 2.25
-"""Numerical: largest over smallest scale. It is what `fpnet bench localization` tries as
+"""Chosen: largest over smallest scale. It is what `fpnet bench localization` tries as
 `unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and where every robot is found.
 Of sheets that were read rightly it is 1.5 to 2.2; what is less sure may be any building."""
 
 _MISSTATED = 2.0
-"""Numerical: a stated scale that is off by more, at either end of the interval that rooms and
+"""Chosen: a stated scale that is off by more, at either end of the interval that rooms and
 doors tell, is a slip of the pen."""
 
 

@@ -17,9 +17,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
-from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
+from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Verdict
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
@@ -28,18 +27,21 @@ from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.refine import FINE, ROUGH, Freedom, refine
 from fpnet_core.pose.verify import COARSE_SIGMA_M, coarse_support
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _LIKE_SIZE = 1.35  # areas of twins differ by less than this factor
 _WALL_REACH_M = 0.35  # so much around a room is cut out with it: its walls
 _FREEDOM = Freedom(strain_sigma=0.005)  # one drawing is drawn to one scale
-_MAX_REFINED = 64
-_RANKED_BY = 250  # wall samples
-_MAX_TWINS = 12
+_MAX_REFINED = 64  # numerical
+_RANKED_BY = 250  # numerical: wall samples
+_MAX_TWINS = 12  # numerical
 
 
 @dataclass(frozen=True)
@@ -181,15 +183,13 @@ def _cut_out(segmentation: Segmentation, rooms: Sequence[int]) -> GridMap:
     grid = segmentation.grid
     inside = np.isin(segmentation.labels, np.asarray(rooms) + 1)
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
-    near = np.asarray(binary_dilation(inside, np.ones((3, 3)), iterations=reach))
-    rows, columns = (np.flatnonzero(near.any(axis=axis)) for axis in (1, 0))
-    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    near = grown(inside, reach)
+    window = window_of(near)
+    assert window is not None, 'rooms have cells'
     cells = np.where(near, grid.cells, UNKNOWN)
     # Free space beyond a wall belongs to the next room, which has not been seen.
     cells[near & ~inside & (grid.cells == FREE)] = UNKNOWN
-    corner = grid.rc_to_xy(np.array([rows[0], columns[0]]) - 0.5)
-    origin = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
-    return replace(grid, cells=cells[window], T_frame_grid=origin)
+    return replace(grid, cells=cells).cropped(*window)
 
 
 def _aligned(

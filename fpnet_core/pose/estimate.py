@@ -18,20 +18,22 @@ MAX_REFINED = 48
 """Candidates that are refined and verified; numerical: more changed no answer."""
 
 MAX_ESTIMATES = 16
-"""Distinct placements that are judged and reported; the judge was trained with so many."""
+"""Distinct placements that are judged and reported; the judge was trained with so many. Chosen."""
 
 DISTINCT_M = 2.0
-"""Placements nearer than this are the same one: about half a small room."""
+"""Placements nearer than this are the same one: about half a small room. Chosen."""
 
 _GLANCE_POINTS, _GLANCE_KEEPS = 60, 25
 _LOOK_POINTS, _LOOK_KEEPS = 250, 20
-"""Wall and free samples of a look at a candidate, and how many per refined one it keeps."""
+"""
+Numerical: wall and free samples of a look at a candidate, and how many per refined one it keeps.
+"""
 
 SAME_BASIN_M = 0.3
-"""Roughly refined candidates nearer than this end at the same place."""
+"""Roughly refined candidates nearer than this end at the same place. Chosen."""
 
 _SURROUNDINGS_M = 5.0
-"""Placements are told apart by where they put what is so far from the robot."""
+"""Placements are told apart by where they put what is so far from the robot. Chosen."""
 
 
 def select_promising(plan: MapEvidence, sub: MapEvidence, candidates: Placements) -> Placements:

@@ -12,25 +12,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.blocks import block_middles, thinned
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pixels import xy_to_rc
 from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
 
-Scalar = TypeVar('Scalar', bound=np.generic)
-
-_DISTANCE_CAP_M = 3.0
-_FIELD_CELL_M = 0.1
-_WALL_SPACING_M = 0.15
-_FREE_SPACING_M = 0.4
+_DISTANCE_CAP_M = 3.0  # numerical
+_FIELD_CELL_M = 0.1  # numerical
+_WALL_SPACING_M = 0.15  # numerical
+_FREE_SPACING_M = 0.4  # numerical
+# Chosen, not measured:
 _STRAIGHT_SIGMA_M = 0.2  # walls count as one where they are drawn or seen so far apart
 _STRAIGHT_WINDOW_M = 0.4  # over which walls must run straight
-_FLAT = 1e-6  # squared gradient below which there is no wall
+_FLAT = 1e-6  # numerical: squared gradient below which there is no wall
 _WALL_REACH_M = 0.15  # a wall cell lies at most this far from free space
 
 
@@ -126,7 +126,7 @@ class MapSide:
     def room_of_cell(self) -> NDArray[np.int32]:
         """Room labels ``(H, W)`` on the raster of the evidence; 0 where there is no room."""
         step = round(self.evidence.cell_m / self.evidence.resolution_m)
-        return _coarse(self.segmentation.labels, step)
+        return block_middles(self.segmentation.labels, step)
 
     @cached_property
     def door_points(self) -> NDArray[np.float64]:
@@ -153,18 +153,17 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     """
     free = (grid.cells == FREE) if interior is None else np.asarray(interior)
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
-    near_free = cv2.dilate(free.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1)))
-    walls = (grid.cells == OCCUPIED) & (near_free > 0) & ~free
+    near_free = grown(free, reach)
+    walls = (grid.cells == OCCUPIED) & near_free & ~free
     step = max(1, round(_FIELD_CELL_M / grid.resolution))
-    first = (step - 1) / 2.0  # native index of the first sample of the coarse raster
     orientation, strength = _dominant_orientation(walls)
     yaw_grid = grid.T_frame_grid.yaw
     return MapEvidence(
-        walls=grid.rc_to_xy(_thin(walls, _WALL_SPACING_M / grid.resolution)),
-        free=grid.rc_to_xy(_thin(free, _FREE_SPACING_M / grid.resolution)),
+        walls=grid.rc_to_xy(thinned(walls, _WALL_SPACING_M / grid.resolution)),
+        free=grid.rc_to_xy(thinned(free, _FREE_SPACING_M / grid.resolution)),
         wall_distance=_distance_to(walls, grid.resolution, step),
-        observed=_coarse(near_free > 0, step),
-        A_rc_xy=_metric_to_raster(grid, step, first),
+        observed=block_middles(near_free, step),
+        A_rc_xy=xy_to_rc(grid, step),
         cell_m=grid.resolution * step,
         orientation=float(np.mod(orientation + yaw_grid, np.pi / 2)),
         orientation_strength=strength,
@@ -176,48 +175,9 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
 def _distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArray[np.float32]:
     """Distance of every ``step``-th cell to the nearest True cell [m], capped."""
     if not mask.any():
-        return np.full(_coarse(mask, step).shape, _DISTANCE_CAP_M, dtype=np.float32)
-    metres = _coarse(cells_to_nearest(mask), step) * np.float32(resolution)
+        return np.full(block_middles(mask, step).shape, _DISTANCE_CAP_M, dtype=np.float32)
+    metres = block_middles(cells_to_nearest(mask), step) * np.float32(resolution)
     return np.asarray(np.minimum(metres, np.float32(_DISTANCE_CAP_M)), dtype=np.float32)
-
-
-def _coarse(raster: NDArray[Scalar], step: int) -> NDArray[Scalar]:
-    """Every ``step``-th cell, taken at the middle of its block."""
-    first = (step - 1) // 2
-    return np.ascontiguousarray(raster[first::step, first::step])
-
-
-def _metric_to_raster(grid: GridMap, step: int, first: float) -> NDArray[np.float64]:
-    """Affine (2, 3) from metres to fractional (row, col) of the coarse raster."""
-    inverse = grid.T_frame_grid.inv()
-    scale = 1.0 / (grid.resolution * step)
-    offset = (0.5 + np.floor(first)) / step
-    linear = inverse.linear[::-1] * scale
-    translation = inverse.translation[::-1] * scale - offset
-    return np.column_stack([linear, translation])
-
-
-def _thin(mask: NDArray[np.bool_], spacing_cells: float) -> NDArray[np.float64]:
-    """Mean (row, col) of the True cells in each block of ``spacing_cells``; (P, 2)."""
-    sums = _block_sums(mask, max(spacing_cells, 1.0)).reshape(-1, 3)
-    sums = sums[sums[:, 2] > 0]
-    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
-
-
-@numba.njit(cache=True, nogil=True)
-def _block_sums(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
-    """Sum of rows, of columns, and count of the True cells of each block ``(Hb, Wb, 3)``."""
-    rows, cols = mask.shape
-    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
-    for row in range(rows):
-        block_row = int(row / spacing)
-        for col in range(cols):
-            if mask[row, col]:
-                block = sums[block_row, int(col / spacing)]
-                block[0] += row
-                block[1] += col
-                block[2] += 1
-    return sums
 
 
 def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:

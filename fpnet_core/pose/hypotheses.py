@@ -21,6 +21,7 @@ from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.types import RegionLabel, Segmentation
 
+# Chosen, not measured:
 _SNAP_RAD = np.deg2rad(15.0)  # a door's direction may be off by this and still be snapped
 _SNAP_STRENGTH = 0.35  # both maps must be this rectangular before yaw is snapped
 

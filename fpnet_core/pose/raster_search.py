@@ -24,26 +24,30 @@ from scipy import fft
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.scales import in_turn
+from fpnet_core.raster.blocks import block_means
+from fpnet_core.raster.morphology import is_peak
 
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 
-_LONGER_SIDE = 128  # coarse pixels along the plan's longer side
+_LONGER_SIDE = 128  # numerical: coarse pixels along the plan's longer side
+# Chosen, not measured:
 _MARGIN = 0.12  # share of the plan's size that a map may stick out on each side
 _WALL_SIGMA_M = 0.4  # walls count as near within about this
 _ON_WALL_COST = 0.7  # of free space on a wall
 _OUTSIDE_FULL_M = 1.0  # free space so deep outside the plan costs 1
-_MAX_WALLS, _MAX_FREE = 1500, 1000  # samples that stand for the map
-_PEAKS = 4  # best translations of each rotation and scale
-_PEAK_PIXELS = 5  # a peak is the highest within this window
+_MAX_WALLS, _MAX_FREE = 1500, 1000  # numerical: samples that stand for the map
+_PEAKS = 4  # numerical: best translations of each rotation and scale
+_PEAK_PIXELS = 5  # numerical: a peak is the highest within this window
 
-_BINS = 90  # directions modulo a right angle, by degree
+_BINS = 90  # numerical: directions modulo a right angle, by degree
+# Chosen, not measured:
 _BIN_SIGMA = 3.0  # walls of one direction scatter by this [degrees]
 _FACE_M = 0.5  # cells this near to a wall tell its direction
-_FACE_SMOOTHING_CELLS = 1.5
-_FACE_KERNEL = 5  # edge of the derivative's kernel [cells]
+_FACE_SMOOTHING_CELLS = 1.5  # numerical
+_FACE_KERNEL = 5  # numerical: edge of the derivative's kernel [cells]
 _TURN_SHARE = 0.3  # further rotations align walls at least this well, relative to the best
-_MAX_TURNS = 3  # rotations modulo a right angle
+_MAX_TURNS = 3  # numerical: rotations modulo a right angle
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +130,7 @@ def _field(plan: MapEvidence) -> _Field:
     near = np.exp(-0.5 * np.square(plan.wall_distance / np.float32(sigma)))
     outside = np.minimum(plan.outside_depth / np.float32(_OUTSIDE_FULL_M), np.float32(1.0))
     cost = np.maximum(outside, np.float32(_ON_WALL_COST) * near)
-    near, cost = _reduced(near, step, 0.0), _reduced(cost, step, 1.0)
+    near, cost = block_means(near, step, 0.0), block_means(cost, step, 1.0)
     margin = [int(np.ceil(_MARGIN * size)) for size in near.shape]
     shape = tuple(
         fft.next_fast_len(size + 2 * extra, real=True)
@@ -144,14 +148,6 @@ def _field(plan: MapEvidence) -> _Field:
         (shape[0], shape[1]),
         A_px_xy,
     )
-
-
-def _reduced(values: Image, step: int, beyond: float) -> Image:
-    """Return means of blocks of ``step`` by ``step`` cells; ``beyond`` fills the last ones."""
-    rows, cols = values.shape
-    padded = np.pad(values, ((0, -rows % step), (0, -cols % step)), constant_values=beyond)
-    size = (padded.shape[1] // step, padded.shape[0] // step)
-    return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
 
 
 def _of_turn(
@@ -199,8 +195,7 @@ def _raster(pixels: Array, shape: tuple[int, int]) -> Image:
 def _peaks(values: Image) -> tuple[Array, Array]:
     """Return the highest peaks' (row, column) (K, 2) and heights (K,)."""
     values = np.ascontiguousarray(values)
-    highest = cv2.dilate(values, np.ones((_PEAK_PIXELS, _PEAK_PIXELS), np.uint8))
-    index = np.flatnonzero(values >= highest)
+    index = np.flatnonzero(is_peak(values, _PEAK_PIXELS))
     heights = values.ravel()[index].astype(np.float64)
     best = np.argsort(-heights, kind='stable')[:_PEAKS]
     rows, cols = np.unravel_index(index[best], values.shape)

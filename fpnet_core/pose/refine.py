@@ -26,11 +26,11 @@ from fpnet_core.pose.evidence import MapEvidence
 Array = NDArray[np.float64]
 
 STRAIN_LIMIT = 3.0
-"""No component of the strain exceeds so many of its standard deviations."""
+"""No component of the strain exceeds so many of its standard deviations. Chosen."""
 
-_STEPS_PER_WIDTH = 3
-_DAMPING = 1e-6  # keeps the system solvable where no wall is near
-_POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance
+_STEPS_PER_WIDTH = 3  # numerical
+_DAMPING = 1e-6  # numerical: keeps the system solvable where no wall is near
+_POINT_SIGMA_M = 0.15  # drawing accuracy of one wall sample, for the covariance; chosen
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,10 @@ class Effort:
 
 
 ROUGH = Effort((0.8, 0.5, 0.3), 200)
-"""Brings a new candidate to where its score can be compared."""
+"""Brings a new candidate to where its score can be compared. Chosen."""
 
 FINE = Effort((0.3, 0.2, 0.15), 800)
-"""Ends on a candidate that is already near."""
+"""Ends on a candidate that is already near. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)

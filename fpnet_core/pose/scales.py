@@ -25,8 +25,10 @@ _SAME_SCALE = 0.3
 """Scales this near, in their logarithm, are one; numerical: some seven between two unsure maps."""
 
 _NEAR = Effort((0.4, 0.3), 200)
-"""Of candidates that are right within half a metre: the few walls of a small map give way to a
-wider kernel and end up anywhere."""
+"""
+Of candidates that are right within half a metre: the few walls of a small map give way to a wider
+kernel and end up anywhere. Chosen.
+"""
 
 
 def estimates_across_scales(

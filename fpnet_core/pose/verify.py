@@ -19,15 +19,22 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.pose.evidence import MapEvidence
+from fpnet_core.raster.rays import nearest_cell
 
 WALL_SIGMA_M = 0.2
-"""Wall kernel of the verification: a wall's thickness, which drawings and robots share in part."""
+"""
+Wall kernel of the verification: a wall's thickness, which drawings and robots share in part.
+Chosen.
+"""
 
 COARSE_SIGMA_M = 0.5
-"""Wall kernel of the early rejection: what a candidate from doors and rooms may be off by."""
+"""
+Wall kernel of the early rejection: what a candidate from doors and rooms may be off by. Chosen.
+"""
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
 _OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
 
@@ -137,13 +144,13 @@ def _forward(
         A = _chain(A_rc_xy, linear[c], translation[c])
         total = 0.0
         for k in range(len(walls)):
-            row, col = _cell(A, walls[k, 0], walls[k, 1])
+            row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
             if _inside(wall_likelihood, row, col):
                 total += wall_likelihood[row, col]
         support[c] = total / max(len(walls), 1)
         outside = 0.0
         for k in range(len(free)):
-            row, col = _cell(A, free[k, 0], free[k, 1])
+            row, col = nearest_cell(A, free[k, 0], free[k, 1])
             depth = _OUTSIDE_FULL_M
             if _inside(outside_depth, row, col):
                 depth = outside_depth[row, col]
@@ -169,7 +176,7 @@ def _backward(
         total = 0.0
         count = 0
         for k in range(len(walls)):
-            row, col = _cell(A, walls[k, 0], walls[k, 1])
+            row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
             if _inside(wall_distance, row, col) and observed[row, col]:
                 d = wall_distance[row, col]
                 total += np.exp(inv2 * d * d)
@@ -186,14 +193,6 @@ def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
             A[i, j] = A_rc_xy[i, 0] * linear[0, j] + A_rc_xy[i, 1] * linear[1, j]
         A[i, 2] = A_rc_xy[i, 0] * translation[0] + A_rc_xy[i, 1] * translation[1] + A_rc_xy[i, 2]
     return A
-
-
-@numba.njit(cache=True, nogil=True, inline='always')
-def _cell(A: Array, x: float, y: float) -> tuple[int, int]:
-    """Nearest raster cell of a point."""
-    row = int(np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5))
-    col = int(np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5))
-    return row, col
 
 
 @numba.njit(cache=True, nogil=True, inline='always')

@@ -28,8 +28,9 @@ PLACEMENT_COLOURS = ('#1f77b4', '#d62728', '#8c564b')
 """Of the best placement and its rivals."""
 
 _TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
+# Chosen, not measured:
 _PLAN_PX = 1600
-_PATH_SAMPLES = 3000
+_PATH_SAMPLES = 3000  # numerical
 _STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
 _STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]

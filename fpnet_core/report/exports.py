@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2
 from fpnet_core.io import BagWriter, write_map, write_tum
-from fpnet_core.localizer.map_frame import MapFrame, warped_grid
+from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.report.moments import chosen_ticks
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap, LocalizerOutput, Submap

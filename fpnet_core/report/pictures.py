@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from fpnet_core.raster.pixels import corners_xy
 from fpnet_core.types import GridMap, Segmentation
 from fpnet_core.viz.segmentation import Colour, painted
 
-_COLOURS = 128  # of the palette that a picture is reduced to
+_COLOURS = 128  # numerical: of the palette that a picture is reduced to
 
 
 @dataclass(frozen=True)
@@ -62,9 +63,7 @@ def grid_picture(grid: GridMap, pixels: NDArray[np.uint8], longest_px: int) -> P
 
     What lies outside the grid is transparent.
     """
-    rows, columns = grid.shape
-    outer = [[-0.5, -0.5], [-0.5, columns - 0.5], [rows - 0.5, -0.5], [rows - 0.5, columns - 0.5]]
-    corners = grid.rc_to_xy(outer)
+    corners = corners_xy(grid)
     low, high = corners.min(axis=0), corners.max(axis=0)
     size = np.maximum(np.ceil((high - low) / grid.resolution - 1e-6).astype(int), 1)
     turned = _turned(grid, pixels, low, size)

@@ -14,7 +14,7 @@ from fpnet_core.report.page import write_page
 from fpnet_core.report.pictures import segmentation_picture
 from fpnet_core.viz.plan_check import similarity_colours
 
-_PLAN_PX = 1600
+_PLAN_PX = 1600  # chosen
 
 
 def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:

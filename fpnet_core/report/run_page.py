@@ -20,7 +20,7 @@ from fpnet_core.report.moments import moments
 from fpnet_core.report.page import write_page
 from fpnet_core.report.record import RunRecord
 
-_PUBLISHED_SAMPLES = 3000
+_PUBLISHED_SAMPLES = 3000  # numerical
 _ELSEWHERE = ('reason', 'causes')  # sentences, which have their own place on the page
 _UNITS = ('m', 's', 'ms', 'deg')
 

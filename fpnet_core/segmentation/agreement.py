@@ -13,10 +13,11 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 from skimage.segmentation import expand_labels
 
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.morphology import Mask, grown
 
-# Regions up to this size are drawing noise [cells], as in Bormann's comparison.
+# Given: regions up to this size are drawing noise [cells], as in Bormann's comparison.
 _NOISE_CELLS = 100
+# Chosen, not measured:
 # Rooms found and drawn are the same above this intersection over union.
 _SAME_ROOM_IOU = 0.5
 # Hand-drawn rooms end this far from the middle of their doors at most [cells].
@@ -68,17 +69,17 @@ def true_openings(truth: NDArray[np.int32], free: Mask) -> NDArray[np.float64]:
     Labels ``truth (H, W)`` are grown over ``free (H, W)``; each connected stretch of contact
     of two rooms is one opening, at its middle. Rooms that do not touch give (0, 2).
     """
-    grown = np.where(free, expand_labels(truth, _LABEL_GAP_CELLS), 0)  # type: ignore[no-untyped-call]
+    filled = np.where(free, expand_labels(truth, _LABEL_GAP_CELLS), 0)  # type: ignore[no-untyped-call]
     base = int(truth.max()) + 1
     contact = np.zeros(truth.shape, dtype=np.int64)
     for axis in (0, 1):
         here = np.moveaxis(contact, axis, 0)[:-1]
-        a, b = np.moveaxis(grown, axis, 0)[:-1], np.moveaxis(grown, axis, 0)[1:]
+        a, b = np.moveaxis(filled, axis, 0)[:-1], np.moveaxis(filled, axis, 0)[1:]
         meet = (a != b) & (a > 0) & (b > 0)
         here[meet] = (np.minimum(a, b) * base + np.maximum(a, b))[meet]
     places = []
     for pair in np.unique(contact[contact > 0]):
-        stretches = cv2.dilate((contact == pair).astype(np.uint8), np.ones((3, 3), np.uint8))
+        stretches = grown(contact == pair, 1).astype(np.uint8)
         _, _, stats, centres = cv2.connectedComponentsWithStats(stretches, connectivity=8)
         sides = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
         places.append(centres[1:, ::-1][sides >= _MIN_OPENING_CELLS])

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 import shapely
 
+from fpnet_core.raster.blocks import unblocked
+from fpnet_core.raster.morphology import Mask, cross, spread
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.scene import Mask
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
 _DOOR_DEPTH_M = 0.2  # physical: extent of a door's region across its opening line, a wall's
 
-# Corners of a polygon may leave the raster's outline by this many cells.
+# Numerical: corners of a polygon may leave the raster's outline by this many cells.
 _SIMPLIFY_CELLS = 1.0
 
 
@@ -38,14 +39,7 @@ def upsample_labels(labels: NDArray[np.int32], stride: int, free: Mask) -> NDArr
     Cells along walls lie in blocks that are not free throughout: they take the label of the
     room they touch.
     """
-    rows, cols = free.shape
-    full = np.repeat(np.repeat(labels, stride, axis=0), stride, axis=1)[:rows, :cols]
-    full = full.astype(np.float32)  # cv2 dilates no 32-bit integers; these are exact
-    kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    for _ in range(stride):
-        grown = cv2.dilate(full, kernel)
-        full = np.where((full == 0) & free, grown, full)
-    return full.astype(np.int32)
+    return spread(unblocked(labels, stride, free.shape), free, cross(), stride)
 
 
 def outline(mask: Mask) -> NDArray[np.float64] | None:

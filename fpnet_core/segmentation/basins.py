@@ -10,28 +10,26 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
-# Openings up to this width are judged as doors; chosen on the tune half (docs/segmentation.md).
+# Openings up to this width are judged as doors; fitted to the tune half (docs/segmentation.md).
 _NARROW_WIDTH_M = 1.4
 # Narrow opening over narrower room above which they join;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _NARROW_MERGE_RATIO = 0.9
-# The same for wider openings; chosen on the tune half (docs/segmentation.md).
+# The same for wider openings; fitted to the tune half (docs/segmentation.md).
 _WIDE_MERGE_RATIO = 0.8
-# Wider openings join both sides into one room; chosen on the tune half (docs/segmentation.md).
+# Wider openings join both sides into one room; fitted to the tune half (docs/segmentation.md).
 _OPEN_WIDTH_M = 2.5
 _MERGE_DEPTH_M = 0.1  # numerical: shallower constrictions are of the raster
 # Small rooms with a longer edge to unseen space stay apart;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _GLIMPSE_EDGE_M = 0.8
 
-# Clearances are ordered in steps of a millimetre: radix sort, and no ties decided by rounding.
+# Numerical: clearances are ordered in steps of a millimetre: radix sort, and no ties decided by
+# rounding.
 _STEP_M = 1e-3
-
-_ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
-NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
-"""Slices that put each cell beside its right and its upper neighbour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +124,9 @@ def find_saddles(
         keys.append(low.astype(np.int64) * base + high)
         values.append(np.minimum(clearance[here][meet], clearance[there][meet]))
     key, value = np.concatenate(keys), np.concatenate(values)
-    order = np.lexsort((key, -value))
-    unique, first = np.unique(key[order], return_index=True)
-    by_width = np.argsort(first, kind='stable')
-    unique, first = unique[by_width], first[by_width]
-    return np.stack([unique // base, unique % base], axis=1), value[order][first]
+    widest = first_of_each(key, np.lexsort((key, -value)))
+    pairs = key[widest]
+    return np.stack([pairs // base, pairs % base], axis=1), value[widest]
 
 
 class _Groups:

@@ -8,15 +8,16 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.rays import run_length
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import run_length
 
+# Chosen, not measured:
 # A corridor goes on at least so far on both sides of a frame, of which the first bit is the
 # frame's own depth [m].
 _REACH_M, _FRAME_M = 3.0, 0.4
 # Its width is this quantile of the widths along that reach: doors to its sides widen the rest.
 _QUANTILE = 0.25
-_STEP_M = 0.1
+_STEP_M = 0.1  # numerical
 # Wider spaces are no corridors [m].
 _MAX_CORRIDOR_M = 4.0
 # Of the corridor's width a frame leaves at least so much, and both sides differ by less.

@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.outside import border_of, is_on_paper, outside_as_unknown
+from fpnet_core.io.outside import is_on_paper, outside_as_unknown
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
-from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.scene import Scene, clearance_m, fill_furniture
 from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
-# A closed space nowhere as wide as this is no room [m].
+# A closed space nowhere as wide as this is no room [m]. Chosen.
 _MIN_ROOM_WIDTH_M = 0.5
-# A hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
+# Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
 
 

@@ -17,17 +17,18 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import cells_at, draw_line, is_inside, run_length
 from fpnet_core.segmentation.corridors import is_corridor_frame
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rays import is_inside, run_length
-from fpnet_core.segmentation.scene import Mask
 
 # Widest opening between the ends of walls that parts rooms;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 GAP_WIDTH_M = 4.0
-# Gaps that would shut off less stay open; chosen on the tune half (docs/segmentation.md).
+# Gaps that would shut off less stay open; fitted to the tune half (docs/segmentation.md).
 _GAP_ROOM_AREA_M2 = 3.0
 
+# Chosen, not measured:
 # Outlines of walls are straightened by so much before their corners are looked for [m].
 _STRAIGHTEN_M = 0.08
 # A face's cells so near to its corners say nothing about its direction [m].
@@ -44,7 +45,7 @@ _MIN_GAP_M = 0.6
 # At a third, two thirds and all of this distance from the gap the space is wider than the gap
 # by the second length, at three of its four corners [m].
 _DEPTH_M, _WIDER_M = 1.0, 0.25
-_DEPTHS = 3
+_DEPTHS = 3  # numerical
 _MIN_OPEN_CORNERS = 3
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6
@@ -276,8 +277,7 @@ def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mas
     """Return the cells (H, W) of lines that no region crosses."""
     closed = np.zeros(shape, dtype=np.uint8)
     for ends in gaps:
-        start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
-        cv2.line(closed, start, stop, 1, thickness=2)
+        draw_line(closed, ends)
     return closed.astype(bool)
 
 
@@ -316,12 +316,10 @@ def _labels_beside(
     across = np.array([-along[1], along[0]]) / length
     shares = np.linspace(0.0, 1.0, max(3, round(length)))[:, None, None]
     offsets = np.arange(1.0, _ROOM_REACH_M / cell_m + 1.0)[:, None]
-    limits = np.array(labels.shape) - 1
     beside = []
     for sign in (-1.0, 1.0):
         places = ends[0] + shares * along + sign * offsets * across
-        cells = np.clip(np.rint(places), 0, limits).astype(np.int64)
-        seen = labels[cells[..., 0], cells[..., 1]]
+        seen = labels[cells_at(places, labels.shape)]
         first = (seen > 0).argmax(axis=1)
         beside.append(np.take_along_axis(seen, first[:, None], axis=1)[:, 0])
     return np.stack(beside, axis=1).astype(np.int64)

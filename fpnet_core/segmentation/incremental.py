@@ -17,32 +17,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from fpnet_core.geometry import SE2
+from fpnet_core.raster.blocks import block_means, unblocked
+from fpnet_core.raster.morphology import Mask, grown
+from fpnet_core.raster.windows import Window, window_of
 from fpnet_core.segmentation.lintels import Doorway
 from fpnet_core.segmentation.rooms import SURE_WIDTH_M
-from fpnet_core.segmentation.scene import WORK_RESOLUTION_M, Mask, block_means
+from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
 
-Window = tuple[slice, slice]
-
-# Changes are counted in square tiles [m]; a tile is dirty from this share of differing cells on,
-# and dirty tiles touch the rooms in them and in the tiles beside them.
+# Numerical: changes are counted in square tiles [m]; a tile is dirty from this share of differing
+# cells on, and dirty tiles touch the rooms in them and in the tiles beside them.
 _TILE_M = 0.5
-_DIRTY_SHARE = 0.04
-# What lies this far outside of the touched rooms cannot change how they are cut: longer than
-# the largest piece of furniture and the widest doorway [m].
+_DIRTY_SHARE = 0.04  # numerical
+# Numerical: what lies this far outside of the touched rooms cannot change how they are cut: longer
+# than the largest piece of furniture and the widest doorway [m].
 _MARGIN_M = 3.0
-# Doors this near to one of the last segmentation are the same [m].
+# Doors this near to one of the last segmentation are the same [m]. Chosen.
 _SAME_DOOR_M = 0.5
-# Grids of one submap agree in place to this share of a cell.
+# Numerical: grids of one submap agree in place to this share of a cell.
 _ALIGNED_CELLS = 1e-3
 
 
@@ -93,7 +92,7 @@ class SubmapSegmenter:
         kept, labels = _held(last.segmentation, touched)
         held = labels[window] > 0
         part = segment_part(
-            _cropped(grid, window),
+            grid.cropped(*window),
             submap.lintel[window],
             held=held,
             known_doors=_doorways(kept, grid, window),
@@ -177,8 +176,7 @@ def _dirty_tiles(differs: Mask, cell_m: float) -> Mask:
     """Return the tiles that hold enough differing cells, and all tiles beside them."""
     size = _tile_cells(cell_m)
     share = block_means(differs.astype(np.float32), size)
-    dirty = (share >= _DIRTY_SHARE).astype(np.uint8)
-    return np.asarray(cv2.dilate(dirty, np.ones((3, 3), np.uint8)) > 0)
+    return grown(share >= _DIRTY_SHARE, 1)
 
 
 def _tile_cells(cell_m: float) -> int:
@@ -188,14 +186,14 @@ def _tile_cells(cell_m: float) -> int:
 def _dirty_cells(dirty: Mask, grid: GridMap) -> tuple[Window, Mask]:
     """Return the window around dirty tiles and its cells that lie in one."""
     size = _tile_cells(grid.resolution)
-    rows, cols = np.flatnonzero(dirty.any(axis=1)), np.flatnonzero(dirty.any(axis=0))
-    tiles = dirty[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    box = (
-        slice(int(rows[0]) * size, min((int(rows[-1]) + 1) * size, grid.shape[0])),
-        slice(int(cols[0]) * size, min((int(cols[-1]) + 1) * size, grid.shape[1])),
+    window = window_of(dirty)
+    assert window is not None, 'nothing is dirty'
+    rows, cols = (
+        slice(tiles.start * size, min(tiles.stop * size, limit))
+        for tiles, limit in zip(window, grid.shape, strict=True)
     )
-    cells = np.repeat(np.repeat(tiles, size, axis=0), size, axis=1)
-    return box, cells[: box[0].stop - box[0].start, : box[1].stop - box[1].start]
+    shape = rows.stop - rows.start, cols.stop - cols.start
+    return (rows, cols), unblocked(dirty[window], size, shape)
 
 
 def _within(box: Window, window: Window) -> Window:
@@ -206,8 +204,7 @@ def _within(box: Window, window: Window) -> Window:
 
 def _near_held(held: Mask, cell_m: float) -> Mask:
     """Return the cells within a tile of a held room's."""
-    size = 2 * _tile_cells(cell_m) + 1
-    return np.asarray(cv2.dilate(held.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
+    return grown(held, _tile_cells(cell_m))
 
 
 def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: float) -> set[int]:
@@ -273,12 +270,6 @@ def _doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
 def _ends_rc(doors: Sequence[_Door], grid: GridMap) -> NDArray[np.float64]:
     """Return the ends (D, 2, 2) of the doors' lines in the cells of ``grid``."""
     return grid.xy_to_rc(np.array([door.portal.ends for door in doors]).reshape(-1, 2, 2))
-
-
-def _cropped(grid: GridMap, window: Window) -> GridMap:
-    corner = grid.rc_to_xy(np.array([window[0].start, window[1].start]) - 0.5)
-    pose = SE2.from_xy_yaw(float(corner[0]), float(corner[1]), grid.T_frame_grid.yaw)
-    return GridMap(grid.cells[window], grid.resolution, pose, grid.frame)
 
 
 def _inherited(

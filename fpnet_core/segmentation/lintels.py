@@ -13,9 +13,12 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import cells_at, draw_line
+from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.openings import Opening, narrowest_line
-from fpnet_core.segmentation.scene import Mask
 
+# Chosen, not measured:
 # A doorway is neither narrower nor wider than this [m].
 _MIN_WIDTH_M, _MAX_WIDTH_M = 0.6, 3.0
 # Share of the opening line under which high returns must have been seen.
@@ -26,7 +29,7 @@ _LINE_REACH_M = 0.3
 _PASSAGE_M = 0.4
 # How far from the line, in both directions, a room is looked for [m].
 _ROOM_REACH_M = 0.8
-# Places along a doorway at which it is looked for.
+# Numerical: places along a doorway at which it is looked for.
 _BESIDE_PLACES = 7
 
 
@@ -98,7 +101,7 @@ def find_lintels(
     closed = np.zeros(lintel.shape, dtype=np.uint8)
     doors = list(known)
     for door in known:
-        _draw(closed, door.ends_rc)
+        draw_line(closed, door.ends_rc)
     lines = np.array([door.ends_rc for door in doors]).reshape(-1, 2, 2)
     for centre in _centres(lintel, cell_m):
         if (_distances(lines, np.array(centre)) * cell_m <= _LINE_REACH_M).any():
@@ -111,13 +114,8 @@ def find_lintels(
         if is_new and _is_doorway(ends, lintel, free, wall, cell_m):
             doors.append(Doorway(ends, cell_m))
             lines = np.concatenate([lines, ends[None]])
-            _draw(closed, ends)
+            draw_line(closed, ends)
     return closed.astype(bool) & free, doors
-
-
-def _draw(closed: NDArray[np.uint8], ends: NDArray[np.float64]) -> None:
-    start, stop = np.rint(ends[:, ::-1]).astype(int).tolist()
-    cv2.line(closed, start, stop, 1, thickness=2)
 
 
 def _is_doorway(
@@ -134,8 +132,7 @@ def _is_doorway(
 
 
 def _is_in_wall(ends: NDArray[np.float64], wall: Mask) -> bool:
-    cells = np.clip(np.rint(ends).astype(np.int64), 0, np.array(wall.shape) - 1)
-    return bool(wall[cells[:, 0], cells[:, 1]].all())
+    return bool(wall[cells_at(ends, wall.shape)].all())
 
 
 def _distances(lines: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -161,10 +158,10 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     cells = np.argwhere(components > 0)
     owner = components[components > 0]
     off_centre = np.hypot(*(cells - centroids[owner, ::-1]).T)
-    nearest_first = np.lexsort((off_centre, owner))
-    _, first = np.unique(owner[nearest_first], return_index=True)
+    # Sorted by owner first, so that the first of each are in the order of the components.
+    nearest = first_of_each(owner, np.lexsort((off_centre, owner)))
     largest_first = np.argsort(-stats[1:, cv2.CC_STAT_AREA], kind='stable')
-    middle = cells[nearest_first[first]][largest_first].astype(np.float64)
+    middle = cells[nearest][largest_first].astype(np.float64)
     return [(row, col) for row, col in middle.tolist()]
 
 

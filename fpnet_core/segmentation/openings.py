@@ -12,18 +12,21 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.basins import NEIGHBOURS
-from fpnet_core.segmentation.scene import Mask, WorkRaster
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.rays import is_inside
+from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
+from fpnet_core.segmentation.scene import WorkRaster
 
 # Doors between the same rooms nearer than this are one: half a leaf and a jamb;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _DOOR_SEPARATION_M = 0.7
 
+# Chosen, not measured:
 # The closing line is looked for within this many clearances of a saddle, on each side.
 _LINE_REACH = 3.0
 # It may move so far across the wall to find the jambs [m].
 _SLIDE_M = 0.3
-# Directions tried for the line across an opening, over half a turn.
+# Numerical: directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
 
 
@@ -59,9 +62,8 @@ def narrowest_chord(
             sign = 1.0 if side == 0 else -1.0
             run = 0.0
             while run < reach:
-                r = int(np.floor(row + sign * (run + step) * d_row + 0.5))
-                c = int(np.floor(col + sign * (run + step) * d_col + 0.5))
-                if r < 0 or c < 0 or r >= free.shape[0] or c >= free.shape[1] or not free[r, c]:
+                ahead = sign * (run + step)
+                if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
                     break
                 run += step
             ends[side] = run
@@ -96,9 +98,7 @@ def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[S
     key = (stretches.ravel()[cells].astype(np.int64) * base + low.ravel()[cells]) * base
     key += high.ravel()[cells]
     value = work.clearance.ravel()[cells]
-    order = np.lexsort((cells, -value))
-    _, first = np.unique(key[order], return_index=True)
-    chosen = cells[order[np.sort(first)]]
+    chosen = cells[first_of_each(key, np.lexsort((cells, -value)))]
     return [
         Saddle(
             (int(low.ravel()[cell]), int(high.ravel()[cell])),

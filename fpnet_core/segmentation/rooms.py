@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_basins
 from fpnet_core.segmentation.corridors import is_corridor_frame
@@ -21,22 +22,23 @@ from fpnet_core.segmentation.openings import (
     find_openings,
     find_saddles_of_rooms,
 )
-from fpnet_core.segmentation.scene import Mask, Scene, WorkRaster, clearance_m, reduce_scene
+from fpnet_core.segmentation.scene import Scene, WorkRaster, clearance_m, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
 # Narrower openings are doors even where nothing widens behind;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 SURE_WIDTH_M = 1.2
 # How far from an opening both rooms must have widened;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _JAMB_REACH_M = 1.0
 # By which factor they must have widened to be rooms;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _JAMB_WIDENING = 1.1
 
-# Joining rooms changes what their neighbours look like; it settles within so many rounds.
+# Numerical: joining rooms changes what their neighbours look like; it settles within so many
+# rounds.
 _MAX_ROUNDS = 4
 
 IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]

@@ -11,26 +11,30 @@ import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.io.outside import interior
+from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.floorplan import segment_floorplan
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side, packaged_scale_model, quantiles
-from fpnet_core.segmentation.scene import Mask, clearance_m
+from fpnet_core.segmentation.scene import clearance_m
 from fpnet_core.segmentation.submap import segment_submap
 from fpnet_core.types import FREE, GridMap, Segmentation, Submap
 
 SURE_FACTOR = 1.1
-"""A scale is sure whose 90 % interval ends within this factor of the estimate, on both sides."""
+"""
+A scale is sure whose 90 % interval ends within this factor of the estimate, on both sides. Chosen.
+"""
 
+# Chosen, not measured:
 # What is stated of a scale: its median, and the interval that holds it with 90 %.
 _STATED = (0.05, 0.5, 0.95)
 # In every building about one free cell in five is further than this from any wall [m].
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
 # Clutter: pieces that extend over less than this share of the map's diagonal.
 _SPECK_SHARE = 0.02
-# The loop of scale and segmentation stops below this relative change, which is far less than the
-# segmentation's thresholds notice, or after so many rounds.
+# Numerical: the loop of scale and segmentation stops below this relative change, which is far less
+# than the segmentation's thresholds notice, or after so many rounds.
 _CONVERGED = 0.1
-_MAX_ROUNDS = 3
+_MAX_ROUNDS = 3  # numerical
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class ScaleEstimate:
 
 
 STATED_SCALE = ScaleEstimate(1.0, 1.0, 1.0)
-"""What is known of a map that states its metres."""
+"""Numerical: what is known of a map that states its metres."""
 
 
 def estimate_metres_per_unit(

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.distance import cells_to_nearest
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask, is_peak
 from fpnet_core.types import FREE, Segmentation
 
 Array = NDArray[np.float64]
@@ -41,7 +40,8 @@ COUNTS = ('door_agreement', 'log_doors', 'log_rooms', 'log_corridors', 'has_wall
 
 FIGURES = (*LENGTHS, *COUNTS)
 
-# All numerical. A room of more than so many squares of its width is a corridor.
+# Numerical:
+# A room of more than so many squares of its width is a corridor.
 _CORRIDOR_ASPECT = 3.0
 # Thinner drawn walls are lines, whose width says nothing of a wall's [cells].
 _LINE_CELLS = 2.5
@@ -121,7 +121,7 @@ def _widths(segmentation: Segmentation, clearance: NDArray[np.float32]) -> Array
 def _walls(free: Mask, cell_m: float) -> Array:
     """Return thicknesses along the middle lines of what parts free space, none of hardly any."""
     depth = cells_to_nearest(free)
-    middle = (depth > 0.0) & (depth >= cv2.dilate(depth, np.ones((3, 3), np.uint8)))
+    middle = (depth > 0.0) & is_peak(depth, 3)
     # A wall of an even number of cells has two middle lines, each half a cell off.
     thick = 2.0 * depth[middle].astype(np.float64) - 0.5
     thick = cell_m * thick[(thick > _LINE_CELLS) & (thick * cell_m < _THICKEST_WALL_M)]

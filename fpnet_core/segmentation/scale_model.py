@@ -29,21 +29,29 @@ Array = NDArray[np.float64]
 Side = Literal['plan', 'map']
 
 SCALE_SCHEMA = 1
-"""Grows when a figure changes its meaning."""
+"""Given: grows when a figure changes its meaning."""
 
 SCALE_NAME = 'scale.safetensors'
 
 CLIP = 3.0
-"""Figures are standardised and held to so many standard deviations: nothing unseen counts more."""
+"""
+Numerical: figures are standardised and held to so many standard deviations: nothing unseen counts
+more.
+"""
 
 COMPONENTS = 3
-"""Normal densities of each network's mixture."""
+"""Numerical: normal densities of each network's mixture."""
 
 LOG_SIGMA_SHIFT, LOG_SIGMA_RANGE = -1.0, (-3.5, 1.0)
-"""Logarithms of the components' standard deviations, in those of the target: where they start."""
+"""
+Numerical: logarithms of the components' standard deviations, in those of the target: where they
+start.
+"""
 
 GRID = np.linspace(-1.6, 1.6, 321)
-"""Logarithms of true over assumed metres at which a posterior is held; a hundredth apart."""
+"""
+Numerical: logarithms of true over assumed metres at which a posterior is held; a hundredth apart.
+"""
 
 
 @dataclass(frozen=True, eq=False)

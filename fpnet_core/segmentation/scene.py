@@ -10,20 +10,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.blocks import block_means
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask, grown
 
 # Free-standing obstacles smaller than this are furniture;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _FURNITURE_AREA_M2 = 2.0
 # Free-standing obstacles longer than this are walls;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _FURNITURE_EXTENT_M = 2.5
 WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
-Mask = NDArray[np.bool_]
-
-# Mean of a block of ones, with room for rounding.
+# Numerical: mean of a block of ones, with room for rounding.
 _ALL = 1.0 - 1e-4
 
 
@@ -107,16 +107,5 @@ def reduce_scene(scene: Scene) -> WorkRaster:
     frontier = np.zeros_like(mask)
     if scene.unseen is not None:
         unseen = block_means(scene.unseen.astype(np.float32), stride) > 0.0
-        touched = cv2.dilate(unseen.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        frontier = mask & touched
+        frontier = mask & grown(unseen, 1)
     return WorkRaster(mask, work, frontier, stride, scene.cell_m * stride)
-
-
-def block_means(values: NDArray[np.float32], stride: int) -> NDArray[np.float32]:
-    """Return the means of blocks of ``stride`` by ``stride`` cells, zeros beyond the edge."""
-    rows, cols = values.shape
-    padded = cv2.copyMakeBorder(
-        values, 0, -rows % stride, 0, -cols % stride, cv2.BORDER_CONSTANT, value=0.0
-    )
-    size = (padded.shape[1] // stride, padded.shape[0] // stride)
-    return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA))

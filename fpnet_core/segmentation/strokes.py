@@ -4,21 +4,23 @@
 
 from __future__ import annotations
 
-import cv2
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.segmentation.distance import cells_to_nearest
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.blocks import block_any, unblocked
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask, opened_by, square
+from fpnet_core.raster.rays import cells_at
 
+# Chosen, not measured:
 # Lines are about as thin as this [m] or one cell; filled walls are thicker.
 _LINE_M = 0.1
 # Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
-# Symbols are looked for at cells of about this size [m].
+# Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.05
-_DIRECTIONS = 120
+_DIRECTIONS = 120  # numerical
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
 # How far ink may lie from where the symbol says, at most and leaf and arc on average [cells].
@@ -54,38 +56,15 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
     is returned as it is; ``cell_m`` is the cell edge [m].
     """
     stride = max(1, int(_WORK_M / cell_m))
-    ink = _reduced(~free, stride)
+    ink = block_any(~free, stride)
     work_m = cell_m * stride
     side = max(2, round(_LINE_M / work_m) + 1)
-    lines = ink & (1 - _opened(ink, side))
-    found = _symbols(_distance(lines), _distance(ink), np.argwhere(lines > 0), work_m)
+    lines = ink & ~opened_by(ink, square(side), is_beyond=True)
+    found = _symbols(cells_to_nearest(lines), cells_to_nearest(ink), np.argwhere(lines), work_m)
     if not len(found):
         return free
     pen = _drawn(_distinct(found, _APART_M / work_m), lines.shape) & lines
-    rows, cols = free.shape
-    erased = np.kron(pen, np.ones((stride, stride), np.uint8))[:rows, :cols]
-    return np.asarray(free | (erased > 0))
-
-
-def _reduced(ink: Mask, stride: int) -> NDArray[np.uint8]:
-    """Return which blocks of ``stride`` by ``stride`` cells hold ink."""
-    rows, cols = ink.shape
-    padded = np.pad(ink, ((0, -rows % stride), (0, -cols % stride)))
-    blocks = padded.reshape(padded.shape[0] // stride, stride, -1, stride)
-    return np.asarray(blocks.any(axis=(1, 3)), dtype=np.uint8)
-
-
-def _opened(ink: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
-    """Return the ink that squares of ``side`` cells fit into."""
-    square = np.ones((side, side), np.uint8)
-    # OpenCV's own opening moves the ink by a cell where the side is even.
-    eroded = cv2.erode(ink, square, anchor=(0, 0))
-    return np.asarray(cv2.dilate(eroded, square, anchor=(side - 1, side - 1)), np.uint8)
-
-
-def _distance(ink: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return the distance [cells] to the nearest ink."""
-    return cells_to_nearest(ink > 0)
+    return np.asarray(free | unblocked(pen, stride, free.shape))
 
 
 def _symbols(
@@ -192,9 +171,9 @@ def _distinct(found: Array, apart: float) -> Array:
     return np.array(kept)
 
 
-def _drawn(symbols: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+def _drawn(symbols: Array, shape: tuple[int, ...]) -> Mask:
     """Return where the leaves and arcs (N, 6) are, with a pen that covers their lines."""
-    clear = np.ones(shape, np.uint8)
+    is_drawn = np.zeros(shape, np.bool_)
     for _, row, col, angle, radius, side in symbols:
         u = np.array([np.sin(angle), np.cos(angle)])
         v = np.array([u[1], -u[0]]) * side
@@ -203,8 +182,5 @@ def _drawn(symbols: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
         turn = np.linspace(0.0, end, int(2.0 * radius) + 2)[:, None]
         sweep = hinge + radius * (np.cos(turn) * u + np.sin(turn) * v)
         leaf = hinge + np.linspace(_STUB, radius, int(2.0 * radius) + 2)[:, None] * u
-        places = np.rint(np.concatenate([leaf, sweep])).astype(int)
-        places = np.clip(places, 0, np.array(shape) - 1)
-        clear[places[:, 0], places[:, 1]] = 0
-    near = cells_to_nearest(clear == 0) <= _PEN
-    return np.asarray(near, dtype=np.uint8)
+        is_drawn[cells_at(np.concatenate([leaf, sweep]), shape)] = True
+    return np.asarray(cells_to_nearest(is_drawn) <= _PEN)

@@ -7,9 +7,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fpnet_core.segmentation.scene import Mask
+from fpnet_core.raster.morphology import Mask, disc, shrunk_by
 
-# A piece of wall is at least so long, and nowhere thicker [m].
+# A piece of wall is at least so long, and nowhere thicker [m]. Chosen.
 _MIN_LENGTH_M, _MAX_THICKNESS_M = 0.65, 0.4
 
 
@@ -24,7 +24,6 @@ def find_stubs(free: Mask, cell_m: float) -> Mask:
     length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * cell_m
     is_stub = length >= _MIN_LENGTH_M
     side = round(_MAX_THICKNESS_M / cell_m) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    is_stub[pieces[cv2.erode(blocked, disc) > 0]] = False
+    is_stub[pieces[shrunk_by(~free, disc(side))]] = False
     is_stub[0] = False
     return np.asarray(is_stub[pieces])

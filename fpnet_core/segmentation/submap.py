@@ -12,22 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
+from fpnet_core.raster.morphology import Mask, closed, grown, opened, spread, square
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Mask, Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.scene import Scene, clearance_m, fill_furniture
 from fpnet_core.segmentation.stubs import find_stubs
-from fpnet_core.submaps.morphology import closed, opened
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _SOLID_WIDTH_M = 0.2
 # Glimpsed rooms smaller than this are dropped (a_th of the paper);
-# chosen on the tune half (docs/segmentation.md).
+# fitted to the tune half (docs/segmentation.md).
 _MIN_SUBMAP_ROOM_AREA_M2 = 2.0
 
+# Chosen, not measured:
 # Unknown cells this near to a wall are the wall's shadow, not a frontier [m].
 _WALL_SHADOW_M = 0.1
 # The ends of a doorway's line are this near to its jambs [m].
@@ -36,7 +37,7 @@ _JAMB_REACH_M = 0.2
 _MIN_DOOR_M = 0.3
 # Openings without a lintel into space that is no room are doors from this width on [m].
 _MIN_GLIMPSED_DOOR_M = 0.6
-# Margin of unseen space around the grid in which rooms may go on [cells].
+# Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Clearance at the very edge of unseen space [m].
 _UNSEEN_CREDIT_M = 0.5
@@ -164,8 +165,7 @@ def _opened(mask: Mask, width_m: float, cell_m: float) -> Mask:
 
 def _grown(mask: Mask, reach_m: float, cell_m: float) -> Mask:
     """Return the cells within ``reach_m`` of ``mask``, in the maximum norm."""
-    size = 2 * round(reach_m / cell_m) + 1
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0)
+    return grown(mask, round(reach_m / cell_m))
 
 
 def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
@@ -184,11 +184,7 @@ def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[n
 
     Returns scatter around a wall's face, so that the face lies inside of such cells.
     """
-    rooms = labels.astype(np.float32)  # cv2 dilates no 32-bit integers; these are exact
-    for _ in range(round(_SCATTER_M / cell_m)):
-        grown = cv2.dilate(rooms, np.ones((3, 3), np.uint8))
-        rooms = np.where((rooms == 0.0) & wall, grown, rooms)
-    return rooms.astype(np.int32)
+    return spread(labels, wall, square(3), round(_SCATTER_M / cell_m))
 
 
 def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
@@ -201,8 +197,8 @@ def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
             # The rectangle around a turned room leaves its axis-aligned window by less than
             # half of the window's shorter side.
             margin = 1 + min(s.stop - s.start for s in window) // 2
-            grown = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
-            scores[label] = _score(labels[grown] == label, unseen[grown])
+            wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
+            scores[label] = _score(labels[wide] == label, unseen[wide])
     return scores
 
 
@@ -213,14 +209,13 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
     The unseen part is estimated as the unseen cells inside the smallest rectangle around the
     room that can be reached from its outline without crossing a wall.
     """
-    cells = room.astype(np.uint8)
-    rim = cv2.dilate(cells, np.ones((3, 3), np.uint8)).astype(bool) & ~room
+    rim = grown(room, 1) & ~room
     frontier = rim & unseen
     rows = np.flatnonzero(room.any(axis=1))
     first = room[rows].argmax(axis=1)
     last = room.shape[1] - 1 - room[rows, ::-1].argmax(axis=1)
     sides = np.stack([np.r_[first, last], np.r_[rows, rows]], axis=1).astype(np.int32)
-    box = np.zeros_like(cells)
+    box = np.zeros(room.shape, np.uint8)
     corners = cv2.boxPoints(cv2.minAreaRect(sides))
     cv2.fillConvexPoly(box, np.rint(corners).astype(np.int32), 1)
     _, pieces = cv2.connectedComponents((box.astype(bool) & unseen).astype(np.uint8))

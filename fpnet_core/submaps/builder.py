@@ -20,11 +20,13 @@ from fpnet_core.types import Submap
 
 _PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
 
-# Robot positions that memory is reserved for at first; doubled when they are used up.
+# Numerical: robot positions that memory is reserved for at first; doubled when they are used up.
 _PATH_BLOCK = 1024
-# Fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
+# Numerical: rays that begin nearer to one another, about a cell, begin in one place.
+_SAME_ORIGIN_M = 0.05
+# Numerical: fractional part of the golden ratio: consecutive multiples fill [0, 1) evenly.
 _GOLDEN = 0.6180339887498949
-# Deviation of R^T R from the identity that a rigid transform may have.
+# Numerical: deviation of R^T R from the identity that a rigid transform may have.
 _RIGID_TOLERANCE = 1e-3
 
 
@@ -55,7 +57,13 @@ class SubmapBuilder:
         self._id = 0
         self._stamp_ns = 0
 
-    def add_scan(self, points: ArrayLike, T_odom_sensor: ArrayLike, stamp_ns: int) -> None:
+    def add_scan(
+        self,
+        points: ArrayLike,
+        T_odom_sensor: ArrayLike,
+        stamp_ns: int,
+        viewpoints: ArrayLike | None = None,
+    ) -> None:
         """
         Carve one scan into the raster; state is unchanged when an error is raised.
 
@@ -64,19 +72,23 @@ class SubmapBuilder:
         points : (P, 3) float32, sensor frame [m]; zero points only move the robot's path
         T_odom_sensor : (4, 4), rigid; tilt is allowed
         stamp_ns : sensor time
+        viewpoints : (P, 3), where each ray began, sensor frame [m]; None: in its origin
 
         Raises
         ------
         CloudFormatError
-            If the shape is wrong or a coordinate is not finite.
+            If a shape is wrong or a coordinate is not finite.
         OdometryError
             If the pose is not a rigid transform or lies absurdly far from the start.
         """
         cloud = _checked_points(points)
+        begins = np.zeros_like(cloud) if viewpoints is None else _checked_points(viewpoints)
+        if begins.shape != cloud.shape:
+            raise CloudFormatError(f'scan: {len(cloud)} points but {len(begins)} viewpoints')
         pose = _checked_pose(T_odom_sensor)
-        rays = self._subsample(cloud)
-        if len(rays):
-            self._carve(rays, pose)
+        chosen = self._subsample(cloud if viewpoints is None else cloud - begins)
+        if len(chosen):
+            self._carve(cloud[chosen], begins[chosen], pose)
         self._extend_path(pose[:2, 3])
         self._scans += 1
         self._stamp_ns = int(stamp_ns)
@@ -136,38 +148,52 @@ class SubmapBuilder:
         builder._scans, builder._id, builder._stamp_ns = map(int, scans)
         return builder
 
-    def _carve(self, rays: NDArray[np.float64], pose: NDArray[np.float64]) -> None:
-        """Count rays (P, 3) in the sensor frame; unchanged when an error is raised."""
-        ends, is_return = self._ray_ends(rays, pose)
-        self._raster.reserve(pose[:3, 3], ends)
-        heights = rays @ pose[2, :3] + pose[2, 3]
-        bands = self._heights.update(rays, heights, float(pose[2, 3]))
-        self._raster.carve(pose[:3, 3], ends, is_return, bands)
+    def _carve(
+        self,
+        cloud: NDArray[np.float64],
+        begins: NDArray[np.float64],
+        pose: NDArray[np.float64],
+    ) -> None:
+        """Count rays from ``begins (P, 3)`` to ``cloud (P, 3)``, both in the sensor frame."""
+        ends, is_return = self._ray_ends(cloud, begins, pose)
+        origins, of_ray = _origins(begins)
+        origins = origins @ pose[:3, :3].T + pose[:3, 3]
+        for number, origin in enumerate(origins):
+            self._raster.reserve(origin, ends[of_ray == number])
+        heights = cloud @ pose[2, :3] + pose[2, 3]
+        bands = self._heights.update(cloud - begins, heights, float(pose[2, 3]))
+        for number, origin in enumerate(origins):
+            own = of_ray == number
+            self._raster.carve(origin, ends[own], is_return[own], bands)
         is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
         yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
         self._recent.add(ends[is_body, :2], pose[:2, 3], yaw)
 
-    def _subsample(self, cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Drop near returns and keep an evenly spread, changing choice of ``max_rays``."""
-        distance = np.einsum('ij,ij->i', cloud, cloud)
-        cloud = np.asarray(cloud[distance >= self._config.min_range_m**2])
+    def _subsample(self, rays: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return which rays to keep: not the near ones, an even, changing choice of the others."""
+        distance = np.einsum('ij,ij->i', rays, rays)
+        far = np.flatnonzero(distance >= self._config.min_range_m**2)
         limit = self._config.max_rays
-        if len(cloud) <= limit:
-            return cloud
+        if len(far) <= limit:
+            return far
         # One point per stratum, at a low-discrepancy place in it: a plain stride would pick
         # the same few rings of a spinning lidar.
         place = np.mod((np.arange(limit) + self._scans * _GOLDEN**2) * _GOLDEN, 1.0)
-        chosen = (np.arange(limit) + place) * (len(cloud) / limit)
-        return np.asarray(cloud[np.minimum(chosen.astype(np.int64), len(cloud) - 1)])
+        chosen = (np.arange(limit) + place) * (len(far) / limit)
+        return np.asarray(far[np.minimum(chosen.astype(np.int64), len(far) - 1)])
 
     def _ray_ends(
-        self, rays: NDArray[np.float64], pose: NDArray[np.float64]
+        self,
+        cloud: NDArray[np.float64],
+        begins: NDArray[np.float64],
+        pose: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Return ray ends (P, 3) in odom, cut at the range limit, and which are returns."""
+        rays = cloud - begins
         distance = np.linalg.norm(rays, axis=1)
         is_return = distance <= self._config.max_range_m
         scale = np.where(is_return, 1.0, self._config.max_range_m / np.maximum(distance, 1e-9))
-        return (rays * scale[:, None]) @ pose[:3, :3].T + pose[:3, 3], is_return
+        return (begins + rays * scale[:, None]) @ pose[:3, :3].T + pose[:3, 3], is_return
 
     def _extend_path(self, xy: NDArray[np.float64]) -> None:
         length = self._path_length
@@ -177,6 +203,17 @@ class SubmapBuilder:
             self._path = np.concatenate([self._path, np.zeros_like(self._path)])
         self._path[length] = xy
         self._path_length += 1
+
+
+def _origins(
+    begins: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the few places (K, 3) where rays begin, and each ray's (P,)."""
+    places = np.round(begins / _SAME_ORIGIN_M).astype(np.int64)
+    if (places == places[0]).all():
+        return begins[:1], np.zeros(len(begins), dtype=np.int64)
+    _, first, of_ray = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return begins[first], of_ray.ravel()
 
 
 def _checked_points(points: ArrayLike) -> NDArray[np.float64]:

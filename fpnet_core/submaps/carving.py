@@ -12,16 +12,17 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 Counts = NDArray[np.uint16]
 
-# Layers of the count raster: crossings of all bands, returns at body height and at lintel
+# Given: layers of the count raster: crossings of all bands, returns at body height and at lintel
 # height, and crossings at lintel height.
 CROSSED, MID_HIT, HIGH_HIT, HIGH_CROSSED = 0, 1, 2, 3
-LAYERS = 4
+LAYERS = 4  # given
 
 # What so many rays pass at lintel height, and at most this share of those that get there end on,
-# is furniture.
+# is furniture. Chosen.
 _LOW_PASSES, _LOW_SHARE = 3, 0.2
 
-# A cell's counts are halved when one of them gets here: uint16 never wraps, ratios stay.
+# Numerical: a cell's counts are halved when one of them gets here: uint16 never wraps, ratios
+# stay.
 _SATURATION = 60000
 
 
@@ -42,6 +43,16 @@ def _count_return(
         _count(counts, row, col, MID_HIT)
     elif bands[2] <= z <= bands[3]:
         _count(counts, row, col, HIGH_HIT)
+
+
+@njit(cache=True, nogil=True, inline='always')
+def _count_crossing(
+    counts: Counts, row: int, col: int, z: float, bands: tuple[float, float, float, float, float]
+) -> None:
+    if bands[0] <= z <= bands[1] or bands[2] <= z <= bands[4]:
+        _count(counts, row, col, CROSSED)
+        if bands[2] <= z <= bands[3]:
+            _count(counts, row, col, HIGH_CROSSED)
 
 
 @njit(cache=True, nogil=True)
@@ -65,7 +76,6 @@ def carve_rays(
     bands : body low, body high, high low, high high, ceiling [m]
     end_margin : length before a return that is not counted as crossed [cells]
     """
-    body_low, body_high, high_low, high_high, ceiling = bands
     for i in range(ends.shape[0]):
         d_col, d_row = ends[i, 0] - origin[0], ends[i, 1] - origin[1]
         d_z = ends[i, 2] - origin[2]
@@ -86,14 +96,15 @@ def carve_rays(
             to_col = np.inf
         if d_row == 0.0:
             to_row = np.inf
+        lowest, highest = min(origin[2], ends[i, 2]), max(origin[2], ends[i, 2])
+        is_level = bands[0] <= lowest and highest <= bands[1] and highest < bands[2]
         t = 0.0
         while True:
             leave = min(to_col, to_row, stop)
-            z = origin[2] + 0.5 * (t + leave) * d_z
-            if (body_low <= z <= body_high) or (high_low <= z <= ceiling):
+            if is_level:
                 _count(counts, row, col, CROSSED)
-                if high_low <= z <= high_high:
-                    _count(counts, row, col, HIGH_CROSSED)
+            else:
+                _count_crossing(counts, row, col, origin[2] + 0.5 * (t + leave) * d_z, bands)
             t = leave
             if t >= stop:
                 break

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.morphology import closed
 from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
-from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
-_HEIGHT_BIN_M = 0.05
+_HEIGHT_BIN_M = 0.05  # numerical
+# Chosen, not measured:
 _PLANE_SHARE = 0.02  # a floor holds at least this share of the points in its bins
 _FLOOR_THICKNESS_M = 0.15
 _FLOOR_GAP_M = 0.3  # gaps between floor returns up to this are floor too
 _MIN_WALL_POINTS = 2  # a single return at body height is noise
-_MAX_CELLS = 25_000_000
+_MAX_CELLS = 25_000_000  # numerical
 
 
 def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Submap:

@@ -16,12 +16,13 @@ from fpnet_core.config import SubmapConfig
 # Physical: lowest lintel above the floor, a low door; higher returns may be one.
 LINTEL_HEIGHT_M = 1.95
 LINTEL_TOP_M = 2.45  # physical: highest lintel; returns above say nothing about one
-# Rays above prove no free space: high walls are uneven; chosen on tune drives (docs/submaps.md).
+# Rays above prove no free space: high walls are uneven; fitted to tune drives (docs/submaps.md).
 _CARVE_TOP_M = 3.0
 
-# Histogram of heights relative to the sensor: bin edge and reach [m].
+# Numerical: histogram of heights relative to the sensor: bin edge and reach [m].
 _BIN_M = 0.05
-_REACH_M = 6.0
+_REACH_M = 6.0  # numerical
+# Chosen, not measured:
 # Older scans lose weight by this factor per scan, so that the floor follows drift in z.
 _DECAY = 0.98
 # A floor or ceiling is a bin (with its neighbours) of at least this share of all returns, and

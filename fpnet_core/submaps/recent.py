@@ -9,14 +9,14 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-# A scan is kept when the robot has moved or turned so far since the last kept one.
+# Numerical: a scan is kept when the robot has moved or turned so far since the last kept one.
 _STEP_M, _STEP_RAD = 0.25, 0.25
-_SCANS = 24
-# The newest scans, of which a scanner that does not repeat itself needs more than one.
+_SCANS = 24  # numerical
+# Numerical: the newest scans, of which a scanner that does not repeat itself needs more than one.
 _NEWEST = 3
-# So many returns of a scan are kept, and one in each square of this edge is handed out.
+# Numerical: so many returns of a scan are kept, and one in each square of this edge is handed out.
 _RETURNS = 400
-_SPACING_M = 0.1
+_SPACING_M = 0.1  # numerical
 
 
 class RecentReturns:

@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import Segmentation
 
+# Chosen, not measured:
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
 _SHARED_AREA = 0.3  # a room with this share of its cells on one plan room is shown like it
 _SAME_DOOR_M = 1.0
-_CELL_STRIDE = 7  # every so many cells vote
+_CELL_STRIDE = 7  # numerical: every so many cells vote
 
 
 def shared_colours(

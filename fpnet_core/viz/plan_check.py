@@ -9,6 +9,7 @@ from pathlib import Path
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation
 
+# Chosen, not measured:
 UNIQUE: Colour = (0.35, 0.75, 0.4)
 ALIKE_INSIDE: Colour = (0.98, 0.78, 0.25)
 ALIKE_WITH_NEIGHBOURS: Colour = (0.9, 0.3, 0.25)
@@ -18,7 +19,7 @@ _NAMES = {
     'like another from inside': ALIKE_INSIDE,
     'like another even with the rooms behind its doors': ALIKE_WITH_NEIGHBOURS,
 }
-_EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 2.4, 110
+_EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 2.4, 110  # chosen
 
 
 def similarity_colours(

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _LONG_SIDE_IN = 12.0
 _DPI = 130
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms

@@ -12,14 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
+from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput, MatchResult, Segmentation
+from fpnet_core.types import LocalizerOutput, Segmentation
 from fpnet_core.viz.match import shared_colours
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# Chosen, not measured:
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
 _SIZE_INCHES, _DPI = (16.0, 8.5), 110

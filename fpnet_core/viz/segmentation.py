@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 
 Colour = tuple[float, float, float]
 
+# Chosen, not measured:
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 # Hues a golden angle apart stay distinct however many there are.
 _TINT = 0.55  # opacity of a room's colour
-_GOLDEN = 0.6180339887498949
+_GOLDEN = 0.6180339887498949  # numerical
 
 
 def region_colour(region_id: int) -> Colour:

@@ -37,11 +37,12 @@ STATUS_COLOURS: dict[Status, str] = {
 
 _MOMENTS = 5
 _PLACEMENT_COLOURS = ('tab:blue', 'tab:red', 'tab:brown')
-"""Of the best placement and its rivals."""
+"""Of the best placement and its rivals. Chosen."""
 
+# Chosen, not measured:
 _UNMATCHED = (0.75, 0.75, 0.75)
 _TRUTH = 'tab:green'
-_WALL_STRIDE = 8  # every so many wall cells are drawn
+_WALL_STRIDE = 8  # numerical: every so many wall cells are drawn
 _DISTANT_M = 30.0  # errors beyond are drawn at the edge
 _WIDTH_INCHES, _DPI = 22.0, 90
 _ROW_HEIGHTS = (4.0, 4.0, 2.2)

@@ -15,20 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import MatcherConfig
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.kernels import fit_regions, keep_one_per_plan_region
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 
 Array = NDArray[np.float64]
 
 ASPECT_SLACK = 0.25
-"""Difference of the logarithms of both boxes' aspects up to which their rooms may correspond."""
+"""
+Difference of the logarithms of both boxes' aspects up to which their rooms may correspond. Chosen.
+"""
 
 SCALE_SLACK = 0.5
-"""Logarithm of the scale between both maps' units up to which a placement is tried."""
+"""Logarithm of the scale between both maps' units up to which a placement is tried. Chosen."""
 
 MIN_FIT = 0.3
-"""Fit of a pair of regions under the winning placement from which it is a match."""
+"""Fit of a pair of regions under the winning placement from which it is a match. Chosen."""
 
 
 class BoundingBoxMatcher:

@@ -20,13 +20,14 @@ from fpnet_core.pose import MapEvidence
 from fpnet_lab.baselines.answer import Answer
 
 CLAIM_SCORE = 0.6
-"""Score from which a global match is accepted, as in Hess et al.'s published settings."""
+"""Given: score from which a global match is accepted, as in Hess et al.'s published settings."""
 
+# Chosen, not measured:
 _MIN_SCORE = 0.45  # candidates below are never looked for: bounds the search from the start
 _SIGMA_M = 0.25
-_STRIDE = 2  # of the plan's wall field: cells of 0.2 m
-_LEVELS = 7  # blocks of 64 x 64 cells at the top
-_MAX_POINTS = 250
+_STRIDE = 2  # numerical: of the plan's wall field: cells of 0.2 m
+_LEVELS = 7  # numerical: blocks of 64 x 64 cells at the top
+_MAX_POINTS = 250  # numerical
 
 Array = NDArray[np.float64]
 Pyramid = NDArray[np.float32]

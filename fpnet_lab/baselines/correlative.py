@@ -23,22 +23,22 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 Array = NDArray[np.float64]
 
 PLAN_PIXELS = 150
-"""Longer side of the plan's raster."""
+"""Numerical: longer side of the plan's raster."""
 
-ROTATIONS, SCALES = 90, 18
+ROTATIONS, SCALES = 90, 18  # numerical
 SCALE_RANGE = (0.5, 2.0)
-"""Plan metres per submap metre that are tried, in equal ratios."""
+"""Plan metres per submap metre that are tried, in equal ratios. Chosen."""
 
 WALL_PIXELS = 2.0
-"""Distance from a wall at which its value has fallen by e."""
+"""Distance from a wall at which its value has fallen by e. Chosen."""
 
 ON_WALL_COST = 0.7
-"""Cost of free space on a wall; outside the plan it costs 1."""
+"""Cost of free space on a wall; outside the plan it costs 1. Chosen."""
 
 SHRINK_COST = 0.12
-"""Worth of a scale larger by e: a tiny submap fits everywhere."""
+"""Worth of a scale larger by e: a tiny submap fits everywhere. Chosen."""
 
-_MAX_POINTS = 4000  # cells of each kind that represent the submap
+_MAX_POINTS = 4000  # numerical: cells of each kind that represent the submap
 
 
 @dataclass(frozen=True, eq=False)

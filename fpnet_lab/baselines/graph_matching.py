@@ -19,19 +19,20 @@ from scipy.spatial.distance import cdist
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.layout import POSITION
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.types import MatchResult, RegionGraph, RegionLabel
+from fpnet_core.types import RegionGraph, RegionLabel
 
 Array = NDArray[np.float64]
 
 DISTANCE_M = 1.0
-"""Difference of two distances at which their affinity has fallen to exp(-1/2)."""
+"""Difference of two distances at which their affinity has fallen to exp(-1/2). Chosen."""
 
 DESCRIPTOR = 3.0
-"""Descriptor distance at which the affinity of a pair has fallen to exp(-1/2)."""
+"""Descriptor distance at which the affinity of a pair has fallen to exp(-1/2). Chosen."""
 
 MAX_PAIRS = 1600
-"""Pairs of regions beyond which only the most similar are kept: 20 MB of affinities."""
+"""Numerical: pairs of regions beyond which only the most similar are kept: 20 MB of affinities."""
 
 
 class GraphMatchingMatcher:

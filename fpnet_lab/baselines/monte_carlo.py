@@ -23,10 +23,10 @@ from fpnet_core.pose import MapEvidence
 Array = NDArray[np.float64]
 
 SLICE_HALF_M = 0.25
-"""Half height of the slice around the sensor that stands for a planar scanner."""
+"""Half height of the slice around the sensor that stands for a planar scanner. Chosen."""
 
-_SECTORS, _SECTORS_PER_BEAM = 360, 6
-_RANGE_M = 15.0
+_SECTORS, _SECTORS_PER_BEAM = 360, 6  # numerical
+_RANGE_M = 15.0  # chosen
 
 
 @dataclass(frozen=True)

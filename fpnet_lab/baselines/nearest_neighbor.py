@@ -12,12 +12,14 @@ from scipy.special import softmax
 from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.features import LABEL
 from fpnet_core.graphs.layout import POSITION
+from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.types import MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 
 # Squared descriptor distance at which the likelihood falls by e; descriptors have unit range.
+# Chosen.
 _TEMPERATURE = 1.0
-# Added to the squared distance between a door and a room: they never match.
+# Numerical: added to the squared distance between a door and a room: they never match.
 _LABEL_PENALTY = 1e4
 
 

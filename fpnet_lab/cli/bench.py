@@ -9,16 +9,19 @@ import typer
 from fpnet_lab.cli import (
     bench_calibration,
     bench_drawings,
+    bench_figures,
     bench_localization,
     bench_matching,
     bench_scale,
     bench_segmentation,
     bench_simulator,
 )
+from fpnet_lab.provenance import Provenance
 
 app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
 app.command('calibration')(bench_calibration.command)
 app.command('drawings')(bench_drawings.command)
+app.command('figures')(bench_figures.command)
 app.command('matching')(bench_matching.command)
 app.command('localization')(bench_localization.command)
 app.command('scale')(bench_scale.command)
@@ -27,9 +30,10 @@ app.command('simulator')(bench_simulator.command)
 
 
 @app.callback()
-def _group() -> None:
+def _group(context: typer.Context) -> None:
     """
     Compare methods on the same inputs.
 
     Example: fpnet bench matching --data runs/pairs-test --limit 400
     """
+    context.obj = Provenance.now()

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
     from fpnet_lab.metrics import Reliability
     from fpnet_lab.training.judge_trials import Trial
 
 _MEASURED_SEED = 5000
-"""Added to the seed: what is measured is never what was learned from."""
+"""Numerical: added to the seed: what is measured is never what was learned from."""
 
 
 class Half(StrEnum):
@@ -102,7 +103,7 @@ def command(
     if json_path is not None:
         report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
         report['kinds'] = {name: _plain(result) for name, result in results.items()}
-        common.write_json(json_path, report)
+        write_report(json_path, report)
 
 
 def _print(name: str, result: Reliability) -> None:

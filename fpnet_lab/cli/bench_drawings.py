@@ -12,6 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
+from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +72,7 @@ def command(
     if str(json_path) != '-':
         _print(report)
     if json_path is not None:
-        common.write_json(json_path, report)
+        write_report(json_path, report)
 
 
 def _kinds(names: str | None) -> list[SheetKind]:

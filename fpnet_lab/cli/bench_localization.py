@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
 
 
 def command(
@@ -73,10 +74,10 @@ def command(
     result = {**report(records), 'skipped': skipped}
     _print_tables(result)
     if json_path is not None:
-        common.write_json(json_path, result)
+        write_report(json_path, result)
 
 
-_TABLE_WIDTH = 170  # characters; narrower ones tell nothing
+_TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
 _COLUMNS = {
     'runs': 'runs',
     'recall_1m_10deg': '1 m 10 deg',

@@ -12,6 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import FpnetError, WeightsError
+from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig, MatcherConfig
@@ -99,7 +100,7 @@ def command(
     if pair_set is PairSet.ROBOT:
         _print_bands(report['methods'])
     if json_path is not None:
-        common.write_json(json_path, report)
+        write_report(json_path, report)
 
 
 def _graphs(

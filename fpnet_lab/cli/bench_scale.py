@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
 
 
 def command(
@@ -38,7 +39,7 @@ def command(
     if str(json_path) != '-':
         _print(report['groups'])
     if json_path is not None:
-        common.write_json(json_path, report)
+        write_report(json_path, report)
 
 
 def _print(groups: dict[str, dict[str, float]]) -> None:

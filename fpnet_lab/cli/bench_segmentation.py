@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
 
 
 class Split(StrEnum):
@@ -56,7 +57,7 @@ def command(
         _print_plans(report)
         _print_others(report)
     if json_path is not None:
-        common.write_json(json_path, report)
+        write_report(json_path, report)
 
 
 def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:

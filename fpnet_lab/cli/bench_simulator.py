@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
 
 
 def command(
@@ -43,4 +44,4 @@ def command(
         table.add_row(name, f'{report[f"{name}_per_s"]:.1f}')
     Console().print(table)
     if json_path is not None:
-        common.write_json(json_path, report)
+        write_report(json_path, report)

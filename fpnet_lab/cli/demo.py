@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.demo import DemoRun
 
 _SESSION_MODULE = 'fpnet_ros.demo'
-_GRACE_S = 30.0  # the session ends its nodes within half of this
-_INTERRUPTED = 130
+_GRACE_S = 30.0  # the session ends its nodes within half of this; chosen
+_INTERRUPTED = 130  # given
 
 
 def command(
@@ -39,6 +39,13 @@ def command(
     rate: Annotated[
         float, typer.Option('--rate', min=0.05, help='Recorded seconds per second.')
     ] = 1.0,
+    sensor: Annotated[
+        str,
+        typer.Option('--sensor', metavar='NAME', help='As in fpnet simulate recording.'),
+    ] = 'beams32',
+    laser_scans: Annotated[
+        bool, typer.Option('--laser-scan', help='LaserScans in place of clouds; --sensor planar.')
+    ] = False,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
@@ -51,12 +58,14 @@ def command(
     logs to the output folder, replacing the last demo.
 
     Example: fpnet demo --seed 3
+
+    Example: fpnet demo --sensor planar --laser-scan
     """
     tree = common.load(config, settings, seed)
     recording, session = out / 'recording', out / 'session'
     for folder in (recording, session):
         shutil.rmtree(folder, ignore_errors=True)
-    _simulate(recording, tree.seed)
+    _simulate(recording, tree.seed, sensor, laser_scans)
     _run_session(recording, session, rate, tree)
     from fpnet_core.io.maps import read_map
     from fpnet_core.segmentation import segment_floorplan
@@ -72,11 +81,19 @@ def command(
         raise typer.Exit(1)
 
 
-def _simulate(folder: Path, seed: int) -> None:
-    from fpnet_lab.sim.recording import simulate_recording
+def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
+    from fpnet_lab.sim.recording import RecordingOptions, simulate_recording
+    from fpnet_lab.sim.sensors import sensor_named
 
+    options = RecordingOptions(lidar=sensor_named(sensor))
     with common.progress('simulating a recording', total=1.0) as advance:
-        simulate_recording(folder, seed, progress=lambda _, total: advance(1.0 / total))
+        simulate_recording(
+            folder,
+            seed,
+            options=options,
+            laser_scans=laser_scans,
+            progress=lambda _, total: advance(1.0 / total),
+        )
 
 
 def _run_session(recording: Path, session: Path, rate: float, config: FpnetConfig) -> None:

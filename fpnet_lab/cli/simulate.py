@@ -31,7 +31,7 @@ app.command('gallery')(simulate_gallery.command)
 app.command('sheet')(simulate_sheet.command)
 app.command('stats')(simulate_stats.command)
 
-DEFAULT_ROOMS = (8, 90)
+DEFAULT_ROOMS = (8, 90)  # chosen
 
 
 @app.command('plan')

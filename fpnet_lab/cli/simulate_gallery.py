@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 PAIRS = 9
 SHEETS = 4
-"""Of a kind."""
+"""Of a kind. Chosen."""
 CELL_M, FINE_CELL_M = 0.08, 0.04
-"""Cell edge of drawings among many, and of one storey in every style."""
+"""Cell edge of drawings among many, and of one storey in every style. Chosen."""
 MAX_ROOMS = 45
-"""Larger storeys cannot be made out on the sheet."""
+"""Larger storeys cannot be made out on the sheet. Chosen."""
 
 
 def command(

@@ -64,6 +64,10 @@ def command(
             '(70 degrees ahead, not repetitive) or planar.',
         ),
     ] = 'beams32',
+    laser_scans: Annotated[
+        bool,
+        typer.Option('--laser-scan', help='LaserScans on /scan, of a planar sensor.'),
+    ] = False,
     json_path: common.JsonOption = None,
 ) -> None:
     """
@@ -72,18 +76,21 @@ def command(
     The building is generated, with an inexact floorplan; or --plan raises that of a floorplan of
     your own; or --mesh takes one as it is, and then --plan is its floorplan in the same x and y.
 
-    The folder gets bag/ (PointCloud2 at 10 Hz), floorplan.yaml with its image, truth.tum (true
-    sensor poses in the building) and truth.json (how the floorplan is distorted).
+    The folder gets bag/ (PointCloud2 or LaserScan at 10 Hz), floorplan.yaml with its image,
+    truth.tum (true sensor poses in the building) and truth.json (how the floorplan is distorted).
 
     Example: fpnet simulate recording --out out/recording --seed 3 --sensor beams16
     """
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
     from fpnet_lab.sim.fittings import style_named
+    from fpnet_lab.sim.laser_scans import check_planar
     from fpnet_lab.sim.mesh_worlds import read_mesh
     from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
     from fpnet_lab.sim.sensors import sensor_named
 
+    if laser_scans:
+        check_planar(sensor_named(sensor))
     folder = out if out is not None else Path('out') / 'recording'
     options = RecordingOptions(
         family=family, lidar=sensor_named(sensor), style=style_named(building)
@@ -100,6 +107,7 @@ def command(
             folder,
             storage=storage,
             with_wheels=wheels,
+            laser_scans=laser_scans,
             progress=lambda _done, _total: advance(1.0),
         )
     summary = recording.summary()

@@ -25,6 +25,7 @@ def command(
     share: Annotated[
         float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the samples.')
     ] = 1.0,
+    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that segment.')] = 2,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
@@ -60,7 +61,9 @@ def command(
     kept = out / 'samples.npz'
     if not kept.is_file():
         with common.progress('maps', total=count_maps(data, amounts)) as advance:
-            gathered = gather_samples(data, settings.seed, amounts, tree.segmentation, advance)
+            gathered = gather_samples(
+                data, settings.seed, amounts, tree.segmentation, workers, advance
+            )
         write_samples(kept, gathered)
     samples = read_samples(kept)
     use_threads(1)  # small products: more threads wait for each other

@@ -27,8 +27,8 @@ def command(
     ] = None,
     sheets: Annotated[
         int, typer.Option('--sheets', min=1, help='Drawings to generate and learn from.')
-    ] = 800,
-    steps: Annotated[int, typer.Option('--steps', min=1, help='Batches of patches.')] = 3000,
+    ] = 1000,
+    steps: Annotated[int, typer.Option('--steps', min=1, help='Batches of patches.')] = 7200,
     workers: Annotated[int, typer.Option('--workers', min=1, help='Processes and threads.')] = 2,
     seed: common.SeedOption = 0,
 ) -> None:

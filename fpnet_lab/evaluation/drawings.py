@@ -37,10 +37,10 @@ Reader = Callable[[Path], Reading]
 
 GOOD_F1 = 0.85
 SCALE_TOLERANCE = 0.1
-"""What counts as read right; both are the aims' own."""
+"""What counts as read right; both are the aims' own. Chosen."""
 
 FIRST_SEEDS = {'tune': 0, 'report': 1_000_000}
-"""Of each half: readers are tuned on the one and reported on the other."""
+"""Numerical: of each half: readers are tuned on the one and reported on the other."""
 
 PICTURE = 'picture'
 FORMATS = (PICTURE, 'pdf', 'svg', 'dxf')
@@ -48,7 +48,9 @@ FORMATS = (PICTURE, 'pdf', 'svg', 'dxf')
 
 _CELL_M = 0.05
 _MOST_CELLS = 2500
-"""Rooms are compared on cells of so many metres, on larger sheets on so many cells a side."""
+"""
+Numerical: rooms are compared on cells of so many metres, on larger sheets on so many cells a side.
+"""
 
 
 @dataclass(frozen=True)

@@ -39,10 +39,10 @@ TONES: dict[str, int | None] = {
     '140': 140,
     'inverted': None,
 }
-"""Grey levels of walls; None is white on black."""
+"""Grey levels of walls; None is white on black. Chosen."""
 
 SAME_F1 = 0.95
-"""From this agreement on, rooms are those that black walls give."""
+"""From this agreement on, rooms are those that black walls give. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)

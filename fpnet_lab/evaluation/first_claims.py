@@ -16,6 +16,7 @@ from fpnet_lab.sim.recording import Recording
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_EVERY_S = 2.0
 

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.geometry import Affine2D
+from fpnet_core.matches import IGNORE, MatchResult
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.types import IGNORE, MatchResult, RegionGraph
+from fpnet_core.types import RegionGraph
 from fpnet_lab.baselines.answer import Answer
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.metrics import (
@@ -36,9 +37,9 @@ from fpnet_lab.metrics import (
 from fpnet_lab.metrics.placement import AUC_DEGREES
 from fpnet_lab.sim.pairs import MatchingPair
 
-# Placements of at least this probability are claims.
+# Placements of at least this probability are claims. Chosen.
 _CLAIMED = 0.5
-# Calls that warm caches and lazily built kernels before time is taken.
+# Numerical: calls that warm caches and lazily built kernels before time is taken.
 _WARM_UP = 3
 
 

@@ -55,16 +55,16 @@ from fpnet_lab.metrics import placement_error
 from fpnet_lab.sim.labels import label_regions
 from fpnet_lab.sim.pairs import MatchingPair
 
-SEED = 9001
+SEED = 9001  # numerical
 VARIANTS = 10
-"""Random variants of every pair in each band."""
+"""Random variants of every pair in each band. Chosen."""
 
 RIGHT_DEG = 5.0
 RIGHT_SCALE = 0.1
 RIGHT_DIAGONALS = 0.03
-"""A transform is right within these: rotation, scale, and share of the plan's diagonal."""
+"""A transform is right within these: rotation, scale, and share of the plan's diagonal. Chosen."""
 
-_FOREIGN_STREAM = 1  # keeps the choice of plans apart from that of crops
+_FOREIGN_STREAM = 1  # given: keeps the choice of plans apart from that of crops
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,10 +17,10 @@ from fpnet_lab.sim.plan_sources import GivenPlans, find_plans
 from fpnet_lab.sim.presets import in_split, preset
 
 SEED = 9001
-"""Seed of the benchmark's pairs; data sets for training must have another one."""
+"""Numerical: seed of the benchmark's pairs; data sets for training must have another one."""
 
 REAL_PLAN_M = 0.05
-"""Edge of a pixel of the real floorplans, as their publication has it."""
+"""Given: edge of a pixel of the real floorplans, as their publication has it."""
 
 PRESETS = {
     'tours': 'default',
@@ -30,7 +30,7 @@ PRESETS = {
 }
 """Sampler preset of each set."""
 
-DEFAULT_PAIRS = 200
+DEFAULT_PAIRS = 200  # chosen
 
 
 def stored_pairs(folder: Path, limit: int | None) -> list[MatchingPair]:

@@ -22,7 +22,10 @@ from skimage.graph import MCP_Geometric
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import pixel_to_xy, read_map, states_scale
+from fpnet_core.io import read_map, states_scale
+from fpnet_core.raster.blocks import unblocked
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.floors import TUNE_FLOORS
 
@@ -42,14 +45,15 @@ BANDS: dict[str, tuple[float, float]] = {
     '20-35': (0.2, 0.35),
     '10-20': (0.1, 0.2),
 }
-"""Shares of the robot map's free space that a cut keeps."""
+"""Shares of the robot map's free space that a cut keeps. Chosen."""
 
+# Chosen, not measured:
 SCALES = (0.7, 1.4)
 _DRAWN_ONLY = 'bormann'  # holds floorplans that nobody drove through, too
 _ONE_PROJECT = 'priormaps'
 _SERIES = ('Freiburg', 'gdc', 'office')  # a campus, storeys of one house, one set of drawings
 _WALL_REACH_M = 0.4  # walls this near to kept free space are kept
-_CUT_CELL = 4  # cells per node of the graph that a cut grows on
+_CUT_CELL = 4  # numerical: cells per node of the graph that a cut grows on
 _OCCUPIED_SHARE = 0.35  # of a turned cell that makes it a wall; thin walls must stay closed
 _FREE_SHARE = 0.5
 
@@ -215,13 +219,12 @@ def _cut(grid: GridMap, rng: np.random.Generator, share: float) -> GridMap:
     nodes = np.argwhere(passable)
     start = nodes[rng.integers(len(nodes))]
     costs, _ = MCP_Geometric(np.where(passable, 1.0, np.inf)).find_costs([start])
-    far = np.kron(costs, np.ones((_CUT_CELL, _CUT_CELL)))
+    far = unblocked(costs, _CUT_CELL)
     cost = np.full(free.shape, np.inf)
     cost[: far.shape[0], : far.shape[1]] = far
     limit = np.sort(cost[free])[min(int(share * free.sum()), free.sum() - 1)]
     keep_free = free & (cost <= limit) & np.isfinite(cost)
-    reach = 2 * max(1, round(_WALL_REACH_M / grid.resolution)) + 1
-    near = cv2.dilate(keep_free.astype(np.uint8), np.ones((reach, reach))) > 0
+    near = grown(keep_free, max(1, round(_WALL_REACH_M / grid.resolution)))
     cells = np.full_like(grid.cells, UNKNOWN)
     cells[keep_free] = FREE
     cells[(grid.cells == OCCUPIED) & near] = OCCUPIED

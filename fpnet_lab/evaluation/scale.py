@@ -26,10 +26,10 @@ from fpnet_lab.sim.presets import SPLITS
 from fpnet_lab.sim.styled import styled_drawing
 
 CELL_M = 0.05
-"""Cell edge of the real floorplans."""
+"""Given: cell edge of the real floorplans."""
 
 SEED = 7001
-"""Of the generated sheets; what is measured is never what was learned from."""
+"""Numerical: of the generated sheets; what is measured is never what was learned from."""
 
 _IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 

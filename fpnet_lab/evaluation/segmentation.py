@@ -28,10 +28,10 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.sim.presets import SPLITS, Split
 
 RESOLUTION_M = 0.05
-"""Cell edge of all labelled maps."""
+"""Given: cell edge of all labelled maps."""
 
 DOOR_TOLERANCE_M = 0.75
-"""A door found within this distance of a true one is that door."""
+"""A door found within this distance of a true one is that door. Chosen."""
 
 METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
     'default',
@@ -40,8 +40,9 @@ METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
 )
 
 _IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
-_FREE_GREY, _OCCUPIED_GREY = 250, 100  # grey levels from which, and below which, cells are sure
-_MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels
+# Given: grey levels from which, and below which, cells are sure.
+_FREE_GREY, _OCCUPIED_GREY = 250, 100
+_MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels; chosen
 _KEYS = ('precision', 'recall', 'f1', 'doors_precision', 'doors_recall')
 
 

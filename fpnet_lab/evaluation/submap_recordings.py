@@ -34,9 +34,10 @@ Array = NDArray[np.float64]
 SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
 """Sensor models that drives are made with; ``dome`` does not repeat its pattern."""
 
+# Chosen, not measured:
 # Every sweep is registered; each of so many is kept for the submap.
 _KEEP_EVERY = 3
-_MM_PER_M = 1000.0
+_MM_PER_M = 1000.0  # physical: by definition
 _LIMITS = TourLimits(rooms=4, shortest_s=30.0, longest_s=60.0)
 _ROOMS = (10, 30)
 _ARRAYS = ('points_mm', 'counts', 'T_odom_sensor', 'stamps_ns')
@@ -136,10 +137,10 @@ def _register(recording: Recording, odometry: KissOdometry) -> Drive:
     poses: list[Array] = []
     stamps: list[int] = []
     for index, scan in enumerate(recording):
-        registered, pose = odometry.register_scan(scan)
+        sweep = odometry.register_scan(scan)
         if index % _KEEP_EVERY == 0:
-            points.append(np.rint(registered * _MM_PER_M).astype(np.int16))
-            poses.append(pose)
+            points.append(np.rint(sweep.points * _MM_PER_M).astype(np.int16))
+            poses.append(sweep.T_odom_sensor)
             stamps.append(scan.stamp_ns)
     return Drive(
         plan=recording.building.plan,

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -29,9 +28,9 @@ import shapely
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.morphology import closed
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import SubmapBuilder
-from fpnet_core.submaps.morphology import closed
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
 from fpnet_lab.pool import each_done
@@ -40,25 +39,26 @@ from fpnet_lab.sim.types import BuildingPlan
 Mask = NDArray[np.bool_]
 
 OBSERVED_GAP_M = 0.3
-"""Unknown gaps up to this width inside what was seen count as seen."""
+"""Unknown gaps up to this width inside what was seen count as seen. Chosen."""
 
 MIN_OBSERVED_SHARE = 0.5
-"""Rooms of which less was observed are not compared."""
+"""Rooms of which less was observed are not compared. Chosen."""
 
 DOOR_TOLERANCE_M = 0.6
-"""A door found within this distance of a true one is that door."""
+"""A door found within this distance of a true one is that door. Chosen."""
 
 RECORDINGS = 15
-"""Drives of a whole run: as many of each sensor."""
+"""Drives of a whole run: as many of each sensor. Chosen."""
 
 REPORT_SEED = 1000
-"""First seed of reported figures; parameters are chosen on smaller ones."""
+"""Numerical: first seed of reported figures; parameters are chosen on smaller ones."""
 
+# Chosen, not measured:
 _SAME_ROOM_IOU = 0.5
 _BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
 _SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
-_WORKERS = 2
-_SUBPIXEL_BITS = 4  # fixed-point coordinates of polygon corners
+_WORKERS = 2  # numerical
+_SUBPIXEL_BITS = 4  # numerical: fixed-point coordinates of polygon corners
 
 
 class DoorCounts(NamedTuple):
@@ -201,11 +201,7 @@ def observed_cells(grid: GridMap) -> Mask:
 
 def true_rooms(plan: BuildingPlan) -> list[shapely.Geometry]:
     """Return the outlines of a building's rooms; pieces of one corridor are one room."""
-    seams = nx.Graph([door.rooms for door in plan.doors if door.is_open])
-    seams.add_nodes_from(range(len(plan.rooms)))
-    outlines = [shapely.Polygon(room.polygon) for room in plan.rooms]
-    groups = sorted(sorted(group) for group in nx.connected_components(seams))
-    return [shapely.MultiPolygon([outlines[k] for k in group]) for group in groups]
+    return [shapely.MultiPolygon(list(plan.outlines[k])) for k in sorted(plan.joined_rooms())]
 
 
 def _drawn(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-BINS = 10
+BINS = 10  # numerical
 
 
 @dataclass(frozen=True, eq=False)

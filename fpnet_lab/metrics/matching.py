@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.types import IGNORE
+from fpnet_core.matches import IGNORE
 
 
 @dataclass(frozen=True)

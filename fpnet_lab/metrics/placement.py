@@ -17,16 +17,16 @@ import numpy as np
 from fpnet_core.geometry import Affine2D
 
 TS_ROTATION = 0.08
-"""Greatest Frobenius norm of ``R_1^T R_2 - I`` (about 3.2 degrees)."""
+"""Given by the paper: greatest Frobenius norm of ``R_1^T R_2 - I`` (about 3.2 degrees)."""
 
 TS_SCALE = 0.07
-"""Greatest relative error of the scale."""
+"""Given by the paper: greatest relative error of the scale."""
 
 TS_DIRECTION_RAD = float(np.deg2rad(20.0))
-"""Greatest angle between the translation vectors, folded at 90 degrees."""
+"""Given by the paper: greatest angle between the translation vectors, folded at 90 degrees."""
 
 AUC_DEGREES = (1, 10, 20)
-"""Limits of the cumulative curves."""
+"""Given by the paper: limits of the cumulative curves."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ Block = dict[str, NDArray[Any]]
 """Arrays by name; rows of pair k lie between ``*_ptr[k]`` and ``*_ptr[k + 1]``."""
 
 _SIDES: tuple[Literal['plan', 'sub'], ...] = ('plan', 'sub')
-_UNSEEN = -1  # second room of a portal into unseen space
+_UNSEEN = -1  # given: second room of a portal into unseen space
 _SCALARS = ('area_m2', 'observed_fraction', 'frontier_fraction', 'confidence')
 
 

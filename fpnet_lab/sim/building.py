@@ -16,7 +16,7 @@ import shapely
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.fittings import BuildingStyle, Pane, cut_windows, hang_leaves
-from fpnet_lab.sim.furniture import FurniturePiece, furnish
+from fpnet_lab.sim.furniture import FurniturePiece, furnish, joined
 from fpnet_lab.sim.meshes import (
     TriangleMesh,
     extrude_polygon,
@@ -26,9 +26,9 @@ from fpnet_lab.sim.meshes import (
 from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.types import BuildingPlan
 
-OUTER_WALL_M = 0.3
+OUTER_WALL_M = 0.3  # chosen
 
-_GLASS_M = 0.005  # half the thickness of a pane
+_GLASS_M = 0.005  # half the thickness of a pane; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ def extrude(
         plan=plan,
         walls=merge_meshes([_walls(plan, ceiling_m, panes), *lintels, *hung]),
         shell=_shell(plan, ceiling_m),
-        contents=merge_meshes([piece.mesh() for piece in furniture]),
+        contents=joined([piece.boxes for piece in furniture]).mesh(),
         furniture=furniture,
         glass=merge_meshes(
             [

@@ -18,17 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.segmentation.distance import cells_to_nearest
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
-from fpnet_lab.sim.clutter import furnish_boxes
 from fpnet_lab.sim.config import ClipConfig
-from fpnet_lab.sim.drawings import warp_map
+from fpnet_lab.sim.distort import warp_map
+from fpnet_lab.sim.furniture import furnish_loosely
 from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
+from fpnet_lab.sim.rough import roughened
 from fpnet_lab.sim.types import BuildingPlan
 
+# Chosen, not measured:
 _SHIFT_M = 30.0  # maps lie this far from the origin of their frame at most
-_GRAIN_CELLS = 2.0  # width of the bumps of roughened walls
 _SCAN_HEIGHT_M = 0.4  # furniture is cut at this height
 
 
@@ -59,7 +59,7 @@ def clip_map(
     grid, shown = _window(grid, shown)
     cells = grid.cells.copy()
     if rng.random() < config.furnished:
-        pieces = furnish_boxes(storey.plan, rng).met_at(_SCAN_HEIGHT_M)
+        pieces = furnish_loosely(storey.plan, rng).met_at(_SCAN_HEIGHT_M)
         stands = _covered(grid, [A.apply(piece) for piece in pieces])
         cells[stands & (cells == FREE)] = OCCUPIED
     cells = roughened(cells, rng, config)
@@ -92,20 +92,6 @@ def draw_rooms(
         chosen.append(room)
         border += [r for r in sorted(graph[room]) if r not in chosen and r not in border]
     return chosen
-
-
-def roughened(
-    cells: NDArray[np.int8], rng: np.random.Generator, config: ClipConfig
-) -> NDArray[np.int8]:
-    """Return the cells (H, W) with bumpy walls and specks on the floor."""
-    wall = cells == OCCUPIED
-    outside, inside = cells_to_nearest(wall), cells_to_nearest(~wall)
-    grain = cv2.GaussianBlur(rng.standard_normal(cells.shape), (0, 0), _GRAIN_CELLS)
-    height = rng.uniform(*config.bumps_cells) / max(float(grain.std()), 1e-9)
-    solid = np.where(wall, -inside, outside) + height * grain <= 0.0
-    solid |= rng.random(cells.shape) < rng.uniform(*config.specks)
-    known = cells != UNKNOWN
-    return np.where(known, np.where(solid, OCCUPIED, FREE), UNKNOWN).astype(np.int8)
 
 
 def _shown(grid: GridMap, plan: BuildingPlan, rooms: list[int], A: Affine2D) -> NDArray[np.bool_]:

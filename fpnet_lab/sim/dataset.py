@@ -24,7 +24,7 @@ from fpnet_lab.sim.blocks import Block, StoredPair, matching_pair, row_offsets, 
 from fpnet_lab.sim.pairs import MatchingPair
 
 DATASET_SCHEMA = 2
-"""Version of the block layout; a folder of another version is refused."""
+"""Given: version of the block layout; a folder of another version is refused."""
 
 MANIFEST = 'manifest.json'
 

@@ -24,15 +24,15 @@ Array = NDArray[np.float64]
 
 SENSOR_HEIGHT_M = 0.9
 BODY_RADIUS_M = 0.22
-"""The robot's half width: its path keeps this far from all walls and door frames."""
+"""The robot's half width: its path keeps this far from all walls and door frames. Chosen."""
 
-_SWAY_S = 0.12  # correlation time of roll and pitch
-_SPACING_M = 0.02  # of the resampled path
-_LONGEST_LEG_S = 600.0  # a robot that circles around its goal gives up
+_SWAY_S = 0.12  # correlation time of roll and pitch; chosen
+_SPACING_M = 0.02  # numerical: of the resampled path
+_LONGEST_LEG_S = 600.0  # numerical: a robot that circles around its goal gives up
 
 # The controller: turn rate over heading error [1/s]; heading error at which the robot stands and
 # turns [rad]; how near to the goal its direction means nothing [m]; speed [m/s] and angle [rad]
-# that count as reached.
+# that count as reached. Chosen.
 _GAIN, _SLOW_RAD, _BLIND_M, _STOPPED = 2.5, 0.9, 0.12, 0.02
 
 _X, _Y, _YAW, _SPEED, _RATE = range(5)

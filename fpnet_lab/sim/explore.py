@@ -10,29 +10,29 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import SubmapConfig
 from fpnet_core.geometry import SE2
-from fpnet_core.submaps.carving import CROSSED, HIGH_CROSSED, HIGH_HIT, LAYERS, MID_HIT, classify
-from fpnet_core.submaps.raster import END_MARGIN_M, LINTEL_MIN_HITS, LINTEL_SHARE, WALL_SHARE
+from fpnet_core.submaps.heights import HeightBands
+from fpnet_core.submaps.raster import CountRaster
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.sim.config import ScanConfig
+from fpnet_lab.sim.drift import estimate_walk
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
-from fpnet_lab.sim.scan2d import EMPTY, carve, cast_rays, clear_cells, mark_ends
-from fpnet_lab.sim.walks import estimate_walk
+from fpnet_lab.sim.scan2d import EMPTY, cast_rays, clear_cells
 
 GLASS_PASS = 0.85
-"""Chance that a ray passes glass."""
+"""Chance that a ray passes glass. Chosen."""
 
 LINTEL_STANDOFF_M = 1.5
-"""From nearer, the lintel is above a scanner's field of view."""
+"""From nearer, the lintel is above a scanner's field of view. Chosen."""
 
 NARROW_FOV_RAD = (np.pi, 1.5 * np.pi)
-"""Field of view of scanners that only look ahead."""
+"""Field of view of scanners that only look ahead. Chosen."""
 
 BEYOND_RANGE = 2.0
-"""Rays that end beyond the used range still prove free space up to it, to this factor."""
+"""Rays that end beyond the used range still prove free space up to it, to this factor. Chosen."""
 
-_MARGIN_CELLS = 4
-_INTO_CELL = 0.25  # returns lie a little inside the cell that a ray enters
+_INTO_CELL = 0.25  # numerical: returns lie a little inside the cell that a ray enters
 
 
 @dataclass(frozen=True)
@@ -73,34 +73,29 @@ def scan_walk(
     scanner: Scanner,
     rng: np.random.Generator,
     config: ScanConfig,
-) -> tuple[Submap, SE2]:
+) -> tuple[Submap, SE2] | None:
     """
     Scan at every position (S, 2) of a walk and accumulate what drifting odometry makes of it.
 
-    The run-time builder's rule decides which counts make a cell free, wall or lintel.
+    The robot's own counter carves the rays and decides which cells are free, wall or lintel.
 
     Returns
     -------
     The submap, in a frame at a random place and angle, and ``T_submap_building``: the rigid
-    transform that fits the true positions to the estimated ones best.
+    transform that fits the true positions to the estimated ones best. None where no ray met
+    anything.
     """
     estimated, yaw_error = estimate_walk(xy, rng, config)
     x, y = rng.uniform(-20.0, 20.0, 2)
     frame = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
     estimated, turn = frame.apply(estimated), yaw_error + frame.yaw
     cell_m = float(rng.choice(config.resolution_m))
-    margin = scanner.max_range_m + _MARGIN_CELLS * cell_m
-    origin = estimated.min(axis=0) - margin
-    cols, rows = np.ceil((estimated.max(axis=0) + margin - origin) / cell_m).astype(int)
-    counts = _Counts(rows, cols, cell_m)
     directions = _ray_directions(xy, scanner, rng)
     returns = _measure(world, xy, directions, scanner, rng)
-    counts.enter((estimated - origin) / cell_m, _turned(directions, turn), returns)
-    window = counts.window()
-    cells, lintel = counts.classify(window)
-    corner = origin + np.array([window[1].start, window[0].start]) * cell_m
-    grid = GridMap(cells, cell_m, SE2.from_xy_yaw(corner[0], corner[1], 0.0), 'submap')
-    return Submap(grid, lintel, estimated), fit_rigid(xy, estimated, turn)
+    counted = _counted(estimated, _turned(directions, turn), returns, cell_m)
+    if counted is None:
+        return None
+    return Submap(*counted, estimated), fit_rigid(xy, estimated, turn)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,46 +153,31 @@ def _measure(
     return returns
 
 
-class _Counts:
-    """The run-time builder's counts per cell of the submap, filled by planar rays."""
+def _counted(
+    xy: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    returns: Sequence[_Returns],
+    cell_m: float,
+) -> tuple[GridMap, NDArray[np.bool_]] | None:
+    """
+    Let the robot's own counter carve what rays from ``xy (S, 2)`` met.
 
-    def __init__(self, rows: int, cols: int, cell_m: float) -> None:
-        self.layers = np.zeros((LAYERS, rows, cols), np.uint16)
-        self.cell_m = cell_m
-
-    def enter(
-        self,
-        starts: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        returns: Sequence[_Returns],
-    ) -> None:
-        """Enter what rays from ``starts (S, 2)`` [cells] along ``directions`` met."""
-        proven = [(r.seen - END_MARGIN_M * r.is_near) / self.cell_m for r in returns]
-        body, high = proven if len(proven) > 1 else (proven[0], np.zeros_like(proven[0]))
-        standoff = LINTEL_STANDOFF_M / self.cell_m
-        crossed, high_crossed = self.layers[CROSSED], self.layers[HIGH_CROSSED]
-        carve(crossed, high_crossed, starts, directions, body, high, standoff)
-        for layer, met in zip((MID_HIT, HIGH_HIT), returns, strict=False):
-            ranges = met.seen / self.cell_m
-            mark_ends(self.layers[layer], starts, directions, ranges, met.is_near)
-
-    def window(self) -> tuple[slice, slice]:
-        """Return the observed part of the raster with a small margin."""
-        seen = (self.layers[CROSSED] > 0) | (self.layers[MID_HIT] > 0)
-        rows, cols = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
-        return (
-            slice(max(0, rows[0] - _MARGIN_CELLS), rows[-1] + 1 + _MARGIN_CELLS),
-            slice(max(0, cols[0] - _MARGIN_CELLS), cols[-1] + 1 + _MARGIN_CELLS),
-        )
-
-    def classify(self, window: tuple[slice, slice]) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-        """Return a window's cell values and lintel mask, by the rule of the run-time builder."""
-        counts = np.moveaxis(self.layers, 0, 2)[window]
-        cells = np.empty(counts.shape[:2], np.int8)
-        lintel = np.empty(counts.shape[:2], np.bool_)
-        shares = WALL_SHARE, LINTEL_SHARE
-        classify(counts, cells, lintel, *shares, LINTEL_MIN_HITS)
-        return cells, lintel
+    Rays above the doors rise by a metre per metre here, so that they are at the height of lintels
+    from the standoff on.
+    """
+    bands = HeightBands(-np.inf, LINTEL_STANDOFF_M, LINTEL_STANDOFF_M, np.inf, np.inf)
+    seen = np.concatenate([met.seen for met in returns], axis=1)
+    is_near = np.concatenate([met.is_near for met in returns], axis=1)
+    rise = np.repeat([0.0, 1.0][: len(returns)], directions.shape[1])
+    ahead = np.concatenate([directions] * len(returns), axis=1)
+    x, y = (xy[:, k, None] + seen * ahead[..., k] for k in (0, 1))
+    ends = np.stack([x, y, rise * seen], axis=2)
+    starts = np.column_stack([xy, np.zeros(len(xy))])
+    raster = CountRaster(SubmapConfig(resolution_m=cell_m))
+    raster.reserve(starts[0], np.array([[x.min(), y.min(), 0.0], [x.max(), y.max(), 0.0]]))
+    for start, end, used, near in zip(starts, ends, seen > 0.0, is_near, strict=True):
+        raster.carve(start, end[used], near[used], bands)
+    return raster.read()
 
 
 def fit_rigid(

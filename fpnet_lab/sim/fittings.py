@@ -14,11 +14,12 @@ import shapely
 from shapely import Polygon
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.openings import door_normal, opening_polygon
+from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
 Array = NDArray[np.float64]
 
+# Chosen, not measured:
 _LEAF_M = 0.04  # thickness of a door leaf
 _LEAF_GAP_M = 0.02  # between a leaf's upper edge and the lintel
 _WIDE_OPEN_RAD = (1.5, 2.0, 2.7, 1.2)  # how far leaves are opened, in the order of trying
@@ -68,7 +69,7 @@ BUILDING_STYLES: dict[str, BuildingStyle] = {
     'frameless': BuildingStyle(frameless=1.0),
     'glass': BuildingStyle(leaves=0.7, windows=1.0, glass_fronts=0.4),
 }
-"""Ways to raise a plan, by name."""
+"""Ways to raise a plan, by name. Chosen."""
 
 
 def style_named(name: str) -> BuildingStyle:
@@ -132,8 +133,8 @@ def _open_leaf(
     plan: BuildingPlan, door: PlanDoor, hinge: Array, other: Array, clear: shapely.Geometry
 ) -> Polygon | None:
     """Return the leaf at the first angle at which it stays in its room and out of ``clear``."""
-    room = Polygon(plan.rooms[door.rooms[door.swing]].polygon)
-    normal = door_normal(door)
+    room = plan.outlines[door.rooms[door.swing]]
+    normal = door.normal
     middle = door.ends.mean(axis=0)
     sides = [float(room.distance(shapely.Point(middle + sign * normal))) for sign in (1.0, -1.0)]
     inwards = normal if sides[0] <= sides[1] else -normal
@@ -158,10 +159,9 @@ def cut_windows(
     plan: BuildingPlan, style: BuildingStyle, outer_wall_m: float, rng: np.random.Generator
 ) -> list[Pane]:
     """Draw windows in the outer walls of rooms, and glass fronts between rooms and corridors."""
-    outlines = shapely.polygons([shapely.linearrings(room.polygon) for room in plan.rooms])
-    built = shapely.union_all(shapely.buffer(outlines, outer_wall_m, join_style='mitre'))
+    built = shapely.union_all(shapely.buffer(plan.outlines, outer_wall_m, join_style='mitre'))
     ways = shapely.union_all(
-        [o for o, room in zip(outlines, plan.rooms, strict=True) if room.kind != 'room']
+        [o for o, room in zip(plan.outlines, plan.rooms, strict=True) if room.kind != 'room']
     )
     doors = shapely.union_all([opening_polygon(plan, d).buffer(_CORNER_M) for d in plan.doors])
     panes: list[Pane] = []

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,10 +18,10 @@ from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan
 from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = 0.05
-"""Cell edge of the real drawings, and of the generated ones that are compared with them."""
+"""Given: cell edge of the real drawings, and of the generated ones that are compared with them."""
 
 FREE_GREY = 250
-"""Pixels of a real drawing at least this bright are floor."""
+"""Given: pixels of a real drawing at least this bright are floor."""
 
 TUNE_FLOORS = (
     'lab_a_scan',
@@ -74,10 +73,8 @@ def room_labels(plan: BuildingPlan, grid: GridMap) -> NDArray[np.int32]:
 
 def room_rings(plan: BuildingPlan) -> list[list[NDArray[np.float64]]]:
     """Return for each room the polygons (V, 2) [m] that cover it: a corridor has several."""
-    seams = nx.Graph(door.rooms for door in plan.doors if door.is_open)
-    seams.add_nodes_from(range(len(plan.rooms)))
     rooms = []
-    for part in nx.connected_components(seams):
+    for part in plan.joined_rooms():
         rings = [plan.rooms[i].polygon for i in part]
         rings += [
             door_outline(door, plan.wall_m, plan.wall_m)

@@ -12,27 +12,30 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.types import IGNORE, UNMATCHED, Segmentation
+from fpnet_core.matches import IGNORE, UNMATCHED
+from fpnet_core.types import Segmentation
 
 MATCH_OVERLAP = 0.5
-"""Rooms correspond where their overlap covers this much of the smaller one..."""
+"""Rooms correspond where their overlap covers this much of the smaller one... Chosen."""
 
 MATCH_INSIDE = 0.4
-"""...and this much of the submap's room."""
+"""...and this much of the submap's room. Chosen."""
 
 WHOLE_SHARE = 0.85
-"""A submap room that covers less of a plan room is a part of it."""
+"""A submap room that covers less of a plan room is a part of it. Chosen."""
 
 FOREIGN_OVERLAP = 0.2
-"""A submap room that overlaps no plan room by this much of itself has no partner."""
+"""A submap room that overlaps no plan room by this much of itself has no partner. Chosen."""
 
 SAMPLE_M = 0.15
-"""Overlaps are counted on a grid about this coarse."""
+"""Numerical: overlaps are counted on a grid about this coarse."""
 
 DOOR_MATCH_M = 0.6
 DOOR_FOREIGN_M = 1.2
 DOOR_MATCH_RAD = float(np.deg2rad(35.0))
-"""Doors correspond within this distance and angle, and have no partner beyond the second."""
+"""
+Doors correspond within this distance and angle, and have no partner beyond the second. Chosen.
+"""
 
 
 class Relation(IntFlag):

@@ -26,12 +26,16 @@ __all__ = ['SENSORS', 'LidarModel', 'LidarSimulator', 'SensorModel', 'Sweep']
 Array = NDArray[np.float64]
 
 REFLECTIVITY = (0.7, 0.45, 0.35)
-"""Share of light that walls, shell (floor and ceiling) and contents return, in parts' order."""
+"""
+Share of light that walls, shell (floor and ceiling) and contents return, in parts' order. Chosen.
+"""
 
+# Chosen, not measured:
 _GLASS_REFLECTIVITY = 0.1
 _MIRROR_COSINE = 0.98  # of incidence; panes that face the sensor return light, others hardly
 _FACING_RETURNS, _OBLIQUE_RETURNS = 0.7, 0.02
 
+# Chosen, not measured:
 _FULL_INTENSITY = 255.0
 _GRAZING_COSINE = 0.02  # cosine of incidence at which half of the returns get lost
 

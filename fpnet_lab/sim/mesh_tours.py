@@ -13,22 +13,21 @@ from skimage.graph import MCP_Geometric
 from fpnet_core.errors import MapFormatError
 from fpnet_lab.sim.driving import BODY_RADIUS_M, SENSOR_HEIGHT_M, Drive, Leg, Tour, drive_legs
 from fpnet_lab.sim.mesh_worlds import CELL_M, MeshWorld
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.tours import TourLimits, draw_leg, leg_time_s
 
 Array = NDArray[np.float64]
 
 LEAST_DRIVABLE_M2 = 6.0
-"""A mesh with less connected space for the robot's middle is refused."""
+"""A mesh with less connected space for the robot's middle is refused. Chosen."""
 
-_STRIDE = 2  # raster cells per cell of the path search
+_STRIDE = 2  # numerical: raster cells per cell of the path search
+# Chosen, not measured:
 _MARGIN_M = 0.08  # what paths keep beyond the robot's half width
 _WALL_COST_M = 0.35  # nearer to walls than this, driving is made dear
 _GOAL_M = (4.0, 14.0)  # length of the way to the next goal
 _SPREAD_M = 3.0  # goals are farther apart than this where possible
 _SMOOTH_M = 0.25
-_LOOK_RAD = (0.4, 1.0)
-_LINGER_S, _PACE = 4.0, 0.75  # see tours: time at a goal, mean over highest speed
-_ATTEMPTS = 12
+_ATTEMPTS = 12  # numerical
 
 
 def plan_mesh_tour(
@@ -123,11 +122,10 @@ def _choose_legs(
         goal = places[rng.choice(chosen)]
         path = world.to_xy(np.array(router.traceback(tuple(goal))) * _STRIDE)
         path = _smoothed(path, cell_m)
-        length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        clock_s += length_m / (_PACE * drive.speed_mps) + _LINGER_S
+        clock_s += leg_time_s(path, drive)
         if clock_s > limits.longest_s:
             break
-        legs.append(Leg(path, float(rng.choice([-1.0, 1.0]) * rng.uniform(*_LOOK_RAD))))
+        legs.append(draw_leg(path, rng))
         visited.append(goal)
     return legs
 

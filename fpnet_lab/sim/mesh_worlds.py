@@ -28,26 +28,27 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 CELL_M = 0.05
-"""Cell edge of the raster of free space."""
+"""Numerical: cell edge of the raster of free space."""
 
 SILL_M, ROBOT_TOP_M = 0.08, 1.2
-"""Lower things are driven over, higher ones are passed below; heights above the floor."""
+"""Lower things are driven over, higher ones are passed below; heights above the floor. Chosen."""
 
 DEFAULT_CEILING_M = 2.8
-"""Height above the floor of the ceiling that meshes without one get."""
+"""Height above the floor of the ceiling that meshes without one get. Chosen."""
 
-_SLICE_M = 0.05  # between two level cuts through the mesh
-_LEVEL_M = 0.05  # heights this near are one level
+_SLICE_M = 0.05  # numerical: between two level cuts through the mesh
+_LEVEL_M = 0.05  # numerical: heights this near are one level
+# Chosen, not measured:
 _LEVEL_SHARE = 0.3  # of the largest level's area, to count as a floor
 _FLAT_COSINE = 0.95  # of the normal against the vertical
 _CEILING_FROM_M = 2.0
 _CEILING_SHARE = 0.5  # of the floor's area; a mesh with less above is open to the sky
-_PROBE_M = 0.4  # spacing of places that are tested for being indoors
-_PROBE_RAYS = 32
-_PROBE_REACH_M = 40.0
+_PROBE_M = 0.4  # numerical: spacing of places that are tested for being indoors
+_PROBE_RAYS = 32  # numerical
+_PROBE_REACH_M = 40.0  # numerical
 _ENCLOSED_SHARE = 0.7
 _ROOMY_M = 0.3  # from the middle of a place that counts to what bounds it
-_LARGEST_EXTENT_M = 400.0
+_LARGEST_EXTENT_M = 400.0  # numerical
 
 
 @dataclass(frozen=True, eq=False)

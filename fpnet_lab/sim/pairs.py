@@ -34,12 +34,12 @@ from fpnet_lab.sim.types import BuildingPlan
 from fpnet_lab.sim.walks import plan_walk
 
 MIN_SUB_REGIONS = 2
-"""Submaps with fewer regions teach nothing; another tour is drawn."""
+"""Submaps with fewer regions teach nothing; another tour is drawn. Chosen."""
 
-_ATTEMPTS = 24
-_TOURS_PER_STOREY = 6
+_ATTEMPTS = 24  # numerical
+_TOURS_PER_STOREY = 6  # chosen
 
-# Second word of a pair's seed: what the random numbers are for.
+# Given: second word of a pair's seed: what the random numbers are for.
 _TOUR, _DRAWING = 1, 2
 
 

@@ -13,22 +13,23 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_lab.sim.clutter import Boxes, furnish_boxes
 from fpnet_lab.sim.config import BuildingConfig
+from fpnet_lab.sim.furniture import Boxes, furnish_loosely
 from fpnet_lab.sim.render import door_outline, fill_polygons, shell_outlines
 from fpnet_lab.sim.scan2d import EMPTY, GLASS, LINTEL, SOLID
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 from fpnet_lab.sim.walls import WallChanges, draw_wall_changes
 
 WORLD_CELL_M = 0.05
-"""Cell edge of the raster that rays are cast in."""
+"""Numerical: cell edge of the raster that rays are cast in."""
 
 OUTSIDE_M = 6.0
-"""How far the world goes on outside, for rays that leave through glass."""
+"""Numerical: how far the world goes on outside, for rays that leave through glass."""
 
 MAX_SHIFT_M = 1.5
-"""Doors are drawn at most this far from where they are."""
+"""Doors are drawn at most this far from where they are. Chosen."""
 
+# Chosen, not measured:
 _CORNER_M = 0.25
 _SIDE_M = 0.1  # how far beside its wall a door must open into its rooms
 
@@ -70,7 +71,7 @@ def draw_changes(plan: BuildingPlan, rng: np.random.Generator, config: BuildingC
         doors=move_doors(plan, rng, config.moved_doors),
         closed=frozenset(shut),
         walls=draw_wall_changes(plan, rng, config),
-        furniture=furnish_boxes(plan, rng) if rng.random() < config.furnished else None,
+        furniture=furnish_loosely(plan, rng) if rng.random() < config.furnished else None,
     )
 
 
@@ -79,9 +80,10 @@ def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tu
     doors = list(plan.doors)
     for i, door in enumerate(doors):
         if not door.is_open and rng.random() < share:
-            along = (door.ends[1] - door.ends[0]) / door.width_m
-            moved = replace(door, ends=door.ends + along * rng.uniform(-MAX_SHIFT_M, MAX_SHIFT_M))
-            a, b = (Polygon(plan.rooms[k].polygon) for k in door.rooms)
+            moved = replace(
+                door, ends=door.ends + door.along * rng.uniform(-MAX_SHIFT_M, MAX_SHIFT_M)
+            )
+            a, b = plan.outlines[list(door.rooms)]
             if _is_in_wall(moved, a, b, plan.wall_m):
                 doors[i] = moved
     return tuple(doors)
@@ -89,9 +91,8 @@ def move_doors(plan: BuildingPlan, rng: np.random.Generator, share: float) -> tu
 
 def _is_in_wall(door: PlanDoor, a: Polygon, b: Polygon, wall_m: float) -> bool:
     """Say whether a door, with a margin at its ends, has one of its rooms on either side."""
-    along = (door.ends[1] - door.ends[0]) / door.width_m
-    normal = np.array([-along[1], along[0]]) * (wall_m / 2.0 + _SIDE_M)
-    ends = door.ends + np.array([-1.0, 1.0])[:, None] * along * _CORNER_M
+    normal = door.normal * (wall_m / 2.0 + _SIDE_M)
+    ends = door.ends + np.array([-1.0, 1.0])[:, None] * door.along * _CORNER_M
     over, under = shapely.points(ends + normal), shapely.points(ends - normal)
     return any(
         bool(shapely.contains(first, over).all() and shapely.contains(second, under).all())

@@ -27,9 +27,9 @@ MAP_SUFFIXES = ('.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.yaml
 """Files of a folder that are taken for floorplans."""
 
 MIN_ROOMS = 2
-"""A building of fewer rooms has nothing to tell apart."""
+"""A building of fewer rooms has nothing to tell apart. Chosen."""
 
-_DIGEST_CHARACTERS = 16
+_DIGEST_CHARACTERS = 16  # given
 
 
 @dataclass(frozen=True, eq=False)

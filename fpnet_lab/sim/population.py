@@ -22,7 +22,7 @@ from fpnet_lab.sim.statistics import FEATURES, FloorMeasures
 
 Floors = Sequence[FloorMeasures]
 
-PERCENTILES = (5, 25, 50, 75, 95)
+PERCENTILES = (5, 25, 50, 75, 95)  # numerical
 
 FITTED: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
     'room_area_m2': lambda floors: _pooled(floors, 'areas_m2'),
@@ -44,7 +44,7 @@ QUANTITIES: dict[str, Callable[[Floors], NDArray[np.float64]]] = {
 
 FOLDS = 5
 REPEATS = 3
-"""The few real storeys are dealt into folds this many times, each time otherwise."""
+"""Numerical: the few real storeys are dealt into folds this many times, each time otherwise."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from fpnet_lab.sim.config import DrawingConfig, SimConfig
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.plans import FAMILIES
 
-PAPER_PLANS = 500
-PAPER_PAIRS_PER_PLAN = 50
+PAPER_PLANS = 500  # given: the paper's synthetic protocol
+PAPER_PAIRS_PER_PLAN = 50  # given: the paper's
 
 REPORT_FLOORS = (
     'lab_b_scan',
@@ -59,9 +59,10 @@ class Preset:
 # localizer's tests, which must not claim a pose there.
 _DECIDABLE = tuple(family for family in FAMILIES if family != 'turned')
 
-# Drawings to scale but for 1 %, because the paper's estimate is a similarity.
+# Drawings to scale but for 1 %, because the paper's estimate is a similarity. Chosen.
 _PAPER_DRAWING = DrawingConfig(axis_error=0.01)
 
+# Chosen, not measured:
 _PAPER = SimConfig(
     pairs_per_plan=PAPER_PAIRS_PER_PLAN,
     pairs_per_drawing=10,
@@ -79,10 +80,12 @@ PRESETS: dict[str, Preset] = {
         PAPER_PLANS,
     ),
 }
-"""``default``: generated storeys and ray-cast tours of robots, which fpnet is trained on.
+"""
+``default``: generated storeys and ray-cast tours of robots, which fpnet is trained on.
 ``paper-synthetic``: 500 generated storeys x 50 parts of their maps with noise and clips.
-``paper-real``: the same sampler over given floorplans, 50 robot maps each.
-``paper-challenging``: drawings, generated or given, are cut into small areas."""
+``paper-real``: the same sampler over given floorplans, 50 robot maps each. ``paper-challenging``:
+drawings, generated or given, are cut into small areas. Chosen.
+"""
 
 
 def preset(name: str) -> Preset:

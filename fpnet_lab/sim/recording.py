@@ -26,17 +26,20 @@ from fpnet_core.io.bags import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.io.truth import TRUTH_NAME, TRUTH_POSES_NAME
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.building import Building
+from fpnet_lab.sim.drift import wheel_odometry
 from fpnet_lab.sim.driving import Tour
+from fpnet_lab.sim.laser_scans import check_planar, laser_readings
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.meshes import TriangleMesh
 from fpnet_lab.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
 from fpnet_lab.sim.scenes import RecordingOptions, generated_scene, mesh_scene, traced_scene
-from fpnet_lab.sim.wheels import wheel_odometry
 
 __all__ = [
     'CLOUD_TOPIC',
+    'LASER_TOPIC',
     'LIDAR_FRAME',
     'ODOMETRY_TOPIC',
     'TRUTH_TOPIC',
@@ -49,7 +52,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-CLOUD_TOPIC = '/points'
+CLOUD_TOPIC, LASER_TOPIC = '/points', '/scan'
 ODOMETRY_TOPIC = '/wheels/odometry'
 TRUTH_TOPIC = '/ground_truth/pose'
 LIDAR_FRAME, ODOM_FRAME = 'lidar', 'odom'
@@ -112,7 +115,6 @@ class Recording:
             'duration_s': round(self.tour.duration_s, 3),
             'path_m': round(self.tour.path_m, 3),
             'A_plan_building': self.A_plan_building.matrix[:2].tolist(),
-            'cloud_topic': CLOUD_TOPIC,
             'truth_topic': TRUTH_TOPIC,
         }
 
@@ -180,6 +182,7 @@ def simulate_recording(
     *,
     options: RecordingOptions | None = None,
     storage: Storage = 'sqlite3',
+    laser_scans: bool = False,
     threads: int = 0,
     progress: Progress | None = None,
 ) -> Recording:
@@ -193,7 +196,9 @@ def simulate_recording(
     """
     _check_folder(Path(out_dir))
     recording = make_recording(seed, options, threads)
-    write_recording(recording, out_dir, storage=storage, progress=progress)
+    write_recording(
+        recording, out_dir, storage=storage, laser_scans=laser_scans, progress=progress
+    )
     return recording
 
 
@@ -203,6 +208,7 @@ def write_recording(
     *,
     storage: Storage = 'sqlite3',
     with_wheels: bool = False,
+    laser_scans: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """
@@ -222,6 +228,8 @@ def write_recording(
     with_wheels : bool
         Adds wheel odometry on ``/wheels/odometry``, frames ``odom`` and ``lidar``; readers then
         take it instead of matching scans.
+    laser_scans : bool
+        Writes what a planar sensor sees as LaserScans on ``/scan``, in place of the clouds.
     progress : callable
         Is told the number of scans written and their total after each scan.
 
@@ -229,20 +237,31 @@ def write_recording(
     ------
     BagFormatError
         If the folder holds a bag or cannot be written.
+    ConfigError
+        If LaserScans are wanted of a sensor that is not planar.
     """
-    out_dir = Path(out_dir)
+    out_dir, model = Path(out_dir), recording.lidar.model
+    planar = check_planar(model) if laser_scans else None
     _check_folder(out_dir)
     out_dir.mkdir(parents=True, exist_ok=True)
     write_map(recording.floorplan, out_dir / FLOORPLAN_NAME)
     poses, height_m = recording.truth(), recording.tour.sensor_height_m
     yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
     write_tum(out_dir / TRUTH_POSES_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, height_m)
-    text = json.dumps(recording.summary(), indent=2) + '\n'
+    topic = CLOUD_TOPIC if planar is None else LASER_TOPIC
+    text = json.dumps({**recording.summary(), 'scan_topic': topic}, indent=2) + '\n'
     (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
     wheels = recording.wheel_odometry() if with_wheels else None
     with BagWriter(out_dir / BAG_NAME, storage) as bag:
         for index, scan in enumerate(recording):
-            _write_scan(bag, scan, recording.lidar.model.period_s)
+            if planar is None:
+                _write_cloud(bag, scan, model.period_s)
+            else:
+                first_ns = scan.stamp_ns - round(model.period_s * NS_PER_S)
+                readings = laser_readings(scan, planar)
+                bag.write_laser_scan(LASER_TOPIC, first_ns, LIDAR_FRAME, readings)
+            if scan.T_truth_sensor is not None:
+                bag.write_pose(TRUTH_TOPIC, scan.stamp_ns, BUILDING_FRAME, scan.T_truth_sensor)
             if wheels is not None:
                 bag.write_odometry(
                     ODOMETRY_TOPIC, scan.stamp_ns, ODOM_FRAME, LIDAR_FRAME, wheels[index]
@@ -256,11 +275,9 @@ def _check_folder(out_dir: Path) -> None:
         raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
 
 
-def _write_scan(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:
+def _write_cloud(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:
     # The stamp is the end of the sweep, and drivers that stamp so count points' times from it.
     time_s = (scan.time_s - period_s).astype(np.float32) if scan.time_s is not None else None
     bag.write_cloud(
         CLOUD_TOPIC, scan.stamp_ns, LIDAR_FRAME, scan.points, scan.intensity, scan.ring, time_s
     )
-    if scan.T_truth_sensor is not None:
-        bag.write_pose(TRUTH_TOPIC, scan.stamp_ns, BUILDING_FRAME, scan.T_truth_sensor)

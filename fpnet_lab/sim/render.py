@@ -28,28 +28,29 @@ from fpnet_lab.sim.symbols import (
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, polygons_from_rings
 
 _SUBPIXEL_BITS = 6
-"""Binary digits after the point of polygon corners handed to the rasteriser."""
+"""Numerical: binary digits after the point of polygon corners handed to the rasteriser."""
 
 DOOR_OVERLAP_M = 0.05
-"""How far a door's cut reaches into the rooms, so that no skin of wall remains."""
+"""Numerical: how far a door's cut reaches into the rooms, so that no skin of wall remains."""
 
 MIN_WALL_PX = 1.5
-"""Thinner walls would leak where they run diagonally."""
+"""Numerical: thinner walls would leak where they run diagonally."""
 
 
 LINE_M = 0.03
-"""Width of drawn lines; at least a cell."""
+"""Width of drawn lines; at least a cell. Chosen."""
 
 MIN_DOUBLE_WALL_M = 0.24
 THICK_WALL_M = 0.35
-"""Least thickness of outlined and of thick walls."""
+"""Least thickness of outlined and of thick walls. Chosen."""
 
+# Chosen, not measured:
 _HATCH_PERIOD_M = 0.4
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
-_FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # height of a capital at scale 1
-_INK = 255
-_BOX_SAMPLES = 11
+_FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # given: height of a capital at scale 1
+_INK = 255  # given
+_BOX_SAMPLES = 11  # numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +214,7 @@ def room_outlines(plan: BuildingPlan, wall_m: float) -> list[NDArray[np.float64]
 
     They run counter-clockwise.
     """
-    polygons = polygons_from_rings([room.polygon for room in plan.rooms])
+    polygons = plan.outlines
     grown = shapely.buffer(polygons, (plan.wall_m - wall_m) / 2.0, join_style='mitre')
     kept = np.where(shapely.get_type_id(grown) == shapely.GeometryType.POLYGON, grown, polygons)
     kept = np.where(shapely.is_empty(kept), polygons, kept)
@@ -228,17 +229,15 @@ def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[n
 
     A full-height opening narrows with its corridor where walls are drawn thicker than they are.
     """
-    along = (door.ends[1] - door.ends[0]) / max(door.width_m, 1e-9)
-    inset = along * (wall_m - true_wall_m) / 2.0 if door.is_open else np.zeros(2)
-    normal = np.array([-along[1], along[0]]) * (max(wall_m, true_wall_m) / 2.0 + DOOR_OVERLAP_M)
+    inset = door.along * (wall_m - true_wall_m) / 2.0 if door.is_open else np.zeros(2)
+    normal = door.normal * (max(wall_m, true_wall_m) / 2.0 + DOOR_OVERLAP_M)
     a, b = door.ends[0] + inset, door.ends[1] - inset
     return np.stack([a - normal, b - normal, b + normal, a + normal])
 
 
 def shell_outlines(plan: BuildingPlan, outer_wall_m: float) -> list[NDArray[np.float64]]:
     """Return the outlines of everything built: rooms grown by their walls, shafts left out."""
-    polygons = polygons_from_rings([room.polygon for room in plan.rooms])
-    grown = shapely.buffer(polygons, max(outer_wall_m, plan.wall_m), join_style='mitre')
+    grown = shapely.buffer(plan.outlines, max(outer_wall_m, plan.wall_m), join_style='mitre')
     return [shapely.get_coordinates(polygon.exterior)[:-1] for polygon in grown]
 
 

@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons
+from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
 
 APPROACH_M = 0.45
-"""A door is entered and left straight, from this far in front of its opening."""
+"""A door is entered and left straight, from this far in front of its opening. Chosen."""
 
 DOOR_COST_M = 0.5
-"""What a door adds to the length of a way; breaks the tie between doors in one line."""
+"""What a door adds to the length of a way; breaks the tie between doors in one line. Chosen."""
 
 CLEARANCES_M = (0.7, 0.45, 0.3, 0.2)
-"""Distances to walls, the first one at which a room lets the robot through is kept."""
+"""Distances to walls, the first one at which a room lets the robot through is kept. Chosen."""
 
-_SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance
-_TOLERANCE_M = 1e-6
+_SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance; chosen
+_TOLERANCE_M = 1e-6  # numerical
 _START, _GOAL = 'start', 'goal'
 
 
@@ -46,7 +46,7 @@ class Router:
 
     def __init__(self, plan: BuildingPlan) -> None:
         self._plan = plan
-        self.outlines = room_polygons(plan)
+        self.outlines = plan.outlines
         self._gates = [self._approaches(index) for index in range(len(plan.doors))]
         self._doors_of: list[list[int]] = [[] for _ in plan.rooms]
         self._graph = nx.Graph()
@@ -142,7 +142,7 @@ class Router:
         for room in door.rooms:
             # A closet may be shallower than the approach: then the point comes nearer.
             for reach in np.linspace(APPROACH_M, 0.0, 6):
-                offset = (depth + reach) * door_normal(door)
+                offset = (depth + reach) * door.normal
                 sides = [self._centre(index) + offset, self._centre(index) - offset]
                 inside = [s for s in sides if self.outlines[room].contains(shapely.Point(s))]
                 if inside:

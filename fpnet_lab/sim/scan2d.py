@@ -18,17 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 EMPTY, SOLID, GLASS, LINTEL = 0, 1, 2, 3
-"""Codes of a world raster; a ray passes glass with some probability."""
+"""Given: codes of a world raster; a ray passes glass with some probability."""
 
 MISS = -1.0
-"""Range of a ray that met nothing within reach."""
+"""Given: range of a ray that met nothing within reach."""
 
-MOST_COUNTS = 60000
-"""Counts of a cell stay at this value, so that 16 bits are enough."""
-
-# Shorter leaps cost more than they save [cells].
+# Numerical: shorter leaps cost more than they save [cells].
 _LEAST_LEAP = 2
-# Where a ray that is parallel to an axis meets the next line across that axis [cells].
+# Numerical: where a ray that is parallel to an axis meets the next line across that axis [cells].
 _NEVER = 1e18
 
 
@@ -104,78 +101,6 @@ def cast_rays(
                         codes[layer, k, i] = code
                         open_layers -= 1
     return ranges, codes
-
-
-@njit(cache=True)
-def carve(
-    crossed: Any,
-    high_crossed: Any,
-    starts: Any,
-    directions: Any,
-    body: Any,
-    high: Any,
-    standoff: float,
-) -> None:
-    """
-    Count the cells that rays cross; counts stay at :data:`MOST_COUNTS`.
-
-    Parameters
-    ----------
-    crossed, high_crossed : (H, W) uint16
-        All crossings, and those at a lintel's height; hold every cell that a ray reaches.
-    starts : (S, 2) float64, x and y in cells
-    directions : (S, A, 2) float64, unit vectors
-    body, high : (S, A) float64
-        Lengths of the rays at body height and above the doors in cells; 0 leaves a ray out.
-    standoff : from nearer than this many cells, high rays are not yet at a lintel's height
-    """
-    scans, rays = body.shape
-    for k in range(scans):
-        x, y = starts[k, 0], starts[k, 1]
-        for i in range(rays):
-            low_reach, high_reach = body[k, i], high[k, i]
-            reach = max(low_reach, high_reach)
-            if reach <= 0.0:
-                continue
-            dx, dy = directions[k, i, 0], directions[k, i, 1]
-            col, row = int(np.floor(x)), int(np.floor(y))
-            step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
-            grow_x = abs(1.0 / dx) if dx != 0.0 else _NEVER
-            grow_y = abs(1.0 / dy) if dy != 0.0 else _NEVER
-            next_x = (col + 1 - x if dx > 0.0 else x - col) * grow_x
-            next_y = (row + 1 - y if dy > 0.0 else y - row) * grow_y
-            entered = 0.0
-            while entered < reach:
-                if crossed[row, col] < MOST_COUNTS:
-                    crossed[row, col] += (entered < low_reach) + (entered < high_reach)
-                    if standoff <= entered < high_reach:
-                        high_crossed[row, col] += 1
-                if next_x < next_y:
-                    entered = next_x
-                    next_x += grow_x
-                    col += step_x
-                else:
-                    entered = next_y
-                    next_y += grow_y
-                    row += step_y
-
-
-@njit(cache=True)
-def mark_ends(counts: Any, starts: Any, directions: Any, ranges: Any, is_marked: Any) -> None:
-    """
-    Count, in ``counts (H, W) uint16``, the cells in which marked rays end.
-
-    ``starts (S, 2)``, ``directions (S, A, 2)`` and ``ranges (S, A)`` are as for :func:`carve`;
-    ``is_marked (S, A) bool``. Every marked ray ends inside the raster.
-    """
-    scans, rays = ranges.shape
-    for k in range(scans):
-        for i in range(rays):
-            if is_marked[k, i]:
-                col = int(np.floor(starts[k, 0] + ranges[k, i] * directions[k, i, 0]))
-                row = int(np.floor(starts[k, 1] + ranges[k, i] * directions[k, i, 1]))
-                if counts[row, col] < MOST_COUNTS:
-                    counts[row, col] += 1
 
 
 @njit(cache=True)

@@ -18,7 +18,7 @@ from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.sensors import SensorModel, sensor_named
 
 EPOCH_NS = 1_750_000_000 * NS_PER_S
-"""Sensor time of a recording's start; ROS takes times near zero as unset."""
+"""Given: sensor time of a recording's start; ROS takes times near zero as unset."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

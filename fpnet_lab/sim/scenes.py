@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import ConfigError, MapFormatError
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import Affine2D
 from fpnet_core.types import FREE, GridMap
 from fpnet_lab.sim.building import Building, extrude
+from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere
 from fpnet_lab.sim.driving import Drive, Tour
 from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
 from fpnet_lab.sim.mesh_worlds import survey_mesh
 from fpnet_lab.sim.meshes import TriangleMesh, merge_meshes
-from fpnet_lab.sim.openings import room_polygons
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.render import render_plan
@@ -42,9 +42,9 @@ DEFAULT_FAMILIES = (
 )
 """Families drawn where none is asked for: rooms along corridors, without built-in symmetry."""
 
-_PLAN_ATTEMPTS = 20
+_PLAN_ATTEMPTS = 20  # numerical
+# Chosen, not measured:
 _TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
-_LARGEST_SHIFT_M = 20.0
 _SHORTEST_OWN_TOUR_S = 10.0  # a user's plan may be a small flat
 _SHOWN_SHARE = 0.7  # of a mesh tour that its floorplan must show as free
 
@@ -98,8 +98,8 @@ def generated_scene(seed: int, options: RecordingOptions) -> Scene:
     layout_rng, contents_rng, drawing_rng = _streams(seed)
     plan, tour = _draw_plan_and_tour(layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
-    floorplan, A_plan_building = _draw_floorplan(plan, drawing_rng, options)
-    return Scene(building, tour, floorplan, A_plan_building)
+    drawn = _draw_floorplan(plan, drawing_rng, options)
+    return Scene(building, tour, drawn.grid, drawn.A_plan_building)
 
 
 def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Scene:
@@ -117,7 +117,7 @@ def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Sc
     layout_rng, contents_rng, drawing_rng = _streams(seed)
     stretch = drawing_rng.uniform(*options.stretch, size=2)
     A_plan_building = Affine2D(np.diag(stretch), np.zeros(2))
-    plan = _mapped(plan_from_grid(floorplan), A_plan_building.inv())
+    plan = plan_from_grid(floorplan).mapped(A_plan_building.inv())
     tour = _longest_tour(plan, layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
     return Scene(building, tour, floorplan, A_plan_building)
@@ -152,7 +152,7 @@ def mesh_scene(
         )
     plan = plan_from_grid(floorplan)
     line = tour.line()
-    visited = [k for k, outline in enumerate(room_polygons(plan)) if outline.intersects(line)]
+    visited = [k for k, outline in enumerate(plan.outlines) if outline.intersects(line)]
     building = Building(plan, world.mesh, world.ceiling, merge_meshes([]))
     return Scene(building, replace(tour, rooms=tuple(visited)), floorplan, Affine2D.identity())
 
@@ -215,18 +215,9 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
     )
 
 
-def _mapped(plan: BuildingPlan, A: Affine2D) -> BuildingPlan:
-    """Return a plan with all its coordinates mapped; ``A`` must not mirror."""
-    return replace(
-        plan,
-        rooms=tuple(replace(room, polygon=A.apply(room.polygon)) for room in plan.rooms),
-        doors=tuple(replace(door, ends=A.apply(door.ends)) for door in plan.doors),
-    )
-
-
 def _draw_floorplan(
     plan: BuildingPlan, rng: np.random.Generator, options: RecordingOptions
-) -> tuple[GridMap, Affine2D]:
+) -> DrawnPlan:
     """Draw the building stretched, then lay the sheet somewhere else, turned."""
     stretch = Affine2D(np.diag(rng.uniform(*options.stretch, size=2)), np.zeros(2))
     sheet = render_plan(
@@ -235,13 +226,7 @@ def _draw_floorplan(
         wall_m=float(rng.uniform(*options.drawn_wall_m)),
         T_plan_building=stretch,
     )
-    x, y = rng.uniform(-_LARGEST_SHIFT_M, _LARGEST_SHIFT_M, size=2)
-    T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
-    floorplan = GridMap(
-        sheet.cells, sheet.resolution, T_plan_sheet @ sheet.T_frame_grid, sheet.frame
-    )
-    A_plan_building: Affine2D = T_plan_sheet @ stretch
-    return floorplan, A_plan_building
+    return laid_elsewhere(sheet, stretch, rng)
 
 
 def _share_on_free(grid: GridMap, xy: NDArray[np.float64]) -> float:

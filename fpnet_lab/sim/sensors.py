@@ -182,7 +182,7 @@ SENSORS: dict[str, SensorModel] = {
         angle_sigma_rad=0.0,  # its points lie in z = 0 exactly, as drivers report them
     ),
 }
-"""Sensor models by name; ``dome`` and ``rosette`` do not repeat their pattern."""
+"""Sensor models by name; ``dome`` and ``rosette`` do not repeat their pattern. Chosen."""
 
 
 def sensor_named(name: str) -> SensorModel:

@@ -32,11 +32,11 @@ FEATURES = (
 """Columns of :attr:`FloorMeasures.regions`."""
 
 _NOISE_M2 = 0.375
-"""Smaller labels are drawing noise: 150 cells, the data set's own limit."""
+"""Given: smaller labels are drawing noise: 150 cells, the data set's own limit."""
 _LABEL_GAP_M = 0.5
-"""Labels end this far from the middle of a door at most."""
+"""Labels end this far from the middle of a door at most. Chosen."""
 _MIN_OPENING_M = 0.5
-"""Shorter contacts are where labels squeeze through a wall of a cell or two."""
+"""Shorter contacts are where labels squeeze through a wall of a cell or two. Chosen."""
 _NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 

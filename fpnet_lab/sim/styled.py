@@ -14,9 +14,9 @@ from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import StyleConfig, draw_style
 
 CELL_M = (0.025, 0.12)
-"""Smallest and largest cells of drawings, which are drawn evenly in the logarithm."""
+"""Smallest and largest cells of drawings, which are drawn evenly in the logarithm. Chosen."""
 
-# All numerical: they span what drawings are like, busier ones more often than the matcher meets.
+# Chosen to span what drawings are like, busier ones more often than the matcher meets:
 _ROOMS = (6, 64)
 _WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness
 _PLACEMENT = DrawingConfig(scale_error=0.0, axis_error=0.02)

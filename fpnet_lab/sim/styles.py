@@ -16,7 +16,7 @@ from fpnet_core.errors import ConfigError
 Walls = Literal['solid', 'thin', 'thick', 'double']
 DoorMark = Literal['gap', 'leaf', 'arc']
 
-_MAX_SEED = 2**31
+_MAX_SEED = 2**31  # numerical
 
 
 @dataclass(frozen=True)

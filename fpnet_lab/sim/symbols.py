@@ -10,24 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
-from fpnet_lab.sim.clutter import furnish_boxes
-from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
+from fpnet_lab.sim.furniture import furnish_loosely
+from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
-
-TABLE_TOP_M = 0.72
-"""Furniture is drawn as it is cut at this height: table tops, backs of chairs, cabinets."""
 
 WINDOW_SHARE = 0.6
 MAX_WINDOW_M = 2.4
 MIN_WINDOW_WALL_M = 1.6
-"""A window takes this share of its wall, at most so much; shorter walls have none."""
+"""A window takes this share of its wall, at most so much; shorter walls have none. Chosen."""
 
+# Chosen, not measured:
 DIMENSION_OFFSET_M = 0.6
 DIMENSION_TICK_M = 0.25
 
-_ARC_POINTS = 9
-_PROBE_M = 0.1
+_ARC_POINTS = 9  # numerical
+_PROBE_M = 0.1  # numerical
 _NAMES = ('Office', 'Lab', 'Meeting', 'Store', 'Kitchen', 'WC', 'Archive', 'Copy', 'Server')
 
 
@@ -72,7 +70,7 @@ def door_leaves(plan: BuildingPlan, wall_m: float) -> Leaves:
     along /= width
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1)
     probe = hinge + along * width / 2.0 + normal * (plan.wall_m / 2.0 + _PROBE_M)
-    rooms = polygons_from_rings([plan.rooms[door.rooms[door.swing]].polygon for door in doors])
+    rooms = plan.outlines[[door.rooms[door.swing] for door in doors]]
     normal[~shapely.contains_xy(rooms, *probe.T)] *= -1.0
     leaves = np.array([[door.leaves] for door in doors])
     face = hinge + normal * wall_m / 2.0
@@ -119,9 +117,8 @@ def windows(edges: Array, normals: Array, depth_m: float) -> Array:
 
 
 def furniture_outlines(plan: BuildingPlan, rng: np.random.Generator) -> Array:
-    """Return outlines (F, 4, 2) of furniture as cut at table height; some reach into walls."""
-    rings = furnish_boxes(plan, rng).met_at(TABLE_TOP_M)
-    return np.stack(rings) if rings else np.zeros((0, 4, 2))
+    """Return outlines (F, 4, 2) of furniture from above; some reach into walls."""
+    return furnish_loosely(plan, rng).from_above()
 
 
 def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:
@@ -133,7 +130,7 @@ def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:
 
 def room_labels(plan: BuildingPlan, rng: np.random.Generator, storey: int) -> list[Text]:
     """Return three lines for each room of a storey: its number, its name and its area."""
-    polygons = polygons_from_rings([room.polygon for room in plan.rooms])
+    polygons = plan.outlines
     places = shapely.get_coordinates(shapely.point_on_surface(polygons))
     areas, bounds = shapely.area(polygons), shapely.bounds(polygons)
     texts = []

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_lab.pool import START_METHOD
+from fpnet_lab.provenance import processor
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.lidar import LidarSimulator
@@ -26,14 +27,15 @@ from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.writing import BLOCK_PAIRS, write_pairs
 
 ROOMS = (26, 34)
-"""Bounds of a storey's rooms: about 30."""
+"""Bounds of a storey's rooms: about 30. Chosen."""
 
 SENSOR = 'beams32'
+# Chosen, not measured:
 SENSOR_HEIGHT_M = 1.0
 DRAWING_CELL_M = 0.05
 
-_CHUNK_PLANS = 5
-_WARM_UP_SCANS = 3
+_CHUNK_PLANS = 5  # numerical
+_WARM_UP_SCANS = 3  # numerical
 
 
 def simulator_throughput(
@@ -72,7 +74,7 @@ def simulator_throughput(
         'sensor': SENSOR,
         'workers': workers,
         'cores': os.cpu_count(),
-        'processor': _processor(),
+        'processor': processor(),
         'python': platform.python_version(),
     }
 
@@ -130,13 +132,3 @@ def _scans_per_s(seed: int, threads: int, count: int) -> float:
         place = np.append(plan.rooms[room].polygon.mean(axis=0), SENSOR_HEIGHT_M)
         lidar.sweep(R, np.broadcast_to(place, (columns, 3)), 0.1 * i, rng)
     return count / (time.perf_counter() - start)
-
-
-def _processor() -> str:
-    """Return the processor's name, as far as the system tells it."""
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(':')[2].strip() for line in lines if line.startswith('model name')]
-    return names[0] if names else platform.processor() or platform.machine()

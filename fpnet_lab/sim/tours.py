@@ -19,8 +19,9 @@ from fpnet_lab.sim.types import BuildingPlan
 Array = NDArray[np.float64]
 
 VISIT_DEPTH_M = (1.2, 2.5)
-"""How far into a room the robot drives, measured from its door."""
+"""How far into a room the robot drives, measured from its door. Chosen."""
 
+# Chosen, not measured:
 _MOST_STARTS = 12
 _NEARNESS_M = 5.0  # rooms much farther than this from the nearest one are rarely next
 _LOOK_RAD = (0.4, 1.0)
@@ -104,14 +105,24 @@ def _choose_rooms(
         if path is None:
             closed.add(room)
             continue
-        length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        clock_s += length_m / (_PACE * drive.speed_mps) + _LINGER_S
+        clock_s += leg_time_s(path, drive)
         if clock_s > limits.longest_s:
             break
-        legs.append(Leg(path, float(rng.choice([-1.0, 1.0]) * rng.uniform(*_LOOK_RAD))))
+        legs.append(draw_leg(path, rng))
         rooms.append(room)
         here = place
     return rooms, legs
+
+
+def leg_time_s(path: Array, drive: Drive) -> float:
+    """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
+    length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    return length_m / (_PACE * drive.speed_mps) + _LINGER_S
+
+
+def draw_leg(path: Array, rng: np.random.Generator) -> Leg:
+    """Draw how far the robot looks around at the end of a path (V, 2), and to which side."""
+    return Leg(path, float(rng.choice([-1.0, 1.0]) * rng.uniform(*_LOOK_RAD)))
 
 
 def _next_room(

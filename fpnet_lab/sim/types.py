@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import networkx as nx
@@ -13,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
+from fpnet_core.geometry import Affine2D
+
 DOUBLE_LEAF_M = 1.3
-"""A single leaf covers openings up to this width."""
+"""A single leaf covers openings up to this width. Chosen."""
+
+_LEAST_WIDTH_M = 1e-9  # numerical: an opening without width has no direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +58,17 @@ class PlanDoor:
         """Length of the opening [m]."""
         return float(np.linalg.norm(self.ends[1] - self.ends[0]))
 
+    @property
+    def along(self) -> NDArray[np.float64]:
+        """Unit vector (2,) from the first end to the second."""
+        return np.asarray((self.ends[1] - self.ends[0]) / max(self.width_m, _LEAST_WIDTH_M))
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """Unit normal (2,) of the opening's line, to the left of :attr:`along`."""
+        x, y = self.along
+        return np.array([-y, x])
+
 
 @dataclass(frozen=True, eq=False)
 class BuildingPlan:
@@ -74,10 +90,39 @@ class BuildingPlan:
         points = np.concatenate([room.polygon for room in self.rooms])
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
+    @cached_property
+    def outlines(self) -> NDArray[np.object_]:
+        """The rooms' outlines as shapely polygons (R,) [m]."""
+        return polygons_from_rings([room.polygon for room in self.rooms])
+
     @property
     def floor_area_m2(self) -> float:
         """Floor area of all rooms, without walls and doorways [m^2]."""
-        return float(shapely.area(polygons_from_rings([r.polygon for r in self.rooms])).sum())
+        return float(shapely.area(self.outlines).sum())
+
+    def mapped(self, A: Affine2D, first_room: int = 0) -> BuildingPlan:
+        """Return the plan elsewhere, its rooms numbered from ``first_room``."""
+        turn = -1 if A.is_mirrored else 1
+        return replace(
+            self,
+            rooms=tuple(
+                replace(room, polygon=A.apply(room.polygon)[::turn].copy()) for room in self.rooms
+            ),
+            doors=tuple(
+                replace(
+                    door,
+                    rooms=(door.rooms[0] + first_room, door.rooms[1] + first_room),
+                    ends=A.apply(door.ends),
+                )
+                for door in self.doors
+            ),
+        )
+
+    def joined_rooms(self) -> list[list[int]]:
+        """Return the rooms as people count them: pieces of one corridor are one room."""
+        seams = nx.Graph(door.rooms for door in self.doors if door.is_open)
+        seams.add_nodes_from(range(len(self.rooms)))
+        return [sorted(part) for part in nx.connected_components(seams)]
 
     def room_graph(self) -> nx.MultiGraph:
         """
@@ -87,7 +132,7 @@ class BuildingPlan:
         ``width_m`` and ``is_open``.
         """
         graph = nx.MultiGraph()
-        areas = shapely.area(polygons_from_rings([room.polygon for room in self.rooms]))
+        areas = shapely.area(self.outlines)
         for i, room in enumerate(self.rooms):
             graph.add_node(i, kind=room.kind, area_m2=float(areas[i]))
         for k, door in enumerate(self.doors):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Where a robot goes in a world raster, and where its odometry believes to be."""
+"""Where a robot goes in a world raster."""
 
 from __future__ import annotations
 
@@ -12,19 +12,16 @@ from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.scan2d import EMPTY, walk_field, walk_to
 
-ROBOT_RADIUS_M = 0.28
+ROBOT_RADIUS_M = 0.28  # chosen
 WALK_STRIDE = 4
-"""World cells per cell of the raster that tours are planned in."""
+"""Numerical: world cells per cell of the raster that tours are planned in."""
 
 REACH_M = 7.0
-"""Nearby rooms are visited first: the chance falls by e over this much more way."""
+"""Nearby rooms are visited first: the chance falls by e over this much more way. Chosen."""
 
 TINY_TOUR_ROOMS = 4
 SMALL_TOUR_SHARE = (0.1, 0.5)
-"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits."""
-
-WARP_WAVES = 3
-WARP_LENGTHS_M = (25.0, 80.0)
+"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits. Chosen."""
 
 
 def plan_walk(
@@ -107,45 +104,3 @@ def _draw_tour_rooms(count: int, rng: np.random.Generator, config: ScanConfig) -
     if draw > 1.0 - config.large_tours:
         least, most = most, 1.0
     return max(1, round(float(rng.uniform(least, most)) * count))
-
-
-def estimate_walk(
-    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """
-    Return where odometry puts the positions (S, 2) of a walk, and its heading errors (S,).
-
-    Scan matching against a local map makes errors that depend on the place, so that a room
-    looks the same on the second visit, small ones that grow with the way, and some jitter.
-    """
-    warped, bend = _warp(xy, rng, config)
-    steps = np.diff(warped, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    rate = rng.uniform(*config.yaw_drift_rad)
-    noise = rate * np.sqrt(lengths) * rng.standard_normal(len(steps))
-    yaw = np.concatenate([[0.0], np.cumsum(noise)])
-    factor = 1.0 + config.length_drift * rng.uniform(-1.0, 1.0)
-    c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-    dx, dy = factor * steps.T
-    moved = np.cumsum(np.stack([c * dx - s * dy, s * dx + c * dy], axis=1), axis=0)
-    estimated = np.concatenate([warped[:1], warped[:1] + moved])
-    jitter_m, jitter_rad = rng.uniform(*config.jitter_m), rng.uniform(*config.jitter_rad)
-    estimated += jitter_m * rng.standard_normal(estimated.shape)
-    return estimated, yaw + bend + jitter_rad * rng.standard_normal(len(yaw))
-
-
-def _warp(
-    xy: NDArray[np.float64], rng: np.random.Generator, config: ScanConfig
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Displace places by a few long waves; return them and the local rotation [rad]."""
-    warped, bend = xy.copy(), np.zeros(len(xy))
-    strain = rng.uniform(*config.warp) / WARP_WAVES
-    for _ in range(WARP_WAVES):
-        a, b = rng.uniform(-np.pi, np.pi, 2)
-        rate = 2.0 * np.pi / rng.uniform(*WARP_LENGTHS_M)
-        wave = rate * np.array([np.cos(a), np.sin(a)])
-        push = strain / rate * np.array([np.cos(b), np.sin(b)])
-        phase = xy @ wave + rng.uniform(-np.pi, np.pi)
-        warped += np.sin(phase)[:, None] * push
-        bend += 0.5 * np.cos(phase) * (wave[0] * push[1] - wave[1] * push[0])
-    return warped, bend

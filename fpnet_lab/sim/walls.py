@@ -17,16 +17,17 @@ from fpnet_lab.sim.types import BuildingPlan
 
 PARTITION_M = 0.1
 LARGE_ROOM_M2 = 18.0
-"""Rooms above this size may get a partition."""
+"""Rooms above this size may get a partition. Chosen."""
 
 MOVED_WALL_M = (0.3, 1.2)
-"""How far a wall is displaced."""
+"""How far a wall is displaced. Chosen."""
 
+# Chosen, not measured:
 _MOST_CHANGES = 2
 _LEAST_WALL_M2 = 0.2
 _GAP_M = 1.0  # way through a partition
 _GLASS_PIECE_M = (0.8, 3.0)
-_GLASS_DEPTH_M = 0.05  # beyond the wall, so that no skin of wall remains
+_GLASS_DEPTH_M = 0.05  # numerical: beyond the wall, so that no skin of wall remains
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ def _shared_walls(
     plan: BuildingPlan, rng: np.random.Generator
 ) -> list[tuple[int, int, list[Polygon]]]:
     """Return one or two pairs of neighbouring rooms with the pieces of wall between them."""
-    outlines = np.array([Polygon(room.polygon) for room in plan.rooms])
+    outlines = plan.outlines
     tree = shapely.STRtree(outlines)
     is_room = np.array([room.kind == 'room' for room in plan.rooms])
     found = []
@@ -88,7 +89,7 @@ def _displaced(
     plan: BuildingPlan, pair: tuple[int, int], walls: list[Polygon], rng: np.random.Generator
 ) -> list[Polygon]:
     """Return the walls between a pair of rooms moved into one of them, with their doorways."""
-    rooms = shapely.union_all([Polygon(plan.rooms[i].polygon) for i in pair])
+    rooms = shapely.union_all(plan.outlines[list(pair)])
     doorways = shapely.union_all(
         [
             Polygon(door_outline(door, plan.wall_m, plan.wall_m))
@@ -112,13 +113,13 @@ def _displaced(
 def _partitions(plan: BuildingPlan, rng: np.random.Generator) -> list[Polygon]:
     """Return partitions that cross one or two large rooms, each with a gap to pass."""
     large = [
-        room
-        for room in plan.rooms
-        if room.kind == 'room' and Polygon(room.polygon).area > LARGE_ROOM_M2
+        outline
+        for room, outline in zip(plan.rooms, plan.outlines, strict=True)
+        if room.kind == 'room' and outline.area > LARGE_ROOM_M2
     ]
     added = []
     for pick in rng.permutation(len(large))[: _draw_count(rng)].tolist():
-        box = Polygon(large[pick].polygon).minimum_rotated_rectangle
+        box = large[pick].minimum_rotated_rectangle
         a, b, c, d = shapely.get_coordinates(box)[:4]
         if np.hypot(*(b - a)) < np.hypot(*(c - b)):
             a, b, c, d = b, c, d, a

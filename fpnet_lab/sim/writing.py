@@ -33,9 +33,9 @@ from fpnet_lab.sim.dataset import (
 from fpnet_lab.sim.pairs import generate_pair
 from fpnet_lab.sim.plan_sources import PlanSource, generated_plans
 
-BLOCK_PAIRS = 40
+BLOCK_PAIRS = 40  # numerical
 
-_CONNECT_S = 10.0
+_CONNECT_S = 10.0  # numerical
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,7 @@ class TrainingConfig(Section):
     network: NetworkConfig = InvariantConfig()
 
 
-_PAPER_LOSS = {'loss.match': 1.0, 'loss.topology': 0.25, 'loss.spatial': 0.5}
+_PAPER_LOSS = {'loss.match': 1.0, 'loss.topology': 0.25, 'loss.spatial': 0.5}  # chosen
 PRESETS: dict[str, dict[str, Any]] = {
     # Section V-A of the paper; it does not state an augmentation.
     'paper': {'network.kind': 'paper', **_PAPER_LOSS},

@@ -13,17 +13,18 @@ import torch
 from torch import Tensor
 
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
+from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models import GraphBatch, RegionNetwork, pad_graphs
-from fpnet_core.types import IGNORE, UNMATCHED
 from fpnet_lab.sim.dataset import PairDataset
 from fpnet_lab.sim.pairs import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig
 
-# Crops keep at least this many regions.
+# Crops keep at least this many regions. Chosen.
 _SMALLEST_CROP = 3
-# Batches are cut from runs of this many batches sorted by size, so that little is padding.
+# Numerical: batches are cut from runs of this many batches sorted by size, so that little is
+# padding.
 _SORTED_BATCHES = 8
-# Second word of the split's seed; epochs count up from zero and never reach it.
+# Given: second word of the split's seed; epochs count up from zero and never reach it.
 _SPLIT_STREAM = 2**31
 
 

@@ -12,29 +12,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.choosing import Found, choose
+from fpnet_core.drawings.choosing import Found
 from fpnet_core.drawings.looking import Rival, look_at
-from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
-from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
-from fpnet_lab.evaluation.drawings import compared, written
+from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.pool import each_done
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
+from fpnet_lab.training.sheets_read import read_from_file
 
 Array = NDArray[np.float64]
 
 FIRST_SEED = 4000
-"""Of the sheets to learn from: seeds of the tune half that the benchmark does not reach."""
+"""
+Numerical: of the sheets to learn from: seeds of the tune half that the benchmark does not reach.
+"""
 
-_COMPARED_CELLS = 1200  # a side of the page: a room has hundreds of them
+_COMPARED_CELLS = 1200  # numerical: a side of the page: a room has hundreds of them
+# Chosen, not measured:
 _SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
 _MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 
@@ -92,15 +93,9 @@ def _make(task: _Task) -> None:
 
 def sheet_trials(sheet: Sheet, config: SegmentationConfig) -> Iterator[ReadingTrial]:
     """Read a sheet from a file as a user's and yield its readings; none where it is refused."""
-    with TemporaryDirectory() as folder:
-        path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
-        drawing = open_drawing(path, ReadOptions())
-    try:
-        found = choose(drawing, ReadOptions(), config)
-    except FpnetError:
-        return
-    H_pixel_page = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]) @ H_file_page
-    yield from trials_of(sheet, drawing.pixels, H_pixel_page, found, config)
+    read = read_from_file(sheet, config)
+    if read is not None:
+        yield from trials_of(sheet, read.pixels, read.H_pixel_page, read.found, config)
 
 
 def trials_of(

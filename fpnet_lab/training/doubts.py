@@ -30,11 +30,14 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 GOOD_F1 = 0.85
-"""A reading is right whose rooms agree with the truth as well as this, as the benchmark has it."""
+"""
+A reading is right whose rooms agree with the truth as well as this, as the benchmark has it.
+Chosen.
+"""
 
 
-_LEAST_SPREAD = 1e-3  # of evidence that hardly varies
-_MAX_ITERATIONS = 2000
+_LEAST_SPREAD = 1e-3  # numerical: of evidence that hardly varies
+_MAX_ITERATIONS = 2000  # numerical
 
 
 @dataclass(frozen=True)

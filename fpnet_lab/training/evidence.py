@@ -34,9 +34,9 @@ Array = NDArray[np.float64]
 RIGHT_RAD = float(np.deg2rad(8.0))
 RIGHT_UNITS = 2.0
 RIGHT_LOG_SCALE = 0.12
-"""A placement within these of the truth is right: near enough for refinement to close."""
+"""A placement within these of the truth is right: near enough for refinement to close. Chosen."""
 
-_REGULARISATION = 1e-3
+_REGULARISATION = 1e-3  # chosen
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,9 +26,9 @@ from fpnet_core.judging import CONTEXT, FIGURES, JUDGE_SCHEMA
 from fpnet_core.judging.model import CLIP
 from fpnet_lab.training.judge_trials import Trial
 
-_NEVER = -1e9
-_UNSEEN = 1e9  # spread of a figure that is not looked at
-_LEAST_SPREAD = 1e-3  # of a figure that hardly varies
+_NEVER = -1e9  # numerical
+_UNSEEN = 1e9  # numerical: spread of a figure that is not looked at
+_LEAST_SPREAD = 1e-3  # numerical: of a figure that hardly varies
 
 
 @dataclass(frozen=True)

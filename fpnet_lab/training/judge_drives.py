@@ -38,14 +38,17 @@ from fpnet_lab.evaluation.localization.scenes import make_plan, make_scene
 from fpnet_lab.training.judge_trials import Trial
 
 DRIVE_S = 40.0
-"""Later looks mostly repeat what the earlier ones found."""
+"""Later looks mostly repeat what the earlier ones found. Chosen."""
 
 DRIVE_BLOCK = 2
-"""Drives that are made one after the other; each gives some thirty trials."""
+"""Drives that are made one after the other; each gives some thirty trials. Chosen."""
 
 PLAIN_DRIVES = 42
-"""Buildings of the localization benchmark without symmetry; there are no more of one seed."""
+"""
+Buildings of the localization benchmark without symmetry; there are no more of one seed. Chosen.
+"""
 
+# Chosen, not measured:
 _WRONG_PLANS = 3  # other buildings' plans per drive, the first one of its own family
 _GROWTH = 1.12  # a look becomes a trial when the free space has grown by this factor
 _SCANS_PER_LOOK = 10  # a second of sensor time
@@ -101,8 +104,9 @@ def _looks(
     stamps: list[int] = []
     poses: list[NDArray[np.float64]] = []
     for scan in scans:
-        points, pose = odometry.register_scan(scan)
-        builder.add_scan(points, pose, scan.stamp_ns)
+        sweep = odometry.register_scan(scan)
+        pose = sweep.T_odom_sensor
+        builder.add_scan(sweep.points, pose, scan.stamp_ns)
         stamps.append(scan.stamp_ns)
         poses.append(pose)
         if scan.stamp_ns - stamps[0] > DRIVE_S * NS_PER_S:

@@ -26,8 +26,11 @@ from fpnet_lab.training.judge_trials import Trial
 Array = NDArray[np.float64]
 
 CLAIMS = (0.9, 0.95, 0.97, 0.99)
-"""Probabilities that a claim might ask for; what each costs decides on the configuration's."""
+"""
+Probabilities that a claim might ask for; what each costs decides on the configuration's. Chosen.
+"""
 
+# Chosen, not measured:
 FOLDS = 4
 _FOLD_MEMBERS = 2
 

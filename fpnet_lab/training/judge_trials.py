@@ -22,20 +22,22 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.io import pixel_to_xy, read_map
+from fpnet_core.io import read_map
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs, varied
 from fpnet_lab.sim.config import SimConfig
+from fpnet_lab.sim.distort import rough_drawing
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.pairs import generate_scene
-from fpnet_lab.sim.rough import robot_map_of, rough_drawing
+from fpnet_lab.sim.rough import robot_map_of
 
 Array = NDArray[np.float64]
 Displaced = Callable[[Array], Array]
@@ -44,20 +46,26 @@ KINDS = ('real', 'drawn', 'foreign', 'generated')
 
 _SHARES = ((0.9, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2), (0.05, 0.1))
 _SHARE_WEIGHTS = (0.08, 0.2, 0.12, 0.25, 0.27, 0.08)
-"""Shares of a map's free space that cuts keep, and how often: what a robot has seen, early too."""
+"""
+Shares of a map's free space that cuts keep, and how often: what a robot has seen, early too.
+Chosen.
+"""
 
 _METRIC = {'real': 0.3, 'drawn': 0.5, 'foreign': 0.3, 'generated': 0.75}
-"""Share of the cases of each kind whose scale counts as stated; robots' own maps are metric."""
+"""
+Share of the cases of each kind whose scale counts as stated; robots' own maps are metric. Chosen.
+"""
 
 _ROUGH = {'real': 0.25, 'drawn': 1.0, 'generated': 0.4}
-"""Share of the own plans that are roughened; a drawing fits its own copy perfectly."""
+"""Share of the own plans that are roughened; a drawing fits its own copy perfectly. Chosen."""
 
 BLOCK_CASES = 25
-"""Cases that are made one after the other."""
+"""Numerical: cases that are made one after the other."""
 
+# Chosen, not measured:
 _OTHERS = 2  # plans of other buildings that each map meets
 _GENERATED_OTHERS = 0.5  # share of the maps of real buildings that meet a generated plan
-_GENERATED_PLANS, _PLAN_SEED = 36, 991
+_GENERATED_PLANS, _PLAN_SEED = 36, 991  # numerical
 _TOLERATED_SCALE = 0.09  # nominal scales further off are brought near where they count as stated
 _STATED_ERROR = 0.05  # by how much a stated scale is off, at most
 
@@ -67,6 +75,7 @@ RIGHT_MEDIAN_M = 1.0
 A placement is right as in ``fpnet bench matching``: its middle within 3 per cent of the plan's
 diagonal, 5 degrees, 10 per cent of scale; or if it moves most of the map by less than a metre:
 drawings are locally off by more than 10 per cent. Around a robot, it is right within a metre.
+Chosen.
 """
 
 

@@ -25,13 +25,13 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from fpnet_core.matches import UNMATCHED
 from fpnet_core.models import GraphBatch
 from fpnet_core.models.edges import pair_distances
-from fpnet_core.types import UNMATCHED
 from fpnet_lab.training.config import LossConfig
 
 LIKELIHOOD_FLOOR = 1e-6
-"""Small value added to X before the logarithm (the paper's epsilon)."""
+"""Numerical: small value added to X before the logarithm (the paper's epsilon)."""
 
 
 @dataclass(frozen=True, eq=False)

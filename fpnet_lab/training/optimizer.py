@@ -21,12 +21,15 @@ from torch import Tensor, nn
 from fpnet_lab.training.config import TrainingConfig
 
 SMALLEST_SIDE = 26
-"""Matrices with a shorter side are left to AdamW: they are tables rather than linear maps."""
+"""
+Matrices with a shorter side are left to AdamW: they are tables rather than linear maps. Chosen.
+"""
 
+# Chosen, not measured:
 _MOMENTUM = 0.95
-_ITERATIONS = 5
-# Odd polynomial a x + b x^3 + c x^5 that drives singular values to about 1 (0.7 to 1.2) in five
-# steps; the coefficients are those of torch.optim.Muon.
+_ITERATIONS = 5  # numerical
+# Given: odd polynomial a x + b x^3 + c x^5 that drives singular values to about 1 (0.7 to 1.2) in
+# five steps; the coefficients are those of torch.optim.Muon.
 _A, _B, _C = 3.4445, -4.7750, 2.0315
 _ADAMW_RMS = 0.2  # usual size of an AdamW step: makes one learning rate do for both
 

@@ -21,9 +21,9 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.choosing import all_readings
 from fpnet_core.drawings.images import open_image
 from fpnet_core.drawings.plausible import FEATURES, features, powers
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.segmentation import read_labels
@@ -32,11 +32,11 @@ from fpnet_lab.sim.floors import TUNE_FLOORS
 Array = NDArray[np.float64]
 
 GOOD_F1 = 0.85
-"""A reading is right where its rooms agree with the truth as well as this."""
+"""A reading is right where its rooms agree with the truth as well as this. Chosen."""
 
-_STRENGTH = 0.3  # inverse of the ridge that keeps the weights of rare figures small
-_FOLDS = 5
-_MAX_ITERATIONS = 2000
+_STRENGTH = 0.3  # inverse of the ridge that keeps the weights of rare figures small; chosen
+_FOLDS = 5  # numerical
+_MAX_ITERATIONS = 2000  # numerical
 
 
 @dataclass(frozen=True, eq=False)

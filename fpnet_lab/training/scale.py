@@ -36,7 +36,7 @@ from fpnet_core.segmentation.scale_model import (
 from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.training.scale_samples import ScaleSamples
+from fpnet_lab.training.scale_samples import SHEET, ScaleSamples
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ SIDES: tuple[Side, Side] = ('plan', 'map')
 _NO_ROOMS = np.array(
     [name.startswith(('door_', 'wall_')) for name in LENGTHS] + [False] * len(COUNTS)
 )
-_LEAST_SPREAD = 0.01  # of a figure that hardly varies
+_LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
 
 
 @dataclass(frozen=True)
@@ -227,10 +227,12 @@ def held_back_figures(samples: ScaleSamples, errors: Array) -> dict[str, dict[st
     """Return figures of the samples' last rounds by what they show; buildings weigh the same."""
     floors = np.isin(samples.building, TUNE_FLOORS)
     plan = samples.side == 'plan'
+    of_sheets = np.char.startswith(samples.building, SHEET)
     groups = {
         'bormann': plan & floors,
         'drawings': plan & samples.real,
-        'generated': plan & ~samples.real,
+        'generated': plan & ~samples.real & ~of_sheets,
+        'sheets': of_sheets,
         'robot_maps': ~plan & samples.real,
         'generated_maps': ~plan & ~samples.real,
     }

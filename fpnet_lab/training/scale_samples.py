@@ -4,7 +4,8 @@
 What the scale model learns from: maps of known scale, segmented as if they had another one.
 
 Drawings are those of real buildings of the tune half, redrawn with other cells, walls and turns,
-and of generated ones in many styles. Robots' maps are real ones, drawings made into such, and
+of generated ones in many styles, and sheets that were read from files as users' are, with what
+their readers got wrong. Robots' maps are real ones, drawings made into such, and
 parts of both. Storeys of simulated worlds that were raised from drawings (``priormaps``) are left
 out: nobody has measured them. Each is segmented at the first guess of its scale, and at scales
 far and near to the true one, as the estimate's rounds will do.
@@ -13,40 +14,52 @@ far and near to the true one, as the estimate's rounds will do.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import read_map
+from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import scale_figures
 from fpnet_core.segmentation.scale_model import Side
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
+from fpnet_core.types import UNKNOWN, GridMap, Submap
+from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
-from fpnet_lab.sim.drawings import warp_map
+from fpnet_lab.pool import each_done
+from fpnet_lab.sim.distort import redrawn, rewalled, warp_map
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
+from fpnet_lab.training.sheets_read import read_from_file
 
 Array = NDArray[np.float64]
 
-# All ranges below are numerical: they span what drawings and robots' maps are like.
+# Chosen to span what drawings and robots' maps are like:
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
-_WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a redrawn cell; thin walls must stay closed
-_THICKENED, _THINNED = 0.2, 0.2  # shares of the real drawings with other walls
 _TURNED = 0.3  # share of real drawings at any angle
 _SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
 _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
+
+FIRST_SHEET = 5000
+"""Given: seed of the first sheet, of the tune half, beyond those of benchmark and doubts."""
+
+SHEET = 'sheet'
+"""What the names of sheets begin with."""
+
+_COMPARED_CELLS = 1200  # numerical: a side of the page; a room has hundreds of them
+_LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
 
 _DECLUTTER = {
     'g4s': ('g4s_y2', 'g4s_sim_cropped'),
@@ -69,18 +82,19 @@ _DECLUTTER = {
 """Robots' maps by building, versions of one building together; where no file states 0.05 m, it is
 what all maps of their project have."""
 
-_CELLS_M = {'UMIC_first_floor': 0.02}  # all others have 0.05
+_CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)
 class Amounts:
-    """Variants of every real building, and generated buildings."""
+    """Variants of every real building, and generated buildings, one on a sheet."""
 
     drawings: int = 14
     robot_maps: int = 8
     drawn_maps: int = 5
     generated: int = 300
     generated_maps: int = 150
+    sheets: int = 150
 
     def scaled(self, share: float) -> Amounts:
         """Return so large a share of everything, at least one of each."""
@@ -125,6 +139,18 @@ class _File:
 
 
 _Row = tuple[Array, float, float, Side, str, bool, bool]
+_OfFiles = Callable[[Sequence[_File], int, np.random.Generator], GridMap | Submap]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A map to segment; ``make`` returns it in true metres, None where there is none."""
+
+    make: Callable[[np.random.Generator], GridMap | Submap | None]
+    side: Side
+    building: str
+    is_real: bool
+    key: tuple[int, int]
 
 
 def gather_samples(
@@ -132,6 +158,7 @@ def gather_samples(
     seed: int,
     amounts: Amounts,
     config: SegmentationConfig,
+    workers: int = 1,
     on_map: Callable[[float], None] = lambda _: None,
 ) -> ScaleSamples:
     """
@@ -142,35 +169,52 @@ def gather_samples(
     FpnetError
         If the shared data is missing or incomplete.
     """
-    cv2.setNumThreads(1)
+    tasks = list(_tasks(data, amounts, config))
+    rows: dict[tuple[int, int], list[_Row]] = {}
+    for task, made in each_done(partial(_rows, seed=seed, config=config), tasks, workers):
+        rows[task.key] = made
+        on_map(1.0)
+    in_order = [row for task in tasks for row in rows[task.key]]
+    values, *columns = (np.array(column) for column in zip(*in_order, strict=True))
+    return ScaleSamples(values, *columns)
+
+
+def _tasks(data: Path, amounts: Amounts, config: SegmentationConfig) -> Iterator[_Task]:
     drawings, maps = _drawings(data), _robot_maps(data)
-    tasks: list[tuple[Callable[..., GridMap | Submap], Side, str, bool, tuple[int, int]]] = []
-    for kind, (files, count) in enumerate(
-        ((drawings, amounts.drawings), (maps, amounts.robot_maps), (drawings, amounts.drawn_maps))
-    ):
+    counted: tuple[tuple[_OfFiles, dict[str, list[_File]], int], ...] = (
+        (_drawing, drawings, amounts.drawings),
+        (_robot_map, maps, amounts.robot_maps),
+        (_drawn_map, drawings, amounts.drawn_maps),
+    )
+    for kind, (make, files, count) in enumerate(counted):
         for number, (building, found) in enumerate(files.items()):
             for variant in range(count):
-                make = _MAKERS[kind](found, variant)
                 side: Side = 'map' if kind else 'plan'
-                tasks.append((make, side, building, True, (kind, 1000 * number + variant)))
+                key = kind, 1000 * number + variant
+                yield _Task(partial(make, found, variant), side, building, True, key)
     for number in range(amounts.generated):
-        tasks.append((styled_drawing, 'plan', f'generated {number}', False, (3, number)))
+        yield _Task(styled_drawing, 'plan', f'generated {number}', False, (3, number))
     for number in range(amounts.generated_maps):
-        tasks.append((_generated_map, 'map', f'generated map {number}', False, (4, number)))
-    rows: list[_Row] = []
-    for make, side, building, is_real, key in tasks:
-        rng = np.random.default_rng([seed, *key])
-        rows += _states(make(rng), side, building, is_real, config, rng)
-        on_map(1.0)
-    values, *columns = (np.array(column) for column in zip(*rows, strict=True))
-    return ScaleSamples(values, *columns)
+        yield _Task(_generated_map, 'map', f'generated map {number}', False, (4, number))
+    for number in range(amounts.sheets):
+        make_sheet = partial(_read_sheet, number, config)
+        yield _Task(make_sheet, 'plan', f'{SHEET} {number}', False, (5, number))
+
+
+def _rows(task: _Task, seed: int, config: SegmentationConfig) -> list[_Row]:
+    cv2.setNumThreads(1)
+    rng = np.random.default_rng([seed, *task.key])
+    source = task.make(rng)
+    if source is None:
+        return []
+    return list(_states(source, task.side, task.building, task.is_real, config, rng))
 
 
 def count_maps(data: Path, amounts: Amounts) -> int:
     """Count the maps that :func:`gather_samples` segments."""
     drawings, maps = len(_drawings(data)), len(_robot_maps(data))
     real = drawings * (amounts.drawings + amounts.drawn_maps) + maps * amounts.robot_maps
-    return real + amounts.generated + amounts.generated_maps
+    return real + amounts.generated + amounts.generated_maps + amounts.sheets
 
 
 def write_samples(path: Path, samples: ScaleSamples) -> None:
@@ -229,36 +273,37 @@ def _checked(found: dict[str, list[_File]]) -> dict[str, list[_File]]:
     return found
 
 
-def _drawing(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], GridMap]:
-    """Return what makes a variant: the files as they are, then redrawn."""
-
-    def make(rng: np.random.Generator) -> GridMap:
-        if variant < len(files):
-            return files[variant].read()
-        grid = _rewalled(files[int(rng.integers(len(files)))].read(), rng)
-        grid = _redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
-        if rng.random() < _TURNED:
-            turn = SE2.from_xy_yaw(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
-            grid = warp_map(grid, Affine2D(turn.linear, turn.translation))
-        return grid
-
-    return make
+def _drawing(files: Sequence[_File], variant: int, rng: np.random.Generator) -> GridMap:
+    """Return a variant: the files as they are, then redrawn."""
+    if variant < len(files):
+        return files[variant].read()
+    grid = rewalled(files[int(rng.integers(len(files)))].read(), rng)
+    grid = redrawn(grid, max(draw_cell_m(rng), _FINER * grid.resolution))
+    if rng.random() < _TURNED:
+        turn = SE2.from_xy_yaw(0.0, 0.0, float(rng.uniform(-np.pi, np.pi)))
+        grid = warp_map(grid, Affine2D(turn.linear, turn.translation))
+    return grid
 
 
-def _robot_map(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], Submap]:
-    return lambda rng: _part(files[variant % len(files)].read(), rng)
+def _robot_map(files: Sequence[_File], variant: int, rng: np.random.Generator) -> Submap:
+    return _part(files[variant % len(files)].read(), rng)
 
 
-def _drawn_map(files: Sequence[_File], variant: int) -> Callable[[np.random.Generator], Submap]:
-    """Return what makes a drawing into a part of a robot's map."""
-    return lambda rng: _part(robot_map_of(files[variant % len(files)].read(), rng), rng)
+def _drawn_map(files: Sequence[_File], variant: int, rng: np.random.Generator) -> Submap:
+    """Return a drawing made into a part of a robot's map."""
+    return _part(robot_map_of(files[variant % len(files)].read(), rng), rng)
 
 
-_MAKERS: tuple[Callable[[Sequence[_File], int], Callable[..., GridMap | Submap]], ...] = (
-    _drawing,
-    _robot_map,
-    _drawn_map,
-)
+def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator) -> GridMap | None:
+    """Return what a reader makes of a sheet; None where it made something else of it."""
+    kinds = list(SheetKind)
+    sheet = draw_sheet(FIRST_SHEET + number, kinds[number % len(kinds)])
+    read = read_from_file(sheet, config)
+    if read is None:
+        return None
+    H_plan_page = read.found.H_plan_pixel @ read.H_pixel_page
+    rooms = compared(sheet, read.found.segmentation, H_plan_page, _COMPARED_CELLS)
+    return read.in_true_metres if rooms.f1 >= _LEAST_F1 else None
 
 
 def _generated_map(rng: np.random.Generator) -> Submap:
@@ -270,39 +315,9 @@ def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
     share = _SHARES[int(rng.integers(len(_SHARES)))]
     whole = RobotPair('', grid, grid, Affine2D.identity(), is_metric=True)
     cut = varied(whole, rng, share).robot
-    known = cut.cells != UNKNOWN
-    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
-    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
+    window = window_of(cut.cells != UNKNOWN)
+    assert window is not None, 'a part of a map shows something'
     return submap_from_grid(cut.cropped(*window))
-
-
-def _redrawn(grid: GridMap, cell_m: float) -> GridMap:
-    """Return a drawing with cells of another size."""
-    rows, cols = (max(1, round(size * grid.resolution / cell_m)) for size in grid.shape)
-    how = cv2.INTER_AREA if cell_m > grid.resolution else cv2.INTER_LINEAR
-
-    def share(value: int) -> NDArray[np.float32]:
-        mask = (grid.cells == value).astype(np.float32)
-        return np.asarray(cv2.resize(mask, (cols, rows), interpolation=how), np.float32)
-
-    cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
-    cells[share(FREE) > _FREE_SHARE] = FREE
-    cells[share(OCCUPIED) > _WALL_SHARE] = OCCUPIED
-    return replace(grid, cells=cells, resolution=grid.resolution * grid.shape[0] / rows)
-
-
-def _rewalled(grid: GridMap, rng: np.random.Generator) -> GridMap:
-    """Return a drawing whose walls are a cell thicker or thinner now and then, never open."""
-    kind, cells = rng.random(), np.array(grid.cells)
-    wall = cells == OCCUPIED
-    if kind < _THICKENED:
-        cells[cv2.dilate(wall.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0] = OCCUPIED
-    elif kind < _THICKENED + _THINNED:
-        depth = distance_transform_edt(wall)
-        core = cv2.dilate((depth > 1.5).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        beside = cv2.dilate((cells == FREE).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        cells[wall & (depth <= 1.0) & core & beside] = FREE
-    return replace(grid, cells=cells)
 
 
 def _states(

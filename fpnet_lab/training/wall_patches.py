@@ -16,24 +16,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE
+from fpnet_core.raster.windows import window_of
 from fpnet_lab.sim.sheets.classes import Classes
 from fpnet_lab.training.wall_samples import Pixels, WallSample, read_sample, resized
 
 Shown = NDArray[np.float32]
 
+# Chosen, not measured:
 _BUILDING_PX = (400.0, 1300.0)  # the longer side of a building as the network may see it
 _WALL_PX = (2.5, 7.0)  # the mean thickness of walls, where the finer look is trained
 _BY_WALLS = 0.6  # of patches are sized by their walls, the others by the building
 _MOST_ENLARGED = 1.3
 _IN_BUILDING = 0.75  # of patches have their middle in the building
 _TURNED, _TURN_RAD, _ANY_TURN = 0.3, 0.07, 0.08
-_PER_PICTURE = 16  # patches that are cut from a picture before another one is read
-_POOL = 32  # pictures to choose from
+_PER_PICTURE = 16  # numerical: patches that are cut from a picture before another one is read
+_POOL = 32  # numerical: pictures to choose from
 _KIND_WEIGHTS = {
     'office': 3.0, 'scan': 2.6, 'brochure': 2.0, 'phone': 1.6, 'clean': 1.0, 'real': 0.5,
 }  # fmt: skip
-"""How often a picture is of a kind, however many of it there are."""
+"""How often a picture is of a kind, however many of it there are. Chosen."""
 
+# Chosen, not measured:
 _SHADE_CELLS = 4
 _SCRIBBLES = 14
 
@@ -106,11 +109,9 @@ def _square(
 def _middle(sample: WallSample, rng: np.random.Generator) -> tuple[int, int]:
     """Return a place (x, y), mostly in the building."""
     height, width = sample.classes.shape
-    if rng.random() < _IN_BUILDING:
-        rows, cols = (np.flatnonzero((sample.classes != OUTSIDE).any(axis=k)) for k in (1, 0))
-        if rows.size:
-            y, x = rng.integers(rows[0], rows[-1] + 1), rng.integers(cols[0], cols[-1] + 1)
-            return int(x), int(y)
+    if rng.random() < _IN_BUILDING and (window := window_of(sample.classes != OUTSIDE)):
+        y, x = (rng.integers(part.start, part.stop) for part in window)
+        return int(x), int(y)
     return int(rng.integers(width)), int(rng.integers(height))
 
 
@@ -216,6 +217,7 @@ def _inverted(shown: Shown, rng: np.random.Generator) -> Shown:
     return np.asarray(255.0 - shown, np.float32)
 
 
+# Chosen, not measured:
 _CHANGES: tuple[tuple[Callable[[Shown, np.random.Generator], Shown], float], ...] = (
     (_grey, 0.15),
     (_mixed, 0.2),

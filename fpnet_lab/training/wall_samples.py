@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.images import open_image
 from fpnet_core.drawings.plausible import wall_cells
-from fpnet_core.drawings.view import shrinking
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.raster.morphology import grown_by, opened_by, square
+from fpnet_core.raster.pixels import shrinking
 from fpnet_lab.evaluation.segmentation import read_labels
 from fpnet_lab.pool import each_done
 from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS
@@ -27,13 +28,17 @@ from fpnet_lab.sim.sheets.classes import Classes, sheet_classes
 Pixels = NDArray[np.uint8]
 
 FIRST_SEEDS = {'train': 2_000_000, 'held': 3_000_000}
-"""Of sheets to learn from and to measure on; the benchmark's are below, see bench drawings."""
+"""
+Numerical: of sheets to learn from and to measure on; the benchmark's are below, see bench
+drawings.
+"""
 
 MOST_BUILDING_PX = 1800
-"""The longer side of a building in kept pictures: as large as the reader looks at one."""
+"""The longer side of a building in kept pictures: as large as the reader looks at one. Chosen."""
 
-_QUALITY = 94  # of kept pictures of paper, which are JPEG before anyway
+_QUALITY = 94  # numerical: of kept pictures of paper, which are JPEG before anyway
 _SHEETS = tuple(SheetKind)
+# Chosen, not measured:
 _SOLID_LEVEL = 100  # of 255: what is wall to such a share is wall in a smaller picture
 _WIDEST_WALL_PX = 13  # of the real plans, whose pixels are 0.05 m
 _FACE_PX = 7  # twice as deep as a wall is seen where there is no other side to it
@@ -119,10 +124,8 @@ def _real_classes(bare: Pixels, labels: NDArray[np.int32]) -> Classes:
     roomy[np.unique(pieces[labels > 0])] = True
     roomy[0] = False
     floor = roomy[pieces]
-    solid = (~floor).astype(np.uint8)
-    wide = cv2.morphologyEx(solid, cv2.MORPH_OPEN, np.ones((_WIDEST_WALL_PX,) * 2, np.uint8))
-    face = cv2.dilate(floor.astype(np.uint8), np.ones((_FACE_PX,) * 2, np.uint8))
-    is_wall = (solid > 0) & ((wide == 0) | (face > 0))
+    wide = opened_by(~floor, square(_WIDEST_WALL_PX), is_beyond=True)
+    is_wall = ~floor & (~wide | grown_by(floor, square(_FACE_PX)))
     return np.select([floor, is_wall], [FLOOR, WALL], OUTSIDE).astype(np.uint8)
 
 

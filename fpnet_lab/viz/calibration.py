@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fpnet_lab.metrics import Reliability
 
-_SIZE_INCHES, _DPI = (6.5, 6.0), 110
+_SIZE_INCHES, _DPI = (6.5, 6.0), 110  # chosen
 
 
 def plot_reliability(path: Path, results: Mapping[str, Reliability]) -> None:

@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw
 
 from fpnet_core.viz.segmentation import region_colour
 
+# Chosen, not measured:
 _SIDE_PX = 1100  # of either half of the picture
 _CAPTION_PX = 46
 _TILE_PX, _TITLE_PX, _GAP_PX = (460, 360), 18, 10

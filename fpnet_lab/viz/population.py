@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Values = Mapping[str, NDArray[np.float64]]
 """What was measured, by quantity; one value for each room, door or storey."""
 
+# Chosen, not measured:
 _PANELS = {
     'room_area_m2': ('room area [m²]', (2.0, 300.0), 'log'),
     'aspect': ('long over short side of a room', (1.0, 4.0), 'linear'),

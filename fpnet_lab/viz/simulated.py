@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fpnet_core.types import FREE, IGNORE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_core.matches import IGNORE
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from fpnet_lab.sim.pairs import PairScene
 
+# Chosen, not measured:
 _NO_PARTNER: Colour = (0.25, 0.25, 0.25)
 _IGNORED: Colour = (0.7, 0.7, 0.7)
 _ABSENT: Colour = (1.0, 1.0, 1.0)

@@ -9,8 +9,9 @@ from visualization_msgs.msg import Marker
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2, Affine2D, Placement, Placements
 from fpnet_core.graphs import build_region_graph
+from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation import segment_floorplan
-from fpnet_core.types import LocalizerOutput, MatchResult, Status
+from fpnet_core.types import LocalizerOutput, Status
 from msg_adapters.markers import (
     hypothesis_markers,
     markers_to_msg,

@@ -243,6 +243,20 @@ def _bag_writer(storage: str) -> Callable[[Path], Path]:
     return write
 
 
+def _write_laser_bag(folder: Path) -> Path:
+    from fpnet_core.io import BagWriter
+    from fpnet_core.io.laserscan import LaserReadings
+
+    readings = LaserReadings(-1.0, 0.05, 1e-3, 0.1, 30.0, np.linspace(0.0, 40.0, 40))
+    with BagWriter(folder / 'bag', 'mcap') as bag:
+        for frame in ('front', 'rear'):
+            bag.write_transform('/tf_static', 0, 'base', frame, np.eye(4))
+        for stamp_ns in _STAMPS_NS.tolist():
+            bag.write_laser_scan('/front/scan', stamp_ns, 'front', readings)
+            bag.write_laser_scan('/rear/scan', stamp_ns, 'rear', readings)
+    return folder / 'bag'
+
+
 def _message_writer(storage: str) -> Damage:
     """Return a damage that writes a storage file anew, with damaged messages in it."""
 
@@ -264,7 +278,13 @@ def _rewritten(path: Path, bag: Path, rng: np.random.Generator) -> bytes:
     store = get_typestore(Stores.ROS2_JAZZY)
     with Bag(path) as reader, Writer(bag, version=9, storage_plugin=plugin) as writer:
         made = {
-            c.id: writer.add_connection(c.topic, c.msgtype, typestore=store)
+            # Channels are told apart by their QoS as well: with another, no message would be read.
+            c.id: writer.add_connection(
+                c.topic,
+                c.msgtype,
+                typestore=store,
+                offered_qos_profiles=c.ext.offered_qos_profiles,
+            )
             for c in reader.connections
         }
         for connection, stamp_ns, message in reader.messages():
@@ -596,6 +616,11 @@ READERS: tuple[Reader, ...] = (
             (storage, (damage_bytes, _message_writer(suffix[1:])), f'*{suffix}'),
             (f'{storage} metadata', _YAML, 'metadata.yaml'),
         )
+    ),
+    Reader(
+        *('bags', 'laser scans', _write_laser_bag, _read_scans),
+        (damage_bytes, _message_writer('mcap')),
+        '*.mcap',
     ),
     Reader('CARMEN logs', '.log', _write_carmen, _read_scans, _TEXT),
     Reader(

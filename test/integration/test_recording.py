@@ -18,6 +18,7 @@ from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.sim.recording import (
     CLOUD_TOPIC,
+    LASER_TOPIC,
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
@@ -114,9 +115,28 @@ def test_every_sensor_is_recorded_read_and_registered(name, tmp_path):
         first = scan.T_truth_sensor if first is None else first
         pose = scan.T_odom_sensor
         if pose is None:
-            _, pose = odometry.register_scan(scan)
+            pose = odometry.register_scan(scan).T_odom_sensor
     error = np.linalg.inv(first @ pose) @ scan.T_truth_sensor
     assert np.linalg.norm(error[:2, 3]) < 0.3
+
+
+def test_laser_scans_read_back_as_the_cloud_that_the_planar_sensor_saw(tmp_path):
+    recording = start_of_recording(1.0, SENSORS['planar'])
+    write_recording(recording, tmp_path, laser_scans=True)
+    with BagReader(tmp_path / 'bag') as bag:
+        assert set(bag.topics) == {LASER_TOPIC, TRUTH_TOPIC}
+        (_, first_ns, message), *_ = bag.messages([LASER_TOPIC])
+    seen = recording.scan(0)
+    assert first_ns == seen.stamp_ns - 100_000_000
+    assert len(message.ranges) == 1080
+    assert np.isinf(message.ranges).sum() == 1080 - len(seen.points)
+    for scan, expected in zip(open_scans(tmp_path / 'bag'), recording, strict=True):
+        np.testing.assert_allclose(scan.points, expected.points, atol=2e-4)
+        times = expected.time_s - expected.time_s[0]
+        np.testing.assert_allclose(scan.time_s, times, atol=1e-6)
+        last_s = expected.time_s[-1] - 0.1
+        assert scan.stamp_ns - expected.stamp_ns == pytest.approx(last_s * 1e9, abs=1000)
+    assert json.loads((tmp_path / 'truth.json').read_text())['scan_topic'] == LASER_TOPIC
 
 
 def test_planar_recording_runs_through_localize(tmp_path, capsys):
@@ -135,6 +155,7 @@ def test_planar_recording_runs_through_localize(tmp_path, capsys):
     ('words', 'message'),
     [
         (['--sensor', 'sonar'], 'choose one of beams16'),
+        (['--laser-scan'], 'only a planar sensor reports LaserScans'),
         (['--building', 'igloo'], 'choose one of plain'),
         (['--mesh', 'none.ply'], 'does not exist'),
         (['--plan', 'none.png'], 'does not exist'),
@@ -158,7 +179,7 @@ def test_kiss_icp_tracks_the_full_sensor():
     first = recording.scan(0).T_truth_sensor
     for index in range(120):
         scan = recording.scan(index)
-        _, T_odom_sensor = odometry.register_scan(scan)
+        T_odom_sensor = odometry.register_scan(scan).T_odom_sensor
     error = np.linalg.inv(first @ T_odom_sensor) @ scan.T_truth_sensor
     assert np.linalg.norm(error[:2, 3]) < 0.3
     assert abs(np.arctan2(error[1, 0], error[0, 0])) < np.deg2rad(3.0)

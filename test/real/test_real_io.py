@@ -12,8 +12,9 @@ import pytest
 from scipy import ndimage
 
 from fpnet_core.config import OdometryConfig, SubmapConfig
-from fpnet_core.io import open_scans, pixel_to_xy, read_cloud, read_map
+from fpnet_core.io import open_scans, read_cloud, read_map
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 

@@ -13,7 +13,7 @@ from fpnet_core.io import read_map
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE
 from fpnet_lab.sim.building import extrude
-from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.render import fill_polygons, render_plan
 from fpnet_lab.sim.tours import TourLimits, plan_tour
@@ -55,7 +55,7 @@ def test_its_drawing_shows_the_same_free_space(labels_and_plan):
 
 def test_a_robot_drives_through_it(labels_and_plan):
     _, _, plan = labels_and_plan
-    outlines = room_polygons(plan)
+    outlines = plan.outlines
     assert all(outline.is_valid for outline in outlines)
     assert extrude(plan, np.random.default_rng(0)).furniture
     limits = TourLimits(rooms=4, shortest_s=20.0, longest_s=200.0)

@@ -13,7 +13,7 @@ from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import pixel_to_xy
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.cli.bench_matching import matchers
 from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases

@@ -4,6 +4,7 @@
 
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -17,12 +18,13 @@ from rcl_interfaces.msg import ParameterType
 
 from fpnet_core.config import Section
 from fpnet_core.config_docs import config_fields
-from fpnet_core.errors import CloudFormatError, FpnetError, OdometryError
+from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
 from fpnet_core.types import Status
 from fpnet_ros import processes
+from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
-from fpnet_ros.runtime import ErrorLog, StatusLog
+from fpnet_ros.runtime import ErrorLog, SilenceLog, StatusLog
 from fpnet_ros.work import DroppingWorker, Numbering, Worker
 from msg_adapters.diagnostics import LocalizerReport
 
@@ -62,6 +64,31 @@ class TestErrorLog:
             'fourth cloud (2 more since the last report)',
             'second pose',
         ]
+
+
+class TestSilenceLog:
+    def test_a_topic_is_missed_once_and_again_after_it_was_heard(self):
+        told, warned = [], []
+        log = SilenceLog(told.append, warned.append)
+        for age_s in (0.5, 3.5, 4.5, 0.1, 0.2, 9.0):
+            log.follow({'/scan': age_s, '/odom': 0.1}, 3.0)
+        assert warned == [
+            'nothing on /scan for 4 s: does anybody publish it?',
+            'nothing on /scan for 9 s: does anybody publish it?',
+        ]
+        assert told == ['/scan is heard again']
+
+
+@pytest.mark.parametrize(
+    ('name', 'message'),
+    [
+        ('transform_tolernce', 'unknown; did you mean transform_tolerance?'),
+        ('zzz', 'zzz is unknown; docs/ros.md lists those that exist'),
+    ],
+)
+def test_an_unknown_parameter_is_refused_with_the_nearest_known_one(name, message):
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        raise_unknown([name], of_all_nodes())
 
 
 class TestStatusLog:

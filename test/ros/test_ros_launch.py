@@ -4,7 +4,8 @@
 What launch files and package.xml name exists.
 
 No wheel has ``launch``; stand-ins note what they are given, with the names and keywords of
-Jazzy's. Parameters are checked against those that the nodes declare.
+Jazzy's, and look arguments up as it does. Parameters are checked against those that the nodes
+declare.
 """
 
 import ast
@@ -39,7 +40,12 @@ SECTIONS = {
 }
 CLASSES = {
     'launch': ('LaunchDescription',),
-    'launch.actions': ('DeclareLaunchArgument', 'GroupAction', 'IncludeLaunchDescription'),
+    'launch.actions': (
+        'DeclareLaunchArgument',
+        'GroupAction',
+        'IncludeLaunchDescription',
+        'OpaqueFunction',
+    ),
     'launch.conditions': ('IfCondition',),
     'launch.launch_description_sources': ('PythonLaunchDescriptionSource',),
     'launch.substitutions': ('LaunchConfiguration', 'PathJoinSubstitution'),
@@ -55,6 +61,15 @@ class Noted:
 
     def __init__(self, *arguments, **keywords) -> None:
         self.arguments, self.keywords = arguments, keywords
+
+    def perform(self, context):
+        """Return an argument's value, as of a LaunchConfiguration."""
+        context['used'].add(self.arguments[0])
+        return context[self.arguments[0]]
+
+    def evaluate(self, context):
+        """Tell whether an IfCondition holds."""
+        return self.arguments[0].perform(context) == 'true'
 
 
 def _parameters(executable: str) -> set[str]:
@@ -86,14 +101,25 @@ def described(monkeypatch):
         for child in children:
             yield from flat(child)
 
-    def load(name: str) -> dict[str, list[Noted]]:
+    def load(name: str, **given: str) -> dict[str, list[Noted]]:
         spec = spec_from_file_location(name, ROOT / 'launch' / f'{name}.launch.py')
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
         found = {}
-        for item in flat(module.generate_launch_description()):
-            if isinstance(item, Noted):
-                found.setdefault(type(item).__name__, []).append(item)
+
+        def note(description) -> None:
+            for item in flat(description):
+                if isinstance(item, Noted):
+                    found.setdefault(type(item).__name__, []).append(item)
+
+        note(module.generate_launch_description())
+        declared = {d.arguments[0]: d.keywords for d in found['DeclareLaunchArgument']}
+        assert set(given) <= set(declared)
+        context = {name: words['default_value'] for name, words in declared.items()}
+        context |= given | {'used': set()}
+        for action in found.get('OpaqueFunction', []):
+            note(action.keywords['function'](context))
+        found['used'] = context['used'] | {c.arguments[0] for c in found['LaunchConfiguration']}
         return found
 
     return load
@@ -103,17 +129,60 @@ def _declared(found) -> set[str]:
     return {action.arguments[0] for action in found['DeclareLaunchArgument']}
 
 
+def _parameters_of(found, executable: str) -> dict[str, object]:
+    """Return what a node is given beside the parameter file."""
+    (node,) = [n.keywords for n in found['Node'] if n.keywords['executable'] == executable]
+    given = {}
+    for parameters in node['parameters']:
+        given |= parameters if isinstance(parameters, dict) else {}
+    return given
+
+
+EVERYTHING = {
+    'localizer': {
+        'floorplan': 'a.png', 'resolution_m': '0.05', 'storey': '1', 'page': '2', 'scan': '/scan',
+        'floorplan_frame': 'map', 'base_frame': 'base_link', 'use_sim_time': 'true',
+        'autostart': 'false', 'state_file': 'state.npz', 'odometry': 'true',
+    },
+    'demo': {'bag': 'bag', 'floorplan': 'a.yaml', 'scan': '/scan'},
+}  # fmt: skip
+
+
 @pytest.mark.parametrize('name', ['localizer', 'demo'])
 def test_nodes_exist_and_declare_what_they_are_given(described, name):
-    found = described(name)
+    found = described(name, **EVERYTHING[name])
     ours = [n.keywords for n in found['Node'] if n.keywords['package'] == 'fpnet_ros']
     assert ours
     for node in ours:
         executable = node['executable']
         given = [p for p in node['parameters'] if isinstance(p, dict)]
         assert {key for p in given for key in p} <= _parameters(executable), executable
-    used = {item.arguments[0] for item in found['LaunchConfiguration']}
-    assert used == _declared(found)
+    assert found['used'] == _declared(found)
+
+
+def test_what_nobody_set_is_left_to_the_parameter_file(described):
+    found = described('localizer', floorplan='plan.yaml')
+    assert set(_parameters_of(found, 'floorplan_server')) == {'floorplan'}
+    assert _parameters_of(found, 'odometry') == _parameters_of(found, 'localizer') == {}
+    found = described('localizer', floorplan='plan.yaml', base_frame='base_link')
+    assert set(_parameters_of(found, 'odometry')) == {'base_frame'}
+
+
+def test_scans_go_to_our_odometry_or_else_to_the_localizer(described):
+    found = described('localizer', floorplan='a.yaml', scan='/front/scan, /rear/scan')
+    topics = {'scan_topics': ['/front/scan', '/rear/scan']}
+    assert _parameters_of(found, 'odometry') == topics
+    assert _parameters_of(found, 'localizer') == {}
+    found = described('localizer', floorplan='a.yaml', scan='/scan', odometry='false')
+    assert _parameters_of(found, 'localizer') == {'scan_topics': ['/scan']}
+    assert 'odometry' not in [n.keywords['executable'] for n in found['Node']]
+
+
+def test_the_demo_plays_scans_or_else_clouds(described):
+    played = _parameters_of(described('demo', bag='b', floorplan='a.yaml'), 'replay')
+    assert played['topics'] == ['/points']
+    played = _parameters_of(described('demo', bag='b', floorplan='a', scan='/scan'), 'replay')
+    assert played['topics'] == ['/scan']
 
 
 def test_the_demo_sets_arguments_that_the_localizer_s_launch_file_has(described):

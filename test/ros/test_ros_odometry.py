@@ -119,6 +119,21 @@ def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
     assert readings[-1].pose.covariance[0] == 0.04
 
 
+def test_a_misspelt_parameter_ends_the_node_and_those_of_other_nodes_do_not(bench):
+    other = bench.start_as(
+        'other', 'odometry', {'submap.resolution_m': 0.1, 'tf_rate_hz': 20.0, 'rate': 2.0}
+    )
+    bad = bench.start_as('bad', 'odometry', {'odometry.voxel_sise': 0.3})
+    assert bench.wait_for(lambda: bad.process.poll() is not None, 120.0)
+    assert bad.process.poll() == 1
+    log = bad.log.read_text()
+    assert 'odometry.voxel_sise is unknown; did you mean odometry.voxel_size?' in log
+    assert 'Traceback' not in log
+    missing = 'nothing on /pointcloud_topic for'
+    assert bench.wait_for(lambda: missing in other.log.read_text(), 120.0), other.log_tail()
+    assert other.process.poll() is None
+
+
 def test_the_parameters_carry_their_documentation(bench):
     from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
     from rclpy.parameter import Parameter

@@ -8,10 +8,10 @@ import pytest
 from fpnet_core.config import FpnetConfig, load_config
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2
+from fpnet_core.matches import MatchResult
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
-    MatchResult,
     Portal,
     Region,
     RegionGraph,

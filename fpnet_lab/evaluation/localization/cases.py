@@ -28,7 +28,7 @@ PLAIN_FAMILIES = tuple(
 
 SENSOR_CYCLE = ('beams32', 'dome', 'beams16', 'planar', 'beams64')
 WRONG_PLANS_PER_CASE = 5
-"""So many other buildings' plans are tried on the drive of each plain building."""
+"""So many other buildings' plans are tried on the drive of each plain building. Chosen."""
 
 MESHES = {
     'aws_small_house': 'meshes_tune',
@@ -39,6 +39,7 @@ MESHES = {
 """Real buildings' meshes and the half of the data that each belongs to."""
 
 LOGS = ('intel', 'freiburg-079')
+# Chosen, not measured:
 _ROUNDS = 3  # buildings per plain family
 _MESH_SEEDS = 3
 _SYMMETRIC_ROUNDS, _REPEATED = 4, 6

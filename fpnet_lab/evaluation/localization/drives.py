@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.io import Scan
+from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import MapSide
@@ -21,9 +22,9 @@ from fpnet_lab.baselines.monte_carlo import planar_slice
 from fpnet_lab.evaluation.localization.records import Belief, MethodRun
 
 KEEP_EVERY = 3
-"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m."""
+"""One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
 
-_KB_PER_MB = 1024.0
+_KB_PER_MB = 1024.0  # given
 
 
 @dataclass(eq=False)
@@ -45,7 +46,8 @@ class Drive:
         for scan in scans:
             points, pose = scan.points, scan.T_odom_sensor
             if pose is None:
-                points, pose = self.odometry.register_scan(scan)
+                sweep = self.odometry.register_scan(scan)
+                points, pose = sweep.points, sweep.T_odom_sensor
             registered = Scan(scan.stamp_ns, points, T_odom_sensor=pose)
             self.slices.append(planar_slice(points, pose))
             if self.count % KEEP_EVERY == 0:
@@ -108,7 +110,7 @@ def resident_mb() -> float:
     return float(values[0]) / _KB_PER_MB if values else 0.0
 
 
-def _refuse(scan: Scan) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+def _refuse(scan: Scan) -> RegisteredSweep:
     raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 

@@ -15,11 +15,15 @@ from fpnet_core.geometry import Affine2D, angle_between
 from fpnet_core.trajectory import PlanarTrajectory
 
 JUDGED_AT_M = 40.0
-"""Path after which a generated run must be right; shorter tours are judged at their end."""
+"""
+Path after which a generated run must be right; shorter tours are judged at their end. Chosen.
+"""
 
 TIGHT = (0.5, float(np.deg2rad(5.0)))
 RIGHT = (1.0, float(np.deg2rad(10.0)))
-"""Largest errors [m], [rad] of the two recalls; the second also says which beliefs are right."""
+"""
+Largest errors [m], [rad] of the two recalls; the second also says which beliefs are right. Chosen.
+"""
 
 Array = NDArray[np.float64]
 

@@ -27,10 +27,10 @@ from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, resident
 from fpnet_lab.evaluation.localization.records import Belief, MethodRun, stamp_at_path
 
 CHECKPOINTS_M = (10.0, 20.0, 40.0)
-"""Paths after which branch and bound looks; what it found stands until the next look."""
+"""Paths after which branch and bound looks; what it found stands until the next look. Chosen."""
 
 CORRELATIVE_CHECKPOINTS_M = (40.0,)
-"""The same of the correlative search, which takes seconds for one look."""
+"""The same of the correlative search, which takes seconds for one look. Chosen."""
 
 _SHARED_STAGES = ('segment', 'graph', 'match')
 

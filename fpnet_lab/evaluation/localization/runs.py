@@ -29,17 +29,17 @@ from fpnet_lab.evaluation.localization.scenes import Scene, make_plan, make_scen
 
 TICK_PERIOD_S = 2.0
 OPEN_SET_TICK_PERIOD_S = 5.0
-"""Sensor time between ticks; runs on wrong plans, five per drive, tick less often."""
+"""Sensor time between ticks; runs on wrong plans, five per drive, tick less often. Chosen."""
 
 LOG_TICK_PERIOD_S = 10.0
-"""The real logs last up to 45 minutes."""
+"""The real logs last up to 45 minutes. Chosen."""
 
 GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
     'stretched_10': {'pose': {'scale_tolerance': 0.15, 'strain_sigma': 0.05}},
     'unknown_scale': {'localizer': {'scale_policy': 'unknown'}, 'pose': {'scale_tolerance': 0.5}},
     'logs': {'pose': {'scale_tolerance': 0.25, 'strain_sigma': 0.05}},
 }
-"""What a user would say of plans of uncertain scale."""
+"""What a user would say of plans of uncertain scale. Chosen."""
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,10 @@ from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
 
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
-"""Tours of 40 to 60 m."""
+"""Tours of 40 to 60 m. Chosen."""
 
 MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
-"""The small house ends the tour earlier."""
+"""The small house ends the tour earlier. Chosen."""
 
 _MESH_FILES = {
     'aws_small_house': 'small_house_all.ply',
@@ -36,9 +36,9 @@ _MESH_FILES = {
     'aws_hospital': 'hospital_all.ply',
 }
 _MESH_PLAN = 'floorplan_from_mesh.yaml'
-_ROOMS = (8, 60)
-_SEEDS_TRIED = 8
-_SEED_STEP = 100_000  # to the next seed where a building allows no such tour
+_ROOMS = (8, 60)  # chosen
+_SEEDS_TRIED = 8  # numerical
+_SEED_STEP = 100_000  # numerical: to the next seed where a building allows no such tour
 
 
 @dataclass(frozen=True, eq=False)

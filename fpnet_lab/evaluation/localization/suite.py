@@ -32,7 +32,9 @@ _IRRELEVANT = ('cli', 'viz', 'training')  # folders whose text changes no figure
 
 _COST_S = {Kind.GENERATED: 35.0, Kind.MESH: 35.0, Kind.LOG: 120.0}
 _FALSE_PLAN_COST_S, _BASELINES_COST_S = 4.0, 15.0
-"""CPU seconds of a drive with the localizer, of each wrong plan on it, and of the baselines."""
+"""
+CPU seconds of a drive with the localizer, of each wrong plan on it, and of the baselines. Chosen.
+"""
 
 Outcome = tuple[tuple[Record, ...], str]
 """A case's records, or none and the reason why it was skipped."""

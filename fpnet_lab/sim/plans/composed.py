@@ -4,10 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
 from fpnet_lab.sim.plans.families import (
@@ -20,7 +17,7 @@ from fpnet_lab.sim.plans.families import (
 from fpnet_lab.sim.plans.finish import finish
 from fpnet_lab.sim.plans.layout import Style
 from fpnet_lab.sim.plans.skeleton import Arm, build_cells
-from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
 
 def mirrored(rng: np.random.Generator, style: Style) -> BuildingPlan:
@@ -44,7 +41,7 @@ def disconnected(rng: np.random.Generator, style: Style) -> BuildingPlan:
     first, second = (part.extent for part in parts)
     gap = rng.uniform(2.0 * style.wall_m, 8.0)
     shift = np.array([first[1, 0] + gap - second[0, 0], rng.uniform(-8.0, 8.0)])
-    moved = _mapped(parts[1], Affine2D(np.eye(2), shift), len(parts[0].rooms))
+    moved = parts[1].mapped(Affine2D(np.eye(2), shift), len(parts[0].rooms))
     return BuildingPlan(
         parts[0].rooms + moved.rooms, parts[0].doors + moved.doors, style.wall_m, 'disconnected'
     )
@@ -68,30 +65,9 @@ def _half(rng: np.random.Generator, style: Style) -> tuple[BuildingPlan, float]:
     return finish(rng, build_cells(rng, arms, style), style, ''), width
 
 
-def _mapped(plan: BuildingPlan, A: Affine2D, first_room: int) -> BuildingPlan:
-    """Return a plan moved by an isometry, its rooms numbered from ``first_room``."""
-
-    def ring(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-        return A.apply(polygon)[:: -1 if A.is_mirrored else 1].copy()
-
-    return BuildingPlan(
-        rooms=tuple(PlanRoom(ring(room.polygon), room.kind) for room in plan.rooms),
-        doors=tuple(
-            replace(
-                door,
-                rooms=(door.rooms[0] + first_room, door.rooms[1] + first_room),
-                ends=A.apply(door.ends),
-            )
-            for door in plan.doors
-        ),
-        wall_m=plan.wall_m,
-        family=plan.family,
-    )
-
-
 def _join_halves(half: BuildingPlan, A: Affine2D, width_m: float, family: str) -> BuildingPlan:
     """Join a wing and its image by an opening across the corridor at the origin."""
-    image = _mapped(half, A, len(half.rooms))
+    image = half.mapped(A, len(half.rooms))
     corridor = next(i for i, room in enumerate(half.rooms) if room.kind == 'corridor')
     side = width_m / 2.0 - half.wall_m / 2.0
     seam = PlanDoor(

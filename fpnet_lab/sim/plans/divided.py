@@ -15,7 +15,7 @@ from fpnet_lab.sim.plans.families import bank_depth, corridor_width
 from fpnet_lab.sim.plans.layout import Cell, Style, absorb_slivers, cut_holes, polygons_of
 from fpnet_lab.sim.plans.skeleton import Arm, build_cells, split_length
 
-MIN_SIDE_M = 1.9
+MIN_SIDE_M = 1.9  # chosen
 
 
 def bisect(
@@ -101,13 +101,13 @@ def apartments(rng: np.random.Generator, style: Style) -> list[Cell]:
     for side in (1.0, -1.0):
         for i in range(count):
             size = np.array([edges[i + 1] - edges[i], depth])
-            flat = layouts[-1] if layouts and rng.random() < 0.3 else _flat(rng, style)
+            flat = layouts[-1] if layouts and rng.random() < 0.3 else _flat(rng)
             layouts.append(flat)
             cells += _place_flat(flat, edges[i], size, side, width / 2.0, group=len(layouts))
     return absorb_slivers(cells)
 
 
-def _flat(rng: np.random.Generator, style: Style) -> list[Cell]:
+def _flat(rng: np.random.Generator) -> list[Cell]:
     """Return a flat on the unit square: a hallway from the entrance (y = 0), rooms around it."""
     x, hall, deep = rng.uniform(0.35, 0.6), rng.uniform(0.12, 0.18), rng.uniform(0.55, 0.75)
     left = np.sort(rng.uniform(0.3, 0.7, int(rng.integers(1, 3)))) * deep

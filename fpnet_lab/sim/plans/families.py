@@ -15,7 +15,10 @@ from fpnet_lab.sim.plans.skeleton import Arm, build_cells
 CORRIDOR_WIDTHS_M = (1.6, 3.0)
 BANK_DEPTHS_M = (2.6, 8.5)
 BANK_SPREAD = 0.25
-"""Standard deviation of the logarithm of a bank's depth over the side of a typical room."""
+"""
+Standard deviation of the logarithm of a bank's depth over the side of a typical room. Fitted by
+hand to the tune half (docs/simulator.md).
+"""
 
 
 def corridor_width(rng: np.random.Generator) -> float:

@@ -19,17 +19,23 @@ from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 DOOR_WIDTH_QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 DOOR_WIDTHS_M = (0.75, 0.8, 0.9, 0.95, 1.2, 2.0, 2.4)
-"""Width of doors in buildings of mixed doors; see docs/simulator.md for what comes out."""
+"""
+Width of doors in buildings of mixed doors; see docs/simulator.md for what comes out. Fitted by
+hand to the tune half, as `fpnet bench simulator` counts it (docs/simulator.md).
+"""
 
 CORNER_GAP_M = 0.25
-"""Doors keep at least this distance from the corners of their rooms."""
+"""Doors keep at least this distance from the corners of their rooms. Chosen."""
 
 INTO_ROOM_SHARE = 0.9
-"""Share of leaves that open into the smaller of the two rooms, out of the way of others."""
+"""
+Share of leaves that open into the smaller of the two rooms, out of the way of others. Chosen.
+"""
 
+# Chosen, not measured:
 MIN_OPENING_M = 1.0
 LARGE_ROOM_M2 = 40.0
-_TRIES = 12
+_TRIES = 12  # numerical
 
 
 @dataclass(frozen=True)

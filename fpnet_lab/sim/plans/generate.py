@@ -54,13 +54,19 @@ FAMILIES: dict[str, Family] = {
 """Every layout family by name."""
 
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
-"""Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all."""
+"""
+Shares of neighbouring rooms that are joined directly: most buildings few, some nearly all. Fitted
+by hand to the tune half (docs/simulator.md).
+"""
 
 DOOR_HABITS_M = (0.8, 0.9, 0.9, 0.95, 0.95, 1.0, 1.4)
-"""Door widths of buildings whose doors are all alike."""
+"""
+Door widths of buildings whose doors are all alike. Fitted by hand to the tune half
+(docs/simulator.md).
+"""
 
-MAX_ROOMS = 90
-_ATTEMPTS = 60
+MAX_ROOMS = 90  # chosen
+_ATTEMPTS = 60  # numerical
 
 
 def generate_plan(

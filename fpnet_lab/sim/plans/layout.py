@@ -23,11 +23,11 @@ Kind = Literal['room', 'corridor', 'hall']
 Warp = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SNAP_M = 0.005
-"""Gaps up to twice this between touching cells are closed when cells are united."""
+"""Numerical: gaps up to twice this between touching cells are closed when cells are united."""
 
 MIN_CELL_AREA_M2 = 3.0
 MIN_CELL_WIDTH_M = 1.5
-"""Smaller or thinner cells are absorbed by a neighbour: nobody builds such rooms."""
+"""Smaller or thinner cells are absorbed by a neighbour: nobody builds such rooms. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,16 +25,18 @@ CORNER_SHARE = 0.06
 TRADE_SHARE = 0.07
 SHAFT_SHARE = 0.06
 JOIN_SHARE = 0.02
-"""How many of the rooms each change touches."""
+"""
+How many of the rooms each change touches. Fitted by hand to the tune half (docs/simulator.md).
+"""
 
 SHAFT_SIDE_M = (0.5, 1.4)
 CORNER_SIDE_M = (1.7, 2.7)
-"""Sides of a toilet or a store in the corner of a room."""
+"""Sides of a toilet or a store in the corner of a room. Chosen."""
 MIN_DIVISIBLE_M2 = 11.0
 MAX_CLOSET_ASPECT = 2.2
-"""Nobody divides a room into strips longer than this times their width."""
+"""Nobody divides a room into strips longer than this times their width. Chosen."""
 
-LARGEST_JOINED_M2 = 120.0
+LARGEST_JOINED_M2 = 120.0  # chosen
 
 
 def roughen(rng: np.random.Generator, cells: list[Cell]) -> list[Cell]:

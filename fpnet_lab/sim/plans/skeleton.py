@@ -28,10 +28,10 @@ from fpnet_lab.sim.plans.layout import (
 
 MIN_ROOM_WIDTH_M = 2.0
 KINDS: tuple[Kind, ...] = ('hall', 'corridor')
-"""Circulation; where they cross, the floor is the hall's."""
+"""Circulation; where they cross, the floor is the hall's. Chosen."""
 
 MAX_ASPECT = 1.8
-"""Rooms along a bank are at most this much longer than deep, or deeper than long."""
+"""Rooms along a bank are at most this much longer than deep, or deeper than long. Chosen."""
 
 
 @dataclass(frozen=True)

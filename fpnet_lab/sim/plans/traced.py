@@ -35,9 +35,12 @@ TRACED = 'traced'
 
 WALL_RANGE_M = (0.08, 0.4)
 USUAL_WALL_M = 0.15
-"""Limits of the estimated wall thickness, and what is taken where no two rooms share a wall."""
+"""
+Limits of the estimated wall thickness, and what is taken where no two rooms share a wall. Chosen.
+"""
 
-_SIMPLIFY_CELLS = 1.0  # corners may leave the raster's outline by this much
+_SIMPLIFY_CELLS = 1.0  # numerical: corners may leave the raster's outline by this much
+# Chosen, not measured:
 _SLIVER_M = 0.1  # half the width of what is too narrow to be part of a room
 _LEAST_ROOM_M2 = 0.5
 _PILLAR_M2 = 0.3  # holes up to this size are closed: nobody walks around them
@@ -47,10 +50,12 @@ _TONGUE_M = 0.6  # rooms reach through doors by less than this
 _DEEPEST_DOOR_M = 1.5  # from the opening's line to either room
 _WALL_SAMPLE_M = 0.8  # rooms farther apart than this are not parted by a wall
 _THIN_PERCENT = 20.0
-_MITRE_LIMIT = 1.5  # square corners stay sharp, acute ones are cut off
-_CUTS = (0.5, 0.25, 0.75)  # where a line through a hole may run, as shares of its extent
-_MOST_CUTS = 64
+_MITRE_LIMIT = 1.5  # numerical: square corners stay sharp, acute ones are cut off
+# Numerical: where a line through a hole may run, as shares of its extent.
+_CUTS = (0.5, 0.25, 0.75)
+_MOST_CUTS = 64  # numerical
 
+# Chosen, not measured:
 _CORRIDOR_ASPECT, _CORRIDOR_WIDTH_M, _CORRIDOR_DOORS = 3.0, 4.0, 2
 _HALL_DOORS = 5
 

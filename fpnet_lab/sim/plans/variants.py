@@ -17,7 +17,7 @@ from fpnet_lab.sim.plans.skeleton import Arm, build_cells
 
 BEND_RADII_M = (22.0, 70.0)
 MAX_BEND_RAD = 3.6
-"""A wing bends by at most about 200 degrees."""
+"""A wing bends by at most about 200 degrees. Chosen."""
 
 
 def repeated(rng: np.random.Generator, style: Style) -> list[Cell]:

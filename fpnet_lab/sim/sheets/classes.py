@@ -17,9 +17,9 @@ from fpnet_lab.sim.sheets.storeys import PlacedStorey, outlines_of, solid_parts
 
 Classes = NDArray[np.uint8]
 
-_FINER = 2  # areas are painted on a raster so many times as fine
-_HALF = 0.5  # of a pixel is wall
-_SUBPIXEL_BITS = 4
+_FINER = 2  # numerical: areas are painted on a raster so many times as fine
+_HALF = 0.5  # numerical: of a pixel is wall
+_SUBPIXEL_BITS = 4  # numerical
 
 
 def sheet_classes(

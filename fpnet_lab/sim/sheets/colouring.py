@@ -28,6 +28,7 @@ _DEPARTMENTS = (
     'Seminar rooms',
     'Workshops',
 )
+# Chosen, not measured:
 _STRONG = (
     (0.89, 0.10, 0.11),
     (0.95, 0.55, 0.05),

@@ -41,6 +41,7 @@ from fpnet_lab.sim.sheets.scene import (
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_marks
 from fpnet_lab.sim.types import BuildingPlan
 
+# Chosen, not measured:
 _GAP_MM = 12.0  # between things on the sheet
 _CAPTION_MM = 10.0
 _BACKDROP_MM = 8.0

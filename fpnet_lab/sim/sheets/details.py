@@ -13,6 +13,7 @@ from fpnet_lab.sim.sheets.scene import Area, Array, Colour, Lines, Mark, Pen, Ro
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, hatch, outlines_of
 from fpnet_lab.sim.types import polygons_from_rings
 
+# Chosen, not measured:
 _WALL_PEN_MM, _THIN_PEN_MM, _FAINT_PEN_MM = 0.35, 0.18, 0.09
 _TREAD_M = 0.28
 _STAIR_AREA_M2, _LIFT_AREA_M2 = (7.0, 30.0), (1.5, 5.0)

@@ -37,12 +37,12 @@ UNITS: dict[str, tuple[int, float]] = {
     'mm': (4, 1000.0),
     'unitless': (0, 1.0),
 }
-"""Units by name: their number in ``$INSUNITS`` and how many of them are a metre."""
+"""Given: units by name: their number in ``$INSUNITS`` and how many of them are a metre."""
 
 _WEIGHTS = (0, 5, 9, 13, 15, 18, 20, 25, 30, 35, 40, 50, 53, 60, 70, 80, 90, 100, 120, 140, 200)
-"""Line weights that DXF knows [0.01 mm]."""
-_BLACKISH = 0.3
-_FULL_TURN_DEG = 360.0 - 1e-6
+"""Given: line weights that DXF knows [0.01 mm]."""
+_BLACKISH = 0.3  # chosen
+_FULL_TURN_DEG = 360.0 - 1e-6  # numerical
 _BLOCK_ROLES = {Role.DOOR, Role.FURNITURE}
 _ALIGN = {
     'center': TextEntityAlignment.MIDDLE_CENTER,

@@ -26,15 +26,16 @@ PICTURES, VECTORS = ('png', 'jpg'), ('pdf', 'svg', 'dxf')
 """Formats by their suffixes."""
 
 CLEAN_CELL_M = 0.05
-"""Cell edge of the clean floorplan beside a sheet."""
+"""Cell edge of the clean floorplan beside a sheet. Chosen."""
 
-_POINTS_PER_MM = 72.0 / 25.4
-_UNITS_PER_MM = (1.0, 96.0 / 25.4)  # SVG in millimetres, and in CSS pixels
-_FILE_STREAM, _PICTURE_STREAM = 1, 2  # of a sheet's seed: how its files are written
+_POINTS_PER_MM = 72.0 / 25.4  # given
+_UNITS_PER_MM = (1.0, 96.0 / 25.4)  # given: SVG in millimetres, and in CSS pixels
+_FILE_STREAM, _PICTURE_STREAM = 1, 2  # given: of a sheet's seed: how its files are written
 
+# Chosen, not measured:
 _PALETTE_SHARE, _PALETTE_COLOURS = 0.15, 64
-_ORIENTATION_TAG = 0x0112
-_UPRIGHT = 1
+_ORIENTATION_TAG = 0x0112  # given
+_UPRIGHT = 1  # given
 # How the stored picture is turned against the scene for each EXIF orientation, and its x and y
 # axes in the scene's.
 _HELD = {

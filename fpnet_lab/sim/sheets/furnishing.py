@@ -3,7 +3,7 @@
 """
 The symbols that architects furnish rooms with: desks, tables, shelves, kitchens, washrooms.
 
-Where :mod:`fpnet_lab.sim.clutter` says what a scanner meets, here is what is drawn.
+Where :mod:`fpnet_lab.sim.furniture` says what a scanner meets, here is what is drawn.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from fpnet_lab.sim.sheets.scene import Arcs, Array, Lines, Pen, Role, Stroke, ci
 from fpnet_lab.sim.types import BuildingPlan
 
 DOOR_CLEARANCE_M = 1.1
-"""Pieces keep this far from the middle of a door."""
+"""Pieces keep this far from the middle of a door. Chosen."""
 
+# Chosen, not measured:
 _CHAIR_M = 0.45
-_TRIES = 12  # places tried for a piece
+_TRIES = 12  # numerical: places tried for a piece
 _GAP_M = 0.1  # between pieces
 _WALL_GAP_M = 0.04
 _WASHROOM_M2, _OFFICE_M2, _MEETING_M2 = 6.0, 14.0, 28.0
@@ -149,18 +150,18 @@ def furnish_symbols(
     )
     density = float(rng.uniform(0.08, 0.25))
     strokes: list[Stroke] = []
-    for number, room in enumerate(plan.rooms):
+    for number, (room, outline) in enumerate(zip(plan.rooms, plan.outlines, strict=True)):
         if room.kind != 'room' or number in taken or rng.random() < 0.15:
             continue
-        free = shapely.difference(shapely.buffer(shapely.Polygon(room.polygon), -0.02), doors)
-        count = min(_MOST_PIECES, int(rng.poisson(density * shapely.Polygon(room.polygon).area)))
-        for maker in _chosen(shapely.Polygon(room.polygon).area, count, rng):
+        free = shapely.difference(shapely.buffer(outline, -0.02), doors)
+        count = min(_MOST_PIECES, int(rng.poisson(density * outline.area)))
+        for maker in _chosen(outline.area, count, rng):
             piece = maker(rng)
             placed = _place(piece, room.polygon, free, maker in _FREE_STANDING, rng)
             if placed is None:
                 continue
-            T, outline = placed
-            free = shapely.difference(free, shapely.buffer(outline, _GAP_M))
+            T, taken_up = placed
+            free = shapely.difference(free, shapely.buffer(taken_up, _GAP_M))
             strokes += _drawn(piece, T, pen)
     return strokes
 

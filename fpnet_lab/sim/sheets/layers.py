@@ -68,4 +68,4 @@ LAYERINGS: dict[str, dict[Role, str]] = {
 """Layer names by what a mark stands for; some offices draw everything on one layer."""
 
 SHARES = {'national': 0.35, 'german': 0.25, 'plain': 0.2, 'numbered': 0.1, 'none': 0.1}
-"""Of drawings."""
+"""Of drawings. Chosen."""

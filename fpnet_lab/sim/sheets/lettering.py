@@ -17,8 +17,9 @@ from fpnet_lab.sim.symbols import room_labels
 from fpnet_lab.sim.types import PlanRoom
 
 LETTER_ASPECT = 0.85
-"""Width of an average letter over the height of a capital."""
+"""Width of an average letter over the height of a capital. Chosen."""
 
+# Chosen, not measured:
 _LINE_PITCH = 1.7  # from line to line over the height of a capital
 _LINES_SHOWN = ((0,), (1,), (2,), (0, 1), (0, 2), (0, 1, 2), (1, 2))
 _TIGHT = 0.65  # letters may shrink to this share to fit into a room

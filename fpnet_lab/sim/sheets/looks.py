@@ -113,6 +113,7 @@ _SHARES: dict[SheetKind, dict[Trait, float]] = {
     },
 }
 
+# Chosen, not measured:
 _WALLS: dict[SheetKind, tuple[float, ...]] = {
     SheetKind.CLEAN: (0.6, 0.15, 0.15, 0.05, 0.05),
     SheetKind.OFFICE: (0.4, 0.1, 0.2, 0.15, 0.15),
@@ -134,8 +135,9 @@ FONTS = ('DejaVu Sans', 'DejaVu Serif', 'DejaVu Sans Mono', 'STIXGeneral')
 """Those that come with matplotlib, so that a seed gives the same sheet everywhere."""
 
 FINEST_PX = 0.9
-"""No pen is finer than so many pixels: printers and plotters have a finest line, too."""
+"""No pen is finer than so many pixels: printers and plotters have a finest line, too. Chosen."""
 
+# Chosen, not measured:
 _DARK: tuple[Colour, ...] = (
     (0.10, 0.16, 0.38),
     (0.36, 0.10, 0.10),
@@ -201,8 +203,9 @@ class Look:
 
 
 MIN_LETTER_PX = 7.0
-"""Smaller capitals cannot be read by people."""
+"""Smaller capitals cannot be read by people. Chosen."""
 
+# Chosen, not measured:
 _LONG_SIDE_PX = (1200.0, 3500.0)
 _RESOLUTIONS_M = (0.01, 0.1)
 

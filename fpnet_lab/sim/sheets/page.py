@@ -30,16 +30,17 @@ from fpnet_lab.sim.sheets.scene import (
 from fpnet_lab.sim.sheets.storeys import arrow_head
 
 TITLE_MM = (120.0, 45.0)
-"""Width and height of a title block."""
+"""Width and height of a title block. Chosen."""
 LEGEND_ROW_MM = 8.0
 LEGEND_MM = 60.0
-"""Height of a legend's row and its width."""
+"""Height of a legend's row and its width. Chosen."""
 FRAME_MM = 8.0
-"""Distance of the frame from the paper's edge."""
+"""Distance of the frame from the paper's edge. Chosen."""
 
 _PROJECTS = ('New Laboratory', 'Institute of Physics', 'Town Hall', 'School Annex', 'Clinic West')
 _STOREYS = ('Ground floor', '1st floor', '2nd floor', 'Basement', 'Erdgeschoss', '1. Obergeschoss')
 _OFFICES = ('Meyer + Partner', 'Studio Nord', 'Baubüro Süd', 'A. Rossi Architetti', 'Plan 4')
+# Chosen, not measured:
 _BAR_STEPS_M = (0.0, 1.0, 2.0, 5.0, 10.0)
 _SITE_DASHES_MM = (6.0, 2.0, 1.0, 2.0)
 _CLEAR_M = 1.0  # of the building that site lines keep

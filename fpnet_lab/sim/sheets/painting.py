@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from fpnet_lab.sim.sheets.scene import Arcs, Area, Array, Letters, Lines, Pen, Scene, Stroke
 
-_INCH_MM, _POINT_IN = 25.4, 1.0 / 72.0
+_INCH_MM, _POINT_IN = 25.4, 1.0 / 72.0  # physical: by definition
 CAPITAL_SHARE = 0.72
-"""Height of a capital over the size of its font."""
+"""Height of a capital over the size of its font. Chosen."""
 
+# Chosen, not measured:
 _SETTINGS: Any = {'path.simplify': False, 'pdf.fonttype': 42, 'lines.scale_dashes': False}
 
 

@@ -13,6 +13,7 @@ from fpnet_lab.sim.sheets.looks import SheetKind
 Array = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
+# Chosen, not measured:
 _TURN_RAD = 0.03
 _CORNER_SHIFT = (0.015, 0.08)  # of a phone picture's sides, by which the paper's corners are off
 _TABLE_SHARE = (0.02, 0.12)  # of a phone picture's sides, beside the paper

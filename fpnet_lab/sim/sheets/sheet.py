@@ -23,12 +23,12 @@ from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
 MAX_AREA_M2 = 2500.0
-"""Larger storeys are no single sheet."""
+"""Larger storeys are no single sheet. Chosen."""
 
 _IN_PIECES = 'disconnected'
-_JPEG_QUALITY = (45, 92)
-_SUBPIXEL_BITS = 4
-_MAX_SEED = 2**31
+_JPEG_QUALITY = (45, 92)  # chosen
+_SUBPIXEL_BITS = 4  # numerical
+_MAX_SEED = 2**31  # numerical
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -32,9 +32,10 @@ from fpnet_lab.sim.symbols import (
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
 MIN_DOUBLE_WALL_PX = 5.0
-"""Two lines with something between them need so many pixels."""
+"""Two lines with something between them need so many pixels. Chosen."""
 
-_PROBE_M = 0.05
+_PROBE_M = 0.05  # numerical
+# Chosen, not measured:
 _WALL_PEN_MM, _THIN_PEN_MM = 0.35, 0.18
 _PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
 
@@ -55,7 +56,7 @@ class PlacedStorey:
     @cached_property
     def on_page(self) -> BuildingPlan:
         """The storey in frame ``page``."""
-        return moved_plan(self.plan, self.T_page_building)
+        return self.plan.mapped(self.T_page_building)
 
     @cached_property
     def rooms(self) -> list[Array]:
@@ -71,13 +72,6 @@ class PlacedStorey:
     def shell(self, outer_m: float) -> BaseGeometry:
         """Return all that is built, outer walls of ``outer_m`` included [m, page]."""
         return shapely.union_all(polygons_from_rings(shell_outlines(self.on_page, outer_m)))
-
-
-def moved_plan(plan: BuildingPlan, T: SE2) -> BuildingPlan:
-    """Return a storey elsewhere."""
-    rooms = tuple(replace(room, polygon=T.apply(room.polygon)) for room in plan.rooms)
-    doors = tuple(replace(door, ends=T.apply(door.ends)) for door in plan.doors)
-    return replace(plan, rooms=rooms, doors=doors)
 
 
 def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:

@@ -28,7 +28,7 @@ from fpnet_lab.sim.sheets.scene import (
 _NAMESPACE = 'http://www.w3.org/2000/svg'
 _INKSCAPE = 'http://www.inkscape.org/namespaces/inkscape'
 _ANCHORS = {'center': 'middle', 'left': 'start'}
-_FULL_TURN = 2.0 * np.pi - 1e-6
+_FULL_TURN = 2.0 * np.pi - 1e-6  # numerical
 
 
 def write_svg(

@@ -9,8 +9,9 @@ from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.geometry import SE2, Similarity2D, angle_between
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import map_evidence
-from fpnet_core.types import MatchResult, Region, RegionGraph, RegionLabel
+from fpnet_core.types import Region, RegionGraph, RegionLabel
 from fpnet_lab.baselines.branch_and_bound import _LEVELS, BranchAndBound, _pyramid
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings, planar_slice

@@ -24,7 +24,7 @@ from fpnet_core.drawings.sheet_figures import (
     sheet_evidence,
     whole_figures,
 )
-from fpnet_core.io import pixel_to_xy
+from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 

@@ -8,7 +8,8 @@ import numpy as np
 from plan_files import write_pdf
 import pytest
 
-from fpnet_core.drawings.annotations import _lengths, annotated_scale
+from fpnet_core.drawings.annotations import annotated_scale
+from fpnet_core.drawings.lengths import lengths
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.types import Drawing, Label, ScaleSource, Strokes
 
@@ -174,4 +175,4 @@ def test_on_a_page_of_a_pdf(tmp_path):
 
 @pytest.mark.parametrize('text', ['14.0 m2', '1:100', '15.07.2016', 'Office', 'A-3', '', '12 kg'])
 def test_what_is_no_length(text):
-    assert list(_lengths(text)) == []
+    assert list(lengths(text)) == []

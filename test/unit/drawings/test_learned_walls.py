@@ -19,7 +19,6 @@ from fpnet_core.drawings.learned import (
     _reading_order,
     see_building,
 )
-from fpnet_core.drawings.straighten import map_points
 from fpnet_core.drawings.view import view_of
 from fpnet_core.errors import MapFormatError, WeightsError
 from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL
@@ -33,6 +32,7 @@ from fpnet_core.models.walls import (
     network_of,
     packaged_wall_network,
 )
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 sys.path.insert(0, str(Path(__file__).parent))

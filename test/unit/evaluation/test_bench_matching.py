@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import Similarity2D
-from fpnet_core.types import MatchResult
+from fpnet_core.matches import MatchResult
 from fpnet_lab.evaluation.matching import predict, read_predictions, score, write_predictions
 from fpnet_lab.sim.pairs import MatchingPair
 

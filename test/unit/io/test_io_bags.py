@@ -104,10 +104,10 @@ def test_debug_clouds_of_kiss_are_passed_over(tmp_path):
 @pytest.mark.parametrize(
     ('topics', 'options', 'message'),
     [
-        ({'clouds': ()}, {}, 'no PointCloud2 topic; it holds /ground_truth, /odom'),
-        ({'clouds': ('/a', '/b')}, {}, 'several PointCloud2 topics: /a, /b'),
+        ({'clouds': ()}, {}, 'no PointCloud2 or LaserScan topic; it holds /ground_truth, /odom'),
+        ({'clouds': ('/a', '/b')}, {}, 'several PointCloud2 or LaserScan topics: /a, /b'),
         ({'odometry': ('/a', '/b')}, {}, 'several Odometry topics: /a, /b'),
-        ({}, {'cloud_topic': '/odom'}, '/odom is nav_msgs'),
+        ({}, {'topics': ['/odom']}, '/odom is nav_msgs'),
         ({}, {'odometry_topic': '/none'}, '/none is missing'),
         ({}, {'truth_topic': '/points'}, '/points is sensor_msgs'),
     ],
@@ -120,7 +120,7 @@ def test_topics_that_do_not_serve_are_named(tmp_path, topics, options, message):
 
 def test_topics_can_be_chosen(tmp_path):
     bag = record(tmp_path / 'bag', clouds=('/a', '/b'), odometry=('/c', '/d'))
-    source = open_scans(bag, cloud_topic='/b', odometry_topic='/c')
+    source = open_scans(bag, topics=['/b'], odometry_topic='/c')
     assert (source.cloud_topic, source.odometry_topic) == ('/b', '/c')
 
 

@@ -39,6 +39,22 @@ def test_round_trip_keeps_values_and_times():
     assert cloud.dropped == 0
 
 
+def test_viewpoints_make_the_round_trip_and_go_with_their_points():
+    begins = np.array([[0.3, 0.1, 0.0], [-0.3, 0.0, 0.0], [0.3, 0.1, 0.5]], dtype=np.float32)
+    fields, step, data = encode_points(POINTS, viewpoints=begins)
+    assert [f.name for f in fields] == ['x', 'y', 'z', 'vp_x', 'vp_y', 'vp_z']
+    np.testing.assert_array_equal(decode(fields, data, step).viewpoints, begins)
+    begins[1, 2] = np.nan
+    fields, step, data = encode_points(POINTS, viewpoints=begins)
+    cloud = decode(fields, data, step)
+    assert cloud.dropped == 1
+    np.testing.assert_array_equal(cloud.viewpoints, begins[[0, 2]])
+    np.testing.assert_array_equal(cloud.points, POINTS[[0, 2]])
+    assert decode().viewpoints is None
+    with pytest.raises(CloudFormatError, match=r'viewpoints to encode: expected shape \(3, 3\)'):
+        encode_points(POINTS, viewpoints=begins[:2])
+
+
 def test_float32_times_are_written_as_such():
     fields, step, _ = encode_points(POINTS, time_s=np.zeros(3, dtype=np.float32))
     assert (fields[-1].datatype, step) == (7, 16)

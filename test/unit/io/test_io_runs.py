@@ -17,11 +17,10 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D, Placements, Similarity2D
 from fpnet_core.io.frozen import from_arrays, to_arrays
 from fpnet_core.io.runs import read_output, write_output
+from fpnet_core.matches import MatchHypothesis, MatchResult
 from fpnet_core.types import (
     GridMap,
     LocalizerOutput,
-    MatchHypothesis,
-    MatchResult,
     PlanScale,
     Portal,
     Region,

@@ -113,4 +113,4 @@ def test_other_inputs_are_refused_with_the_choices(tmp_path):
     with pytest.raises(CloudFormatError, match=r'ROS 2 bag .* CARMEN log .* folder'):
         open_scans(tmp_path / 'a.txt')
     with pytest.raises(CloudFormatError, match='topics can be chosen in a bag only'):
-        open_scans(tmp_path / 'a.txt', cloud_topic='/points')
+        open_scans(tmp_path / 'a.txt', topics=['/points'])

@@ -14,9 +14,10 @@ from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.judging import CONTEXT, FIGURES, gather_evidence
 from fpnet_core.localizer.sides import plan_side, prepare_plan
+from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.segmentation import segment_submap
-from fpnet_core.types import OCCUPIED, UNKNOWN, MatchResult
+from fpnet_core.types import OCCUPIED, UNKNOWN
 
 RIGHT = A_PLAN_SUBMAP
 SHIFTED = SE2.from_xy_yaw(2.6, 1.9, 0.0) @ A_PLAN_SUBMAP

@@ -13,7 +13,8 @@ from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.judging.reasons import NO_PLAN, NOT_LOOKED
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.types import GridMap, MatchResult, Status
+from fpnet_core.matches import MatchResult
+from fpnet_core.types import GridMap, Status
 
 
 class IndifferentMatcher:

@@ -15,7 +15,8 @@ from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.types import MatchResult, Status
+from fpnet_core.matches import MatchResult
+from fpnet_core.types import Status
 
 WAIT_S = 60.0
 

@@ -7,7 +7,8 @@ import pytest
 
 from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.localizer.map_frame import MapFrame, warped_grid
+from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Status, Submap
 
 STRETCH = np.array([[1.08, 0.02], [0.02, 0.95]])

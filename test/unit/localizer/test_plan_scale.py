@@ -13,8 +13,9 @@ from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.scale import ScaleHistory, estimated_search
 from fpnet_core.localizer.sides import rescaled
+from fpnet_core.matches import MatchResult
 from fpnet_core.segmentation import ScaleEstimate
-from fpnet_core.types import MatchResult, Status
+from fpnet_core.types import Status
 
 CONFIG = PoseConfig()
 WIDE = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 15.0], [0.0, 15.0]])

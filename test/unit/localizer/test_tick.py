@@ -22,8 +22,9 @@ from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.matches import MatchResult
 from fpnet_core.submaps import SubmapBuilder
-from fpnet_core.types import MatchResult, Status
+from fpnet_core.types import Status
 
 EVERY = 5  # scans per tick
 CONFIG = load_config(None, {'localizer.search_every_ticks': 3})

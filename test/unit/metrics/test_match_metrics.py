@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fpnet_core.types import IGNORE, UNMATCHED
+from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_lab.metrics import MatchCounts, count_matches, matching_score
 
 

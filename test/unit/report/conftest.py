@@ -8,11 +8,12 @@ import pytest
 
 from fpnet_core.config import load_config
 from fpnet_core.geometry import SE2, Placement, Placements
+from fpnet_core.matches import MatchResult
 from fpnet_core.report import RunRecord
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput, MatchResult, Status, Submap
+from fpnet_core.types import LocalizerOutput, Status, Submap
 
 SECOND = 1_000_000_000
 T_ODOM_SUBMAP = SE2.from_xy_yaw(1.0, -2.0, 0.4)

@@ -7,12 +7,13 @@ import pytest
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
-from fpnet_lab.sim.clips import clip_map, draw_rooms, roughened
+from fpnet_lab.sim.clips import clip_map, draw_rooms
 from fpnet_lab.sim.config import ClipConfig, SimConfig
 from fpnet_lab.sim.pairs import generate_pair
 from fpnet_lab.sim.plan_sources import Storey, generated_plans
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.presets import preset
+from fpnet_lab.sim.rough import roughened
 
 EXACT = ClipConfig(
     clipped=0.0, bumps_cells=(0.0, 0.0), specks=(0.0, 0.0), furnished=0.0, resolution_m=(0.05,)

@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.types import (
-    FREE,
-    IGNORE,
-    UNMATCHED,
-    GridMap,
-    Portal,
-    Region,
-    RegionLabel,
-    Segmentation,
-)
+from fpnet_core.matches import IGNORE, UNMATCHED
+from fpnet_core.types import FREE, GridMap, Portal, Region, RegionLabel, Segmentation
 from fpnet_lab.sim.labels import Relation, label_regions, overlap_m2
 
 # Turned by no multiple of 90 degrees, unequal scales and shift: nothing may be swapped.

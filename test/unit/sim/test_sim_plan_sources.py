@@ -12,7 +12,8 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
 from fpnet_lab.cli.simulate import app
 from fpnet_lab.sim.config import DrawingConfig, SimConfig
 from fpnet_lab.sim.dataset import PairDataset, read_manifest
-from fpnet_lab.sim.drawings import cut_map, draw_storey, warp_map
+from fpnet_lab.sim.distort import cut_map, warp_map
+from fpnet_lab.sim.drawings import draw_storey
 from fpnet_lab.sim.pairs import generate_pair, generate_scene
 from fpnet_lab.sim.plan_sources import GivenPlans, Storey, read_plans
 from fpnet_lab.sim.plans import generate_plan

@@ -13,7 +13,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.sim.lidar import LidarModel
 from fpnet_lab.sim.meshes import merge_meshes
-from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.plans import FAMILIES
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.scanning import EPOCH_NS
@@ -117,7 +117,7 @@ def test_floorplan_shows_the_building_through_its_transform(recording):
     plan, grid, A = recording.building.plan, recording.floorplan, recording.A_plan_building
     rc = np.rint(grid.xy_to_rc(A.apply(recording.tour.xy[::50]))).astype(int)
     assert (grid.cells[rc[:, 0], rc[:, 1]] == FREE).all()
-    for outline in room_polygons(plan):
+    for outline in plan.outlines:
         inner = shapely.get_coordinates(outline.buffer(-0.35).exterior.segmentize(0.5))
         rc = np.rint(grid.xy_to_rc(A.apply(inner))).astype(int)
         assert (grid.cells[rc[:, 0], rc[:, 1]] == FREE).mean() > 0.95
@@ -126,7 +126,7 @@ def test_floorplan_shows_the_building_through_its_transform(recording):
             shapely.get_coordinates(
                 outline.buffer(plan.wall_m / 2.0, join_style='mitre').exterior.segmentize(0.2)
             )
-            for outline in room_polygons(plan)
+            for outline in plan.outlines
         ]
     )
     doors = shapely.union_all([shapely.LineString(d.ends).buffer(0.3) for d in plan.doors])

@@ -10,9 +10,14 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows, style_named
-from fpnet_lab.sim.furniture import DOOR_CLEARANCE_M, furnish
+from fpnet_lab.sim.furniture import (
+    DOOR_CLEARANCE_M,
+    LOOSE_DOOR_CLEARANCE_M,
+    furnish,
+    furnish_loosely,
+)
 from fpnet_lab.sim.meshes import extrude_polygon, merge_meshes
-from fpnet_lab.sim.openings import door_normal, opening_polygon, room_polygons, walkable_area
+from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
@@ -156,7 +161,7 @@ def test_glass_fronts_face_corridors():
     plan = generate_plan(np.random.default_rng(3), 'double_corridor')
     panes = cut_windows(plan, BuildingStyle(glass_fronts=1.0), 0.3, np.random.default_rng(0))
     ways = shapely.union_all(
-        [o for o, r in zip(room_polygons(plan), plan.rooms, strict=True) if r.kind != 'room']
+        [o for o, r in zip(plan.outlines, plan.rooms, strict=True) if r.kind != 'room']
     )
     doors = [opening_polygon(plan, door) for door in plan.doors]
     assert len(panes) > 5
@@ -179,20 +184,47 @@ def test_every_style_raises_and_an_unknown_one_does_not():
 @pytest.mark.parametrize('seed', [0, 1, 2])
 def test_furniture_stays_in_rooms_and_off_doors_and_path(seed):
     plan = generate_plan(np.random.default_rng(seed), 'double_corridor')
-    outlines = room_polygons(plan)
+    outlines = plan.outlines
     path = shapely.LineString([outlines[0].centroid, outlines[1].centroid]).buffer(0.4)
     pieces = furnish(plan, np.random.default_rng(seed), path)
     assert len(pieces) > len(plan.rooms) / 2
     for piece in pieces:
         assert any(outline.covers(piece.footprint) for outline in outlines)
         assert not piece.footprint.intersects(path)
-        assert piece.footprint.buffer(1e-6).covers(
-            shapely.union_all([s.base for s in piece.solids])
-        )
-        assert all(0.0 <= s.bottom_m < s.top_m < CEILING_M for s in piece.solids)
+        bases = [shapely.Polygon(ring) for ring in piece.boxes.rings]
+        assert piece.footprint.buffer(1e-6).covers(shapely.union_all(bases))
+        bottom, top = piece.boxes.span.T
+        assert ((bottom >= 0.0) & (bottom < top) & (top < CEILING_M)).all()
     for door in plan.doors:
         for sign in (-1.0, 1.0):
-            before = door.ends.mean(axis=0) + sign * 0.9 * DOOR_CLEARANCE_M * door_normal(door)
+            before = door.ends.mean(axis=0) + sign * 0.9 * DOOR_CLEARANCE_M * door.normal
             assert not any(p.footprint.contains(shapely.Point(before)) for p in pieces)
     for a in range(len(pieces)):
         assert not any(pieces[a].footprint.intersects(p.footprint) for p in pieces[:a])
+
+
+def test_loose_furniture_keeps_off_doors_and_is_sliced_by_height():
+    plan = generate_plan(np.random.default_rng(1), 'double_corridor')
+    boxes = furnish_loosely(plan, np.random.default_rng(1))
+    again = furnish_loosely(plan, np.random.default_rng(1))
+    np.testing.assert_array_equal(boxes.rings, again.rings)
+    assert len(boxes.rings) > 5 * len(plan.rooms)
+    reach = shapely.convex_hull(
+        shapely.multipoints(np.concatenate([r.polygon for r in plan.rooms]))
+    )
+    assert reach.buffer(3.0).covers(shapely.multipoints(boxes.rings.reshape(-1, 2)))
+    for height in (0.05, 0.4, 1.2):
+        met = boxes.met_at(height)
+        assert len(met) == ((boxes.span[:, 0] <= height) & (boxes.span[:, 1] >= height)).sum()
+    assert not boxes.met_at(2.5)
+    # A piece's own box may reach towards a door from behind the clearance, its middle hardly.
+    for door in plan.doors:
+        away = np.hypot(*(boxes.centre - door.ends.mean(axis=0)).T)
+        assert np.quantile(away, 0.01) > LOOSE_DOOR_CLEARANCE_M / 2.0
+
+
+def test_boxes_turn_about_their_own_origin():
+    piece = furnish(generate_plan(np.random.default_rng(0), 'house'), np.random.default_rng(0))[0]
+    turned = piece.moved(np.array([3.0, -2.0]), np.pi / 2.0).boxes.rings
+    expected = piece.boxes.rings @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + [3.0, -2.0]
+    np.testing.assert_allclose(turned, expected, atol=1e-9)

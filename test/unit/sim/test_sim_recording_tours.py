@@ -8,7 +8,7 @@ import shapely
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.driving import Drive
-from fpnet_lab.sim.openings import room_polygons, walkable_area
+from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.routes import Place, Router
 from fpnet_lab.sim.tours import TourLimits, plan_tour
@@ -34,7 +34,7 @@ def test_tour_stays_clear_of_walls(plan_and_tour):
 
 def test_tour_starts_in_a_room_and_enters_four_others(plan_and_tour):
     plan, tour = plan_and_tour
-    outlines = room_polygons(plan)
+    outlines = plan.outlines
     assert len(set(tour.rooms)) == len(tour.rooms) >= 5
     assert all(plan.rooms[room].kind == 'room' for room in tour.rooms)
     assert outlines[tour.rooms[0]].contains(shapely.Point(tour.xy[0]))

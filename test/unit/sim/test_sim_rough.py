@@ -8,7 +8,8 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
-from fpnet_lab.sim.rough import robot_map_of, rough_drawing
+from fpnet_lab.sim.distort import rough_drawing
+from fpnet_lab.sim.rough import robot_map_of
 
 SEEDS = range(6)
 

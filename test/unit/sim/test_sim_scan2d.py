@@ -8,10 +8,8 @@ from fpnet_lab.sim.scan2d import (
     LINTEL,
     MISS,
     SOLID,
-    carve,
     cast_rays,
     clear_cells,
-    mark_ends,
     walk_field,
     walk_to,
 )
@@ -110,27 +108,6 @@ def test_both_heights_are_cast_at_once():
     )
     np.testing.assert_allclose(ranges.ravel(), [9.5, 2.5])
     assert codes.ravel().tolist() == [SOLID, LINTEL]
-
-
-def test_carving_counts_cells_of_both_heights():
-    crossed, high = np.zeros((2, 20, 30), np.uint16)
-    starts, ahead = np.array([[10.5, 6.25]]), _directions([0.0])
-    carve(crossed, high, starts, ahead, np.array([[1.0]]), np.array([[5.0]]), 2.0)
-    assert crossed[6, 9:17].tolist() == [0, 2, 2, 1, 1, 1, 1, 0]
-    assert high[6, 9:17].tolist() == [0, 0, 0, 0, 1, 1, 1, 0]
-    assert crossed.sum() + high.sum() == 11
-    carve(crossed, high, starts, _directions([2.0]), np.zeros((1, 1)), np.zeros((1, 1)), 2.0)
-    assert crossed.sum() + high.sum() == 11
-
-
-def test_only_marked_ends_count():
-    counts = np.zeros((20, 30), np.uint16)
-    mark = np.array([[True, True, False, False]])
-    ranges = np.array([[5.0, 4.0, 3.0, 100.0]])
-    mark_ends(counts, np.array([[10.5, 6.25]]), _directions(FOUR), ranges, mark)
-    assert counts[6, 15] == 1
-    assert counts[10, 10] == 1
-    assert counts.sum() == 2
 
 
 def test_walks_go_around_walls_and_cut_no_corners():

@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
-from fpnet_core.drawings.view import shrinking
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.raster.pixels import shrinking
 from fpnet_lab.sim.sheets import draw_sheet
 from fpnet_lab.sim.sheets.classes import sheet_classes
 from fpnet_lab.sim.sheets.looks import Trait

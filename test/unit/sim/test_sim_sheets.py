@@ -17,7 +17,7 @@ from fpnet_lab.sim.sheets.looks import Trait, draw_look
 from fpnet_lab.sim.sheets.paper import weather
 from fpnet_lab.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
 from fpnet_lab.sim.sheets.sheet import local_scale, project
-from fpnet_lab.sim.sheets.storeys import PlacedStorey, hatch, moved_plan, storey_marks
+from fpnet_lab.sim.sheets.storeys import PlacedStorey, hatch, storey_marks
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
 PLAN = BuildingPlan(
@@ -162,7 +162,7 @@ def test_walls_leave_rooms_and_doors_open():
 
 
 def test_moved_plans_keep_their_shape():
-    moved = moved_plan(PLAN, SE2.from_xy_yaw(7.0, 1.0, 2.0))
+    moved = PLAN.mapped(SE2.from_xy_yaw(7.0, 1.0, 2.0))
     assert moved.floor_area_m2 == pytest.approx(PLAN.floor_area_m2)
     assert moved.doors[1].width_m == pytest.approx(1.0)
     assert not np.allclose(moved.extent, PLAN.extent)

@@ -13,7 +13,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.config import BuildingConfig
-from fpnet_lab.sim.openings import opening_polygon, room_polygons, walkable_area
+from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.perturb import build_world, draw_changes
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.plans.traced import plan_from_grid
@@ -33,7 +33,7 @@ def ious(expected, got):
 
 
 def is_apart(plan):
-    outlines = room_polygons(plan)
+    outlines = plan.outlines
     pairs = np.array(list(itertools.combinations(outlines, 2)))
     return shapely.area(shapely.intersection(pairs[:, 0], pairs[:, 1])).max() == 0.0
 
@@ -46,12 +46,12 @@ def drawn_and_traced(request):
 
 def test_rooms_are_where_they_were_drawn(drawn_and_traced):
     drawn, traced = drawn_and_traced
-    rooms = [o for o, r in zip(room_polygons(drawn), drawn.rooms, strict=True) if r.kind == 'room']
-    agreement = ious(rooms, room_polygons(traced))
+    rooms = [o for o, r in zip(drawn.outlines, drawn.rooms, strict=True) if r.kind == 'room']
+    agreement = ious(rooms, traced.outlines)
     assert np.mean(agreement > 0.8) > 0.85
     assert np.median(agreement) > 0.93
-    total = shapely.union_all(room_polygons(drawn)).area
-    assert shapely.union_all(room_polygons(traced)).area == pytest.approx(total, rel=0.04)
+    total = shapely.union_all(drawn.outlines).area
+    assert shapely.union_all(traced.outlines).area == pytest.approx(total, rel=0.04)
     assert traced.wall_m == pytest.approx(drawn.wall_m, abs=0.06)
 
 
@@ -67,7 +67,7 @@ def test_rooms_are_simple_and_apart(drawn_and_traced):
 
 def test_doors_join_two_rooms_through_the_wall(drawn_and_traced):
     drawn, traced = drawn_and_traced
-    outlines = room_polygons(traced)
+    outlines = traced.outlines
     for door in traced.doors:
         a, b = door.rooms
         assert a != b
@@ -89,7 +89,7 @@ def test_a_traced_plan_does_all_that_a_generated_one_does():
     assert len(building.furniture) > 5
     world = build_world(traced, draw_changes(traced, rng, BuildingConfig(furnished=0.0)), 0.5)
     area = np.count_nonzero((world.room_of >= 0) & (world.body == EMPTY)) * 0.05**2
-    assert area == pytest.approx(sum(o.area for o in room_polygons(traced)), rel=0.1)
+    assert area == pytest.approx(sum(o.area for o in traced.outlines), rel=0.1)
     tour = plan_tour(traced, rng, TourLimits(rooms=3, shortest_s=10.0, longest_s=200.0))
     assert walkable_area(traced).covers(tour.line())
 
@@ -97,7 +97,7 @@ def test_a_traced_plan_does_all_that_a_generated_one_does():
 def test_tracing_its_own_drawing_changes_little(drawn_and_traced):
     _, traced = drawn_and_traced
     again = plan_from_grid(render_plan(traced, 0.05))
-    assert np.median(ious(room_polygons(traced), room_polygons(again))) > 0.93
+    assert np.median(ious(traced.outlines, again.outlines)) > 0.93
 
 
 def test_a_loop_is_cut_into_pieces_that_stay_joined():

@@ -223,6 +223,29 @@ def test_diverged_odometry_is_refused_before_memory_is_taken():
     assert builder.take() is not None
 
 
+def test_rays_begin_at_their_viewpoints():
+    """Two scanners side by side look along x; nothing is carved from the place between them."""
+    y = np.repeat([1.0, -1.0], 40)
+    wall = np.stack([np.full(80, 4.0), y + np.tile(np.linspace(-0.1, 0.1, 40), 2)], axis=1)
+    points, begins = np.pad(wall, ((0, 0), (0, 1))), np.stack([0 * y, y, 0 * y], axis=1)
+    builder = SubmapBuilder(SubmapConfig(resolution_m=0.1))
+    pose = T_ODOM_BUILDING.as_matrix4(0.3)
+    builder.add_scan(points.astype(np.float32), pose, 0, begins.astype(np.float32))
+    grid = builder.take().grid
+    along = np.linspace(0.3, 3.6, 30)
+
+    def cells(y_m):
+        xy = T_ODOM_BUILDING.apply(np.stack([along, np.full(30, y_m)], axis=1))
+        rows, columns = np.floor(grid.xy_to_rc(xy)).astype(int).T
+        return grid.cells[rows, columns]
+
+    assert (cells(1.0) == FREE).mean() > 0.9
+    assert (cells(-1.0) == FREE).mean() > 0.9
+    assert (cells(0.5) != FREE).all()
+    with pytest.raises(CloudFormatError, match='80 points but 79 viewpoints'):
+        builder.add_scan(points, pose, 1, begins[:79])
+
+
 def test_empty_scan_is_accepted():
     builder = SubmapBuilder(SubmapConfig())
     builder.add_scan(np.zeros((0, 3)), np.eye(4), 0)

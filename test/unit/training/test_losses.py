@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
+from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models import GraphBatch, log_assignment
 from fpnet_core.models.edges import pair_distances
-from fpnet_core.types import IGNORE, UNMATCHED
 from fpnet_lab.training.config import LossConfig
 from fpnet_lab.training.losses import (
     match_loss,

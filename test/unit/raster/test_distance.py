@@ -5,7 +5,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from fpnet_core.segmentation.distance import cells_to_nearest
+from fpnet_core.raster.distance import cells_to_nearest
 
 
 def test_distances_are_those_of_a_full_search():

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from fpnet_lab.sim.wheels import WheelErrors, wheel_odometry
+from fpnet_lab.sim.drift import WheelErrors, wheel_odometry
 
 EXACT = WheelErrors(length=0.0, turn=0.0, slip_rad_per_sqrt_m=0.0, slip_turn=0.0)
 

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scans of a ROS 2 bag from planar scanners: one, or several merged in the frame of the base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+import logging
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.errors import BagFormatError, CloudFormatError
+from fpnet_core.io.bag_scans import (
+    BagScans,
+    choose_odometry,
+    read_static_transforms,
+    read_track,
+    to_root,
+    usable_clouds,
+)
+from fpnet_core.io.bags import LASER_SCANS, BagReader, stamp_to_ns
+from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
+from fpnet_core.io.laserscan import decode_laser
+from fpnet_core.io.scans import Scan, ScanSource
+
+_log = logging.getLogger(__name__)
+
+
+def open_bag(
+    path: Path,
+    topics: Sequence[str] = (),
+    odometry_topic: str | None = None,
+    truth_topic: str | None = None,
+) -> ScanSource:
+    """
+    Open the scans of a bag: those of ``topics``, else its cloud, else all its planar scanners.
+
+    Raises
+    ------
+    BagFormatError
+        If the bag is damaged, or holds no such topic or several to choose from.
+    """
+    with BagReader(path) as bag:
+        types = bag.topics
+    lasers = [topic for topic, msgtype in types.items() if msgtype in LASER_SCANS]
+    if topics and all(topic in lasers for topic in topics):
+        return BagLasers(path, topics, odometry_topic, truth_topic)
+    if len(topics) > 1:
+        raise BagFormatError(
+            f'bag {path}: cannot merge {", ".join(topics)}; name one PointCloud2 topic, or planar '
+            f'scans only, of which it holds {", ".join(sorted(lasers)) or "none"}'
+        )
+    if lasers and not topics and not usable_clouds(types):
+        return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
+    return BagScans(path, topics[0] if topics else None, odometry_topic, truth_topic)
+
+
+class BagLasers:
+    """
+    Sweeps of the planar scanners of a bag.
+
+    Points are in the frame of the robot's base: the child of the odometry, else the root of
+    ``/tf_static`` above the scanners, else the scanner itself. A scan's stamp is that of its last
+    return, as a LaserScan's own is that of its first ray. With odometry in the bag, points come
+    without the motion during the sweep.
+    """
+
+    kind: Literal['bag'] = 'bag'
+
+    def __init__(
+        self,
+        path: Path,
+        topics: Sequence[str],
+        odometry_topic: str | None = None,
+        truth_topic: str | None = None,
+    ) -> None:
+        self._path = path
+        self.topics = tuple(topics)
+        with BagReader(path) as bag:
+            self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
+            self._odometry = read_track(bag, self.odometry_topic, path)
+            self._truth = read_track(bag, truth_topic, path)
+            self._count = max(bag.count(topic) for topic in topics)
+            frames = {topic: _first_frame(bag, topic, path) for topic in topics}
+            self._places = self._places_of(_one_each(frames, path), bag)
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether the bag brings odometry."""
+        return self._odometry is not None
+
+    def __len__(self) -> int:
+        """Count the sweeps of the scanner that has most."""
+        return self._count
+
+    def __iter__(self) -> Iterator[Scan]:
+        """Decode, merge and yield the sweeps."""
+        without_pose = 0
+        for sweep in self._sweeps():
+            scan = self._scan(sweep)
+            if scan is None:
+                without_pose += 1
+            else:
+                yield scan
+        if without_pose:
+            _log.warning(
+                '%s: %d scans lie outside the time of %s and were left out',
+                self._path,
+                without_pose,
+                self.odometry_topic,
+            )
+
+    def _sweeps(self) -> Iterator[LaserSweep]:
+        merger = SweepMerger(len(self.topics))
+        with BagReader(self._path) as bag:
+            for index, (topic, recorded_ns, message) in enumerate(bag.messages(self.topics)):
+                stamp_ns = stamp_to_ns(message.header.stamp) or recorded_ns
+                yield from merger.add(topic, self._mounted(topic, message, stamp_ns, index))
+        yield from merger.flush()
+
+    def _mounted(self, topic: str, message: Any, stamp_ns: int, index: int) -> LaserSweep:
+        try:
+            points = decode_laser(message)
+            return mounted(points, stamp_ns, self._places[topic], message.header.frame_id)
+        except CloudFormatError as error:
+            raise CloudFormatError(f'{self._path}, {topic}, message {index}: {error}') from None
+
+    def _scan(self, sweep: LaserSweep) -> Scan | None:
+        truth = None if self._truth is None else self._truth.at(sweep.stamp_ns)
+        if self._odometry is None:
+            time_s = sweep.time_s
+            return Scan(sweep.stamp_ns, sweep.points, time_s, None, truth, sweep.viewpoints)
+        T_odom_first = self._odometry.at(sweep.first_ns)
+        T_odom_last = self._odometry.at(sweep.stamp_ns)
+        if T_odom_first is None or T_odom_last is None:
+            return None
+        still = sweep.without_motion(np.linalg.inv(T_odom_first) @ T_odom_last)
+        return Scan(sweep.stamp_ns, still.points, None, T_odom_last, truth, still.viewpoints)
+
+    def _places_of(self, frames: dict[str, str], bag: BagReader) -> dict[str, NDArray[np.float64]]:
+        """Return ``T_base_laser (4, 4)`` of each topic."""
+        static = read_static_transforms(bag, self._path)
+        first = next(iter(frames.values()))
+        base = '' if self._odometry is None else self._odometry.child_frame.strip('/')
+        base = base or to_root(first, static)[0]
+        root_of_base, T_root_base = to_root(base, static)
+        places: dict[str, NDArray[np.float64]] = {}
+        for topic, frame in frames.items():
+            root, T_root_laser = to_root(frame, static)
+            if root == root_of_base:
+                places[topic] = np.linalg.inv(T_root_base) @ T_root_laser
+            elif len(frames) == 1:
+                _log.warning(
+                    '%s: no static transform between %s and %s; taking them to coincide',
+                    self._path,
+                    base,
+                    frame,
+                )
+                places[topic] = np.eye(4)
+            else:
+                raise BagFormatError(
+                    f'bag {self._path}: the place of {frame!r} ({topic}) on {base!r} is unknown; '
+                    'record /tf_static as well, or choose one of the scanners (--topic)'
+                )
+        return places
+
+
+def _first_frame(bag: BagReader, topic: str, path: Path) -> str:
+    for _, _, message in bag.messages([topic]):
+        return str(message.header.frame_id).strip('/')
+    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
+
+
+def _one_each(frames: dict[str, str], path: Path) -> dict[str, str]:
+    """Return the frames by topic; two topics of one scanner are its scans twice."""
+    topic_of: dict[str, str] = {}
+    for topic, frame in frames.items():
+        if frame in topic_of:
+            raise BagFormatError(
+                f'bag {path}: {topic_of[frame]} and {topic} are both of scanner {frame!r}; choose '
+                'one (--topic)'
+            )
+        topic_of[frame] = topic
+    return frames

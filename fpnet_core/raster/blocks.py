@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Rasters in blocks of cells: means, any of a block, their middles, and back."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import cv2
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+Scalar = TypeVar('Scalar', bound=np.generic)
+
+
+def block_means(
+    values: NDArray[np.float32], side: int, beyond: float = 0.0
+) -> NDArray[np.float32]:
+    """
+    Return the means (ceil(H / side), ceil(W / side)) of blocks of ``values (H, W)``.
+
+    ``beyond`` fills the blocks that reach beyond the edge.
+    """
+    rows, cols = values.shape
+    padded = np.pad(values, ((0, -rows % side), (0, -cols % side)), constant_values=beyond)
+    size = (padded.shape[1] // side, padded.shape[0] // side)
+    return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def block_any(mask: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
+    """Return which blocks (ceil(H / side), ceil(W / side)) hold a True cell."""
+    rows, cols = mask.shape
+    padded = np.pad(mask, ((0, -rows % side), (0, -cols % side)))
+    blocks = padded.reshape(padded.shape[0] // side, side, -1, side)
+    return np.asarray(blocks.any(axis=(1, 3)))
+
+
+def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:
+    """Return the cell at the middle of each block, the one before it where ``side`` is even."""
+    first = (side - 1) // 2
+    return np.ascontiguousarray(raster[first::side, first::side])
+
+
+def unblocked(
+    blocks: NDArray[Scalar], side: int, shape: tuple[int, ...] | None = None
+) -> NDArray[Scalar]:
+    """Return a raster of ``shape`` (all of the blocks for None), each cell as its block is."""
+    rows, cols = shape or (None, None)
+    return np.repeat(np.repeat(blocks, side, axis=0), side, axis=1)[:rows, :cols]
+
+
+def thinned(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
+    """Return mean (row, column) (P, 2) of the True cells in each block of ``spacing`` cells."""
+    sums = _block_sums(mask, max(spacing, 1.0)).reshape(-1, 3)
+    sums = sums[sums[:, 2] > 0]
+    return np.asarray(sums[:, :2] / sums[:, 2:], dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _block_sums(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
+    """Return sums of rows and of columns, and counts of True cells, by block (h, w, 3)."""
+    rows, cols = mask.shape
+    sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
+    for row in range(rows):
+        block_row = int(row / spacing)
+        for col in range(cols):
+            if mask[row, col]:
+                block = sums[block_row, int(col / spacing)]
+                block[0] += row
+                block[1] += col
+                block[2] += 1
+    return sums

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Masks grown, shrunk, opened and closed, in place whatever the size of the kernel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Mask = NDArray[np.bool_]
+Kernel = NDArray[np.uint8]
+
+
+def square(side: int) -> Kernel:
+    """Return the kernel (side, side) of a square."""
+    return np.ones((side, side), np.uint8)
+
+
+def disc(diameter: int) -> Kernel:
+    """Return the kernel (diameter, diameter) of a disc, with a middle cell where it is odd."""
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter,) * 2), np.uint8)
+
+
+def cross() -> Kernel:
+    """Return the kernel (3, 3) of a cell and the four beside it."""
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
+
+
+def grown(mask: Mask, reach: int) -> Mask:
+    """Return the cells (H, W) within ``reach`` of ``mask (H, W)``, in the maximum norm."""
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), square(2 * reach + 1)) > 0)
+
+
+def grown_by(mask: Mask, kernel: Kernel) -> Mask:
+    """Return the cells (H, W) that ``kernel (K, K)``, K odd, covers from a cell of the mask."""
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
+
+
+def shrunk(mask: Mask, reach: int) -> Mask:
+    """Return ``mask (H, W)`` without what is within ``reach`` of a cell that is not in it."""
+    return shrunk_by(mask, square(2 * reach + 1))
+
+
+def shrunk_by(mask: Mask, kernel: Kernel) -> Mask:
+    """Return the cells (H, W) at which ``kernel (K, K)`` lies in the mask or off the raster."""
+    return np.asarray(cv2.erode(mask.astype(np.uint8), kernel) > 0)
+
+
+def opened(mask: Mask, diameter: int) -> Mask:
+    """Return ``mask (H, W)`` without what a disc of ``diameter`` cells does not fit into."""
+    return opened_by(mask, disc(diameter))
+
+
+def opened_by(mask: Mask, kernel: Kernel, is_beyond: bool = False) -> Mask:
+    """
+    Return what of ``mask (H, W)`` copies of ``kernel (K, K)`` cover that fit into it.
+
+    ``is_beyond`` tells that the mask goes on beyond the edge.
+    """
+    side, anchor = len(kernel), (len(kernel) - 1) // 2
+    padded = np.pad(mask, side, constant_values=is_beyond)
+    # Kernels of even size move a mask by a cell unless the second one is the first one mirrored.
+    eroded = cv2.erode(padded.astype(np.uint8), kernel)
+    found = cv2.dilate(eroded, kernel[::-1, ::-1], anchor=(anchor, anchor))
+    return np.asarray(found[side:-side, side:-side] > 0)
+
+
+def closed(mask: Mask, side: int) -> Mask:
+    """Return ``mask (H, W)`` with gaps filled that a square of ``side`` cells is too big for."""
+    return ~opened_by(~mask, square(side), is_beyond=True)
+
+
+def is_peak(values: NDArray[Any], side: int) -> Mask:
+    """Return which of ``values (H, W)`` no other within a square of ``side`` cells exceeds."""
+    return np.asarray(values >= cv2.dilate(values, square(side)))
+
+
+def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) -> NDArray[np.int32]:
+    """
+    Return ``labels (H, W)`` after so many steps into unlabelled cells of a mask (H, W).
+
+    A cell that several labels reach in the same step takes the largest.
+    """
+    found = labels.astype(np.float32)  # OpenCV dilates no 32-bit integers; these are exact
+    for _ in range(steps):
+        further = cv2.dilate(found, kernel)
+        found = np.where((found == 0.0) & into, further, found)
+    return found.astype(np.int32)

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Grids resampled in other frames."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.pixels import column_to_xy, corners_xy
+from fpnet_core.types import UNKNOWN, GridMap
+
+
+def warped_grid(grid: GridMap, A_map_plan: Affine2D) -> GridMap:
+    """Return a grid in ``map``: resampled at its own resolution, unknown around it."""
+    if np.array_equal(A_map_plan.matrix, np.eye(3)):
+        return grid
+    corners = A_map_plan.apply(corners_xy(grid))
+    low = corners.min(axis=0)
+    size = np.ceil((corners.max(axis=0) - low) / grid.resolution).astype(int)
+    T_map_grid = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
+    # Pixels (column, row) of the drawing for those of the result, as OpenCV counts them.
+    A_pixel_map = column_to_xy(grid.T_frame_grid, grid.resolution).inv() @ A_map_plan.inv()
+    A_source_target = A_pixel_map @ column_to_xy(T_map_grid, grid.resolution)
+    cells = cv2.warpAffine(
+        grid.cells.view(np.uint8),
+        A_source_target.matrix[:2],
+        tuple(size.tolist()),
+        flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=int(np.array(UNKNOWN, dtype=np.int8).view(np.uint8)),
+    )
+    return GridMap(cells.view(np.int8), grid.resolution, T_map_grid, 'map')

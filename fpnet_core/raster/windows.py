@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parts of rasters: the window of a mask, the border, and neighbours; the first of each kind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Mask = NDArray[np.bool_]
+Window = tuple[slice, slice]
+"""Rows and columns, with both ends."""
+
+_ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
+NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
+"""Slices that put each cell beside its right and its upper neighbour."""
+
+
+def window_of(mask: Mask) -> Window | None:
+    """Return the smallest window that holds all True cells of ``mask (H, W)``; None of none."""
+    rows, cols = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
+        return None
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+
+def border_of(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the outermost rows and columns of ``values (H, W)`` in a row, corners twice."""
+    return np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
+
+
+def first_of_each(keys: NDArray[Any], order: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the places (K,) in ``keys (N,)`` at which ``order (N,)`` first meets each key."""
+    _, first = np.unique(keys[order], return_index=True)
+    return np.asarray(order[np.sort(first)])

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench figures``: what benchmarks have measured, into the pages that state it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from fpnet_lab.provenance import Provenance
+
+
+def command(
+    reports: Annotated[
+        list[str],
+        typer.Argument(metavar='NAME=FILE...', help='Of localization, drawings, stated_scales.'),
+    ],
+    pages: Annotated[
+        Path, typer.Option('--pages', metavar='DIR', help='Holds README.md and docs.')
+    ] = Path(),
+    made_by: Annotated[
+        str | None, typer.Option('--command', help='What made a report that does not say it.')
+    ] = None,
+    commit: Annotated[str, typer.Option('--commit', help='Of such a report.')] = '',
+    day: Annotated[str, typer.Option('--date', metavar='DAY', help='Of such a report.')] = '',
+) -> None:
+    """
+    Write tables and figures of benchmarks' reports between the markers of README and docs.
+
+    Example: fpnet bench figures localization=out/bench.json drawings=out/drawings.json
+    """
+    from fpnet_lab.evaluation.figures import pages as pages_of
+    from fpnet_lab.evaluation.figures import write_figures
+    from fpnet_lab.evaluation.published import published
+    from fpnet_lab.provenance import Provenance, machine
+
+    told = None if made_by is None else Provenance(made_by, commit, day, machine())
+    figures: dict[str, str] = {}
+    for each in reports:
+        name, _, file = each.partition('=')
+        report = _read(common.check_input(Path(file)))
+        figures |= published(name, report, _made(report, told, file))
+    changed = write_figures(pages_of(pages), figures)
+    for page in changed:
+        typer.echo(f'wrote {page}')
+    if not changed:
+        typer.echo('every page states these figures already')
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        report = json.loads(path.read_text(encoding='utf-8'))
+    except ValueError as error:
+        raise ConfigError(f'{path} is no JSON ({error}); give what --json has written') from error
+    if not isinstance(report, dict):
+        raise ConfigError(f'{path} holds no report; give what --json has written')
+    return report
+
+
+def _made(report: dict[str, Any], told: Provenance | None, file: str) -> Provenance:
+    from fpnet_lab.provenance import Provenance
+
+    made = told or Provenance.of(report)
+    if made is None:
+        raise ConfigError(
+            f'{file} does not say how it was made; add --command, --commit and --date'
+        )
+    return made

@@ -1,0 +1,208 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Reports of benchmarks to the tables and figures that the documentation shows of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+import math
+from typing import Any
+
+from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation.figures import markdown_table
+from fpnet_lab.provenance import Provenance
+
+Report = Mapping[str, Any]
+Rows = list[list[str]]
+
+_OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
+_PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')
+# Chosen: what the aims are, in per cent of the sheets of a kind.
+_AIMS = {'clean': 98, 'office': 95, 'brochure': 92, 'scan': 90, 'phone': 75}
+_WHOLE_M = 10.0  # numerical: lengths from here on are given in whole metres
+
+
+def published(name: str, report: Report, made: Provenance) -> dict[str, str]:
+    """
+    Return the tables and figures that a benchmark's report gives, by name.
+
+    Parameters
+    ----------
+    name : of the benchmark, one of :data:`MAKERS`
+    report : what its ``--json`` has written
+    made : stands above each table
+
+    Raises
+    ------
+    ConfigError
+        If there is no such benchmark, or the report is none of it.
+    """
+    if name not in MAKERS:
+        raise ConfigError(f'no figures of {name!r} are published; choose of {", ".join(MAKERS)}')
+    try:
+        tables, values = MAKERS[name](report)
+    except (KeyError, TypeError) as error:
+        raise ConfigError(f'no report of {name!r}: {error} is missing in it') from error
+    texts = {key: f'{made}:\n\n{table}\n\n' for key, table in tables.items()} | values
+    return {'.'.join(filter(None, (name, key))): text for key, text in texts.items()}
+
+
+def _localization(report: Report) -> tuple[dict[str, str], dict[str, str]]:
+    groups, total = report['groups'], report['total']
+    closed = [name for name in groups if name not in _OPEN_SET]
+    runs = sum(groups[name]['runs'] for name in closed)
+    rows = [_closed_row(f'`{name}`', groups[name]) for name in closed]
+    rows += [
+        [title, str(groups[name]['runs']), '', '', _claims(groups[name]), '', _two(groups[name])]
+        for name, title in _OPEN_SET.items()
+        if name in groups
+    ]
+    whole = _closed_row('all', total)
+    right = round(total['recall_1m_10deg'] * runs)
+    whole[2] = f'{right} of {runs}'
+    header = ['group', 'runs', 'right after 40 m', 'first pose', 'wrong poses', 'error', 'ECE']
+    plain = [groups[name] for name in _PLAIN if name in groups]
+    values = {
+        'right': whole[2],
+        'plain_right': str(sum(map(_right, plain))),
+        'first_pose': whole[3],
+        'wrong_runs': str(total['wrong_published_runs']),
+        'false_claims': str(total['open_set_false_claims']),
+    }
+    tables = {'': markdown_table(header, [*rows, whole]), 'summary': _summary(groups)}
+    return tables, values
+
+
+def _closed_row(title: str, figures: Report) -> list[str]:
+    metres, degrees = figures['median_position_error_m'], figures['median_yaw_error_deg']
+    return [
+        title,
+        str(figures['runs']),
+        str(_right(figures)),
+        _metres(figures['path_to_first_pose_m_median']),
+        str(figures['wrong_published_poses']),
+        '' if metres is None else f'{metres:.2f} m, {degrees:.1f}°',
+        _two(figures),
+    ]
+
+
+def _summary(groups: Report) -> str:
+    """Return what the README shows: kinds of recordings, some groups together."""
+    kinds = {
+        'generated buildings, plans exact to badly drawn': _PLAIN,
+        'buildings of two equal halves or one room over and over': ('symmetric', 'repeated'),
+        'tours of Willow Garage and a hospital, from their meshes': ('meshes_report',),
+        "drives on another building's plan or a mirrored one": tuple(_OPEN_SET),
+    }
+    rows = []
+    for title, names in kinds.items():
+        found = [groups[name] for name in names if name in groups]
+        if not found:
+            continue
+        row = [f'{sum(each["runs"] for each in found)} {title}']
+        if names == tuple(_OPEN_SET):
+            poses = sum(each['open_set_false_claims'] for each in found)
+            rows.append([*row, '', 'none' if not poses else f'in {poses}', str(poses), ''])
+            continue
+        rows.append([*row, str(sum(map(_right, found))), *_ranges(found)])
+    return markdown_table(['recordings', 'right', 'first pose', 'wrong poses', 'error'], rows)
+
+
+def _ranges(found: Sequence[Report]) -> list[str]:
+    """Return first pose, wrong poses and error of some groups, from the best to the worst."""
+    paths = [each['path_to_first_pose_m_median'] for each in found]
+    errors = [each['median_position_error_m'] for each in found]
+    return [
+        _range([path for path in paths if path is not None], '{:.1f}'),
+        str(sum(each['wrong_published_poses'] for each in found)),
+        _range([error for error in errors if error is not None], '{:.2f}'),
+    ]
+
+
+def _range(values: Sequence[float], shown: str) -> str:
+    if not values:
+        return ''
+    ends = dict.fromkeys(shown.format(end) for end in (min(values), max(values)))
+    return f'{" to ".join(ends)} m'
+
+
+def _right(figures: Report) -> int:
+    """Return how many runs of a group with a right answer were right."""
+    right: float = figures['recall_1m_10deg'] * figures['runs']
+    return round(right)
+
+
+def _claims(figures: Report) -> str:
+    return f'{figures["open_set_false_claims"]} claims'
+
+
+def _two(figures: Report) -> str:
+    return '' if figures['ece'] is None else f'{figures["ece"]:.2f}'
+
+
+def _metres(value: float | None) -> str:
+    if value is None:
+        return 'none'
+    return f'{value:.1f} m' if value < _WHOLE_M else f'{value:.0f} m'
+
+
+def _drawings(report: Report) -> tuple[dict[str, str], dict[str, str]]:
+    header = ['kind', 'sheets', 'right', 'aim', 'wrong ones doubted', 'right ones doubted', 's']
+    rows = [
+        [
+            name,
+            str(figures['sheets']),
+            _per_cent(figures['right']),
+            f'{_AIMS[name]} %' if name in _AIMS else '',
+            _per_cent(figures['wrong_marked']),
+            _per_cent(figures['good_marked']),
+            f'{figures["seconds_p50"]:.1f}',
+        ]
+        for name, figures in {**report['kinds'], 'all': report['all']}.items()
+    ]
+    scales = {'': report['scale']}
+    if 'bormann' in report:
+        scales['real_'] = report['bormann']['scale']
+    values = {
+        f'{which}{key}': _per_cent(scale[figure])
+        for which, scale in scales.items()
+        for key, figure in (('scale_within', 'within_10'), ('interval_holds', 'interval_holds'))
+    }
+    everything = report['all']
+    values |= {
+        'right': _per_cent(everything['right']),
+        'wrong': str(round((1.0 - everything['right']) * everything['sheets'])),
+        'scale_sure': str(report['scale']['sure']),
+    }
+    return {'': markdown_table(header, rows)}, values
+
+
+def _stated_scales(report: Report) -> tuple[dict[str, str], dict[str, str]]:
+    ways = {'trusting': 'trusted within the tolerance', 'doubting': 'doubted'}
+    keys = ('right', 'claimed right', 'claimed wrong', 'foreign claimed')
+    rows = []
+    for stated, way in product(('right', 'wrong'), ways):
+        counts = report[f'stated {stated}, {way}']
+        rows.append([f'stated {stated}, {ways[way]}', *(str(counts.get(key, 0)) for key in keys)])
+    cases = report['stated right, trusting']['cases']
+    header = [f'{cases} cases each', 'right best', 'claimed right', 'claimed wrong']
+    cauchy, gaussian = (report['scale'][name]['log_likelihood'] for name in ('Cauchy', 'Gaussian'))
+    values = {
+        'scatter': f'{report["scale"]["Cauchy"]["width"]:.3f}',
+        'times': f'{round(math.exp(cauchy - gaussian), -1):.0f}',
+    }
+    return {'': markdown_table([*header, 'claimed on the other plan'], rows)}, values
+
+
+def _per_cent(value: float | None) -> str:
+    """Return a share in per cent, halves rounded up as people do."""
+    return '' if value is None else f'{math.floor(100.0 * value + 0.5)} %'
+
+
+MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
+    'localization': _localization,
+    'drawings': _drawings,
+    'stated_scales': _stated_scales,
+}
+"""For each benchmark: its report to tables and figures, by the rest of their names."""

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Generated sheets as a user's reader sees them: from a file, with nothing said of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.choosing import Found, choose
+from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.errors import FpnetError
+from fpnet_core.types import GridMap
+from fpnet_lab.evaluation.drawings import written
+from fpnet_lab.sim.sheets import Sheet
+from fpnet_lab.sim.sheets.sheet import local_scale
+
+
+@dataclass(frozen=True, eq=False)
+class SheetRead:
+    """
+    A sheet, the ``pixels (H, W, 3)`` uint8 of its file, and the reading of it that was chosen.
+
+    ``H_pixel_page (3, 3)`` maps metres of the page to the file's pixels.
+    """
+
+    sheet: Sheet
+    pixels: NDArray[np.uint8]
+    found: Found
+    H_pixel_page: NDArray[np.float64]
+
+    @property
+    def in_true_metres(self) -> GridMap:
+        """The floorplan that was read, its cells as large as they truly are."""
+        H_plan_page = self.found.H_plan_pixel @ self.H_pixel_page
+        grid = self.found.segmentation.grid
+        return replace(grid, resolution=grid.resolution / local_scale(H_plan_page, self._middle))
+
+    @property
+    def _middle(self) -> NDArray[np.float64]:
+        corners = [storey.on_page.extent.mean(axis=0) for storey in self.sheet.storeys]
+        return np.asarray(np.mean(corners, axis=0))
+
+
+def read_from_file(sheet: Sheet, config: SegmentationConfig) -> SheetRead | None:
+    """Write a sheet to a file and read that; None where it is refused."""
+    with TemporaryDirectory() as folder:
+        path, H_file_page = written(sheet, Path(folder) / 'sheet', 'picture')
+        drawing = open_drawing(path, ReadOptions())
+    try:
+        found = choose(drawing, ReadOptions(), config)
+    except FpnetError:
+        return None
+    H_pixel_page = np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]) @ H_file_page
+    return SheetRead(sheet, drawing.pixels, found, H_pixel_page)

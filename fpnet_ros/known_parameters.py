@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters that nobody reads: a misspelt one must not pass for the default."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from importlib import import_module
+
+from rclpy.node import Node
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.config_docs import config_fields
+from fpnet_core.errors import ConfigError
+
+# What rclpy itself reads, at the start or with a topic that comes later.
+_OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+_SECTIONS = {
+    'floorplan_server': 'FloorplanServerParameters',
+    'lifecycle': 'LifecycleParameters',
+    'odometry': 'OdometryParameters',
+    'replay': 'ReplayParameters',
+    'settings': 'LocalizerParameters',
+}
+"""Parameters of the nodes by module."""
+
+
+def refuse_unknown(node: Node) -> None:
+    """
+    Check that somebody reads every parameter that a node was given.
+
+    A file for all nodes holds keys that only another one of this package reads; those are fine.
+
+    Raises
+    ------
+    ConfigError
+        If there is one that no node of this package knows; it names what may have been meant.
+    """
+    # rclpy has no public way to them.
+    given = node._parameter_overrides
+    own = {name for name in given if node.has_parameter(name)}
+    own |= {name for name in given if name.split('.')[0] in _OF_RCLPY}
+    known = {field.key for field in config_fields(FpnetConfig)}
+    unknown = set(given) - own - known
+    if unknown:  # the other nodes' modules take seconds to load
+        known |= of_all_nodes()
+        raise_unknown(sorted(unknown - known), known)
+
+
+def raise_unknown(names: Iterable[str], known: set[str]) -> None:
+    """Raise ConfigError about the first of ``names``, with the ``known`` one that is nearest."""
+    for name in names:
+        near = get_close_matches(name, sorted(known), n=1)
+        advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists those that exist'
+        raise ConfigError(f'parameter {name} is unknown; {advice}')
+
+
+def of_all_nodes() -> set[str]:
+    """Return the names of the parameters that nodes of this package have of their own."""
+    # By name, as every node's module needs this one to start.
+    sections = [getattr(import_module(f'fpnet_ros.{m}'), name) for m, name in _SECTIONS.items()]
+    return {field.key for section in sections for field in config_fields(section)}

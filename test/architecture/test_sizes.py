@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The core stays in pieces that one can read: short modules, short functions, few branches."""
+
+import ast
+from pathlib import Path
+import subprocess
+import sys
+
+CORE = Path(__file__).resolve().parents[2] / 'fpnet_core'
+MODULES = {path.relative_to(CORE).as_posix(): path.read_text() for path in CORE.rglob('*.py')}
+
+LONGEST_MODULE = 400
+LONGEST_FUNCTION = 60
+MOST_BRANCHES = 12
+
+
+def functions(source):
+    """Yield the name and length of each function, nested ones and methods included."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node.name, node.end_lineno - node.lineno + 1
+
+
+def test_the_count_sees_functions():
+    source = 'class A:\n    async def f(self):\n        def g():\n            pass\n'
+    assert list(functions(source)) == [('f', 3), ('g', 2)]
+    assert len(MODULES) > 100
+
+
+def test_no_module_is_long():
+    lengths = {name: source.count('\n') for name, source in MODULES.items()}
+    assert {name: n for name, n in lengths.items() if n > LONGEST_MODULE} == {}
+
+
+def test_no_function_is_long():
+    found = {
+        f'{module}: {name}': length
+        for module, source in MODULES.items()
+        for name, length in functions(source)
+        if length > LONGEST_FUNCTION
+    }
+    assert found == {}
+
+
+def test_no_function_branches_much():
+    """Compiled kernels count as well: ruff tells, by McCabe's measure."""
+    limit = f'lint.mccabe.max-complexity={MOST_BRANCHES}'
+    command = [sys.executable, '-m', 'ruff', 'check', '--isolated', '--no-cache', '--select=C901']
+    result = subprocess.run(
+        [*command, '--config', limit, '--output-format=concise', str(CORE)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr

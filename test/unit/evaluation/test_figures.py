@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Figures between markers: what pages state, where they disagree, and how they are written."""
+
+import json
+from pathlib import Path
+import subprocess
+
+import pytest
+
+from fpnet_core.cli import main
+from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
+from fpnet_lab.evaluation.localization.figures import report
+from fpnet_lab.evaluation.localization.records import Record
+from fpnet_lab.evaluation.published import MAKERS, published
+from fpnet_lab.provenance import Provenance, machine
+
+ROOT = Path(__file__).resolve().parents[3]
+MADE = Provenance('fpnet bench x', 'abc1234', '2026-11-22', '2 cores, AMD EPYC')
+SHEETS = {
+    'sheets': 8,
+    'right': 0.625,
+    'wrong_marked': None,
+    'good_marked': 0.0,
+    'seconds_p50': 2.4,
+}
+SCALE = {'within_10': 0.925, 'interval_holds': 1.0, 'sure': 0}
+DRAWINGS = {'kinds': {'clean': SHEETS}, 'all': SHEETS, 'scale': SCALE, 'bormann': {'scale': SCALE}}
+COUNTS = {'cases': 36, 'right': 33, 'claimed right': 28, 'claimed wrong': 1}
+SCALES = {
+    'scale': {
+        'Cauchy': {'width': 0.0101, 'log_likelihood': 10.635},
+        'Gaussian': {'width': 0.1, 'log_likelihood': 5.0},
+    },
+    'x against y': {},
+    **{
+        f'stated {s}, {way}': COUNTS
+        for s in ('right', 'wrong')
+        for way in ('trusting', 'doubting')
+    },
+}
+
+
+def record(group, is_right=True, path=2.0, poses=10, wrong=0):
+    is_open_set = group in ('wrong_building', 'mirrored_plan')
+    return Record(
+        case=f'{group}-0', group=group, building='suites', sensor='planar', seed=0,
+        method='fpnet', plan='own', is_open_set=is_open_set, poses=poses, wrong_poses=wrong,
+        is_right=is_right, is_tight=is_right, path_to_first_pose_m=path,
+        median_position_error_m=0.051, median_yaw_error_deg=0.44, tick_ms=(10.0,),
+        add_scan_ms=1.0, rss_mb=100.0, beliefs=(),
+    )  # fmt: skip
+
+
+def localization():
+    records = [record('exact'), record('exact', path=4.0), record('sketch', False, 6.0, wrong=3)]
+    nothing = [
+        record('wrong_building', path=None, poses=0),
+        record('mirrored_plan', path=None, poses=0),
+    ]
+    return report([*records, record('symmetric', False, 30.0), *nothing])
+
+
+REPORTS = {
+    'localization': localization,
+    'drawings': lambda: DRAWINGS,
+    'stated_scales': lambda: SCALES,
+}
+
+
+def rows(table):
+    lines = [line for line in table.splitlines() if line.startswith('|')]
+    return [[cell.strip() for cell in line.strip('|').split('|')] for line in lines]
+
+
+def test_pages_agree_on_every_figure():
+    on_pages = [each for page in pages(ROOT) for each in stated(page)]
+    assert contradictions(on_pages) == []
+    assert len({each.page for each in on_pages}) >= 3
+
+
+def test_every_figure_on_a_page_is_one_that_a_benchmark_gives():
+    known = {'constants'}
+    for name in MAKERS:
+        known |= set(published(name, REPORTS[name](), MADE))
+    named = {each.name for page in pages(ROOT) for each in stated(page)}
+    assert named <= known
+
+
+def test_every_table_on_a_page_says_what_made_it():
+    tables = [each for page in pages(ROOT) for each in stated(page) if '\n' in each.text]
+    for each in tables:
+        assert each.text.startswith('`'), f'{each.page.name}: {each.name}'
+        assert 'commit ' in each.text.partition('\n')[0], f'{each.page.name}: {each.name}'
+    assert len(tables) >= 4
+
+
+def test_pages_that_disagree_are_named(tmp_path):
+    for name, text in {'README.md': '60 of 66', 'docs/a.md': '61 of 66'}.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(f'Right: <!-- f:suite.right -->{text}<!-- / -->.\n')
+    on_pages = [each for page in pages(tmp_path) for each in stated(page)]
+    (line,) = contradictions(on_pages)
+    assert 'suite.right' in line
+    assert '61 of 66' in line
+    changed = write_figures(pages(tmp_path), {'suite.right': '62 of 66', 'other': '1'})
+    assert [page.name for page in changed] == ['README.md', 'a.md']
+    assert (tmp_path / 'README.md').read_text() == (
+        'Right: <!-- f:suite.right -->62 of 66<!-- / -->.\n'
+    )
+    assert write_figures(pages(tmp_path), {'suite.right': '62 of 66'}) == []
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['<!-- figures: a -->\n| 1 |\n', 'x <!-- f:a -->1\n<!-- / -->', '<!--f:a-->1<!-- / -->'],
+)
+def test_a_marker_that_is_not_closed_is_refused_and_nothing_is_written(tmp_path, text):
+    good, bad = tmp_path / 'good.md', tmp_path / 'bad.md'
+    good.write_text('<!-- f:a -->1<!-- / -->')
+    bad.write_text(text)
+    with pytest.raises(ConfigError, match=r'bad\.md'):
+        write_figures([good, bad], {'a': '2'})
+    assert '1' in good.read_text()
+
+
+def test_figures_of_the_localization_benchmark():
+    figures = published('localization', localization(), MADE)
+    assert figures['localization.right'] == '2 of 4'
+    assert figures['localization.plain_right'] == '2'
+    assert figures['localization.first_pose'] == '5.0 m'
+    assert figures['localization.false_claims'] == '0'
+    lines = {row[0]: row[1:] for row in rows(figures['localization'])}
+    assert lines['`exact`'] == ['2', '2', '3.0 m', '0', '0.05 m, 0.4°', '']
+    assert lines['`symmetric`'][2] == '30 m'
+    assert lines['all'][:4] == ['6', '2 of 4', '5.0 m', '3']
+    assert lines['on mirrored plans'] == ['1', '', '', '0 claims', '', '']
+    first, second, third = rows(figures['localization.summary'])[2:]
+    assert first[1:] == ['2', '3.0 to 6.0 m', '3', '0.05 m']
+    assert second[1:] == ['0', '30.0 m', '0', '0.05 m']
+    assert third[0].startswith('2 drives on another')
+
+
+def test_figures_of_drawings_and_stated_scales():
+    figures = published('drawings', DRAWINGS, MADE)
+    assert figures['drawings.right'] == '63 %'
+    assert figures['drawings.real_scale_within'] == '93 %'
+    assert rows(figures['drawings'])[2] == ['clean', '8', '63 %', '98 %', '', '0 %', '2.4']
+    figures = published('stated_scales', SCALES, MADE)
+    assert (figures['stated_scales.scatter'], figures['stated_scales.times']) == ('0.010', '280')
+    assert rows(figures['stated_scales'])[-1] == ['stated wrong, doubted', '33', '28', '1', '0']
+
+
+def test_a_table_in_a_page_stays_one_after_writing(tmp_path):
+    page = tmp_path / 'README.md'
+    page.write_text('Above.\n\n<!-- figures: drawings -->\n<!-- end -->\n\nBelow.\n')
+    write_figures([page], published('drawings', DRAWINGS, MADE))
+    lines = page.read_text().splitlines()
+    assert lines[3].startswith('`fpnet bench x` (2026-11-22, commit abc1234')
+    assert lines[lines.index('<!-- end -->') - 1] == ''
+    assert lines[-1] == 'Below.'
+
+
+@pytest.mark.parametrize(('name', 'content'), [('drawings', {'half': 'tune'}), ('nothing', {})])
+def test_reports_of_something_else_are_refused(name, content):
+    with pytest.raises(ConfigError, match=name):
+        published(name, content, MADE)
+
+
+def test_the_command_writes_pages_and_asks_how_a_report_was_made(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'docs').mkdir()
+    page, file = tmp_path / 'README.md', tmp_path / 'drawings.json'
+    page.write_text('Read right: <!-- f:drawings.right -->?<!-- / -->\n')
+    file.write_text(json.dumps(DRAWINGS))
+    with pytest.raises(SystemExit, match='1'):
+        main(['bench', 'figures', f'drawings={file}'])
+    assert 'does not say how it was made' in capsys.readouterr().err
+    file.write_text(json.dumps(MADE.in_report(DRAWINGS)))
+    with pytest.raises(SystemExit, match='0'):
+        main(['bench', 'figures', f'drawings={file}'])
+    assert '-->63 %<!--' in page.read_text()
+
+
+def test_provenance_is_of_this_checkout():
+    made = Provenance.now()
+    git = subprocess.run(
+        ['git', '-C', ROOT, 'rev-parse', 'HEAD'], capture_output=True, text=True, check=False
+    )
+    if git.returncode == 0:
+        assert git.stdout.startswith(made.commit.removesuffix('+'))
+    assert made.machine == machine()
+    assert Provenance.of(made.in_report({'a': 1})) == made
+    assert Provenance.of({}) is None
+    with pytest.raises(ConfigError, match='run the benchmark again'):
+        Provenance.of({'made': {'by': 'hand'}})
