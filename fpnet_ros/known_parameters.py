@@ -21,9 +21,9 @@ _OF_RCLPY = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 _SECTIONS = {
     'floorplan_server': 'FloorplanServerParameters',
     'lifecycle': 'LifecycleParameters',
-    'settings': 'LocalizerParameters',
     'odometry': 'OdometryParameters',
     'replay': 'ReplayParameters',
+    'settings': 'LocalizerParameters',
 }
 """Parameters of the nodes by module."""
 

@@ -64,7 +64,7 @@ def outputs(topics):
 
 def scan(stamp_ns=STAMP_NS):
     base, T_tf_odom = T_ODOM_BASE.as_matrix4(), T_TF_ODOM.as_matrix4()
-    return LocatedScan(b'', stamp_ns, 'odom', base, base, 'wheels', T_tf_odom)
+    return LocatedScan(lambda: None, stamp_ns, 'odom', base, base, 'wheels', T_tf_odom)
 
 
 def snapshot(status=Status.LOCALIZED, grid=GRID):
