@@ -151,7 +151,7 @@ class BagLasers:
             except OdometryError as error:
                 raise OdometryError(
                     f'bag {self._path}, {topic}: {error}; record /tf_static as well, or choose '
-                    'other scanners (--topic)'
+                    'one scanner (--topic) and give its poses (--poses)'
                 ) from None
         return places
 

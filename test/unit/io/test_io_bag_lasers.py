@@ -11,7 +11,8 @@ import pytest
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.io import BagWriter, open_scans
+from fpnet_core.io import BagWriter, PosedScans, open_scans
+from fpnet_core.io.trajectories import Trajectory
 from fpnet_core.odometry import KissOdometry
 
 SWEEPS = 20
@@ -144,4 +145,16 @@ def test_a_scanner_beside_wheels_without_a_transform_is_nowhere(tmp_path):
     unknown = "the place of 'front_laser' on 'base_link' is unknown: no transform on /tf_static"
     with pytest.raises(OdometryError, match=unknown):
         open_scans(bag)
-    assert list(open_scans(bag, odometry_topic=''))
+
+
+@pytest.mark.parametrize('topics', [[], ['/scan']])
+def test_given_poses_ask_for_no_mount_and_keep_viewpoints(tmp_path, topics):
+    bag = record(tmp_path / 'bag', {'/scan': FRONT}, mounted=False, wheels=True)
+    source = open_scans(bag, topics=topics, odometry_topic='')
+    stamps_ns = np.array([scan.stamp_ns for scan in source])
+    T_room_laser = np.array([base_at(stamp_ns) @ FRONT.T_base_laser for stamp_ns in stamps_ns])
+    scans = list(PosedScans(source, Trajectory(stamps_ns, T_room_laser)))
+    assert len(scans) == SWEEPS
+    for scan in scans:
+        assert off_walls(scan, scan.T_odom_sensor) < 0.08
+        assert scan.viewpoints.shape == scan.points.shape
