@@ -17,8 +17,8 @@ def without_nodes(made_up_run, monkeypatch):
     """Let the made-up run be what was simulated and localised."""
     run = made_up_run
 
-    def simulate(folder, seed):
-        assert seed == 5
+    def simulate(folder, seed, sensor, laser_scans):
+        assert (seed, laser_scans) == (5, False)
         write_map(run.plan.grid, folder / 'floorplan.yaml')
         write_tum(folder / 'truth.tum', run.truth.stamps_ns, run.truth.xy, run.truth.yaw)
         matrix = run.A_plan_truth.matrix[:2].tolist()
