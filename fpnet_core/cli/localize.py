@@ -46,6 +46,10 @@ _PosesOption = Annotated[
         help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
     ),
 ]
+_KissOption = Annotated[
+    bool,
+    typer.Option('--kiss-icp', help='KISS-ICP registers the scans of a bag with odometry too.'),
+]
 _TopicsOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -67,6 +71,7 @@ def command(
     said: common.DrawingOptions,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
+    kiss_icp: _KissOption = False,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
     out: common.OutOption = None,
@@ -104,11 +109,10 @@ def command(
     tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
     known = _known(truth)
-    given = common.typed_settings(config, settings)
-    given += ['--poses', str(poses)] if poses else []
-    given += [word for topic in topics or () for word in ('--topic', topic)]
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, kiss_icp, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
-    result = _localize(_opened(recording, poses, topics or ()), reading, tree, asked, said.storey)
+    source = _opened(recording, poses, kiss_icp, topics or ())
+    result = _localize(source, reading, tree, asked, said.storey)
     summary = result.summary(known)
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
@@ -137,14 +141,22 @@ def _known(truth: Path | None) -> _Known:
     return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
 
 
-def _opened(recording: Path, poses: Path | None, topics: Sequence[str]) -> ScanSource:
+def _typed_source(poses: Path | None, kiss_icp: bool, topics: Sequence[str] | None) -> list[str]:
+    """Return what was typed to say which scans and poses of the recording are meant."""
+    given = ['--poses', str(poses)] if poses else []
+    given += ['--kiss-icp'] if kiss_icp else []
+    return given + [word for topic in topics or () for word in ('--topic', topic)]
+
+
+def _opened(
+    recording: Path, poses: Path | None, kiss_icp: bool, topics: Sequence[str]
+) -> ScanSource:
     from fpnet_core.io import PosedScans, open_scans, read_poses
 
-    if poses is None:
-        return open_scans(common.check_input(recording), topics=topics)
     # With poses of the sensor itself, nobody asks where it sits on the robot.
-    source = open_scans(common.check_input(recording), topics=topics, odometry_topic='')
-    return PosedScans(source, read_poses(poses))
+    odometry = '' if kiss_icp or poses is not None else None
+    source = open_scans(common.check_input(recording), topics=topics, odometry_topic=odometry)
+    return source if poses is None else PosedScans(source, read_poses(poses))
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,8 +120,8 @@ class BagScans:
             return self._static.mount(self._odometry.child_frame, sensor_frame)
         except OdometryError as error:
             raise OdometryError(
-                f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, or '
-                'give the poses of the sensor (--poses)'
+                f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
+                'give the poses of the sensor (--poses), or let KISS-ICP find them (--kiss-icp)'
             ) from None
 
 
