@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
 import os
@@ -18,6 +19,9 @@ from fpnet_core.errors import ConfigError
 
 KEY = 'made'
 """Where a report of a benchmark keeps it."""
+
+WHERE_TO_WRITE = frozenset({'--json', '--out', '--work', '--plot', '--strips'})
+"""Options of benchmarks that change no figure."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class Provenance:
         program = Path(name).name
         if program.endswith('.py'):
             program = f'python {Path(name).parent.name}/{program}'
-        command = f'{program} {shlex.join(arguments)}'.strip()
+        command = f'{program} {shlex.join(_of_the_figures(arguments))}'.strip()
         return cls(command, _commit(), date.today().isoformat(), machine())
 
     @classmethod
@@ -66,6 +70,16 @@ class Provenance:
         """Return a sentence's beginning for the line above a table."""
         commit = f'commit {self.commit}' if self.commit else 'outside of a checkout'
         return f'`{self.command}` ({self.date}, {commit}, {self.machine})'
+
+
+def _of_the_figures(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments but those that say where to write: nobody else has those folders."""
+    remaining = iter(arguments)
+    for argument in remaining:
+        if argument in WHERE_TO_WRITE:
+            next(remaining, None)
+        elif argument.partition('=')[0] not in WHERE_TO_WRITE:
+            yield argument
 
 
 def machine() -> str:

@@ -17,7 +17,7 @@ from fpnet_lab.cli import (
     bench_segmentation,
     bench_simulator,
 )
-from fpnet_lab.provenance import Provenance
+from fpnet_lab.cli.reports import begin
 
 app = typer.Typer(help='Compare methods on the same inputs.', no_args_is_help=True)
 app.command('calibration')(bench_calibration.command)
@@ -32,10 +32,10 @@ app.command('simulator')(bench_simulator.command)
 
 
 @app.callback()
-def _group(context: typer.Context) -> None:
+def _group() -> None:
     """
     Compare methods on the same inputs.
 
     Example: fpnet bench matching --data runs/pairs-test --limit 400
     """
-    context.obj = Provenance.now()
+    begin()

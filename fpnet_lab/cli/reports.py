@@ -7,14 +7,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import click
-
 from fpnet_core.cli import common
 from fpnet_lab.provenance import Provenance
 
+_begun: list[Provenance] = []
+
+
+def begin() -> None:
+    """Note what is run, and of which commit, before anybody commits another one."""
+    _begun[:] = [Provenance.now()]
+
 
 def write_report(path: Path, report: dict[str, Any]) -> None:
-    """Write ``--json`` of ``fpnet bench``, with the commit that was there when it began."""
-    context = click.get_current_context(silent=True)
-    made = None if context is None else context.find_object(Provenance)
-    common.write_json(path, (made or Provenance.now()).in_report(report))
+    """Write ``--json`` of ``fpnet bench``, with what :func:`begin` has noted."""
+    made = _begun[0] if _begun else Provenance.now()
+    common.write_json(path, made.in_report(report))

@@ -5,11 +5,13 @@
 import json
 from pathlib import Path
 import subprocess
+import sys
 
 import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.errors import ConfigError
+from fpnet_lab.cli.reports import begin, write_report
 from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.records import Record
@@ -200,3 +202,12 @@ def test_provenance_is_of_this_checkout():
     assert Provenance.of({}) is None
     with pytest.raises(ConfigError, match='run the benchmark again'):
         Provenance.of({'made': {'by': 'hand'}})
+
+
+def test_a_report_is_of_what_began_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, 'argv', ['fpnet', 'bench', 'scale', '--json', 'a', '--plot=b', '-x'])
+    begin()
+    monkeypatch.setattr(sys, 'argv', ['fpnet', 'something', 'else'])
+    write_report(tmp_path / 'report.json', {})
+    made = json.loads((tmp_path / 'report.json').read_text())['made']
+    assert made['command'] == 'fpnet bench scale -x'
