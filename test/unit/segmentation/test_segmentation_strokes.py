@@ -86,9 +86,16 @@ def test_most_doors_drawn_with_arcs_are_found():
     assert found >= 0.85 * doors
 
 
-@pytest.mark.parametrize('style', ['clean', 'thin', 'double', 'lettered'])
-def test_drawings_without_arcs_stay_as_they_are(style):
-    plan = generate_plan(np.random.default_rng([0, 1]), max_rooms=50)
+# Of the first storey's furniture two chairs stand in a doorway, see below.
+@pytest.mark.parametrize(
+    ('style', 'seed'),
+    [
+        *((style, 1) for style in ('clean', 'thin', 'double', 'lettered')),
+        *(('furnished', seed) for seed in range(2, 8)),
+    ],
+)
+def test_drawings_without_arcs_stay_as_they_are(style, seed):
+    plan = generate_plan(np.random.default_rng([0, seed]), max_rooms=50)
     free = render_plan(plan, 0.08, style=STYLES[style]).cells == FREE
     np.testing.assert_array_equal(erase_door_symbols(free, 0.08), free)
 
