@@ -121,8 +121,11 @@ def _buildings(by_name: Mapping[str, Report]) -> str:
             f'{100.0 * bands[band]["right"]:.0f}, {_per_cent(bands[band]["claimed_right"])}'
             for band in _PARTS
         ]
-        rows.append([f'`{name}`', str(bands['whole']['pairs']), *parts])
-    return markdown_table(['building', 'maps', *(f'{band} %' for band in _PARTS)], rows)
+        wrong = [round(each['wrong_and_claimed'] * each['pairs']) for each in bands.values()]
+        claims = f'{sum(wrong)} of {sum(each["pairs"] for each in bands.values())}'
+        rows.append([f'`{name}`', str(bands['whole']['pairs']), *parts, claims])
+    header = ['building', 'maps', *(f'{band} %' for band in _PARTS), 'claimed, wrong']
+    return markdown_table(header, rows)
 
 
 def _per_cent(share: float) -> str:
