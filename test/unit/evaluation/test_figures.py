@@ -236,7 +236,14 @@ def test_figures_of_robots_maps():
     table = rows(figures['robot'])
     assert table[2] == ['all', 'whole', '50 %', '50 %', '1 of 2', '2 of 4']
     assert table[6][:4] == ['without the three distorted drawings', 'whole', '100 %', '100 %']
-    assert rows(figures['robot.buildings'])[3] == ['`b`', '1', '0, 0 %', '0, 0 %', '0, 0 %', '4 of 4']
+    assert rows(figures['robot.buildings'])[3] == [
+        '`b`',
+        '1',
+        '0, 0 %',
+        '0, 0 %',
+        '0, 0 %',
+        '4 of 4',
+    ]
 
 
 def test_figures_of_long_drives():
