@@ -30,10 +30,10 @@ from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, Status, Submap
 
-_WEIGHTS = (7.7, -11.5, 6.1)
+_WEIGHTS = (5.1, -9.3, 9.1)
 """
 Log odds of being elsewhere: without signs, for the support beside its usual one, for the share of
-returns in what was free. Fitted by ``python benchmarks/carried_evidence.py``, to generated drives.
+returns in what was free. Fitted by ``python benchmarks/carried_evidence.py --drives 8`` to generated drives.
 """
 
 _FREE_OF_WALLS_M = 0.3  # physical: a wall seen again lies within this, by noise and some drift

@@ -137,9 +137,9 @@ def test_what_was_usual_is_the_measure_not_a_claim_that_has_sunk():
     judge = Judging()
     for _ in range(5):
         judge.judge(submap(walls()), claim())
-    belief, _ = judge.judge(submap(partly(0.4)), claim(score=0.5))
+    belief, _ = judge.judge(submap(partly(0.33)), claim(score=0.5))
     assert belief.status is Status.LOST
-    belief, _ = Judging().judge(submap(partly(0.4)), claim(score=0.5))
+    belief, _ = Judging().judge(submap(partly(0.33)), claim(score=0.5))
     assert belief.status is Status.LOCALIZED
 
 
