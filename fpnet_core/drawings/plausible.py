@@ -16,6 +16,7 @@ import json
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from fpnet_core.raster.morphology import shrunk
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
@@ -43,7 +44,7 @@ def probability(figures: Array) -> float:
     """Return how surely a reading with ``figures (F,)`` shows the rooms of its drawing."""
     mean, std, weight, bias = _model()
     score = float(powers((figures - mean) / std) @ weight + bias)
-    return float(1.0 / (1.0 + np.exp(-score)))
+    return float(expit(score))
 
 
 def powers(scaled: Array) -> Array:

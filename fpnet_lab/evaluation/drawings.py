@@ -43,7 +43,6 @@ FIRST_SEEDS = {'tune': 0, 'report': 1_000_000}
 """Numerical: of each half: readers are tuned on the one and reported on the other."""
 
 PICTURE = 'picture'
-FORMATS = (PICTURE, 'pdf', 'svg', 'dxf')
 """A picture is a PNG, of scans and phone pictures a JPEG."""
 
 _CELL_M = 0.05
@@ -177,7 +176,7 @@ def bench_sheets(
     folder : where the files are written; each is deleted again
     kinds, seeds : of the sheets, every combination
     config : of the segmentation
-    file_format : one of :data:`FORMATS`
+    file_format : :data:`PICTURE`, ``pdf``, ``svg`` or ``dxf``
     on_read : is told of each sheet as it is read
     """
     results = []

@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import LogisticRegression
 
-from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, SIDES, DoubtModel
+from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, NAMES, DoubtModel
 from fpnet_core.drawings.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
+from fpnet_core.small_networks import standardised
 from fpnet_lab.training.doubt_trials import ReadingTrial
 
 Array = NDArray[np.float64]
@@ -163,7 +164,7 @@ def fit_sheets(
 ) -> dict[str, NDArray[Any]]:
     """Fit the logistic regression over ``evidence (N, D)`` that tells which readings are wrong."""
     mean, spread = np.nanmean(evidence, axis=0), np.nanstd(evidence, axis=0) + _LEAST_SPREAD
-    x = np.clip(np.nan_to_num((evidence - mean) / spread), -CLIP, CLIP)
+    x = standardised(evidence, mean, spread, CLIP)
     model = LogisticRegression(
         C=config.sheet_strength, max_iter=_MAX_ITERATIONS, random_state=config.seed
     )
@@ -232,7 +233,7 @@ def write_doubts(
     """Write the model with its manifest; ``facts`` join the manifest."""
     network: dict[str, Any] = {
         'doubted_from': model.doubted_from,
-        **{f'{side}_figures': list(figures) for side, figures in SIDES.items()},
+        **{key: list(figures) for key, figures in NAMES.items()},
         'room_forest': list(model.tensors['room.feature'].shape),
     }
     write_weights(

@@ -20,7 +20,6 @@ from fpnet_core.matching.consensus import (
     EVIDENCE,
     Assignments,
     EvidenceModel,
-    ScalePrior,
     find_assignments,
 )
 from fpnet_core.matching.evidence_model import evidence_entry
@@ -69,7 +68,7 @@ def calibrate(path: Path, pairs: Iterable[MatchingPair]) -> EvidenceModel:
 def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
     likelihood = matcher.likelihood(pair.plan_graph, pair.sub_graph)
     plan, sub = graph_geometry(pair.plan_graph), graph_geometry(pair.sub_graph)
-    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR), ScalePrior())
+    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR))
     return PlacementExample(
         assignments.evidence, judge_assignments(assignments, plan, sub, pair.A_plan_submap)
     )

@@ -33,6 +33,7 @@ from fpnet_core.segmentation.scale_model import (
     Side,
     quantiles,
 )
+from fpnet_core.small_networks import standardised
 from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
@@ -122,7 +123,7 @@ def _fit_side(
     mean, spread = _moments(samples.values, weight)
     answer = (samples.truth + samples.reference)[:, None]
     target = np.concatenate(_moments(answer, weight))
-    x = np.clip(np.nan_to_num((samples.values - mean) / spread), -CLIP, CLIP)
+    x = standardised(samples.values, mean, spread, CLIP)
     y = (answer[:, 0] - target[0]) / target[1]
     data = tuple(torch.from_numpy(v.astype(np.float32)) for v in (x, y, weight / weight.mean()))
     states = [_fit_member(data, config, member) for member in range(config.members)]

@@ -11,7 +11,8 @@ import torch
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.models.walls import WallNetwork, WallNetworkConfig, read_wall_network
+from fpnet_core.io.weights import read_weights
+from fpnet_core.models.walls import WALLS_SCHEMA, WallNetwork, WallNetworkConfig, wall_network_of
 from fpnet_lab.evaluation.drawings import FIRST_SEEDS as BENCH_SEEDS
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.wall_patches import patch, patches
@@ -127,7 +128,7 @@ def test_a_run_writes_weights_and_goes_on_where_it_was(samples):
     manifest = json.loads((samples / 'walls.json').read_text())
     assert manifest['figures'] == told[-1]
     assert manifest['data'] == 'test'
-    network = read_wall_network(samples / 'walls.safetensors')
+    network = wall_network_of(read_weights(samples / 'walls.safetensors', WALLS_SCHEMA))
     x = torch.rand(1, 3, 64, 96)
     mean = unweighted(again.mean, QUICK.class_weights).eval()
     with torch.no_grad():
