@@ -23,7 +23,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, shrunk, square
-from fpnet_core.raster.pieces import longer_pieces
+from fpnet_core.raster.pieces import longer_pieces, pieces_of
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import window_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
@@ -206,14 +206,14 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     longest = max(inside.shape)
     side = 2 * round(0.5 * _LINE_SHARE * longest) + 1
     inside = opened_by(inside, square(side))
-    _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    _, stats = pieces_of(inside)
     if len(stats) < 2:
         return np.zeros(inside.shape, np.int32), []
     largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
     extent = int(stats[largest, 2:4].max())
     joined = _grown(inside, _WING_SHARE * extent / longest / 2.0)
-    count, labels = cv2.connectedComponents(joined.astype(np.uint8))
-    labels = np.where(inside, labels, 0)
+    pieces, found = pieces_of(joined)
+    labels, count = np.where(inside, pieces, 0), len(found)
     areas = np.bincount(labels.ravel(), minlength=count)[1:]
     order = np.argsort(-areas, kind='stable')
     least = max(_STOREY_SHARE * areas.max(), _LEAST_SHARE * inside.size)
@@ -311,7 +311,8 @@ def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
     A space that lines shut off is one or the other as a whole, unless it is much of both: then
     it leaks.
     """
-    count, spaces = cv2.connectedComponents((~is_shut).astype(np.uint8), connectivity=4)
+    spaces, found = pieces_of(~is_shut, connectivity=4)
+    count = len(found)
     flat, likely = spaces.ravel(), (inside > 0.5).ravel()
     share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
     leaks = np.minimum(share, 1.0 - share) > _LEAKS

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
+from fpnet_core.raster.pixels import growth_at
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.evaluation.drawings import (
@@ -29,7 +30,6 @@ from fpnet_lab.evaluation.drawings import (
 )
 from fpnet_lab.evaluation.segmentation import RESOLUTION_M, read_labels
 from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.sheets.sheet import local_scale
 
 TONES: dict[str, int | None] = {
     '0': 0,
@@ -146,7 +146,7 @@ def _read(
     is_wall = (reading.grid.cells == OCCUPIED).astype(np.int32)
     walls = labels_at(reading.grid, is_wall, H_plan_map, grid)
     middle = np.array([cols, rows]) * RESOLUTION_M / 2.0
-    result = SheetResult.of('real', name, reading, local_scale(H_plan_map, middle))
+    result = SheetResult.of('real', name, reading, growth_at(H_plan_map, middle))
     f1 = room_agreement(rooms, truth).f1
     return replace(result, f1=f1, seconds=seconds), _Found(rooms, walls > 0)
 

@@ -19,7 +19,6 @@ from functools import partial, reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -29,11 +28,13 @@ import shapely
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.raster.morphology import closed
+from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
 from fpnet_lab.pool import each_done
+from fpnet_lab.sim.render import paint_rings
 from fpnet_lab.sim.types import BuildingPlan
 
 Mask = NDArray[np.bool_]
@@ -58,7 +59,6 @@ _SAME_ROOM_IOU = 0.5
 _BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
 _SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
 _WORKERS = 2  # numerical
-_SUBPIXEL_BITS = 4  # numerical: fixed-point coordinates of polygon corners
 
 
 class DoorCounts(NamedTuple):
@@ -213,8 +213,7 @@ def _drawn(
         for polygon in shapely.get_parts(room).tolist():
             corners = shapely.get_coordinates(polygon.exterior)
             rc = grid.xy_to_rc(T_odom_building.apply(corners))
-            fixed = np.rint(rc[:, ::-1] * 2**_SUBPIXEL_BITS).astype(np.int32)
-            cv2.fillPoly(labels, [fixed], label, shift=_SUBPIXEL_BITS)
+            paint_rings(labels, [rc[:, ::-1]], label)
     return labels
 
 
@@ -270,18 +269,7 @@ def _is_seen(
     line = ends[0] + shares * (ends[1] - ends[0])
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     across = _BESIDE_M * np.array([-along[1], along[0]])
-    lines = [line + offset * across for offset in (-1.0, 0.0, 1.0)]
-    passed = [(_values(grid.cells, grid, xy, UNKNOWN) == FREE).mean() for xy in lines]
-    beside = [_values(truth, grid, xy, 0) for xy in lines]
+    lines = [grid.xy_to_rc(line + offset * across) for offset in (-1.0, 0.0, 1.0)]
+    passed = [(values_at(grid.cells, rc, UNKNOWN) == FREE).mean() for rc in lines]
+    beside = [values_at(truth, rc, 0) for rc in lines]
     return bool(min(passed) >= _SEEN_DOOR_SHARE and np.isin(beside, usable).any())
-
-
-def _values(
-    raster: NDArray[np.signedinteger[Any]], grid: GridMap, xy: NDArray[np.float64], beyond: int
-) -> NDArray[np.int64]:
-    """Return the raster's values at points (K, 2), ``beyond`` outside."""
-    rc = np.rint(grid.xy_to_rc(xy)).astype(np.int64)
-    inside = ((rc >= 0) & (rc < grid.shape)).all(axis=1)
-    values = np.full(len(rc), beyond, dtype=np.int64)
-    values[inside] = raster[rc[inside, 0], rc[inside, 1]]
-    return values

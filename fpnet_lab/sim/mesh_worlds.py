@@ -21,6 +21,8 @@ import shapely
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.distance import clearance_of
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.meshes import TriangleMesh, horizontal_sheet, merge_meshes
 
@@ -228,11 +230,9 @@ def _indoors(mesh: TriangleMesh, standing: Mask, origin: Array) -> Mask:
 
 def _roomy(free: Mask) -> Mask:
     """Drop what is nowhere wide, as the inside of hollow walls."""
-    cells = free.astype(np.uint8)
-    count, parts = cv2.connectedComponents(cells, connectivity=4)
-    clearance = cv2.distanceTransform(np.pad(cells, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    wide = (clearance[1:-1, 1:-1] * CELL_M > _ROOMY_M) & free
-    is_wide = np.zeros(count, dtype=bool)
+    parts, stats = pieces_of(free, connectivity=4)
+    wide = (clearance_of(free) * CELL_M > _ROOMY_M) & free
+    is_wide = np.zeros(len(stats), dtype=bool)
     is_wide[parts[wide]] = True
     return np.asarray(is_wide[parts])
 

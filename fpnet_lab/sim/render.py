@@ -73,8 +73,7 @@ class _Sheet:
 
     def stroke(self, lines: Sequence[NDArray[np.float64]], is_closed: bool = False) -> None:
         """Draw polylines (V, 2), building metres."""
-        scale = 1 << _SUBPIXEL_BITS
-        corners = [np.rint((self.px(line) - 0.5) * scale).astype(np.int32) for line in lines]
+        corners = [_fixed_point(self.px(line) - 0.5) for line in lines]
         ink = self.cells.view(np.uint8)
         cv2.polylines(ink, corners, is_closed, OCCUPIED, self.line_px, shift=_SUBPIXEL_BITS)
 
@@ -259,8 +258,23 @@ def fill_polygons(
         polygons = shapely.buffer(polygons_from_rings(rings_px), -0.5, join_style='mitre')
         parts = shapely.get_parts(polygons).tolist()
         rings = [shapely.get_coordinates(part.exterior)[:-1] for part in parts]
-    scale = 1 << _SUBPIXEL_BITS
     for ring in rings:
-        corners = np.rint((ring - 0.5) * scale).astype(np.int32)
-        if len(corners):
-            cv2.fillPoly(cells, [corners], value, shift=_SUBPIXEL_BITS)
+        if len(ring):
+            paint_rings(cells, [ring - 0.5], value)
+
+
+def paint_rings(
+    raster: NDArray[np.integer[Any]], rings: Sequence[NDArray[np.float64]], value: int
+) -> None:
+    """
+    Set what lies in rings or is touched by them, in place; a ring within another is a hole.
+
+    ``rings (V, 2)`` are x, y in cells, whole at their centres.
+    """
+    if rings:
+        corners = [_fixed_point(ring) for ring in rings]
+        cv2.fillPoly(raster, corners, value, shift=_SUBPIXEL_BITS)
+
+
+def _fixed_point(line: NDArray[np.float64]) -> NDArray[np.int32]:
+    return np.rint(line * (1 << _SUBPIXEL_BITS)).astype(np.int32)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import grown
 from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.scan2d import EMPTY, walk_field, walk_to
@@ -37,7 +38,7 @@ def plan_walk(
     polygon ``within (V, 2)``, if there is one. Empty where the robot fits nowhere.
     """
     is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
-    inside = cv2.dilate((world.room_of >= 0).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    inside = grown(world.room_of >= 0, 4)
     if within is not None:
         area = np.zeros_like(inside, dtype=np.uint8)
         cv2.fillConvexPoly(area, np.rint(world.to_cells(within)).astype(np.int32), 1)

@@ -25,17 +25,11 @@ from fpnet_core.drawings.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
 from fpnet_core.small_networks import standardised
+from fpnet_lab.evaluation.drawings import GOOD_F1
 from fpnet_lab.training.doubt_trials import ReadingTrial
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-
-GOOD_F1 = 0.85
-"""
-A reading is right whose rooms agree with the truth as well as this, as the benchmark has it.
-Chosen.
-"""
-
 
 _LEAST_SPREAD = 1e-3  # numerical: of evidence that hardly varies
 _MAX_ITERATIONS = 2000  # numerical

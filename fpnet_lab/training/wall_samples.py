@@ -18,6 +18,7 @@ from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.morphology import grown_by, opened_by, square
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.pixels import shrinking
 from fpnet_lab.evaluation.segmentation import read_labels
 from fpnet_lab.pool import each_done
@@ -119,8 +120,8 @@ def real_samples(data: Path) -> Iterator[tuple[str, WallSample]]:
 def _real_classes(bare: Pixels, labels: NDArray[np.int32]) -> Classes:
     """Return the classes of a clean plan whose outside is not bright or is cut off by walls."""
     bright = bare.min(axis=2) >= FREE_GREY
-    count, pieces = cv2.connectedComponents(bright.astype(np.uint8), connectivity=4)
-    roomy = np.zeros(count, np.bool_)
+    pieces, stats = pieces_of(bright, connectivity=4)
+    roomy = np.zeros(len(stats), np.bool_)
     roomy[np.unique(pieces[labels > 0])] = True
     roomy[0] = False
     floor = roomy[pieces]
