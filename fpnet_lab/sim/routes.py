@@ -179,6 +179,16 @@ class Router:
         return None
 
 
+def draw_nearby(ways_m: Array, reach_m: float, rng: np.random.Generator) -> int:
+    """
+    Draw a goal by the lengths ``ways_m (N,)`` of the ways to all, infinite where there is none.
+
+    The chance falls by e over ``reach_m`` more way, in walks as in drives.
+    """
+    weights = np.exp(-(ways_m - ways_m.min()) / reach_m)
+    return int(rng.choice(len(weights), p=weights / weights.sum()))
+
+
 def _distance(a: Array, b: Array) -> float:
     return float(np.linalg.norm(a - b))
 
