@@ -41,6 +41,7 @@ from fpnet_core.errors import MapFormatError
 POINT_M = 0.0254 / 72.0
 """Given: length of a PDF's unit on paper [m]."""
 
+_LARGEST_PAGE = 1e7  # numerical: points along a side, 3.5 km
 _MAX_PAGES = 60  # numerical: that are looked at for the one with the floorplan
 _MAX_LOOKED = 4_000  # numerical: objects of a page that are looked at for that
 _MAX_OBJECTS = 600_000  # numerical
@@ -134,7 +135,7 @@ def _read_page(page: Any, name: str) -> VectorPage:
     from pypdfium2 import raw
 
     width, height = page.get_size()
-    if not (0.0 < width < 1e7 and 0.0 < height < 1e7):
+    if not (0.0 < width < _LARGEST_PAGE and 0.0 < height < _LARGEST_PAGE):
         raise MapFormatError(f'{name} has a page of {width:g} x {height:g} points; print it anew')
     A_top_page = _upright(page, width, height)
     reader = _Reader(raw, page.get_textpage(), PageBuilder(name), A_top_page)

@@ -43,6 +43,7 @@ _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
+DOUBTFUL = 0.5  # a room that is right with less
 _FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
@@ -82,7 +83,7 @@ def _of_rooms(shut_out: float, rooms: Array, right: Array) -> dict[str, float]:
     hits = counted.mean()
     return {
         'expected': hits,
-        'doubtful': float(np.mean(counted < 0.5)),
+        'doubtful': float(np.mean(counted < DOUBTFUL)),
         'least': float(np.quantile(right, 0.1)),
         'log_odds': float(np.mean([_odds(each) for each in right.tolist()])),
         'expected_area': float(np.average(right, weights=area)),

@@ -49,6 +49,7 @@ MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
 
 _REFINEMENTS = 2  # numerical
+_LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
 # Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
 _DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
@@ -239,7 +240,8 @@ def _refined(
     along = np.einsum('cn,cnd,cnd->c', share, source, target)
     turn = source[..., 0] * target[..., 1] - source[..., 1] * target[..., 0]
     across = np.einsum('cn,cn->c', share, turn)
-    usable = ((pull > 0.0).sum(axis=1) >= 2) & (spread > 1e-3) & (along**2 + across**2 > 1e-6)
+    usable = ((pull > 0.0).sum(axis=1) >= 2) & (spread > _LEAST_SPREAD)
+    usable &= along**2 + across**2 > _LEAST_SPREAD**2
     a, b = (value / np.where(usable, spread, 1.0) for value in (along, across))
     x = plan_mean[:, 0] - a * sub_mean[:, 0] + b * sub_mean[:, 1]
     y = plan_mean[:, 1] - b * sub_mean[:, 0] - a * sub_mean[:, 1]
