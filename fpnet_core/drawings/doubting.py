@@ -21,7 +21,6 @@ from fpnet_core.raster.pixels import map_points
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-
 _MOST_MARKED = 12  # places; more are no help
 _SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
 

@@ -48,14 +48,9 @@ class SheetDrive:
     doubts: tuple[str, ...] = ()
 
 
-def drives_on_sheets(
-    seed: int,
-    folder: Path,
-    config: FpnetConfig,
-    sheets: tuple[tuple[SheetKind, str], ...] = SHEETS,
-) -> list[SheetDrive]:
+def drives_on_sheets(seed: int, folder: Path, config: FpnetConfig) -> list[SheetDrive]:
     """
-    Drive one building, on its clean floorplan (``grid``) and on each of its ``sheets``.
+    Drive one building, on its clean floorplan (``grid``) and on each of :data:`SHEETS`.
 
     The sheets are written to ``folder`` and read from there.
     """
@@ -64,7 +59,7 @@ def drives_on_sheets(
     localizer.set_plan(recording.floorplan)
     claim = first_claim(recording, localizer)
     drives = [_drive(seed, 'grid', claim, recording.A_plan_building.matrix)]
-    for kind, file_format in sheets:
+    for kind, file_format in SHEETS:
         drives.append(_on_sheet(recording, kind, file_format, folder, config))
     return drives
 

@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial, reduce
-from pathlib import Path
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +29,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.raster.morphology import closed
 from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_submap
+from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
@@ -55,7 +55,6 @@ REPORT_SEED = 1000
 """Numerical: first seed of reported figures; parameters are chosen on smaller ones."""
 
 # Chosen, not measured:
-_SAME_ROOM_IOU = 0.5
 _BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
 _SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
 _WORKERS = 2  # numerical
@@ -87,9 +86,7 @@ class SubmapScore:
 def bench_submaps(
     limit: int | None = None,
     on_done: Callable[[], None] | None = None,
-    work: Path | None = None,
     first_seed: int = REPORT_SEED,
-    config: FpnetConfig | None = None,
 ) -> dict[str, Any]:
     """
     Drive, accumulate, segment and score partial tours with every sensor model.
@@ -98,9 +95,7 @@ def bench_submaps(
     ----------
     limit : so many drives instead of ``RECORDINGS``; drive k has sensor k modulo their number
     on_done : called after every drive
-    work : folder that keeps the registered drives between runs
     first_seed : seed of the first drive's building; one building per drive
-    config : the product's configuration; None takes the defaults
 
     Returns
     -------
@@ -109,10 +104,9 @@ def bench_submaps(
     """
     count = RECORDINGS if limit is None else limit
     names = SENSOR_NAMES
-    score = partial(_score_task, config=config or FpnetConfig(), work=work)
     tasks = [(first_seed + index, names[index % len(names)]) for index in range(count)]
     by_task: dict[_Task, SubmapScore] = {}
-    for task, result in each_done(score, tasks, _WORKERS):
+    for task, result in each_done(score_drive, tasks, _WORKERS):
         by_task[task] = result
         if on_done is not None:
             on_done()
@@ -126,15 +120,10 @@ _Task = tuple[int, str]
 """The seed of a drive, and its sensor."""
 
 
-def _score_task(task: _Task, config: FpnetConfig, work: Path | None) -> SubmapScore:
-    return score_drive(*task, config=config, work=work)
-
-
-def score_drive(
-    seed: int, sensor: str, config: FpnetConfig, work: Path | None = None
-) -> SubmapScore:
+def score_drive(task: _Task) -> SubmapScore:
     """Return the figures of the drive of one seed and sensor."""
-    drive = registered_drive(seed, sensor, config, work)
+    (seed, sensor), config = task, FpnetConfig()
+    drive = registered_drive(seed, sensor, config, None)
     return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
 
 
@@ -186,7 +175,7 @@ def summary(scores: list[SubmapScore]) -> dict[str, Any]:
     counts = reduce(DoorCounts.plus, (score.doors for score in scores), DoorCounts(0, 0, 0, 0))
     return {
         'room_iou_mean': float(ious.mean()) if ious.size else 0.0,
-        'rooms_over_iou50': float((ious > _SAME_ROOM_IOU).mean()) if ious.size else 0.0,
+        'rooms_over_iou50': float((ious > SAME_ROOM_IOU).mean()) if ious.size else 0.0,
         'doors_precision': counts.true / max(counts.found, 1),
         'doors_recall': counts.recalled / max(counts.observed, 1),
         'rooms': int(ious.size),

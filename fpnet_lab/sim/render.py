@@ -45,6 +45,7 @@ THICK_WALL_M = 0.35
 """Least thickness of outlined and of thick walls. Chosen."""
 
 # Chosen, not measured:
+_MARGIN_M = 1.0  # unknown border around a drawing
 _HATCH_PERIOD_M = 0.4
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
@@ -89,7 +90,6 @@ def render_plan(
     resolution_m: float,
     wall_m: float | None = None,
     T_plan_building: Affine2D | None = None,
-    margin_m: float = 1.0,
     style: DrawingStyle = CLEAN,
 ) -> GridMap:
     """
@@ -101,7 +101,6 @@ def render_plan(
     resolution_m : cell edge [m]
     wall_m : drawn wall thickness; None takes the plan's. Never under 1.5 cells
     T_plan_building : where and how (rotated, stretched) the drawing shows the building
-    margin_m : unknown border around the drawing
     style : the drawing's look; its lines and letters are occupied
 
     Returns
@@ -114,8 +113,8 @@ def render_plan(
     doors = [door_outline(door, wall, plan.wall_m) for door in plan.doors]
     shell = shell_outlines(plan, wall)
     corners = A.apply(np.concatenate(shell))
-    origin = corners.min(axis=0) - margin_m
-    columns, rows = np.ceil((corners.max(axis=0) + margin_m - origin) / resolution_m).astype(int)
+    origin = corners.min(axis=0) - _MARGIN_M
+    columns, rows = np.ceil((corners.max(axis=0) + _MARGIN_M - origin) / resolution_m).astype(int)
     sheet = _Sheet(np.full((rows, columns), UNKNOWN, np.int8), resolution_m, origin, A)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in shell], OCCUPIED)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in outlines + doors], FREE)

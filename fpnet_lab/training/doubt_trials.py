@@ -22,6 +22,7 @@ from fpnet_core.drawings.looking import Rival, look_at
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
 from fpnet_core.errors import FpnetError
+from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.pool import each_done
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
@@ -36,7 +37,6 @@ Numerical: of the sheets to learn from: seeds of the tune half that the benchmar
 
 _COMPARED_CELLS = 1200  # numerical: a side of the page: a room has hundreds of them
 # Chosen, not measured:
-_SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
 _MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 
 
@@ -125,7 +125,7 @@ def trials_of(
         rooms = room_figures(look)
         H = reading.H_plan_pixel @ H_pixel_page
         truth = compared(sheet, reading.segmentation, H, _COMPARED_CELLS)
-        right = best_overlap(truth.found, truth.true, len(rooms)) > _SAME_ROOM_IOU
+        right = best_overlap(truth.found, truth.true, len(rooms)) > SAME_ROOM_IOU
         yield ReadingTrial(
             sheet.kind.value, sheet.seed, is_chosen, truth.f1, rooms, right, whole_figures(look)
         )

@@ -29,6 +29,7 @@ from fpnet_lab.training.judge_trials import Trial
 _NEVER = -1e9  # numerical
 _UNSEEN = 1e9  # numerical: spread of a figure that is not looked at
 _LEAST_SPREAD = 1e-3  # numerical: of a figure that hardly varies
+_LEAST_SHARE = 1e-6  # numerical: of own plans, or of others
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,7 @@ class TrialTensors:
     weight: torch.Tensor
 
 
-def stack_trials(
-    trials: Sequence[Trial], weight: NDArray[np.float64] | None = None
-) -> TrialTensors:
+def stack_trials(trials: Sequence[Trial]) -> TrialTensors:
     """Return trials padded to the largest; raises FpnetError for none."""
     if not trials:
         raise FpnetError('no trials to learn from; gather some first')
@@ -81,8 +80,8 @@ def stack_trials(
         right[row, :count] = trial.right
     context = np.stack([trial.evidence.context for trial in trials])
     own = np.array([trial.is_own for trial in trials])
-    if weight is None:
-        weight = balanced_weights(trials)
+    share = float(np.clip(own.mean(), _LEAST_SHARE, 1.0 - _LEAST_SHARE))
+    weight = np.where(own, 0.5 / share, 0.5 / (1.0 - share))  # own and others' count the same
     return TrialTensors(
         figures=torch.from_numpy(np.nan_to_num(figures)),
         context=torch.from_numpy(np.nan_to_num(context)),
@@ -91,13 +90,6 @@ def stack_trials(
         own=torch.from_numpy(own),
         weight=torch.from_numpy(weight.astype(np.float32)),
     )
-
-
-def balanced_weights(trials: Sequence[Trial]) -> NDArray[np.float64]:
-    """Return weights ``(N,)`` by which own and others' plans count the same."""
-    own = np.array([trial.is_own for trial in trials])
-    share = float(np.clip(own.mean(), 1e-6, 1.0 - 1e-6))
-    return np.where(own, 0.5 / share, 0.5 / (1.0 - share))
 
 
 class JudgeNetwork(nn.Module):

@@ -22,7 +22,6 @@ from fpnet_lab.sim.recording import (
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
-    simulate_recording,
     write_recording,
 )
 from fpnet_lab.sim.sensors import SENSORS, LidarModel
@@ -35,9 +34,8 @@ COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp('recording')
     seen = []
-    recording = simulate_recording(
-        folder, SEED, options=COARSE, progress=lambda done, total: seen.append((done, total))
-    )
+    recording = make_recording(SEED, COARSE)
+    write_recording(recording, folder, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(i + 1, len(recording)) for i in range(len(recording))]
     return folder, recording
 
@@ -82,9 +80,9 @@ def test_floorplan_and_truth_files_agree_with_the_recording(written):
 
 
 def test_nothing_is_overwritten(written):
-    folder, _ = written
+    folder, recording = written
     with pytest.raises(BagFormatError, match='exists'):
-        simulate_recording(folder, SEED, options=COARSE)
+        write_recording(recording, folder)
 
 
 def start_of_recording(seconds, lidar):
