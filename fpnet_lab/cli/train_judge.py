@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-import sys
 from typing import Annotated
 
 import typer
@@ -43,15 +42,14 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
+    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
     from fpnet_lab.training.judge_figures import held_back_figures
     from fpnet_lab.training.judge_gathering import Amounts, count_blocks, gather_trials
 
-    amounts, settings = (
-        Amounts().scaled(share),
-        JudgeTraining(seed=seed or 0, without=tuple(without or ())),
-    )
+    amounts = Amounts().scaled(share)
+    settings = JudgeTraining(seed=seed or 0, without=tuple(without or ()))
     with common.progress('trials', total=count_blocks(amounts)) as advance:
         trials = gather_trials(
             out / 'trials', settings.seed, data, tree, amounts, workers, advance
@@ -62,12 +60,9 @@ def command(
         typer.echo(f'{name}: {value}')
     with common.progress('fitting', total=settings.members) as advance:
         networks = fit_judge(stack_trials(trials), settings, advance)
-    command = ' '.join(['fpnet', *sys.argv[1:]])
-    drawn = {'trials': len(trials), 'share': share, 'command': command}
+    drawn = {'trials': len(trials), 'share': share, 'command': Provenance.now().command}
     facts = {'figures': figures, 'data': drawn}
-    path = (
-        out
-        / f'{"_".join(["judge", *(f"without_{word}" for word in settings.without)])}.safetensors'
-    )
+    words = ['judge', *(f'without_{word}' for word in settings.without)]
+    path = out / f'{"_".join(words)}.safetensors'
     write_judge(path, networks, settings, facts)
     typer.echo(f'wrote {path}')

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-import sys
 from typing import Annotated
 
 import typer
@@ -39,6 +38,7 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
+    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.scale import (
         SIDES,
@@ -73,6 +73,6 @@ def command(
     for name, values in figures.items():
         typer.echo(f'{name}: {values}')
     drawn = {'samples': len(samples), 'share': share}
-    facts = {'figures': figures, 'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
     write_scale(out / 'scale.safetensors', fit_scale(samples, settings), settings, facts)
     typer.echo(f'wrote {out / "scale.safetensors"}')

@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.provenance import Provenance
 
 if TYPE_CHECKING:
     from fpnet_lab.training.walls import WallTrainer
@@ -59,7 +59,7 @@ def command(
 
 def _train(trainer: WallTrainer, drawn: dict[str, Any]) -> None:
     """Train to the end and say what comes out now and then."""
-    facts = {'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    facts = {'data': drawn | {'command': Provenance.now().command}}
 
     def on_saved(figures: dict[str, Any]) -> None:
         typer.echo(f'step {figures["step"]}: loss {figures["loss"]}, {figures["iou"]["all"]}')

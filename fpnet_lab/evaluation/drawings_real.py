@@ -28,7 +28,8 @@ from fpnet_lab.evaluation.drawings import (
     segmented,
     share,
 )
-from fpnet_lab.evaluation.segmentation import RESOLUTION_M, read_labels
+from fpnet_lab.evaluation.segmentation import RESOLUTION_M
+from fpnet_lab.sim.floors import read_image, read_labels
 from fpnet_lab.sim.presets import SPLITS
 
 TONES: dict[str, int | None] = {
@@ -95,7 +96,7 @@ def bench_plans(
     results: dict[str, list[SheetResult]] = {tone: [] for tone in TONES}
     same: dict[str, list[tuple[bool, float]]] = {tone: [] for tone in TONES}
     for name in names:
-        image = _image(data / 'bormann' / 'floorplan' / f'{name}.png')
+        image = read_image(data / 'bormann' / 'floorplan' / f'{name}.png')
         truth = read_labels(data / 'bormann' / 'room_labels' / f'{name}.png')
         black: _Found | None = None
         for label, tone in TONES.items():
@@ -112,13 +113,6 @@ def bench_plans(
         'tones': {tone: _figures(results[tone], same[tone]) for tone in TONES},
         'scale': scale_figures(results['0']),
     }
-
-
-def _image(path: Path) -> NDArray[np.uint8]:
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
-    return np.asarray(image, np.uint8)
 
 
 def _read(

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import LogisticRegression
+from sklearn.metrics import roc_auc_score
 
 from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, NAMES, DoubtModel
 from fpnet_core.drawings.sheet_figures import sheet_evidence
@@ -201,7 +202,7 @@ def held_out_figures(
     figures = {
         'readings': float(len(p)),
         'wrong': float(wrong.mean()),
-        'auc': area_under(p, wrong),
+        'auc': float(roc_auc_score(wrong, p)),
     }
     for share in (0.03, 0.05, 0.1):
         level = threshold(p, wrong, share)
@@ -209,16 +210,8 @@ def held_out_figures(
     figures['wrong_doubted'] = float(np.mean(p[wrong] > doubted_from))
     figures['right_doubted'] = float(np.mean(p[~wrong] > doubted_from))
     rooms = np.concatenate([trial.right for trial in trials])
-    figures['rooms_auc'] = area_under(1.0 - np.concatenate(held_out.right), ~rooms)
+    figures['rooms_auc'] = float(roc_auc_score(rooms, np.concatenate(held_out.right)))
     return figures
-
-
-def area_under(score: Array, is_so: Bools) -> float:
-    """Return how often one that is so scores higher (N,) than one that is not; ties count half."""
-    order = np.sort(score[~is_so])
-    below = np.searchsorted(order, score[is_so], 'left')
-    upto = np.searchsorted(order, score[is_so], 'right')
-    return float(np.mean(0.5 * (below + upto)) / max(len(order), 1))
 
 
 def write_doubts(

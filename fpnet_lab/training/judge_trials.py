@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.geometry import Affine2D, Placements, angle_between
 from fpnet_core.io import read_map
 from fpnet_core.io.arrays import read_arrays
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
@@ -286,7 +286,7 @@ def right_placements(
     moved = np.median(np.linalg.norm(there - truth, axis=2), axis=1)
     middle = np.linalg.norm(there.mean(axis=1) - truth.mean(axis=0), axis=1)
     best = Affine2D.from_matrix(_fitted(points, truth))
-    turn = np.rad2deg(np.abs(np.angle(np.exp(1j * (placed.heading - best.heading)))))
+    turn = np.rad2deg(angle_between(placed.heading, best.heading))
     scale = np.abs(placed.scale / np.sqrt(abs(np.linalg.det(best.linear))) - 1.0)
     limit_m = max(RIGHT_DIAGONALS * diagonal_m, RIGHT_LEAST_M)
     is_near = (middle < limit_m) & (scale < RIGHT_SCALE)

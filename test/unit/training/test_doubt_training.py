@@ -15,7 +15,6 @@ from fpnet_core.io.weights import read_weights
 from fpnet_lab.training.doubt_trials import ReadingTrial, read_trials, write_trials
 from fpnet_lab.training.doubts import (
     DoubtTraining,
-    area_under,
     fit_doubts,
     held_out_figures,
     threshold,
@@ -82,7 +81,5 @@ def test_trials_come_back_from_their_file(tmp_path):
         read_trials(path)
 
 
-def test_figures_of_a_ranking():
-    score, is_so = np.array([0.1, 0.4, 0.4, 0.9]), np.array([False, False, True, True])
-    assert area_under(score, is_so) == pytest.approx(0.875)
+def test_the_threshold_leaves_a_share_of_the_right_ones_above():
     assert threshold(np.linspace(0, 1, 101), np.zeros(101, np.bool_), 0.05) == pytest.approx(0.95)
