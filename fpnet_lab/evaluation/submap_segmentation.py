@@ -123,14 +123,14 @@ _Task = tuple[int, str]
 def score_drive(task: _Task) -> SubmapScore:
     """Return the figures of the drive of one seed and sensor."""
     (seed, sensor), config = task, FpnetConfig()
-    drive = registered_drive(seed, sensor, config, None)
+    drive = registered_drive(seed, sensor, config)
     return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
 
 
 def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
     """Return the segmentation of everything that a drive has seen."""
     builder = SubmapBuilder(config.submap)
-    for points, T_odom_sensor, stamp_ns in drive:
+    for points, T_odom_sensor, stamp_ns in drive.sweeps:
         builder.add_scan(points, T_odom_sensor, stamp_ns)
     submap = builder.take()
     assert submap is not None, 'a drive holds scans with returns'

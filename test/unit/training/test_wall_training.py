@@ -26,7 +26,7 @@ from fpnet_lab.training.wall_samples import (
     sample_stems,
     sheet_sample,
 )
-from fpnet_lab.training.walls import WallTrainer, WallTraining, rate_at, unweighted
+from fpnet_lab.training.walls import WallTrainer, WallTraining, unweighted
 
 SMALL = WallNetworkConfig(widths=(4, 8, 8, 8, 8), down_blocks=(1, 1, 1, 1))
 QUICK = WallTraining(steps=4, batch_size=2, side_px=64, save_every=2)
@@ -103,15 +103,6 @@ def test_equal_seeds_give_equal_patches(samples):
     for _ in range(3):
         for a, b in zip(next(one), next(other), strict=True):
             np.testing.assert_array_equal(a, b)
-
-
-def test_the_rate_rises_and_falls():
-    config = WallTraining(steps=100, warmup=0.1, learning_rate=1.0)
-    rates = [rate_at(step, config) for step in range(101)]
-    assert rates[0] == pytest.approx(0.1)
-    assert max(rates) == rates[10] == 1.0
-    assert rates[55] == pytest.approx(0.5)
-    assert rates[100] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_run_writes_weights_and_goes_on_where_it_was(samples):
