@@ -33,6 +33,7 @@ from fpnet_core.drawings.pages import (
     VectorPage,
     bezier,
     composed,
+    narrowed,
     transformed,
 )
 from fpnet_core.drawings.types import Label, ReadOptions
@@ -284,14 +285,7 @@ def _clip(reader: _Reader, obj: Any, A_page_form: Array, outer: Box) -> Box:
     for k in range(max(count, 0)):
         points = _clip_points(raw, clip, k)
         if len(points):
-            placed = transformed(points, A)
-            low, high = placed.min(axis=0), placed.max(axis=0)
-            box = (
-                max(box[0], float(low[0])),
-                max(box[1], float(low[1])),
-                min(box[2], float(high[0])),
-                min(box[3], float(high[1])),
-            )
+            box = narrowed(box, transformed(points, A))
     return box
 
 

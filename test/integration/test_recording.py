@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording on disk: what is written reads back, and real KISS-ICP tracks it."""
 
-from dataclasses import replace
 import json
 
 import numpy as np
 import pytest
+from short_recording import start_of_recording
 
 from fpnet_core.cli import main
 from fpnet_core.config import OdometryConfig
@@ -83,20 +83,6 @@ def test_nothing_is_overwritten(written):
     folder, recording = written
     with pytest.raises(BagFormatError, match='exists'):
         write_recording(recording, folder)
-
-
-def start_of_recording(seconds, lidar):
-    """Return a recording that ends after a few seconds."""
-    recording = make_recording(1, RecordingOptions(lidar=lidar), threads=1)
-    tour, count = recording.tour, round(seconds * 100.0)
-    short = replace(
-        tour,
-        time_s=tour.time_s[:count],
-        xy=tour.xy[:count],
-        yaw_rad=tour.yaw_rad[:count],
-        tilt_rad=tour.tilt_rad[:count],
-    )
-    return replace(recording, tour=short)
 
 
 @pytest.mark.parametrize('name', sorted(SENSORS))
