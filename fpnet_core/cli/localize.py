@@ -119,8 +119,7 @@ def command(
     common.say_causes(result.causes, json_path)
     if tum is not None:
         _write_poses(tum, result.run)
-    if json_path is not None:
-        common.write_json(json_path, result.figures(summary))
+    common.write_json(json_path, result.figures(summary))
     if out is not None:
         name = f'{recording.name} on {floorplan.name}'
         _write_folder(out, name, result, known, summary)
