@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
 
@@ -21,7 +22,7 @@ def command(
         list[str] | None,
         typer.Option('--groups', metavar='NAME', help='Only this group; repeatable.'),
     ] = None,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
+    workers: options.WorkersOption = 1,
     baselines: Annotated[
         int | None,
         typer.Option(

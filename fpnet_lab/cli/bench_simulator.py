@@ -9,11 +9,12 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
 
 def command(
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 2,
+    workers: options.WorkersOption = 2,
     blocks: Annotated[
         int, typer.Option('--blocks', min=2, help='Blocks of 40 pairs; the first ones warm up.')
     ] = 12,

@@ -4,24 +4,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
+    out: options.RunOption,
     buildings: Annotated[
         int,
         typer.Option('--buildings', min=6, help='Generated, each on five kinds of sheets.'),
     ] = 60,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that read.')] = 2,
+    workers: options.WorkersOption = 2,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:

@@ -4,27 +4,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
-    data: Annotated[
-        Path,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
-    share: Annotated[
-        float, typer.Option('--share', min=0.001, max=1.0, help='Use so much of the trials.')
-    ] = 1.0,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that gather.')] = 2,
+    data: options.TuneDataOption,
+    out: options.RunOption,
+    share: options.ShareOption = 1.0,
+    workers: options.WorkersOption = 2,
     without: Annotated[
         list[str] | None,
         typer.Option('--without', help='Leave out figures named so, as rival or ben; repeatable.'),

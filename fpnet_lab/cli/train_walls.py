@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 from fpnet_lab.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -17,14 +17,8 @@ if TYPE_CHECKING:
 
 
 def command(
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
-    data: Annotated[
-        Path | None,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ] = None,
+    out: options.RunOption,
+    data: options.MaybeTuneDataOption = None,
     sheets: Annotated[
         int, typer.Option('--sheets', min=1, help='Drawings to generate and learn from.')
     ] = 1000,
