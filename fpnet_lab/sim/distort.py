@@ -22,7 +22,7 @@ import shapely
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
-from fpnet_core.raster.pixels import column_to_xy, corners_xy
+from fpnet_core.raster.warping import warping_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
 from fpnet_lab.sim.render import fill_polygons
@@ -102,19 +102,13 @@ def warp_map(grid: GridMap, A_plan_building: Affine2D) -> GridMap:
 
     Walls are kept closed; what lies outside of ``grid`` is unknown.
     """
-    seen = A_plan_building.apply(corners_xy(grid))
-    origin = seen.min(axis=0) - MARGIN_M
-    size = np.ceil((seen.max(axis=0) + MARGIN_M - origin) / grid.resolution).astype(int)
-    pose = SE2.from_xy_yaw(float(origin[0]), float(origin[1]), 0.0)
-    # OpenCV wants the way back, from target to source cells [x, y].
-    A_cell_building = column_to_xy(grid.T_frame_grid, grid.resolution).inv()
-    back = A_cell_building @ A_plan_building.inv() @ column_to_xy(pose, grid.resolution)
+    pose, size, back = warping_of(grid, A_plan_building, MARGIN_M)
 
     def warped(values: NDArray[np.generic], flags: int, outside: float) -> NDArray[np.float32]:
         image = cv2.warpAffine(
             values.astype(np.float32),
             back.matrix[:2],
-            (int(size[0]), int(size[1])),
+            size,
             flags=flags | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_CONSTANT,
             borderValue=outside,
