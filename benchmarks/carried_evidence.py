@@ -46,10 +46,10 @@ class Watching:
     after: int = 0
     frozen: tuple = ()
 
-    def is_doubtful(self, support, usual, before, submap) -> bool:
+    def is_doubtful(self, support, usual, vicinity, submap) -> bool:
         """Note the signs; what was usual stays that of the ride before."""
         is_after = self.lifted_ns is not None and submap.stamp_ns > self.lifted_ns
-        self.frozen = self.frozen if is_after and self.frozen else (usual, before)
+        self.frozen = self.frozen if is_after and self.frozen else (usual, vicinity.before)
         usual, before = self.frozen
         self.after += is_after
         if support is not None and before is not None and self.after <= FIRST_LOOKS:

@@ -95,7 +95,7 @@ class Surroundings:
         )
         support = self._support(plan, submap, A_plan_odom @ T)
         usual = belief.best.score if vicinity.usual is None else vicinity.usual
-        if self._is_doubtful(support, usual, vicinity.before, submap):
+        if self._is_doubtful(support, usual, vicinity, submap):
             lost = Belief(Status.LOST, None, 0.0, CONTRADICTED)
             doubted = replace(vicinity, fix=fix, doubts=vicinity.doubts + 1)
             return doubted, lost, None
@@ -111,14 +111,22 @@ class Surroundings:
         return float(wall_support(plan, submap.newest_xy, at, WALL_SIGMA_M)[0])
 
     def _is_doubtful(
-        self, support: float | None, usual: float, before: Submap | None, submap: Submap
+        self, support: float | None, usual: float, vicinity: Vicinity, submap: Submap
     ) -> bool:
-        """Tell whether the newest returns say that the robot is elsewhere."""
+        """
+        Tell whether the newest returns say that the robot is elsewhere.
+
+        Who has been carried off stays there: a doubt is given up only for as good a reason as
+        it takes to have one.
+        """
         if support is None:
             return False
+        before, wanted = vicinity.before, self.config.doubt_probability
         in_free = 0.0 if before is None else share_in_free_space(before, submap)
         signs = (1.0, support / max(usual, _LEAST_USUAL), in_free)
-        return float(expit(np.dot(_WEIGHTS, signs))) > self.config.doubt_probability
+        return float(expit(np.dot(_WEIGHTS, signs))) > (
+            1.0 - wanted if vicinity.doubts else wanted
+        )
 
 
 def share_in_free_space(before: Submap, submap: Submap) -> float:

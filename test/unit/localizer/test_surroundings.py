@@ -171,3 +171,16 @@ def test_walls_where_nothing_stood_speak_for_another_place():
         judge.judge(submap(walls()), claim())
         belief, _ = judge.judge(submap(newest), claim())
         assert belief.status is expected
+
+
+def test_a_doubt_is_given_up_only_for_a_good_reason():
+    """What does not suffice for a doubt does not end one either."""
+    unsure = np.concatenate([partly(0.55), in_free_space()[::4]])
+    for first, expected in ((walls(), Status.LOCALIZED), (partly(0.2), Status.LOST)):
+        judge = Judging()
+        judge.judge(submap(walls()), claim())
+        judge.judge(submap(first), claim())
+        belief, _ = judge.judge(submap(unsure), claim())
+        assert belief.status is expected
+    belief, _ = judge.judge(submap(walls()), claim())
+    assert belief.status is Status.LOCALIZED
