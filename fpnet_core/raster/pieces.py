@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,24 @@ def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDA
         mask.astype(np.uint8), connectivity=connectivity
     )
     return np.asarray(labels, np.int32), np.asarray(stats, np.int32)
+
+
+@njit(cache=True, nogil=True)
+def label_figures(
+    labels: NDArray[np.int32], values: NDArray[np.float32], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """
+    Return how many cells (count,) each of ``labels (H, W)`` has, and its largest value (count,).
+
+    ``values (H, W)`` are not negative; a label without cells has the value 0.
+    """
+    sizes, largest = np.zeros(count, np.int64), np.zeros(count, np.float32)
+    for row in range(labels.shape[0]):
+        for col in range(labels.shape[1]):
+            label = labels[row, col]
+            sizes[label] += 1
+            largest[label] = max(largest[label], values[row, col])
+    return sizes, largest
 
 
 def longer_pieces(mask: Mask, length: float) -> Mask:

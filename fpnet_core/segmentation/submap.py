@@ -17,7 +17,7 @@ from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.scene import Scene, fill_furniture
 from fpnet_core.segmentation.stubs import find_stubs
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
@@ -39,8 +39,6 @@ _MIN_DOOR_M = 0.3
 _MIN_GLIMPSED_DOOR_M = 0.6
 # Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
-# Clearance at the very edge of unseen space [m].
-_UNSEEN_CREDIT_M = 0.5
 # Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
 _RIM_M = 0.2
 # Of that rim, what lies so near to returns: farther from any it may be a wall that no ray met [m].
@@ -116,7 +114,7 @@ def segment_part(
     scene = _scene(free, shut, near_wall, cell_m)
     if held is not None:
         scene = replace(scene, free=free & ~held)
-    full, openings = cut_rooms(scene)
+    full, openings, _ = cut_rooms(scene)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
@@ -129,18 +127,8 @@ def segment_part(
 
 
 def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
-    """
-    Return the scene of a partial map.
-
-    Unseen space limits the clearance less than a wall does: a room seen through its door keeps
-    a clearance that grows behind the jambs, so that the door is found before the room is.
-    """
-    unseen = ~free & ~wall
-    solid = (~free & wall) | lintel
-    clearance = np.minimum(
-        clearance_m(solid, cell_m), clearance_m(unseen, cell_m) + np.float32(_UNSEEN_CREDIT_M)
-    )
-    return Scene(free, lintel, cell_m, clearance, wall, unseen)
+    """Return the scene of a partial map."""
+    return Scene(free, lintel, (~free & wall) | lintel, cell_m, wall, ~free & ~wall)
 
 
 def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
