@@ -85,7 +85,8 @@ class SubmapSegmenter:
         if not dirty.any():
             return last.segmentation, replace(self, last=last)
         box, near = _dirty_cells(dirty, grid)
-        touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
+        met = np.bincount(last.segmentation.labels[box][near])
+        touched = set((np.flatnonzero(met) - 1).tolist()) - {-1}
         touched = _with_partners(touched, last.segmentation, SURE_WIDTH_M)
         stride = max(1, round(WORK_RESOLUTION_M / grid.resolution))
         window = _window(last.segmentation, touched, box, stride)

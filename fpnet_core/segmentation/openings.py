@@ -28,6 +28,8 @@ _LINE_REACH = 3.0
 _SLIDE_M = 0.3
 # Numerical: directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
+_BOUNDING = 6  # numerical: of which every so many are tried first
+_STEP_CELLS = 0.25  # numerical: along a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,29 +55,46 @@ def narrowest_chord(
     """Return the ends (row, col, row, col) of the shortest free chord through a point."""
     best = (row, col, row, col)
     best_length = 1e18
-    step = 0.25
+    # A few directions bound the length first: most others are then given up early.
+    bound = 1e18
+    for k in range(0, directions, _BOUNDING):
+        bound = min(bound, sum(_runs(free, row, col, reach, np.pi * k / directions, bound)))
     for k in range(directions):
         angle = np.pi * k / directions
-        d_row, d_col = np.sin(angle), np.cos(angle)
-        ends = np.zeros(2)
-        for side in range(2):
-            sign = 1.0 if side == 0 else -1.0
-            run = 0.0
-            while run < reach:
-                ahead = sign * (run + step)
-                if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
-                    break
-                run += step
-            ends[side] = run
-        if ends[0] + ends[1] < best_length:
-            best_length = ends[0] + ends[1]
+        ahead, behind = _runs(free, row, col, reach, angle, min(bound, best_length))
+        if ahead + behind < best_length:
+            best_length = ahead + behind
+            d_row, d_col = np.sin(angle), np.cos(angle)
             best = (
-                row + ends[0] * d_row,
-                col + ends[0] * d_col,
-                row - ends[1] * d_row,
-                col - ends[1] * d_col,
+                row + ahead * d_row,
+                col + ahead * d_col,
+                row - behind * d_row,
+                col - behind * d_col,
             )
     return best
+
+
+@njit(cache=True)
+def _runs(
+    free: NDArray[np.bool_], row: float, col: float, reach: float, angle: float, bound: float
+) -> tuple[float, float]:
+    """
+    Return how far a place's line is free ahead and behind, up to ``reach`` [cells].
+
+    Nothing is exact of a line longer than ``bound``, but that it is.
+    """
+    d_row, d_col = np.sin(angle), np.cos(angle)
+    ends = (0.0, 0.0)
+    for side in range(2):
+        sign, before = (1.0, 0.0) if side == 0 else (-1.0, ends[0])
+        run = 0.0
+        while run < reach and before + run <= bound:
+            ahead = sign * (run + _STEP_CELLS)
+            if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
+                break
+            run += _STEP_CELLS
+        ends = (run, 0.0) if side == 0 else (ends[0], run)
+    return ends
 
 
 @dataclass(frozen=True, eq=False)

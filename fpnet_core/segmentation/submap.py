@@ -118,7 +118,7 @@ def segment_part(
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
-    rooms = set(np.unique(full).tolist()) - {0}
+    rooms = set(np.flatnonzero(np.bincount(full.ravel())).tolist()) - {0}
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
         full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
