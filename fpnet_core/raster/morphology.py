@@ -86,7 +86,7 @@ def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
     """
     # OpenCV dilates no 32-bit integers; these hold all labels exactly.
     is_few = int(labels.max(initial=0)) <= np.iinfo(np.uint16).max
-    found = labels.astype(np.uint16 if is_few else np.float32)
+    found: NDArray[Any] = labels.astype(np.uint16 if is_few else np.float32)
     for _ in range(steps):
         further = cv2.dilate(found, kernel)
         np.copyto(found, further, where=(found == 0) & into)

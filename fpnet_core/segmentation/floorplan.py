@@ -16,9 +16,9 @@ from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble
+from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
 from fpnet_core.segmentation.scene import Scene, fill_furniture
-from fpnet_core.segmentation.simple import cut_rooms_simply
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
@@ -75,11 +75,15 @@ def segment_floorplan(
     blocked = ~free if on_paper else _framed(~free)
     scene = Scene(free, np.zeros_like(free), blocked, cell_m)
     is_default = config.method == 'default'
-    full, openings, scene = (
-        cut_rooms(scene) if is_default else cut_rooms_simply(scene, config.method)
-    )
+    full, openings, scene = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
     is_room = _is_room(full, scene, on_paper)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
+
+
+def _cut_simply(scene: Scene, method: str) -> tuple[NDArray[np.int32], list[Opening], Scene]:
+    from fpnet_core.segmentation.simple import cut_rooms_simply  # loads scikit-image
+
+    return cut_rooms_simply(scene, method)
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:

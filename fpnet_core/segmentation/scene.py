@@ -60,7 +60,7 @@ class Scene:
         if self.unseen is None:
             return clearance
         beyond = clearance_m(self.unseen, self.cell_m) + np.float32(_UNSEEN_CREDIT_M)
-        return np.minimum(clearance, beyond)
+        return np.asarray(np.minimum(clearance, beyond))
 
     def closed_along(self, line: Mask) -> Scene:
         """Return the scene with the cells of lines closed as if they were under a lintel."""

@@ -81,7 +81,7 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     tips = np.argwhere(lines)
     found = _search(near_lines, near_ink, tips, margin, np.radians(_ARC_DEG), first, blanks)
     # Tips are searched one by one, which is gentle to the cache, and listed by direction.
-    return found[np.argsort(found[:, 3], kind='stable')]
+    return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
 
 
 @lru_cache(maxsize=4)
@@ -144,11 +144,10 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
                     continue
                 for side in (-1.0, 1.0):
                     v = (u[1] * side, -u[0] * side)
-                    swept = _arc_misfit(lines, off, hinge, u, v, length, arc)
-                    score = swept + misfit / length
-                    if swept < 0.0 or score > _MAX_MISFIT:
-                        continue
-                    if _is_blank(ink, hinge, u, v, blanks[length - first]):
+                    score = misfit / length + _arc_misfit(lines, off, hinge, u, v, length, arc)
+                    if score <= _MAX_MISFIT and _is_blank(
+                        ink, hinge, u, v, blanks[length - first]
+                    ):
                         tip = (float(tip_row), float(tip_col))
                         found.append((score, tip[0], tip[1], angles[k], float(length), side))
     listed = np.empty((len(found), 6))
@@ -160,13 +159,13 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
 
 @njit(cache=True, nogil=True)
 def _arc_misfit(lines, off, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
-    """Return the mean distance [cells] of an arc from lines, -1 where it is not drawn."""
+    """Return the mean distance [cells] of an arc from lines, infinite where it is not drawn."""
     total = 0.0
     for angle in arc:
         a, b = radius * np.cos(angle), radius * np.sin(angle)
         code = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
         if code > _NEAR:
-            return -1.0
+            return np.inf
         total += off[code]
     return total / len(arc)
 

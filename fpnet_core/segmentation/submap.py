@@ -10,9 +10,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, spread, square
+from fpnet_core.raster.pieces import label_windows
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
@@ -180,13 +180,12 @@ def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
     labels = np.pad(labels, _BEYOND_CELLS)
     unseen = np.pad(unseen, _BEYOND_CELLS, constant_values=True)
     scores: dict[int, RoomScore] = {}
-    for label, window in enumerate(find_objects(labels), start=1):
-        if window is not None:
-            # The rectangle around a turned room leaves its axis-aligned window by less than
-            # half of the window's shorter side.
-            margin = 1 + min(s.stop - s.start for s in window) // 2
-            wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
-            scores[label] = _score(labels[wide] == label, unseen[wide])
+    for label, window in label_windows(labels).items():
+        # The rectangle around a turned room leaves its axis-aligned window by less than
+        # half of the window's shorter side.
+        margin = 1 + min(s.stop - s.start for s in window) // 2
+        wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
+        scores[label] = _score(labels[wide] == label, unseen[wide])
     return scores
 
 
@@ -219,9 +218,8 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
     """Return ``labels`` without rooms whose wide part is no room's."""
     wide = np.zeros(labels.shape, dtype=bool)
-    for label, window in enumerate(find_objects(labels), start=1):
-        if window is not None:
-            wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
+    for label, window in label_windows(labels).items():
+        wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
     cells = np.bincount(labels[wide], minlength=int(labels.max(initial=0)) + 1)
     keep = cells * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2
     return np.where(keep[labels], labels, 0).astype(np.int32)

@@ -37,9 +37,7 @@ def command(
     ] = None,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            '--seconds', min=20.0, help='Drive so long; else seven minutes.'
-        ),
+        typer.Option('--seconds', min=20.0, help='Drive so long; else seven minutes.'),
     ] = None,
     json_path: common.JsonOption = None,
 ) -> None:

@@ -22,6 +22,7 @@ from fpnet_lab.sim.tours import TourLimits
 
 # Chosen: about 930 m2 in seven minutes.
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
+# Chosen, with it:
 _TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
 _SCAN_POINTS = 25_000  # given: what the aim for a scan is stated for
 _STEP = 5  # chosen: every so many sweeps is added: two a second
