@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig, SubmapConfig
@@ -31,6 +32,10 @@ def command(
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
+    submap_storey: Annotated[
+        int | None,
+        typer.Option('--submap-storey', min=1, help='Which storey of a cloud, from the lowest.'),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Draw the maps and the match.')
     ] = None,
@@ -61,11 +66,12 @@ def command(
 
     reading = said.read(plan, tree)
     common.say_reading(reading, json_path)
-    sub = _read_submap(common.check_input(submap), tree.submap)
+    sub = _read_submap(common.check_input(submap), tree.submap, submap_storey)
     stated = reading.scale.is_known, states_scale(submap)
     matcher = LearnedMatcher(tree.matcher)
     result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
     given = common.typed_settings(config, settings)
+    given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
     asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, '--plan'), plan)
     causes = _causes(result, matcher, tree, reading, asked, said.storey)
     report = _report(result, reading, sub.grid, *stated)
@@ -80,13 +86,15 @@ def command(
         save_map_match(result, plot)
 
 
-def _read_submap(path: Path, config: SubmapConfig) -> Submap:
+def _read_submap(path: Path, config: SubmapConfig, storey: int | None) -> Submap:
     from fpnet_core.io import read_cloud, read_map
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
     from fpnet_core.submaps import submap_from_cloud, submap_from_grid
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
-        return submap_from_cloud(read_cloud(path), config)
+        return submap_from_cloud(read_cloud(path), config, storey)
+    if storey is not None:
+        raise ConfigError(f'--submap-storey: {path} is a map of one storey; only clouds have more')
     return submap_from_grid(read_map(path))
 
 
