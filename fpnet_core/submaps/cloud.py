@@ -71,7 +71,7 @@ def _chosen(storeys: tuple[Storey, ...], number: int | None) -> Storey:
         largest = max(storeys, key=lambda storey: storey.area_m2)
         if len(storeys) > 1:
             _log.warning(
-                'the cloud shows %d storeys and storey %d, the largest, is taken; for another give '
+                'the cloud shows %d storeys; storey %d, the largest, is taken; for another give '
                 'fpnet segment --storey N, fpnet match --submap-storey N',
                 len(storeys),
                 storeys.index(largest) + 1,

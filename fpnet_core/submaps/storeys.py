@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 _COLUMN_M, _LAYER_M = 0.2, 0.05
 _BLOCK_M = 1.0  # numerical: strays are told by columns of this edge [m]
 # Chosen, not measured:
-_STRAY_SHARE = 0.03  # blocks with a smaller share of the median block's points are strays
+_STRAY_SHARE = 0.03  # blocks with a smaller share of a usual block's points are strays
 _APART_BLOCKS = 1  # blocks this near to one another belong together
 _PART_SHARE = 0.05  # of the largest part's blocks, below which a part is not the building
 _PLANE_SHARE = 0.25  # of the largest layer's ground, from which on a layer is a floor or ceiling
@@ -56,7 +56,10 @@ def without_strays(points: Array) -> Array:
     shape = blocks.max(axis=0) + 1
     key = blocks[:, 0] * shape[1] + blocks[:, 1]
     keys, of_block, count = np.unique(key, return_inverse=True, return_counts=True)
-    is_dense = count >= _STRAY_SHARE * np.median(count)
+    # Half of all points lie in blocks at least as full as this, however many strays there are.
+    ascending = np.sort(count)
+    usual = ascending[np.searchsorted(np.cumsum(ascending), 0.5 * len(points))]
+    is_dense = count >= _STRAY_SHARE * usual
     places = np.stack(np.divmod(keys[is_dense], shape[1]), axis=1)
     corner = places.min(axis=0)
     size = places.max(axis=0) - corner + 1
