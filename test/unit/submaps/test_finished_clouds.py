@@ -93,7 +93,7 @@ def test_blind_spots_of_the_scanner_are_free():
 
 def test_storeys_are_told_apart_by_their_floors(caplog):
     cloud = np.concatenate(
-        [storey(rooms=2), storey(rooms=3, seed=1) + [[0.0, 0.0, HEIGHT + 0.35]]]
+        [storey(rooms=2), storey(rooms=3, seed=1) + np.array([0.0, 0.0, HEIGHT + 0.35])]
     )
     found = find_storeys(cloud)
     np.testing.assert_allclose([each.floor_m for each in found], [0.0, 2.95], atol=0.08)
