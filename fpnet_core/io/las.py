@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import CloudFormatError
 
-# Given by the format: where the header has what.
-_MAGIC, _LEAST_HEADER = b'LASF', 227
-_VERSION_AT, _SIZES_AT, _SCALES_AT, _LONG_COUNT_AT = 24, 94, 131, 247
-_PACKED = 0x80
-_COUNT_IS_LONG = (1, 4)
-_XYZ_BYTES = 12
+_MAGIC, _LEAST_HEADER = b'LASF', 227  # given: by the format
+_VERSION_AT, _SIZES_AT, _SCALES_AT, _LONG_COUNT_AT = 24, 94, 131, 247  # given: by the header
+_PACKED = 0x80  # given: in the kind of points
+_COUNT_IS_LONG = (1, 4)  # given: the version from which on it is
+_XYZ_BYTES = 12  # given: at the beginning of each point
 _MOST_PACKED = 200  # numerical: times; what a packed point takes at least
 
 
