@@ -30,6 +30,7 @@ _SLIDE_M = 0.3
 DIRECTIONS = 36
 _BOUNDING = 6  # numerical: of which every so many are tried first
 _STEP_CELLS = 0.25  # numerical: along a line
+_SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +51,21 @@ class Opening:
 
 @njit(cache=True)
 def narrowest_chord(
-    free: NDArray[np.bool_], row: float, col: float, reach: float, directions: int
+    free: NDArray[np.bool_],
+    row: float,
+    col: float,
+    reach: float,
+    directions: int,
+    bound: float = np.inf,
 ) -> tuple[float, float, float, float]:
-    """Return the ends (row, col, row, col) of the shortest free chord through a point."""
+    """
+    Return the ends (row, col, row, col) of the shortest free chord through a point.
+
+    Where all are longer than ``bound``, it is only some chord that is.
+    """
     best = (row, col, row, col)
     best_length = 1e18
     # A few directions bound the length first: most others are then given up early.
-    bound = 1e18
     for k in range(0, directions, _BOUNDING):
         bound = min(bound, sum(_runs(free, row, col, reach, np.pi * k / directions, bound)))
     for k in range(directions):
@@ -179,18 +188,21 @@ def _slide_to_narrowest(
     lengths = np.full(count, 1e18)
     lines[0, :] = first
     lengths[0] = first_length
+    shortest = min(min_length, first_length)
+    least = first_length
     for k in range(1, count):
         offset = k - 1 - slide
         r = min(max(row - offset * d_col / unit, 0.0), free.shape[0] - 1.0)
         c = min(max(col + offset * d_row / unit, 0.0), free.shape[1] - 1.0)
         if free[round(r), round(c)]:
-            chord = narrowest_chord(free, r, c, reach, directions)
+            chord = narrowest_chord(free, r, c, reach, directions, least + _SAME_CELLS + 1e-6)
             lines[k, :] = chord
             lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
-    shortest = min(min_length, first_length)
+            if lengths[k] >= shortest:
+                least = min(least, lengths[k])
     usable = (lengths >= shortest) & (lengths < 1e18)
     least = lengths[usable].min()
-    narrow = np.flatnonzero(usable & (lengths <= least + 1.0))
+    narrow = np.flatnonzero(usable & (lengths <= least + _SAME_CELLS))
     chosen = lines[narrow[len(narrow) // 2]]
     return chosen[0], chosen[1], chosen[2], chosen[3]
 
