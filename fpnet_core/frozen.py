@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,24 +17,34 @@ def frozen_array(
     value: ArrayLike, dtype: Any, shape: Shape, what: str, is_finite: bool = True
 ) -> NDArray[Any]:
     """
-    Return a read-only copy of ``dtype``, in C order.
+    Return a read-only copy of ``dtype``, in C order; what nobody can write to is its own copy.
 
     Raises
     ------
     ValueError
         Naming ``what`` is wrong: another shape, or values that are not finite but ought to be.
     """
-    array = np.array(value, dtype=dtype, order='C')
+    array = value if _is_frozen(value, dtype) else np.array(value, dtype=dtype, order='C')
     matches = array.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, array.shape, strict=True)
     )
     if not matches:
         raise ValueError(f'{what}: expected shape {shape}, got {array.shape}')
-    is_float = np.issubdtype(array.dtype, np.floating)
-    if is_finite and is_float and not np.isfinite(array).all():
+    if is_finite and array.dtype.kind == 'f' and not np.isfinite(array).all():
         raise ValueError(f'{what}: holds NaN or infinity')
     array.setflags(write=False)
     return array
+
+
+def _is_frozen(value: ArrayLike, dtype: Any) -> TypeGuard[NDArray[Any]]:
+    """Tell whether a value is such a copy already: it owns its memory, and nobody writes to it."""
+    return (
+        type(value) is np.ndarray
+        and value.dtype == dtype
+        and value.base is None
+        and not value.flags.writeable
+        and value.flags.c_contiguous
+    )
 
 
 def freeze_field(owner: object, name: str, dtype: Any, shape: Shape) -> None:

@@ -25,7 +25,7 @@ from fpnet_core.config import FpnetConfig, load_config
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
-from fpnet_core.errors import CloudFormatError, FpnetError
+from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError
 from fpnet_core.io import open_scans, read_cloud, read_map, states_scale
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.recordings import is_recording
@@ -77,20 +77,30 @@ def read_plan(
     return shown_as(Plan, reading.flipped() if mirrored else reading)
 
 
-def read_robot_map(path: str | Path, config: FpnetConfig | None = None) -> RobotMap:
+def read_robot_map(
+    path: str | Path, config: FpnetConfig | None = None, *, storey: int | None = None
+) -> RobotMap:
     """
     Read what a robot has seen: a map image or YAML, a point cloud, or a whole recording.
+
+    Parameters
+    ----------
+    path : the file or folder
+    config : the defaults if None
+    storey : of a cloud of several, from 1 at the bottom
 
     Raises
     ------
     FpnetError
-        If the file cannot be read, or nothing usable is in it.
+        If the file cannot be read, nothing usable is in it, or it is no cloud and has no storeys.
     """
     path, config = Path(path), config or FpnetConfig()
     if not path.exists():
         raise FpnetError(f'{path} does not exist; give an existing file or folder')
     if path.suffix.lower() in CLOUD_SUFFIXES:
-        return RobotMap(submap_from_cloud(read_cloud(path), config.submap), True)
+        return RobotMap(submap_from_cloud(read_cloud(path), config.submap, storey), True)
+    if storey is not None:
+        raise ConfigError(f'{path} is a map of one storey; only clouds have several')
     if is_recording(path):
         return RobotMap(submap_of(path, config), True)
     return RobotMap(submap_from_grid(read_map(path)), states_scale(path))

@@ -86,7 +86,11 @@ class DrawingOptions:
     ] = None
     storey: Annotated[
         int | None,
-        typer.Option('--storey', min=1, help='Which of several storeys on one sheet, from 1.'),
+        typer.Option(
+            '--storey',
+            min=1,
+            help='Which of several storeys on one sheet or in one cloud, from 1.',
+        ),
     ] = None
     page: Annotated[
         int | None, typer.Option('--page', min=1, help='Page of a PDF or storey of an IFC.')

@@ -31,6 +31,10 @@ def command(
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
+    submap_storey: Annotated[
+        int | None,
+        typer.Option('--submap-storey', min=1, help='Which storey of a cloud, from the lowest.'),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option('--plot', metavar='PNG', help='Draw the maps and the match.')
     ] = None,
@@ -61,11 +65,12 @@ def command(
 
     reading = said.read(plan, tree)
     common.say_reading(reading, json_path)
-    seen = read_robot_map(submap, tree)
+    seen = read_robot_map(submap, tree, storey=submap_storey)
     sub, stated = seen.submap, (reading.scale.is_known, seen.is_metric)
     matcher = LearnedMatcher(tree.matcher)
     result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
     given = common.typed_settings(config, settings)
+    given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
     asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, '--plan'), plan)
     causes = _causes(result, matcher, tree, reading, asked, said.storey)
     report = _report(result, reading, sub.grid, *stated)

@@ -61,7 +61,7 @@ def command(
         subject = reading.grid
         common.say_reading(reading, json_path)
     else:
-        subject, scale_is_known = _read_submap(source, tree), True
+        subject, scale_is_known = _read_submap(source, tree, said.storey), True
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
@@ -90,7 +90,7 @@ def _is_drawing(source: Path) -> bool:
     return not is_recording(source) and source.suffix.lower() not in CLOUD_SUFFIXES
 
 
-def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
+def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
     """Return the submap of a point file or of a whole recording."""
     from fpnet_core.api import submap_of
     from fpnet_core.io import open_scans, read_cloud
@@ -98,7 +98,7 @@ def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     from fpnet_core.submaps import submap_from_cloud
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
-        return submap_from_cloud(read_cloud(path), tree.submap)
+        return submap_from_cloud(read_cloud(path), tree.submap, storey)
     scans = len(open_scans(path))
     with common.progress('accumulating scans', total=scans) as advance:
         return submap_of(path, tree, lambda: advance(1.0))

@@ -25,6 +25,7 @@ is not removed; the network is trained under random rotations of both sides.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -52,6 +53,7 @@ DISTANCE_UNIT_M = 5.0
 
 _HU_FLOOR = 0.01  # numerical
 _FOURIER_FLOOR = 0.02  # numerical
+_SHAPES = 4096  # numerical: outlines whose features are kept
 # Numerical: outline samples per region; the highest harmonic used is 8, so 64 oversamples four
 # times.
 _OUTLINE_SAMPLES = 64
@@ -107,13 +109,20 @@ def node_features(regions: Sequence[Region]) -> NDArray[np.float32]:
     rows[:, POSITION] = (centroid - graph_centre(regions)) / POSITION_UNIT_M
     for row, region in zip(rows, regions, strict=True):
         row[CONFIDENCE] = region.observed_fraction * region.confidence
-        row[HU] = (hu_moments(region.polygon) - _HU_SHIFT) / _HU_SCALE
-        row[FOURIER] = (fourier_descriptors(region.polygon) - _FOURIER_SHIFT) / _FOURIER_SCALE
+        row[HU], row[FOURIER] = _shape_features(region.polygon.tobytes())
         row[AREA] = (np.log(region.area_m2) - _AREA_SHIFT) / _AREA_SCALE
         row[LABEL] = (region.label is RegionLabel.DOOR, region.label is RegionLabel.ROOM)
     shape = slice(HU.start, AREA.stop)
     rows[:, shape] = rows[:, shape].clip(-_FEATURE_LIMIT, _FEATURE_LIMIT)
     return rows.astype(np.float32)
+
+
+@lru_cache(maxsize=_SHAPES)
+def _shape_features(polygon: bytes) -> tuple[Array, Array]:
+    """Return the scaled HU and FOURIER features of an outline; rooms come again every tick."""
+    outline = np.frombuffer(polygon, dtype=np.float64).reshape(-1, 2)
+    hu = (hu_moments(outline) - _HU_SHIFT) / _HU_SCALE
+    return hu, (fourier_descriptors(outline) - _FOURIER_SHIFT) / _FOURIER_SCALE
 
 
 def edge_features(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Point files: PLY, PCD, NPY, XYZ, and through libraries PTS, XYZN, XYZRGB and E57.
+Point files: PLY, PCD, LAS, NPY, XYZ, and through libraries PTS, XYZN, XYZRGB, E57 and LAZ.
 
 Common formats are read with NumPy: Open3D's readers answer a damaged file with a printed warning
 and an empty cloud. They are used for compressed PCD and for rarer text formats only.
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.io.arrays import read_array
+from fpnet_core.io.las import read_las
 
 _PLY_TYPES = {
     **dict.fromkeys(('char', 'int8'), 'i1'),
@@ -41,7 +42,7 @@ def read_cloud(path: Path | str) -> NDArray[np.float64]:
     Return the points ``(P, 3)`` [m] of a point file; :data:`CLOUD_SUFFIXES` names the formats.
 
     Further columns are ignored; points with NaN or infinity are dropped. All scans of an E57 file
-    are put together in the file's frame, which needs the package pye57.
+    are put together in the file's frame, which needs the package pye57; LAZ needs laspy.
 
     Raises
     ------
@@ -243,6 +244,7 @@ _READERS: dict[str, Callable[[Path], NDArray[np.float64]]] = {
     '.xyz': _read_xyz,
     **dict.fromkeys(('.pts', '.xyzn', '.xyzrgb'), _read_with_open3d),
     '.e57': _read_e57,
+    **dict.fromkeys(('.las', '.laz'), read_las),
 }
 
 CLOUD_SUFFIXES = tuple(_READERS)

@@ -19,10 +19,8 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from scipy import ndimage
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 MAX_PIXELS = 100_000_000
@@ -36,6 +34,8 @@ _NOISE_SIGMAS = 4.0  # of the scanner's noise, around the white level
 _GREY_RANGE = (40, 250)  # levels that can mean unknown
 _GREY_TOLERANCE = 5  # grey levels; compression and resampling blur the unknown level
 _TENT = _GREY_TOLERANCE + 1.0 - np.abs(np.arange(-_GREY_TOLERANCE, _GREY_TOLERANCE + 1))
+_BELL = np.exp(-np.square(np.arange(-8.0, 9.0)) / 8.0)
+_BELL /= _BELL.sum()  # numerical: blurs a histogram by two levels
 _BORDER_SHARE = 0.3  # of the border's pixels have the unknown level
 _GREY_SHARE = 0.02  # of the image, for an unknown level that is not on the border
 _FILL_SHARE = 0.02  # of the image has a shade that fills walls or furniture
@@ -146,6 +146,9 @@ def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
     MapFormatError
         If no level can be free space, or nothing but free space is there.
     """
+    from fpnet_core.io.outside import outside_as_unknown  # loads OpenCV
+    from fpnet_core.raster.distance import cells_to_nearest
+
     histogram = np.bincount(grey.ravel(), minlength=256)
     white, noise = _white_level(histogram)
     unknown_level = _unknown_level(grey, histogram, white)
@@ -156,8 +159,7 @@ def interpret(grey: NDArray[np.uint8], resolution_m: float) -> NDArray[np.int8]:
     occupied = ~free if unknown_level is None else _ink(grey, histogram, unknown_level, threshold)
     if not occupied.any():  # two tones and no walls: those are where free space ends
         occupied = ~free
-    depth_m = resolution_m * ndimage.distance_transform_edt(~free)
-    occupied &= depth_m <= _WALL_DEPTH_M
+    occupied &= resolution_m * cells_to_nearest(free) <= _WALL_DEPTH_M
     cells = np.select([free, occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
     return outside_as_unknown(cells, resolution_m)
 
@@ -172,17 +174,20 @@ def _ink(
     much of the picture, or the blurred edge of a line; else they are a robot map's half-sure
     free space.
     """
+    from fpnet_core.raster.morphology import grown
+
     ink: NDArray[np.bool_] = grey < unknown_level - _GREY_TOLERANCE
     shade = (grey > unknown_level + _GREY_TOLERANCE) & (grey < threshold)
     is_fill = histogram >= _FILL_SHARE * grey.size
-    ink |= shade & ndimage.binary_dilation(is_fill, iterations=_FILL_TOLERANCE)[grey]
-    ink |= ndimage.binary_dilation(ink, np.ones((3, 3))) & shade
+    near_fill = np.convolve(is_fill, np.ones(2 * _FILL_TOLERANCE + 1), mode='same') > 0.0
+    ink |= shade & near_fill[grey]
+    ink |= grown(ink, 1) & shade
     return ink
 
 
 def _white_level(histogram: NDArray[np.int64]) -> tuple[float, float]:
     """Return the level of free space, the brightest peak that counts, and the noise above it."""
-    smooth = ndimage.gaussian_filter1d(histogram.astype(np.float64), 2.0, mode='constant')
+    smooth = np.convolve(histogram.astype(np.float64), _BELL, mode='same')
     enough = _WHITE_SHARE * histogram.sum()
     for level in range(255, 127, -1):
         window = slice(max(level - 5, 0), level + 6)
@@ -202,6 +207,8 @@ def _unknown_level(
     grey: NDArray[np.uint8], histogram: NDArray[np.int64], white: float
 ) -> float | None:
     """Return the grey that stands for unknown or outside; None where there is none."""
+    from fpnet_core.raster.morphology import opened_by, square
+
     low, high = _GREY_RANGE[0], int(min(_GREY_RANGE[1], white - 2 * _GREY_TOLERANCE))
     border = np.concatenate([grey[0], grey[-1], grey[1:-1, 0], grey[1:-1, -1]])
     on_border = np.bincount(border, minlength=256)[low:high]
@@ -213,6 +220,6 @@ def _unknown_level(
         if histogram[level] < _GREY_SHARE * grey.size:
             break
         mask = grey == level
-        if ndimage.binary_opening(mask, np.ones((5, 5))).sum() > _BLOB_SHARE * mask.sum():
+        if np.count_nonzero(opened_by(mask, square(5))) > _BLOB_SHARE * mask.sum():
             return float(level)
     return None

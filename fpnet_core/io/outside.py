@@ -4,17 +4,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import cross, grown_by
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.types import FREE, UNKNOWN
 
 Mask = NDArray[np.bool_]
 
+_CORE = 2  # numerical: marks what a flood from the corner has reached
 # Chosen, not measured:
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
@@ -30,8 +32,10 @@ def interior(free: Mask) -> Mask:
     """Return ``free (H, W)`` without the paper around a drawing, up to the first line."""
     if not is_on_paper(free):
         return free
-    pieces, _ = ndimage.label(free)
-    return np.asarray(free & ~np.isin(pieces, np.unique(border_of(pieces))))
+    pieces, figures = pieces_of(free, connectivity=4)
+    is_inside = np.ones(len(figures), dtype=np.bool_)
+    is_inside[np.unique(border_of(pieces))] = False
+    return np.asarray(free & is_inside[pieces])
 
 
 def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[np.int8]:
@@ -61,28 +65,24 @@ def _inside_of(free: Mask, reach_px: float) -> Mask | None:
     """
     # One free pixel all around joins what the building's walls cut off at the image's edge.
     padded = np.pad(free, 1, constant_values=True)
-    clearance = ndimage.distance_transform_edt(np.pad(padded, int(reach_px) + 1, mode='edge'))
-    core, _ = ndimage.label(clearance > reach_px)
+    clearance = cells_to_nearest(~np.pad(padded, int(reach_px) + 1, mode='edge'))
+    core = (clearance > reach_px).astype(np.uint8)
     if core[0, 0] == 0:
         return None
-    core = core == core[0, 0]
-    outside = ndimage.distance_transform_edt(~core) <= reach_px + 1.0
+    cv2.floodFill(core, None, (0, 0), _CORE)  # across sides, not corners
     margin = int(reach_px) + 2
-    inside = free & ~outside[margin:-margin, margin:-margin]
-    inside &= ~_crumbs(inside, free & ~inside, clearance[margin:-margin, margin:-margin], reach_px)
-    return np.asarray(inside)
+    to_core = cells_to_nearest(core == _CORE)[margin:-margin, margin:-margin]
+    outside = to_core <= reach_px + 1.0
+    inside = free & ~outside
+    return inside & ~_crumbs(
+        inside, free & outside, clearance[margin:-margin, margin:-margin], reach_px
+    )
 
 
-def _crumbs(
-    inside: NDArray[np.bool_],
-    outside: NDArray[np.bool_],
-    clearance: NDArray[np.floating[Any]],
-    reach_px: float,
-) -> NDArray[np.bool_]:
+def _crumbs(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_px: float) -> Mask:
     """Return the niches of the outer wall: parts open to the outside, too narrow for a room."""
-    labels, count = ndimage.label(inside)
-    touching = np.unique(labels[ndimage.binary_dilation(outside) & inside])
-    widest = ndimage.maximum(clearance, labels, np.arange(count + 1))
-    narrow = touching[np.asarray(widest)[touching] <= reach_px]
-    niches: NDArray[np.bool_] = np.isin(labels, narrow[narrow > 0])
-    return niches
+    pieces, figures = pieces_of(inside, connectivity=4)
+    is_niche = np.zeros(len(figures), dtype=np.bool_)
+    is_niche[pieces[grown_by(outside, cross()) & inside]] = True
+    is_niche[pieces[(clearance > reach_px) & inside]] = False
+    return np.asarray(is_niche[pieces])

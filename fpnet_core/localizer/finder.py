@@ -25,7 +25,6 @@ from fpnet_core.pose import (
     verified_estimates,
 )
 from fpnet_core.pose.estimate import DISTINCT_M, MAX_ESTIMATES
-from fpnet_core.pose.raster_search import search_placements
 from fpnet_core.pose.scales import estimates_across_scales
 
 # Numerical: more changed no answer and took longer.
@@ -201,6 +200,8 @@ class Finder:
 
         Every other scale will do: refinement closes the gaps, and time goes with their number.
         """
+        from fpnet_core.pose.raster_search import search_placements  # loads SciPy's transforms
+
         raster = search_placements(
             plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
         )

@@ -11,7 +11,6 @@ import time
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
@@ -21,6 +20,7 @@ from fpnet_core.pose import (
     MapSide,
     map_evidence,
 )
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.segmentation import SubmapSegmenter, segment_floorplan
 from fpnet_core.types import (
     FREE,
@@ -103,9 +103,9 @@ def plan_side(segmentation: Segmentation) -> MapSide:
 def _free_beside_rooms(segmentation: Segmentation) -> NDArray[np.bool_]:
     """Free cells connected to a room: door openings, and slivers that no room took."""
     free = segmentation.grid.cells == FREE
-    components, count = label(free)
-    touched = np.zeros(count + 1, dtype=bool)
-    touched[np.unique(components[segmentation.labels > 0])] = True
+    components, figures = pieces_of(free, connectivity=4)
+    touched = np.zeros(len(figures), dtype=bool)
+    touched[components[segmentation.labels > 0]] = True
     touched[0] = False
     return np.asarray(touched[components])
 

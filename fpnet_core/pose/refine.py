@@ -214,7 +214,11 @@ def _normal_equations(
     rows, cols = field.shape
     linear = _strained(params, start)
     x0, y0 = centre[0] + params[0], centre[1] + params[1]
-    H, g, j = np.zeros((6, 6)), np.zeros(6), np.empty(6)
+    H, g = np.zeros((6, 6)), np.zeros(6)
+    # Twenty-seven scalars: sums in an array would be loaded and stored for every point.
+    g0 = g1 = g2 = g3 = g4 = g5 = 0.0
+    h00 = h10 = h11 = h20 = h21 = h22 = h30 = h31 = h32 = h33 = 0.0
+    h40 = h41 = h42 = h43 = h44 = h50 = h51 = h52 = h53 = h54 = h55 = 0.0
     for k in range(len(points)):
         px, py = points[k, 0] - mid[0], points[k, 1] - mid[1]
         qx = linear[0, 0] * px + linear[0, 1] * py
@@ -225,16 +229,29 @@ def _normal_equations(
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
         d, d_row, d_col = _sample(field, row, col)
+        if d_row == 0.0 and d_col == 0.0:  # too far from walls to say anything
+            continue
         w = np.exp(-0.5 * d * d / (width * width))
-        gx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
-        gy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        j0 = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
+        j1 = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
         # To first order the small strain and rotation act on the placed offset (qx, qy).
-        j[0], j[1], j[2] = gx, gy, gy * qx - gx * qy
-        j[3], j[4], j[5] = gx * qx, gy * qy, gx * qy + gy * qx
-        for a in range(6):
-            g[a] += w * j[a] * d
-            for b in range(a + 1):
-                H[a, b] += w * j[a] * j[b]
+        j2, j3, j4, j5 = j1 * qx - j0 * qy, j0 * qx, j1 * qy, j0 * qy + j1 * qx
+        w0, w1, w2, w3, w4, w5 = w * j0, w * j1, w * j2, w * j3, w * j4, w * j5
+        g0, g1, g2 = g0 + w0 * d, g1 + w1 * d, g2 + w2 * d
+        g3, g4, g5 = g3 + w3 * d, g4 + w4 * d, g5 + w5 * d
+        h00, h10, h11 = h00 + w0 * j0, h10 + w1 * j0, h11 + w1 * j1
+        h20, h21, h22 = h20 + w2 * j0, h21 + w2 * j1, h22 + w2 * j2
+        h30, h31, h32, h33 = h30 + w3 * j0, h31 + w3 * j1, h32 + w3 * j2, h33 + w3 * j3
+        h40, h41, h42, h43 = h40 + w4 * j0, h41 + w4 * j1, h42 + w4 * j2, h43 + w4 * j3
+        h44, h50, h51, h52 = h44 + w4 * j4, h50 + w5 * j0, h51 + w5 * j1, h52 + w5 * j2
+        h53, h54, h55 = h53 + w5 * j3, h54 + w5 * j4, h55 + w5 * j5
+    g[:] = (g0, g1, g2, g3, g4, g5)
+    H[0, 0] = h00
+    H[1, :2] = (h10, h11)
+    H[2, :3] = (h20, h21, h22)
+    H[3, :4] = (h30, h31, h32, h33)
+    H[4, :5] = (h40, h41, h42, h43, h44)
+    H[5] = (h50, h51, h52, h53, h54, h55)
     for a in range(6):
         for b in range(a):
             H[b, a] = H[a, b]

@@ -30,10 +30,14 @@ def block_means(
 
 def block_any(mask: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
     """Return which blocks (ceil(H / side), ceil(W / side)) hold a True cell."""
+    if side == 1:
+        return mask
     rows, cols = mask.shape
     padded = np.pad(mask, ((0, -rows % side), (0, -cols % side)))
-    blocks = padded.reshape(padded.shape[0] // side, side, -1, side)
-    return np.asarray(blocks.any(axis=(1, 3)))
+    found = padded[::side, ::side].copy()
+    for row, col in np.ndindex(side, side):
+        found |= padded[row::side, col::side]
+    return found
 
 
 def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:

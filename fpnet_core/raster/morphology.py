@@ -84,8 +84,10 @@ def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
 
     A cell that several labels reach in the same step takes the largest.
     """
-    found = labels.astype(np.float32)  # OpenCV dilates no 32-bit integers; these are exact
+    # OpenCV dilates no 32-bit integers; these hold all labels exactly.
+    is_few = int(labels.max(initial=0)) <= np.iinfo(np.uint16).max
+    found: NDArray[Any] = labels.astype(np.uint16 if is_few else np.float32)
     for _ in range(steps):
         further = cv2.dilate(found, kernel)
-        found = np.where((found == 0.0) & into, further, found)
+        np.copyto(found, further, where=(found == 0) & into)
     return found.astype(np.int32)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 import shapely
 
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import Mask, cross, spread
+from fpnet_core.raster.pieces import label_windows
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -116,7 +116,7 @@ def _rooms(
     confidence: dict[int, float],
 ) -> tuple[dict[int, int], list[Region], NDArray[np.int32]]:
     """Return ids by label, room regions (largest first) and labels renumbered to id + 1."""
-    boxes, counts = _boxes(labels)
+    boxes, counts = label_windows(labels), np.bincount(labels.ravel())
     order = sorted(boxes, key=lambda label: (-counts[label], label))
     ids: dict[int, int] = {}
     rooms: list[Region] = []
@@ -147,15 +147,6 @@ def _rooms(
             )
         )
     return ids, rooms, lut[labels]
-
-
-def _boxes(
-    labels: NDArray[np.int32],
-) -> tuple[dict[int, tuple[slice, slice]], NDArray[np.int64]]:
-    counts = np.bincount(labels.ravel())
-    found = find_objects(labels)
-    boxes = {k + 1: (s[0], s[1]) for k, s in enumerate(found) if s is not None}
-    return boxes, counts
 
 
 def _opening_confidence(opening: Opening) -> float:

@@ -10,6 +10,7 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
@@ -96,12 +97,10 @@ def grow_basins(work: WorkRaster) -> Basins:
     order = cells[np.argsort(65535 - steps, kind='stable')]
     labels = np.zeros(mask.shape, dtype=np.int32)
     count = _flood(height, mask, order, labels)
-    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    peaks = np.zeros(count + 1, dtype=np.float32)
-    np.maximum.at(peaks, labels.ravel()[cells], height.ravel()[cells])
+    areas, peaks = label_figures(labels, height, count + 1)
     inner = np.ascontiguousarray(labels[1:-1, 1:-1])
     frontiers = np.bincount(inner[work.frontier], minlength=count + 1)[1:]
-    return Basins(inner, peaks[1:], areas, frontiers)
+    return Basins(inner, peaks[1:], areas[1:], frontiers)
 
 
 def find_saddles(

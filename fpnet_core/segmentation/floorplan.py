@@ -13,11 +13,12 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble
+from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
-from fpnet_core.segmentation.scene import Scene, clearance_m, fill_furniture
-from fpnet_core.segmentation.simple import cut_rooms_simply
+from fpnet_core.segmentation.scene import Scene, fill_furniture
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
@@ -72,14 +73,17 @@ def segment_floorplan(
     if config.method == 'default':
         free = fill_furniture(erase_door_symbols(free, cell_m), cell_m)
     blocked = ~free if on_paper else _framed(~free)
-    scene = Scene(free, np.zeros_like(free), cell_m, clearance_m(blocked, cell_m))
+    scene = Scene(free, np.zeros_like(free), blocked, cell_m)
     is_default = config.method == 'default'
-    full, openings = cut_rooms(scene) if is_default else cut_rooms_simply(scene, config.method)
-    full = _drop(full, _small(full, MIN_ROOM_AREA_M2 / cell_m**2))
-    full = _drop(full, _thin(full, scene.clearance))
-    if on_paper:
-        full = _drop(full, np.unique(border_of(full)))
-    return assemble(grid, full, openings, metres_per_unit)
+    full, openings, scene = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
+    is_room = _is_room(full, scene, on_paper)
+    return assemble(grid, _only(full, is_room), openings, metres_per_unit)
+
+
+def _cut_simply(scene: Scene, method: str) -> tuple[NDArray[np.int32], list[Opening], Scene]:
+    from fpnet_core.segmentation.simple import cut_rooms_simply  # loads scikit-image
+
+    return cut_rooms_simply(scene, method)
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:
@@ -94,18 +98,23 @@ def _framed(blocked: Mask) -> Mask:
     return framed
 
 
-def _small(labels: NDArray[np.int32], min_cells: float) -> NDArray[np.int64]:
-    return np.flatnonzero(np.bincount(labels.ravel()) < min_cells)
+def _is_room(labels: NDArray[np.int32], scene: Scene, on_paper: bool) -> Mask:
+    """
+    Tell which labels (R + 1,) are rooms.
+
+    Not those that are small, that nobody fits into (the space between a wall's two drawn faces),
+    or that are the paper around the drawing.
+    """
+    sizes, widest = label_figures(labels, scene.clearance, int(labels.max(initial=0)) + 1)
+    is_room = sizes >= MIN_ROOM_AREA_M2 / scene.cell_m**2
+    is_room &= 2.0 * widest >= _MIN_ROOM_WIDTH_M
+    if on_paper:
+        is_room[np.unique(border_of(labels))] = False
+    is_room[0] = False
+    return np.asarray(is_room)
 
 
-def _thin(labels: NDArray[np.int32], clearance: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the labels that nobody fits into: the space between a wall's two drawn faces."""
-    widest = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.float32)
-    np.maximum.at(widest, labels.ravel(), clearance.ravel())
-    return np.flatnonzero(2.0 * widest < _MIN_ROOM_WIDTH_M)
-
-
-def _drop(labels: NDArray[np.int32], gone: NDArray[np.int64]) -> NDArray[np.int32]:
-    keep = np.ones(int(labels.max(initial=0)) + 1, dtype=np.int32)
-    keep[gone] = 0
-    return np.asarray(labels * keep[labels], dtype=np.int32)
+def _only(labels: NDArray[np.int32], is_kept: Mask) -> NDArray[np.int32]:
+    """Return ``labels`` (H, W) that are kept, 0 in place of the others."""
+    numbers = np.where(is_kept, np.arange(len(is_kept)), 0).astype(np.int32)
+    return numbers[labels]

@@ -17,11 +17,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from fpnet_core.raster.blocks import block_means, unblocked
 from fpnet_core.raster.morphology import Mask, grown
@@ -85,7 +82,8 @@ class SubmapSegmenter:
         if not dirty.any():
             return last.segmentation, replace(self, last=last)
         box, near = _dirty_cells(dirty, grid)
-        touched = set((np.unique(last.segmentation.labels[box][near]) - 1).tolist()) - {-1}
+        met = np.bincount(last.segmentation.labels[box][near])
+        touched = set((np.flatnonzero(met) - 1).tolist()) - {-1}
         touched = _with_partners(touched, last.segmentation, SURE_WIDTH_M)
         stride = max(1, round(WORK_RESOLUTION_M / grid.resolution))
         window = _window(last.segmentation, touched, box, stride)
@@ -209,14 +207,18 @@ def _near_held(held: Mask, cell_m: float) -> Mask:
 
 def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: float) -> set[int]:
     """Return the rooms with all those that only the rooms' shapes part from one of them."""
-    unsure = nx.Graph()
-    unsure.add_nodes_from(touched)
+    beside: dict[int, set[int]] = {}
     for portal in segmentation.portals:
-        is_sure = portal.has_lintel or portal.width_m <= sure_width_m
-        if portal.rooms[1] is not None and not is_sure:
-            unsure.add_edge(*portal.rooms)
-    groups = nx.connected_components(unsure)
-    return set().union(*(group for group in groups if touched & group))
+        here, there = portal.rooms
+        if there is not None and not (portal.has_lintel or portal.width_m <= sure_width_m):
+            beside.setdefault(here, set()).add(there)
+            beside.setdefault(there, set()).add(here)
+    found, rest = set(touched), list(touched)
+    while rest:
+        new = beside.get(rest.pop(), set()) - found
+        found |= new
+        rest += new
+    return found
 
 
 def _window(segmentation: Segmentation, touched: set[int], box: Window, stride: int) -> Window:
@@ -276,6 +278,8 @@ def _inherited(
     part: Segmentation, old: Segmentation, touched: set[int], kept: _Kept, window: Window
 ) -> list[int | None]:
     """Return for each region of the part the track of the region it continues."""
+    from scipy.optimize import linear_sum_assignment  # nothing needs it before a second tick
+
     tracks: list[int | None] = [None] * len(part.regions)
     count = len(old.rooms) + 1
     flat = part.labels.astype(np.int64) * count + old.labels[window]
@@ -288,7 +292,7 @@ def _inherited(
     gone = [door for door in old.doors if door.id not in held]
     if gone and part.doors:
         before, after = (np.array([d.centroid for d in doors]) for doors in (gone, part.doors))
-        distance = cdist(after, before)
+        distance = np.hypot(*(after[:, None] - before[None]).T).T
         for i, j in zip(
             *linear_sum_assignment(np.minimum(distance, 2.0 * _SAME_DOOR_M)), strict=True
         ):

@@ -28,6 +28,9 @@ _LINE_REACH = 3.0
 _SLIDE_M = 0.3
 # Numerical: directions tried for the line across an opening, over half a turn.
 DIRECTIONS = 36
+_BOUNDING = 6  # numerical: of which every so many are tried first
+_STEP_CELLS = 0.25  # numerical: along a line
+_SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,34 +51,59 @@ class Opening:
 
 @njit(cache=True)
 def narrowest_chord(
-    free: NDArray[np.bool_], row: float, col: float, reach: float, directions: int
+    free: NDArray[np.bool_],
+    row: float,
+    col: float,
+    reach: float,
+    directions: int,
+    bound: float = np.inf,
 ) -> tuple[float, float, float, float]:
-    """Return the ends (row, col, row, col) of the shortest free chord through a point."""
+    """
+    Return the ends (row, col, row, col) of the shortest free chord through a point.
+
+    Where all are longer than ``bound``, it is only some chord that is.
+    """
     best = (row, col, row, col)
     best_length = 1e18
-    step = 0.25
+    # A few directions bound the length first: most others are then given up early.
+    for k in range(0, directions, _BOUNDING):
+        bound = min(bound, sum(_runs(free, row, col, reach, np.pi * k / directions, bound)))
     for k in range(directions):
         angle = np.pi * k / directions
-        d_row, d_col = np.sin(angle), np.cos(angle)
-        ends = np.zeros(2)
-        for side in range(2):
-            sign = 1.0 if side == 0 else -1.0
-            run = 0.0
-            while run < reach:
-                ahead = sign * (run + step)
-                if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
-                    break
-                run += step
-            ends[side] = run
-        if ends[0] + ends[1] < best_length:
-            best_length = ends[0] + ends[1]
+        ahead, behind = _runs(free, row, col, reach, angle, min(bound, best_length))
+        if ahead + behind < best_length:
+            best_length = ahead + behind
+            d_row, d_col = np.sin(angle), np.cos(angle)
             best = (
-                row + ends[0] * d_row,
-                col + ends[0] * d_col,
-                row - ends[1] * d_row,
-                col - ends[1] * d_col,
+                row + ahead * d_row,
+                col + ahead * d_col,
+                row - behind * d_row,
+                col - behind * d_col,
             )
     return best
+
+
+@njit(cache=True)
+def _runs(
+    free: NDArray[np.bool_], row: float, col: float, reach: float, angle: float, bound: float
+) -> tuple[float, float]:
+    """
+    Return how far a place's line is free ahead and behind, up to ``reach`` [cells].
+
+    Nothing is exact of a line longer than ``bound``, but that it is.
+    """
+    d_row, d_col = np.sin(angle), np.cos(angle)
+    ends = (0.0, 0.0)
+    for side in range(2):
+        sign, before = (1.0, 0.0) if side == 0 else (-1.0, ends[0])
+        run = 0.0
+        while run < reach and before + run <= bound:
+            ahead = sign * (run + _STEP_CELLS)
+            if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
+                break
+            run += _STEP_CELLS
+        ends = (run, 0.0) if side == 0 else (ends[0], run)
+    return ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,18 +188,21 @@ def _slide_to_narrowest(
     lengths = np.full(count, np.inf)
     lines[0, :] = first
     lengths[0] = first_length
+    shortest = min(min_length, first_length)
+    least = first_length
     for k in range(1, count):
         offset = k - 1 - slide
         r = min(max(row - offset * d_col / unit, 0.0), free.shape[0] - 1.0)
         c = min(max(col + offset * d_row / unit, 0.0), free.shape[1] - 1.0)
         if free[round(r), round(c)]:
-            chord = narrowest_chord(free, r, c, reach, directions)
+            chord = narrowest_chord(free, r, c, reach, directions, least + _SAME_CELLS + 1e-6)
             lines[k, :] = chord
             lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
-    shortest = min(min_length, first_length)
+            if lengths[k] >= shortest:
+                least = min(least, lengths[k])
     usable = (lengths >= shortest) & (lengths < np.inf)
     least = lengths[usable].min()
-    narrow = np.flatnonzero(usable & (lengths <= least + 1.0))
+    narrow = np.flatnonzero(usable & (lengths <= least + _SAME_CELLS))
     chosen = lines[narrow[len(narrow) // 2]]
     return chosen[0], chosen[1], chosen[2], chosen[3]
 

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from fpnet_core.segmentation.openings import (
     find_openings,
     find_saddles_of_rooms,
 )
-from fpnet_core.segmentation.scene import Scene, WorkRaster, clearance_m, reduce_scene
+from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
 # Smaller rooms join the neighbour with the widest opening;
 # fitted to the tune half (docs/segmentation.md).
@@ -44,22 +43,24 @@ _MAX_ROUNDS = 4
 IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]
 
 
-def cut_rooms(scene: Scene) -> tuple[NDArray[np.int32], list[Opening]]:
+def cut_rooms(scene: Scene) -> tuple[NDArray[np.int32], list[Opening], Scene]:
     """
     Label the rooms of a scene and find the openings between them.
 
     Parameters
     ----------
-    scene : free space, closed doorways, clearance; where it has a ``wall``, openings must touch
+    scene : free space and closed doorways; where it has a ``wall``, openings must touch
         it: between two unseen places lies the ragged edge of what was seen, not a door
 
     Returns
     -------
     labels (H, W) int32 : 1..R, 0 where there is no room
     openings : between these labels; saddles first, widest first, then gaps in walls
+    scene : with the gaps in walls closed
     """
     gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m)
-    scene = _closed(scene, gaps)
+    if gaps:
+        scene = scene.closed_along(closed_cells(scene.free.shape, gaps) & scene.free)
     work = reduce_scene(scene)
     labels = merge_basins(grow_basins(work), work, MIN_ROOM_AREA_M2)
     passable = scene.free & ~scene.lintel
@@ -75,21 +76,12 @@ def cut_rooms(scene: Scene) -> tuple[NDArray[np.int32], list[Opening]]:
     labels = _join_across(labels, work, is_door)
     openings = find_openings(labels, work, passable)
     full = upsample_labels(labels, work.stride, passable)
-    return full, openings + openings_across(gaps, full, scene.cell_m)
+    return full, openings + openings_across(gaps, full, scene.cell_m), scene
 
 
 def _solid(scene: Scene) -> Mask:
     """Return the cells (H, W) at which a gap may end."""
     return ~scene.free if scene.wall is None else ~scene.free & scene.wall
-
-
-def _closed(scene: Scene, gaps: list[NDArray[np.float64]]) -> Scene:
-    """Return ``scene`` with lines across its gaps closed as if they were under a lintel."""
-    if not gaps:
-        return scene
-    closed = closed_cells(scene.free.shape, gaps) & scene.free
-    clearance = np.minimum(scene.clearance, clearance_m(closed, scene.cell_m))
-    return replace(scene, lintel=scene.lintel | closed, clearance=clearance)
 
 
 def _join_across(

@@ -18,7 +18,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
 from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
@@ -93,7 +92,8 @@ def _log_density(t: dict[str, Array], m: int, x: Array, reference: float) -> Arr
     centre, unit = t['target']
     mean = out[1] + t['direct'][m] @ x + t['direct_bias'][m]
     z = ((GRID[:, None] + reference - centre) / unit - mean) / np.exp(log_sigma)
-    return np.asarray(logsumexp(out[0] - logsumexp(out[0]) - log_sigma - 0.5 * z**2, axis=1))
+    weights = out[0] - np.logaddexp.reduce(out[0])
+    return np.asarray(np.logaddexp.reduce(weights - log_sigma - 0.5 * z**2, axis=1))
 
 
 def smeared(density: Array, share: float, sigma: float) -> Array:

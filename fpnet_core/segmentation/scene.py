@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -21,6 +22,7 @@ _FURNITURE_AREA_M2 = 2.0
 # fitted to the tune half (docs/segmentation.md).
 _FURNITURE_EXTENT_M = 2.5
 WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
+_UNSEEN_CREDIT_M = 0.5  # clearance at the very edge of unseen space; chosen
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
 # Numerical: mean of a block of ones, with room for rounding.
@@ -34,17 +36,35 @@ class Scene:
 
     ``free (H, W)`` is space that belongs to some room or door; ``lintel (H, W)`` cells are
     free and close a doorway. ``cell_m`` is the cell edge in true metres, nominal edge times
-    metres per unit. ``clearance (H, W)`` float32 is the distance to what limits the free space
-    [true metres]. Of a partial map, ``wall (H, W)`` marks cells at or near a wall and
-    ``unseen (H, W)`` those that are neither free nor near a wall; of a drawing both are None.
+    metres per unit. ``solid (H, W)`` is what limits the free space. Of a partial map,
+    ``wall (H, W)`` marks cells at or near a wall and ``unseen (H, W)`` those that are neither
+    free nor near a wall; of a drawing both are None.
     """
 
     free: Mask
     lintel: Mask
+    solid: Mask
     cell_m: float
-    clearance: NDArray[np.float32]
     wall: Mask | None = None
     unseen: Mask | None = None
+
+    @cached_property
+    def clearance(self) -> NDArray[np.float32]:
+        """
+        Distance (H, W) to what limits the free space [true metres].
+
+        Unseen space limits it less than a wall does: a room seen through its door keeps a
+        clearance that grows behind the jambs, so that the door is found before the room is.
+        """
+        clearance = clearance_m(self.solid, self.cell_m)
+        if self.unseen is None:
+            return clearance
+        beyond = clearance_m(self.unseen, self.cell_m) + np.float32(_UNSEEN_CREDIT_M)
+        return np.asarray(np.minimum(clearance, beyond))
+
+    def closed_along(self, line: Mask) -> Scene:
+        """Return the scene with the cells of lines closed as if they were under a lintel."""
+        return replace(self, lintel=self.lintel | line, solid=self.solid | line)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +109,11 @@ def fill_furniture(free: Mask, cell_m: float) -> Mask:
 
 def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
     """Return the distance (H, W) float32 from each cell to the nearest blocked cell's face."""
-    faces = np.maximum(cells_to_nearest(blocked) - 0.5, 0.0)
-    return np.asarray(faces * np.float32(cell_m), dtype=np.float32)
+    faces = cells_to_nearest(blocked)
+    faces -= np.float32(0.5)
+    np.maximum(faces, np.float32(0.0), out=faces)
+    faces *= np.float32(cell_m)
+    return faces
 
 
 def reduce_scene(scene: Scene) -> WorkRaster:

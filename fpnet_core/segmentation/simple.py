@@ -31,7 +31,7 @@ _LEAST_SEED_M2 = 0.05
 Labels = NDArray[np.int32]
 
 
-def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
+def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening], Scene]:
     """
     Label the rooms of a drawing by ``method``, morphological or distance.
 
@@ -41,7 +41,7 @@ def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
     labels = watershed(np.zeros(seeds.shape, dtype=np.uint8), seeds, mask=scene.free)  # type: ignore[no-untyped-call]
     labels = np.asarray(labels, dtype=np.int32)
     work = WorkRaster(scene.free, scene.clearance, np.zeros_like(scene.free), 1, scene.cell_m)
-    return labels, find_openings(labels, work, scene.free)
+    return labels, find_openings(labels, work, scene.free), scene
 
 
 def _eroded_seeds(scene: Scene) -> Labels:

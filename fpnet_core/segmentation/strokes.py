@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.blocks import block_any, unblocked
-from fpnet_core.raster.distance import cells_to_nearest
-from fpnet_core.raster.morphology import Mask, opened_by, square
+from fpnet_core.raster.distance import near_code
+from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 
 # Chosen, not measured:
@@ -23,8 +25,9 @@ _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
-# How far ink may lie from where the symbol says, at most and leaf and arc on average [cells].
-_TOLERANCE = 1.42
+# How far ink may lie from where the symbol says, at most [cells squared] and leaf and arc on
+# average [cells].
+_NEAR = 2
 _MAX_MISFIT = 0.7
 # Leaf and arc have nothing beside them, so far away [cells].
 _FLANK = 3.0
@@ -39,7 +42,7 @@ _MAX_CLUTTER = 0.07
 # Symbols whose leaves end closer together than this are one [m].
 _APART_M = 0.25
 # Ink this close to a symbol's lines is the symbol [cells].
-_PEN = 1.75
+_PEN_CELLS = 1
 # Of a leaf at its hinge and an arc at its jamb so much stays, lest the wall's face breaks [cells].
 _STUB = 1.5
 
@@ -60,23 +63,31 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
     work_m = cell_m * stride
     side = max(2, round(_LINE_M / work_m) + 1)
     lines = ink & ~opened_by(ink, square(side), is_beyond=True)
-    found = _symbols(cells_to_nearest(lines), cells_to_nearest(ink), np.argwhere(lines), work_m)
+    found = _symbols(lines, ink, work_m)
     if not len(found):
         return free
     pen = _drawn(_distinct(found, _APART_M / work_m), lines.shape) & lines
     return np.asarray(free | unblocked(pen, stride, free.shape))
 
 
-def _symbols(
-    lines: NDArray[np.float32], ink: NDArray[np.float32], tips: NDArray[np.int64], cell_m: float
-) -> Array:
+def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     """Return symbols (N, 6): misfit, tip (row, column), leaf's direction, radius, side."""
     first, last = (round(length / cell_m) for length in _LEAF_M)
     if last <= first:  # cells as large as a leaf show none
         return np.zeros((0, 6))
-    blanks = np.array([_blank_places(radius, _DEPTH_M / cell_m) for radius in range(first, last)])
-    found = _search(lines, ink, tips, np.radians(_ARC_DEG), first, blanks)
-    return np.array(found).reshape(-1, 6)
+    margin = last + int(np.ceil(_FLANK)) + 1
+    near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
+    blanks = _blanks(first, last, _DEPTH_M / cell_m)
+    tips = np.argwhere(lines)
+    found = _search(near_lines, near_ink, tips, margin, np.radians(_ARC_DEG), first, blanks)
+    # Tips are searched one by one, which is gentle to the cache, and listed by direction.
+    return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
+
+
+@lru_cache(maxsize=4)
+def _blanks(first: int, last: int, depth: float) -> Array:
+    """Return the places of :func:`_blank_places` for all radii; nobody writes to it."""
+    return np.array([_blank_places(radius, depth) for radius in range(first, last)])
 
 
 def _blank_places(radius: float, depth: float) -> Array:
@@ -97,78 +108,99 @@ def _blank_places(radius: float, depth: float) -> Array:
     return np.stack([part.reshape(-1, 2) for part in (sector, arc, leaf, doorway)])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline='always')
 def _at(values, row, col):  # type: ignore[no-untyped-def]
-    """Return the value at a place, the nearest cell's for places outside."""
-    r = min(max(int(row + 0.5), 0), values.shape[0] - 1)
-    c = min(max(int(col + 0.5), 0), values.shape[1] - 1)
-    return values[r, c]
+    """Return the value at the cell nearest to a place, counted from the padding's corner."""
+    return values[int(row + 0.5), int(col + 0.5)]
 
 
 @njit(cache=True, nogil=True)
-def _search(lines, ink, tips, arc, first, blanks):  # type: ignore[no-untyped-def]
-    """Try each cell of a line as a leaf's tip, in all directions and with both sides."""
-    found = []
-    for k in range(_DIRECTIONS):
-        angle = 2.0 * np.pi * k / _DIRECTIONS
-        u = (np.sin(angle), np.cos(angle))
-        for row, col in tips:
-            if _at(ink, row + _FLANK * u[0], col + _FLANK * u[1]) < _FLANK / 2.0:
+def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-untyped-def]
+    """
+    Try each cell of a line as a leaf's tip, in all directions and with both sides.
+
+    ``lines`` and ``ink`` hold squared distances of at most 2, or 3, with a margin all around.
+    """
+    found = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(0)]
+    off = np.sqrt(np.arange(4.0).astype(np.float32))
+    angles = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    sines, cosines = np.sin(angles), np.cos(angles)
+    for tip_row, tip_col in tips:
+        row, col = float(tip_row + margin), float(tip_col + margin)
+        for k in range(_DIRECTIONS):
+            u = (sines[k], cosines[k])
+            if _at(ink, row + _FLANK * u[0], col + _FLANK * u[1]) <= _NEAR:
                 continue
-            if _at(ink, row - first * u[0], col - first * u[1]) > _TOLERANCE:
+            if _at(ink, row - first * u[0], col - first * u[1]) > _NEAR:
                 continue
             misfit = 0.0
             for length in range(1, first + len(blanks)):
                 hinge = (row - length * u[0], col - length * u[1])
-                off = _at(ink, hinge[0], hinge[1])
-                if off > _TOLERANCE:
+                code = _at(ink, hinge[0], hinge[1])
+                if code > _NEAR:
                     break
-                misfit += off
+                misfit += off[code]
                 if length < first:
                     continue
                 for side in (-1.0, 1.0):
                     v = (u[1] * side, -u[0] * side)
-                    swept = _arc_misfit(lines, hinge, u, v, length, arc)
-                    score = swept + misfit / length
-                    if swept < 0.0 or score > _MAX_MISFIT:
-                        continue
-                    blank = True
-                    for places in blanks[length - first]:
-                        blank = blank and _is_blank(ink, hinge, u, v, places)
-                    if blank:
-                        found.append((score, float(row), float(col), angle, float(length), side))
-    return found
+                    score = misfit / length + _arc_misfit(lines, off, hinge, u, v, length, arc)
+                    if score <= _MAX_MISFIT and _is_blank(
+                        ink, hinge, u, v, blanks[length - first]
+                    ):
+                        tip = (float(tip_row), float(tip_col))
+                        found.append((score, tip[0], tip[1], angles[k], float(length), side))
+    listed = np.empty((len(found), 6))
+    for n in range(len(found)):
+        for column in range(6):
+            listed[n, column] = found[n][column]
+    return listed
 
 
 @njit(cache=True, nogil=True)
-def _arc_misfit(lines, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
-    """Return the mean distance [cells] of an arc from lines, -1 where it is not drawn."""
+def _arc_misfit(lines, off, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
+    """Return the mean distance [cells] of an arc from lines, infinite where it is not drawn."""
     total = 0.0
     for angle in arc:
         a, b = radius * np.cos(angle), radius * np.sin(angle)
-        off = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
-        if off > _TOLERANCE:
-            return -1.0
-        total += off
+        code = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
+        if code > _NEAR:
+            return np.inf
+        total += off[code]
     return total / len(arc)
 
 
 @njit(cache=True, nogil=True)
-def _is_blank(ink, origin, u, v, places):  # type: ignore[no-untyped-def]
-    """Tell whether hardly any of ``places (K, 2)``, shares of ``u`` and ``v``, holds ink."""
-    clutter = 0
-    for a, b in places:
-        clutter += _at(ink, origin[0] + a * u[0] + b * v[0], origin[1] + a * u[1] + b * v[1]) < 1.0
-    return clutter <= _MAX_CLUTTER * len(places)
+def _is_blank(ink, origin, u, v, blanks):  # type: ignore[no-untyped-def]
+    """Tell whether hardly any place of each of ``blanks (4, K, 2)``, in u and v, holds ink."""
+    for places in blanks:
+        clutter = 0
+        for a, b in places:
+            row, col = origin[0] + a * u[0] + b * v[0], origin[1] + a * u[1] + b * v[1]
+            clutter += _at(ink, row, col) == 0
+        if clutter > _MAX_CLUTTER * len(places):
+            return False
+    return True
 
 
 def _distinct(found: Array, apart: float) -> Array:
     """Return of each group of symbols with nearly the same tip the one that fits best."""
-    kept: list[Array] = []
-    for symbol in found[np.argsort(found[:, 0], kind='stable')]:
-        if all(np.hypot(*(symbol[1:3] - other[1:3])) > apart for other in kept):
-            kept.append(symbol)
-    return np.array(kept)
+    ordered = found[np.argsort(found[:, 0], kind='stable')]
+    return ordered[_is_first(ordered, apart)]
+
+
+@njit(cache=True, nogil=True)
+def _is_first(symbols: Array, apart: float) -> Mask:
+    """Tell which symbols (N, 6) have no kept earlier one's tip near by."""
+    kept = np.zeros(len(symbols), dtype=np.bool_)
+    for k in range(len(symbols)):
+        kept[k] = True
+        for j in range(k):
+            gap = symbols[k, 1:3] - symbols[j, 1:3]
+            if kept[j] and np.hypot(gap[0], gap[1]) <= apart:
+                kept[k] = False
+                break
+    return kept
 
 
 def _drawn(symbols: Array, shape: tuple[int, ...]) -> Mask:
@@ -183,4 +215,4 @@ def _drawn(symbols: Array, shape: tuple[int, ...]) -> Mask:
         sweep = hinge + radius * (np.cos(turn) * u + np.sin(turn) * v)
         leaf = hinge + np.linspace(_STUB, radius, int(2.0 * radius) + 2)[:, None] * u
         is_drawn[cells_at(np.concatenate([leaf, sweep]), shape)] = True
-    return np.asarray(cells_to_nearest(is_drawn) <= _PEN)
+    return grown(is_drawn, _PEN_CELLS)

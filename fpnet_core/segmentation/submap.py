@@ -10,14 +10,14 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import find_objects
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, spread, square
+from fpnet_core.raster.pieces import label_windows
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Scene, clearance_m, fill_furniture
+from fpnet_core.segmentation.scene import Scene, fill_furniture
 from fpnet_core.segmentation.stubs import find_stubs
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
@@ -39,8 +39,6 @@ _MIN_DOOR_M = 0.3
 _MIN_GLIMPSED_DOOR_M = 0.6
 # Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
-# Clearance at the very edge of unseen space [m].
-_UNSEEN_CREDIT_M = 0.5
 # Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
 _RIM_M = 0.2
 # Of that rim, what lies so near to returns: farther from any it may be a wall that no ray met [m].
@@ -116,11 +114,11 @@ def segment_part(
     scene = _scene(free, shut, near_wall, cell_m)
     if held is not None:
         scene = replace(scene, free=free & ~held)
-    full, openings = cut_rooms(scene)
+    full, openings, _ = cut_rooms(scene)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
-    rooms = set(np.unique(full).tolist()) - {0}
+    rooms = set(np.flatnonzero(np.bincount(full.ravel())).tolist()) - {0}
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
         full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
@@ -129,18 +127,8 @@ def segment_part(
 
 
 def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
-    """
-    Return the scene of a partial map.
-
-    Unseen space limits the clearance less than a wall does: a room seen through its door keeps
-    a clearance that grows behind the jambs, so that the door is found before the room is.
-    """
-    unseen = ~free & ~wall
-    solid = (~free & wall) | lintel
-    clearance = np.minimum(
-        clearance_m(solid, cell_m), clearance_m(unseen, cell_m) + np.float32(_UNSEEN_CREDIT_M)
-    )
-    return Scene(free, lintel, cell_m, clearance, wall, unseen)
+    """Return the scene of a partial map."""
+    return Scene(free, lintel, (~free & wall) | lintel, cell_m, wall, ~free & ~wall)
 
 
 def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
@@ -192,13 +180,12 @@ def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
     labels = np.pad(labels, _BEYOND_CELLS)
     unseen = np.pad(unseen, _BEYOND_CELLS, constant_values=True)
     scores: dict[int, RoomScore] = {}
-    for label, window in enumerate(find_objects(labels), start=1):
-        if window is not None:
-            # The rectangle around a turned room leaves its axis-aligned window by less than
-            # half of the window's shorter side.
-            margin = 1 + min(s.stop - s.start for s in window) // 2
-            wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
-            scores[label] = _score(labels[wide] == label, unseen[wide])
+    for label, window in label_windows(labels).items():
+        # The rectangle around a turned room leaves its axis-aligned window by less than
+        # half of the window's shorter side.
+        margin = 1 + min(s.stop - s.start for s in window) // 2
+        wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
+        scores[label] = _score(labels[wide] == label, unseen[wide])
     return scores
 
 
@@ -231,9 +218,8 @@ def _score(room: Mask, unseen: Mask) -> RoomScore:
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
     """Return ``labels`` without rooms whose wide part is no room's."""
     wide = np.zeros(labels.shape, dtype=bool)
-    for label, window in enumerate(find_objects(labels), start=1):
-        if window is not None:
-            wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
+    for label, window in label_windows(labels).items():
+        wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
     cells = np.bincount(labels[wide], minlength=int(labels.max(initial=0)) + 1)
     keep = cells * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2
     return np.where(keep[labels], labels, 0).astype(np.int32)

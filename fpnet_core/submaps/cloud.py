@@ -4,86 +4,178 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+import logging
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SubmapConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry import SE2
-from fpnet_core.raster.morphology import closed
+from fpnet_core.raster.morphology import Mask, closed, grown
+from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.raster.windows import border_of
 from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
+from fpnet_core.submaps.storeys import Storey, check_extent, find_storeys, without_strays
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
-_HEIGHT_BIN_M = 0.05  # numerical
+_log = logging.getLogger(__name__)
+
+_BIN_M = 0.1  # numerical: heights at which a column is filled or not
 # Chosen, not measured:
-_PLANE_SHARE = 0.02  # a floor holds at least this share of the points in its bins
-_FLOOR_THICKNESS_M = 0.15
-_FLOOR_GAP_M = 0.3  # gaps between floor returns up to this are floor too
-_MIN_WALL_POINTS = 2  # a single return at body height is noise
-_MAX_CELLS = 25_000_000  # numerical
+_FLOOR_M = 0.12  # floor returns scatter by so much
+_CEILING_M = 0.2  # ceiling returns scatter by so much, beams included
+_GAP_M = 0.3  # gaps between floor or ceiling returns up to this are free, too
+_MIN_BODY_BINS = 2  # at body height, a column filled in fewer bins holds noise
+_TALL_BINS = 2  # above body height a wall fills as many bins, in its column or beside it
+_TALL_SHARE = 0.25  # of obstacles go higher, or else nothing above body height was seen
+_CEILED_SHARE = 0.5  # of the floor lies below ceiling where the whole building has one
+_INDOORS_SHARE = 0.25  # of a piece of floor lies below ceiling where it is inside
 
 
-def submap_from_cloud(points: NDArray[np.float64], config: SubmapConfig) -> Submap:
+def submap_from_cloud(
+    points: NDArray[np.float64], config: SubmapConfig, storey: int | None = None
+) -> Submap:
     """
-    Rasterise a gravity-aligned cloud: seen floor is free, returns at body height are walls.
+    Rasterise a gravity-aligned cloud: free is what lies between floor and ceiling.
 
-    Without sensor poses no ray can carve free space, so the floor has to be in the cloud.
+    Without sensor poses no ray can carve free space. A place is free where floor or ceiling was
+    seen and nothing is in between at body height, but for what does not reach up to a lintel:
+    that is furniture. Returns at lintel height over seen floor are lintels. What lies apart from
+    the building is dropped, and so is ground without a ceiling where the building has one.
 
     Parameters
     ----------
     points : (P, 3) finite, z up, metres
     config : resolution and height bands
+    storey : which one, the lowest is 1; None: the largest
 
     Raises
     ------
     CloudFormatError
-        If there are no points, no floor, or the cloud spans an absurd area.
+        If there are no points, no floor, no such storey, or the cloud spans an absurd area.
     """
     if len(points) == 0:
         raise CloudFormatError('the cloud holds no points')
     if not np.isfinite(points).all():
         raise CloudFormatError('the cloud holds NaN or infinite points; drop them')
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    shape = tuple(np.ceil((high - low)[::-1] / config.resolution_m).astype(int) + 1)
-    if shape[0] * shape[1] > _MAX_CELLS:
+    building = without_strays(points)
+    level = _chosen(find_storeys(building), storey)
+    return _rasterised(building, level, config)
+
+
+def _chosen(storeys: tuple[Storey, ...], number: int | None) -> Storey:
+    if number is None:
+        largest = max(storeys, key=lambda storey: storey.area_m2)
+        if len(storeys) > 1:
+            _log.warning(
+                'the cloud shows %d storeys; storey %d, the largest, is taken; for another give '
+                'fpnet segment --storey N, fpnet match --submap-storey N',
+                len(storeys),
+                storeys.index(largest) + 1,
+            )
+        return largest
+    if not 1 <= number <= len(storeys):
         raise CloudFormatError(
-            f'the cloud spans {high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} m, too much at '
-            f'{config.resolution_m} m per cell; crop it or raise submap.resolution_m'
+            f'storey {number}: the cloud shows {len(storeys)}; the lowest is storey 1'
         )
-    floor = _floor_height(points[:, 2])
-    rc = np.floor((points[:, 1::-1] - low[::-1]) / config.resolution_m).astype(np.int64)
-    height = points[:, 2] - floor
+    return storeys[number - 1]
 
-    def counts(lowest: float, highest: float) -> NDArray[np.int64]:
-        chosen = rc[(height >= lowest) & (height < highest)]
-        flat = chosen[:, 0] * shape[1] + chosen[:, 1]
-        return np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
 
-    wall = counts(config.body_low_m, config.body_high_m) >= _MIN_WALL_POINTS
-    gap = max(1, round(_FLOOR_GAP_M / config.resolution_m))
-    seen_floor = counts(-_FLOOR_THICKNESS_M, _FLOOR_THICKNESS_M) > 0
-    free = closed(seen_floor, gap) & ~wall
-    cells = np.full(shape, UNKNOWN, dtype=np.int8)
-    cells[free] = FREE
-    cells[wall] = OCCUPIED
-    origin = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
-    grid = GridMap(cells, config.resolution_m, origin, 'submap')
-    lintel = free & (counts(LINTEL_HEIGHT_M, LINTEL_TOP_M) >= _MIN_WALL_POINTS)
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """Points by cell ``(P,)`` of a raster of ``shape``, and by height above the floor [m]."""
+
+    cell: NDArray[np.int64]
+    height: NDArray[np.float64]
+    shape: tuple[int, int]
+
+    def seen(self, low_m: float, high_m: float) -> Mask:
+        """Return the cells (H, W) with points between two heights."""
+        found = np.zeros(self.shape[0] * self.shape[1], dtype=np.bool_)
+        found[self.cell[(self.height >= low_m) & (self.height < high_m)]] = True
+        return found.reshape(self.shape)
+
+    def filled(self, low_m: float, high_m: float) -> NDArray[np.uint8]:
+        """Return how many bins between two heights hold points, by cell (H, W)."""
+        bins = np.arange(low_m, high_m - 0.5 * _BIN_M, _BIN_M)
+        return sum(
+            (self.seen(low, low + _BIN_M).astype(np.uint8) for low in bins.tolist()),
+            np.zeros(self.shape, dtype=np.uint8),
+        )
+
+
+def _rasterised(points: NDArray[np.float64], level: Storey, config: SubmapConfig) -> Submap:
+    """Return the submap of one storey."""
+    own = points[(points[:, 2] > level.floor_m - _FLOOR_M) & (points[:, 2] < level.top_m)]
+    corner = np.floor(own[:, :2].min(axis=0) / config.resolution_m).astype(np.int64)
+    col_row = np.floor(own[:, :2] / config.resolution_m).astype(np.int64) - corner
+    cols, rows = (col_row.max(axis=0) + 1).tolist()
+    check_extent(np.array([cols, rows]) * config.resolution_m, config.resolution_m)
+    columns = _Columns(
+        col_row[:, 1] * cols + col_row[:, 0], own[:, 2] - level.floor_m, (rows, cols)
+    )
+    free, wall, lintel = _told_apart(columns, level, config)
+    cells = np.full((rows, cols), UNKNOWN, dtype=np.int8)
+    cells[free], cells[wall] = FREE, OCCUPIED
+    x, y = (corner * config.resolution_m).tolist()
+    grid = GridMap(cells, config.resolution_m, SE2.from_xy_yaw(x, y, 0.0), 'submap')
     return Submap(grid, lintel, np.zeros((0, 2)))
 
 
-def _floor_height(z: NDArray[np.float64]) -> float:
-    """Height of the lowest well-filled layer [m]."""
-    low = float(np.quantile(z, 0.001))
-    bins = np.floor((z - low) / _HEIGHT_BIN_M).astype(np.int64)
-    filled = np.bincount(bins[bins >= 0])
-    smooth = np.convolve(filled, np.ones(3), mode='same')
-    strong = np.flatnonzero(smooth >= _PLANE_SHARE * len(z))
-    if len(strong) == 0 or np.ptp(z) < _FLOOR_THICKNESS_M * 2:
-        raise CloudFormatError(
-            'the cloud shows no floor (is it planar, or not gravity-aligned?); give a robot map '
-            'image or a recording with poses instead'
-        )
-    first = int(strong[0])
-    peak = first + int(np.argmax(smooth[first : first + 4]))
-    return low + (peak + 0.5) * _HEIGHT_BIN_M
+def _told_apart(columns: _Columns, level: Storey, config: SubmapConfig) -> tuple[Mask, Mask, Mask]:
+    """Return what is free, wall and lintel (H, W)."""
+    ceiling = np.inf if level.ceiling_m is None else level.ceiling_m - level.floor_m
+    top = min(LINTEL_TOP_M, ceiling - _CEILING_M)
+    floor = columns.seen(-_FLOOR_M, _FLOOR_M)
+    roofed = columns.seen(ceiling - _CEILING_M, ceiling + _CEILING_M)
+    body = columns.filled(config.body_low_m, config.body_high_m)
+    high = columns.filled(config.body_high_m, top)
+    obstacle = body >= _MIN_BODY_BINS
+    tall = _box_max(high) >= _TALL_BINS
+    if np.count_nonzero(obstacle & tall) < _TALL_SHARE * np.count_nonzero(obstacle):
+        tall[:] = True  # nobody looked up: all that stands may be a wall
+    # Where furniture hides a wall's lower part and the floor, its upper part is the wall.
+    wall = tall & (obstacle | ((high >= _TALL_BINS) & ~grown(floor, 1)))
+    seen = floor | roofed | (body > 0)
+    free = closed(seen | wall, _cells(_GAP_M, config)) & ~wall
+    free |= _blind_spots(free, wall)
+    over = columns.filled(LINTEL_HEIGHT_M, top) > 0
+    if np.count_nonzero(floor & roofed) >= _CEILED_SHARE * np.count_nonzero(floor):
+        free = _indoors(free, roofed)
+    return free, wall, free & over
+
+
+def _cells(metres: float, config: SubmapConfig) -> int:
+    return max(1, round(metres / config.resolution_m))
+
+
+def _box_max(values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the largest value (H, W) in each cell and those around it."""
+    return np.asarray(cv2.dilate(values, np.ones((3, 3), np.uint8)))
+
+
+def _blind_spots(free: Mask, wall: Mask) -> Mask:
+    """
+    Return the unseen holes (H, W) in free space that no wall touches.
+
+    Scanners see neither what they stand on nor what is straight above; whatever stood in the hole
+    would have been seen.
+    """
+    pieces, figures = pieces_of(~free & ~wall)
+    is_hole = np.ones(len(figures), dtype=np.bool_)
+    is_hole[pieces[grown(wall, 1)]] = False
+    is_hole[np.unique(border_of(pieces))] = False
+    is_hole[0] = False
+    return np.asarray(is_hole[pieces])
+
+
+def _indoors(free: Mask, roofed: Mask) -> Mask:
+    """Return the pieces of ``free`` (H, W) that lie below a ceiling."""
+    pieces, figures = pieces_of(free, connectivity=4)
+    covered = np.bincount(pieces[roofed & free], minlength=len(figures))
+    is_inside = covered >= _INDOORS_SHARE * figures[:, -1]
+    is_inside[0] = False
+    return np.asarray(is_inside[pieces])

@@ -145,6 +145,15 @@ def test_a_cloud_of_floor_and_walls(tmp_path, name, write):
     assert_is_the_building(segment(tmp_path / name))
 
 
+def test_a_storey_of_a_cloud(tmp_path, capsys):
+    middle = cloud().mean(axis=0) * (1.0, 1.0, 0.0)
+    below = 2.0 * middle - cloud() * (1.0, 1.0, -1.0) - (0.0, 0.0, 3.0)
+    np.save(tmp_path / 'two.npy', np.concatenate([below, cloud()]))
+    assert_is_the_building(segment(tmp_path / 'two.npy', '--storey', '2'))
+    assert run(tmp_path / 'two.npy', '--storey', '3') == 1
+    assert 'storey 3: the cloud shows 2' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('storage', ['sqlite3', 'mcap'])
 def test_a_bag_with_odometry(tmp_path, storage):
     write_bag(tmp_path / 'bag', storage)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Point files of every layout, written here byte by byte."""
 
+import struct
+
 from damage import with_flipped_bytes
 import numpy as np
 import pytest
@@ -189,3 +191,65 @@ def test_e57_without_its_package_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'pye57', None)
     with pytest.raises(CloudFormatError, match='pip install pye57'):
         read_cloud(tmp_path / 'cloud.e57')
+
+
+SCALE, OFFSET = np.array([0.001, 0.001, 0.0005]), np.array([500_000.0, 5_400_000.0, 250.0])
+"""Coordinates of a survey: far from zero, in millimetres."""
+
+
+def las(minor=2, record=20, packed=False, count=3):
+    """Return a LAS file with a record of its own before the points, as software writes."""
+    size, start = (375, 429) if minor == 4 else (227, 281)
+    header = bytearray(start)
+    header[:4], header[24:26] = b'LASF', bytes([1, minor])
+    legacy = 0 if minor == 4 else count
+    header[94:111] = struct.pack('<HIIBHI', size, start, 1, 0x80 if packed else 0, record, legacy)
+    header[131:179] = struct.pack('<6d', *SCALE, *OFFSET)
+    if minor == 4:
+        header[247:255] = struct.pack('<Q', count)
+    rows = np.rint(POINTS / SCALE).astype('<i4')
+    return bytes(header) + b''.join(row.tobytes() + bytes(record - 12) for row in rows)
+
+
+@pytest.mark.parametrize(('minor', 'record'), [(0, 20), (2, 28), (4, 34)])
+def test_las_of_every_version(tmp_path, minor, record):
+    (tmp_path / 'a.las').write_bytes(las(minor, record))
+    points = read_cloud(tmp_path / 'a.las')
+    np.testing.assert_allclose(points - OFFSET, POINTS, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('data', 'message'),
+    [
+        (las()[:200], 'LAS header'),
+        (b'LASX' + las()[4:], 'LAS header'),
+        (las()[:-1], 'truncated'),
+        (las(count=2**31), 'truncated'),
+        (las(minor=4, count=2**60), 'truncated'),
+        (las(record=20).replace(struct.pack('<BH', 0, 20), struct.pack('<BH', 0, 8)), '8 bytes'),
+    ],
+)
+def test_damaged_las_is_named(tmp_path, data, message):
+    (tmp_path / 'a.las').write_bytes(data)
+    with pytest.raises(CloudFormatError, match=message):
+        read_cloud(tmp_path / 'a.las')
+
+
+def test_laz_is_unpacked(tmp_path):
+    laspy = pytest.importorskip('laspy')
+    header = laspy.LasHeader(point_format=6, version='1.4')
+    header.scales, header.offsets = SCALE, OFFSET
+    file = laspy.LasData(header)
+    file.xyz = POINTS + OFFSET
+    file.write(tmp_path / 'a.laz')
+    np.testing.assert_allclose(read_cloud(tmp_path / 'a.laz') - OFFSET, POINTS, atol=1e-6)
+    (tmp_path / 'b.laz').write_bytes((tmp_path / 'a.laz').read_bytes()[:-20])
+    with pytest.raises(CloudFormatError, match='damaged'):
+        read_cloud(tmp_path / 'b.laz')
+
+
+def test_laz_without_its_package_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__('sys').modules, 'laspy', None)
+    (tmp_path / 'a.laz').write_bytes(las(packed=True))
+    with pytest.raises(CloudFormatError, match=r'pip install .laspy\[lazrs\]'):
+        read_cloud(tmp_path / 'a.laz')

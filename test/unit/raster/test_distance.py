@@ -5,7 +5,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from fpnet_core.raster.distance import cells_to_nearest, clearance_of, nearest_labels
+from fpnet_core.raster.distance import cells_to_nearest, clearance_of, near_code, nearest_labels
 
 
 def test_distances_are_those_of_a_full_search():
@@ -31,3 +31,10 @@ def test_every_cell_gets_the_label_nearest_to_it():
     distance, nearest = nearest_labels(labels)
     assert nearest[1].tolist() == [7, 7, 7, 2, 2, 2]
     assert distance[1].tolist() == [0.0, 1.0, 2.0, 2.0, 1.0, 0.0]
+
+
+def test_the_code_of_near_cells_is_their_squared_distance():
+    rng = np.random.default_rng(4)
+    mask = rng.random((40, 30)) < 0.05
+    squared = np.rint(np.square(cells_to_nearest(mask)))
+    np.testing.assert_array_equal(near_code(mask), np.where(squared <= 2, squared, 3))

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Are rooms found in finished clouds, and are such clouds found on their plans?
+
+Run: python benchmarks/finished_clouds.py [--storeys 8] [--seed 1000] [--json OUT] [--pictures DIR]
+
+Generated, furnished storeys are surveyed by a scanner on a tripod and as the map of a mobile
+robot with 2 cm of noise; no viewpoints are kept. A true room's score is its intersection over
+union with the found room that covers it best, and it is found from one half on. The drawing is
+turned, stretched by two per cent and states its scale. Two neighbours in the list are also put
+one on top of the other, with strays around, and cut storey by storey.
+"""
+
+import argparse
+import json
+from pathlib import Path
+import time
+
+import cv2
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import Affine2D
+from fpnet_core.localizer import match_maps
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.segmentation import segment_submap
+from fpnet_core.submaps import submap_from_cloud
+from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.clouds import SURVEYS, surveyed_cloud
+from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.render import render_plan
+
+ROOMS = (10, 20)
+STOREY_M = 2.95
+STRAYS, STRAY_M = 3000, 20.0
+STRETCH, TURN_RAD, CELL_M = (1.02, 0.98), 0.5, 0.04
+SAME_IOU, RIGHT_M = 0.5, 0.5
+
+
+def true_labels(plan, grid):
+    """Return the storey's rooms on a grid (H, W), pieces of a corridor as one."""
+    labels = np.zeros(grid.shape, np.int32)
+    for number, pieces in enumerate(plan.joined_rooms(), start=1):
+        for piece in pieces:
+            corners = grid.xy_to_rc(plan.rooms[piece].polygon)[:, ::-1]
+            cv2.fillPoly(labels, [np.rint(16.0 * corners).astype(np.int32)], number, shift=4)
+    return labels
+
+
+def room_ious(plan, found):
+    """Return the score of each true room."""
+    true = true_labels(plan, found.grid)
+    size = int(true.max()) + 1, int(found.labels.max()) + 1
+    both = np.zeros(size, np.int64)
+    np.add.at(both, (true.ravel(), found.labels.ravel()), 1)
+    union = both.sum(axis=1)[:, None] + both.sum(axis=0)[None] - both
+    return (both / union)[1:, 1:].max(axis=1, initial=0.0)
+
+
+def storey(seed):
+    """Return a plan and its furnished building."""
+    rng = np.random.default_rng(seed)
+    plan = generate_plan(rng, min_rooms=ROOMS[0], max_rooms=ROOMS[1])
+    return plan, extrude(plan, rng)
+
+
+def drawn(plan):
+    """Return a drawing of a plan, and the map from building to drawing."""
+    c, s = np.cos(TURN_RAD), np.sin(TURN_RAD)
+    A = Affine2D(np.diag(STRETCH) @ np.array([[c, -s], [s, c]]), np.zeros(2))
+    return render_plan(plan, CELL_M, T_plan_building=A)
+
+
+def matched(plan, sub, matcher, config):
+    """Return whether the drawing is claimed."""
+    found = match_maps(drawn(plan), sub, matcher, config, True, True)
+    return found.status.value, found.probability
+
+
+def figures(ious, doors_found, doors_true):
+    """Return what is said of one storey."""
+    return {
+        'rooms': len(ious),
+        'found': float(np.mean(ious > SAME_IOU)),
+        'iou': float(np.mean(ious)),
+        'doors': doors_found,
+        'true_doors': doors_true,
+    }
+
+
+def main() -> None:
+    """Print a line for each cloud and the means."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--storeys', type=int, default=8)
+    parser.add_argument('--seed', type=int, default=1000)
+    parser.add_argument('--json', type=Path)
+    parser.add_argument('--pictures', type=Path)
+    arguments = parser.parse_args()
+    config = FpnetConfig()
+    matcher = LearnedMatcher(config.matcher)
+    rows, rng = [], np.random.default_rng(arguments.seed)
+    for how, survey in SURVEYS.items():
+        below = None
+        for seed in range(arguments.seed, arguments.seed + arguments.storeys):
+            plan, building = storey(seed)
+            points = surveyed_cloud(building, survey, np.random.default_rng(seed), threads=1)
+            points = points.astype(np.float64)
+            start = time.process_time()
+            sub = submap_from_cloud(points, config.submap)
+            seconds = time.process_time() - start
+            cut = segment_submap(sub)
+            doors = sum(not door.is_open for door in plan.doors)
+            row = figures(room_ious(plan, cut), len(cut.doors), doors)
+            row |= {'how': how, 'seed': seed, 'points': len(points), 'cpu_s': seconds}
+            row['status'], row['probability'] = matched(plan, sub, matcher, config)
+            if below is not None:
+                row['of_two'] = of_two(below, (plan, points), config, rng)
+            below = plan, points
+            rows.append(row)
+            print(
+                json.dumps({k: round(v, 3) if isinstance(v, float) else v for k, v in row.items()})
+            )
+            if arguments.pictures:
+                draw(cut, sub, arguments.pictures / f'{how}_{seed}.png')
+    for how in SURVEYS:
+        own = [row for row in rows if row['how'] == how]
+        rooms = np.array([row['rooms'] for row in own])
+        mean = {key: float(np.average([row[key] for row in own], weights=rooms))
+                for key in ('iou', 'found')}  # fmt: skip
+        claims = sum(row['status'] == 'matched' for row in own)
+        two = [iou for row in own for iou in row.get('of_two', ())]
+        print(f'{how}: {mean}, {claims} of {len(own)} matched, of two storeys {np.mean(two):.3f}')
+    if arguments.json:
+        arguments.json.write_text(json.dumps(rows, indent=1) + '\n', encoding='utf-8')
+
+
+def of_two(below, above, config, rng):
+    """Return the mean scores of both storeys of one cloud, strays around."""
+    low, high = (part[1].min(axis=0) - STRAY_M for part in (below, above))
+    top = above[1].max(axis=0) + STRAY_M
+    strays = rng.uniform(np.minimum(low, high), top, (STRAYS, 3))
+    cloud = np.concatenate([below[1], above[1] + (0.0, 0.0, STOREY_M), strays])
+    scores = []
+    for number, (plan, _) in enumerate((below, above), start=1):
+        cut = segment_submap(submap_from_cloud(cloud, config.submap, number))
+        scores.append(float(room_ious(plan, cut).mean()))
+    return scores
+
+
+def draw(cut, sub, path):
+    """Write a picture: rooms in colours, walls black, lintels red, doors white."""
+    colours = np.random.default_rng(1).integers(80, 230, (int(cut.labels.max()) + 1, 3))
+    colours[0] = 60
+    picture = colours[cut.labels].astype(np.uint8)
+    picture[(cut.labels == 0) & (sub.grid.cells == 0)] = 200
+    picture[sub.grid.cells > 0] = 0
+    picture[sub.lintel] = (0, 0, 255)
+    for portal in cut.portals:
+        ends = np.rint(cut.grid.xy_to_rc(portal.ends)[:, ::-1]).astype(int).tolist()
+        cv2.line(picture, *ends, (255, 255, 255), 2)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), picture[::-1])
+
+
+if __name__ == '__main__':
+    main()

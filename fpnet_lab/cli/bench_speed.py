@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench speed``: how long everything takes that somebody waits for."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_lab.cli.reports import write_report
+
+if TYPE_CHECKING:
+    from fpnet_lab.evaluation.speed.timing import Figure
+
+
+class Part(StrEnum):
+    """What may be timed alone."""
+
+    PLANS = 'plans'
+    PAIRS = 'pairs'
+    DRIVE = 'drive'
+    MATCHER = 'matcher'
+    JUDGE = 'judge'
+    SHELL = 'shell'
+
+
+def command(
+    data: Annotated[
+        Path, typer.Option('--data', metavar='DIR', help='Folder of real plans and robot maps.')
+    ] = Path('../shared/data'),
+    only: Annotated[
+        list[Part] | None, typer.Option('--only', help='Time this part; repeatable.')
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option('--seconds', min=20.0, help='Drive so long; else seven minutes.'),
+    ] = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Time plans, robot maps, a drive, the matcher, the judge and the shell; medians of five.
+
+    Each figure stands beside its aim, which is stated for two cores with nothing else to do.
+    Real plans and robot maps are left out where --data is absent.
+
+    Example: fpnet bench speed --json out/speed.json
+
+    Example: fpnet bench speed --only matcher --only shell
+    """
+    import cv2
+
+    cv2.setNumThreads(1)
+    figures: list[Figure] = []
+    with common.progress('timing', len(only or Part)) as advance:
+        for part in only or Part:
+            figures += _measured(part, data, seconds)
+            advance(1.0)
+    _print(figures)
+    if json_path is not None:
+        write_report(json_path, {'figures': {each.name: each.as_json() for each in figures}})
+
+
+def _measured(part: Part, data: Path, seconds: float | None) -> list[Figure]:
+    from fpnet_lab.evaluation.speed import maps
+    from fpnet_lab.evaluation.speed.drive import drive_figures
+
+    if part is Part.DRIVE:
+        return drive_figures(seconds)[0]
+    if part is Part.PAIRS:
+        return [maps.pairs_figure(data)] if data.is_dir() else []
+    real = [maps.bormann_figure(data)] if part is Part.PLANS and data.is_dir() else []
+    return real + maps.PARTS[part.value]()
+
+
+def _print(figures: list[Figure]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table('what', 'by the clock', 'processor', 'aim', 'of')
+    for each in figures:
+        aim = (
+            '' if each.aim_s is None else f'{_said(each.aim_s)}{"" if each.is_met else " missed"}'
+        )
+        table.add_row(each.name, _said(each.seconds), _said(each.cpu_s), aim, str(each.of))
+    Console().print(table)
+
+
+def _said(seconds: float) -> str:
+    """Return a duration with three digits."""
+    return f'{seconds:.2f} s' if seconds >= 1.0 else f'{1e3 * seconds:.1f} ms'

@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A figure of time, and calls timed by the clock and by the processor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fpnet_core.errors import FpnetError
+
+REPEATS = 5
+"""Numerical: calls of which the median is taken."""
+
+Clocked = tuple[float, float]
+"""A duration by the clock and of the processor [s]."""
+
+Result = TypeVar('Result')
+
+
+@dataclass(frozen=True)
+class Figure:
+    """
+    A duration [s] by the clock, and what it should be at most; no aim for None.
+
+    ``cpu_s`` is processor time of all threads, which other work on the machine changes less.
+    ``of`` says of how many calls it is the median or quantile.
+    """
+
+    name: str
+    seconds: float
+    aim_s: float | None
+    cpu_s: float
+    of: int = REPEATS
+
+    @property
+    def is_met(self) -> bool:
+        """Tell whether the aim is met, as it is where there is none."""
+        return self.aim_s is None or self.seconds <= self.aim_s
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for a report."""
+        return {
+            'seconds': round(self.seconds, 5),
+            'cpu_s': round(self.cpu_s, 5),
+            'aim_s': self.aim_s,
+            'of': self.of,
+        }
+
+
+def median_of(
+    name: str, aim_s: float | None, calls: Sequence[Callable[[], object]], repeats: int = REPEATS
+) -> Figure:
+    """
+    Return the median over ``calls`` of each one's median time.
+
+    Each is called once before, which compiles and loads what later calls have.
+    """
+    times = np.array([_medians(call, repeats) for call in calls])
+    wall_s, cpu_s = np.median(times, axis=0)
+    return Figure(name, float(wall_s), aim_s, float(cpu_s), repeats * len(calls))
+
+
+def _medians(call: Callable[[], object], repeats: int) -> Clocked:
+    call()
+    times = np.array([clocked(call)[1] for _ in range(repeats)])
+    wall_s, cpu_s = np.median(times, axis=0)
+    return float(wall_s), float(cpu_s)
+
+
+def clocked(call: Callable[[], Result]) -> tuple[Result, Clocked]:
+    """Return what a call does, and how long it takes."""
+    start, cpu = time.perf_counter(), time.process_time()
+    result = call()
+    return result, (time.perf_counter() - start, time.process_time() - cpu)
+
+
+def quantile_of(name: str, aim_s: float | None, times: Sequence[Clocked], share: float) -> Figure:
+    """Return a quantile of what was timed elsewhere."""
+    wall_s, cpu_s = np.quantile(np.array(times), share, axis=0)
+    return Figure(name, float(wall_s), aim_s, float(cpu_s), len(times))
+
+
+def shell_figure(name: str, aim_s: float, arguments: Sequence[str], cwd: Path) -> Figure:
+    """
+    Return how long a command of ``fpnet`` takes from the shell, the median of five.
+
+    Raises
+    ------
+    FpnetError
+        If the command fails.
+    """
+    times = [_shell(arguments, cwd) for _ in range(1 + REPEATS)][1:]
+    wall_s, cpu_s = np.median(np.array(times), axis=0)
+    return Figure(name, float(wall_s), aim_s, float(cpu_s))
+
+
+def _shell(arguments: Sequence[str], cwd: Path) -> Clocked:
+    before, start = os.times(), time.perf_counter()
+    done = subprocess.run(  # noqa: S603 - our own arguments
+        [sys.executable, '-m', 'fpnet_core.cli', *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    wall_s, after = time.perf_counter() - start, os.times()
+    if done.returncode:
+        raise FpnetError(f'fpnet {" ".join(arguments)} failed: {done.stderr.strip()[-300:]}')
+    user_s = after.children_user - before.children_user
+    return wall_s, user_s + after.children_system - before.children_system
