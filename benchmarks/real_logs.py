@@ -60,7 +60,12 @@ def main() -> None:
         register = KissOdometry(config.odometry).register_scan
         run = replay(open_scans(truth.log), localizer, config.localizer.tick_period_s, register)
         summary = summarize_run(
-            run.published, run.odometry, run.tick_ms, run.odometry, truth.A_plan_log
+            run.published,
+            run.odometry,
+            run.tick_ms,
+            run.odometry,
+            truth.A_plan_log,
+            run.covariances,
         )
         statuses = [output.status.value for output in run.outputs]
         best = best_over_time(run, truth)
@@ -69,7 +74,10 @@ def main() -> None:
             'status_over_time': statuses,
             'best_over_time': best,
         }
-        print(f'{name}: {statuses[-1]}; {summary}; best placement {best[-1]}')
+        print(
+            f'{name}: {statuses[-1]}; {summary}; normalised error {summary.nees_mean}, '
+            f'{summary.inside_95} inside the gate; best placement {best[-1]}'
+        )
     if arguments.json:
         arguments.json.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
 

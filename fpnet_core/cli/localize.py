@@ -173,7 +173,12 @@ class _Localized:
 
         run = self.run
         return summarize_run(
-            run.published, run.odometry, run.tick_ms, known.reference, known.A_plan_truth
+            run.published,
+            run.odometry,
+            run.tick_ms,
+            known.reference,
+            known.A_plan_truth,
+            run.covariances,
         )
 
     def figures(self, summary: RunSummary) -> dict[str, Any]:
