@@ -94,9 +94,9 @@ def command(
     without a pose, the likely causes with the next command. fpnet --verbose localize logs every
     change of status with its reason.
 
-    With --out the folder gets report.html (opens without a network), run.json, poses.tum and
-    odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
-    for Foxglove.
+    With --out the folder gets report.html (opens without a network), run.json, poses.tum,
+    covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
+    submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -246,6 +246,8 @@ def _write_folder(
         result.figures(summary),
         result.causes,
     )
-    write_run_exports(out, record.plan.grid, run.outputs, run.published, run.odometry)
+    write_run_exports(
+        out, record.plan.grid, run.outputs, run.published, run.covariances, run.odometry
+    )
     common.write_json(out / 'run.json', record.figures)
     write_run_report(out / _REPORT_NAME, record)
