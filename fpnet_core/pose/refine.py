@@ -224,7 +224,7 @@ def _normal_equations(
         col = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
-        d, d_row, d_col = sample_field(field, row, col)
+        d, d_row, d_col = _sample(field, row, col)
         w = np.exp(-0.5 * d * d / (width * width))
         gx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
         gy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
@@ -242,7 +242,7 @@ def _normal_equations(
 
 
 @numba.njit(cache=True, nogil=True)
-def sample_field(field: NDArray[np.float32], row: float, col: float) -> tuple[float, float, float]:
+def _sample(field: NDArray[np.float32], row: float, col: float) -> tuple[float, float, float]:
     """Bilinear value and its derivatives along row and col."""
     r0, c0 = int(np.floor(row)), int(np.floor(col))
     fr, fc = row - r0, col - c0

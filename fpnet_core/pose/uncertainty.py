@@ -20,14 +20,12 @@ import json
 import math
 from typing import Any, Self
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.pose.refine import sample_field
 from fpnet_core.spread import Growth, PoseSpread, Signs
 
 Array = NDArray[np.float64]
@@ -173,38 +171,26 @@ def _normal_equations(
     plan: MapEvidence, seen: Array, A_plan_odom: Affine2D, robot_odom: Array
 ) -> tuple[Array, Array]:
     """Return information ``(3, 3)`` and pull ``(3,)`` of returns to the nearest drawn walls."""
-    placed = np.ascontiguousarray(A_plan_odom.apply(seen).reshape(-1, 2))
-    robot = A_plan_odom.apply(robot_odom)
-    information, pull = np.zeros((3, 3)), np.zeros(3)
-    _gather(placed, robot, plan.wall_distance, plan.A_rc_xy, _WIDTH_M, information, pull)
-    return information, pull
+    placed = A_plan_odom.apply(seen).reshape(-1, 2)
+    distance, gradient, inside = _distances(plan, placed)
+    away = placed[inside] - A_plan_odom.apply(robot_odom)
+    turn = gradient[:, 1] * away[:, 0] - gradient[:, 0] * away[:, 1]
+    jacobian = np.column_stack([gradient, turn])
+    weighed = jacobian.T * np.exp(-0.5 * (distance / _WIDTH_M) ** 2)
+    return weighed @ jacobian, -weighed @ distance
 
 
-@numba.njit(cache=True, nogil=True)
-def _gather(
-    placed: Array,
-    robot: Array,
-    field: NDArray[np.float32],
-    A_rc_xy: Array,
-    width: float,
-    information: Array,
-    pull: Array,
-) -> None:
-    """Add up what ``placed (P, 2)`` returns on the plan say of the pose of ``robot (2,)``."""
-    rows, cols = field.shape
-    j = np.empty(3)
-    for k in range(len(placed)):
-        x, y = placed[k]
-        row = A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]
-        col = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
-        if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
-            continue
-        d, d_row, d_col = sample_field(field, row, col)
-        w = np.exp(-0.5 * d * d / (width * width))
-        j[0] = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
-        j[1] = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
-        j[2] = j[1] * (x - robot[0]) - j[0] * (y - robot[1])
-        for a in range(3):
-            pull[a] -= w * d * j[a]
-            for b in range(3):
-                information[a, b] += w * j[a] * j[b]
+def _distances(plan: MapEvidence, placed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return distances ``(Q,)`` to drawn walls, their gradients ``(Q, 2)``, and who is inside."""
+    field, A = plan.wall_distance, plan.A_rc_xy
+    rc = placed @ A[:, :2].T + A[:, 2]
+    is_inside = (rc >= 0.0) & (rc < np.array(field.shape) - 1)
+    inside = np.asarray(is_inside.all(axis=1))
+    low = np.floor(rc[inside]).astype(np.int64)
+    (row, col), (down, across) = low.T, (rc[inside] - low).T
+    near, right = field[row, col], field[row, col + 1]
+    below, opposite = field[row + 1, col], field[row + 1, col + 1]
+    d_row = (below - near) * (1.0 - across) + (opposite - right) * across
+    d_col = (right - near) * (1.0 - down) + (opposite - below) * down
+    value = near * (1.0 - across) + right * across + d_row * down
+    return value, np.column_stack([d_row, d_col]) @ A[:, :2], inside

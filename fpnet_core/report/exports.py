@@ -38,8 +38,8 @@ def write_run_exports(
     ``poses.tum`` holds every published pose in the floorplan's frame and nominal metres,
     ``covariances.csv`` theirs, ``odometry.tum`` the sensor's path. ``map.yaml`` is the floorplan
     at the scale that the last placement found, ``submap.yaml`` the last submap, placed in the same
-    frame if the robot was localised at the end. ``run.mcap`` holds all of it over time; of a run with many ticks every
-    submap that the report shows. Files of an earlier run are replaced.
+    frame if the robot was localised at the end. ``run.mcap`` holds all of it over time; of a run
+    with many ticks every submap that the report shows. Files of an earlier run are replaced.
 
     Parameters
     ----------
