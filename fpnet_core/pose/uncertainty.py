@@ -110,8 +110,8 @@ class UncertaintyModel:
 
     ``mean`` and ``std (F,)`` standardise the figures; ``position`` and ``yaw (F + 1,)`` give the
     logarithms of variances from 1 and the figures: of position [m^2] where walls abound in every
-    direction, and of yaw [rad^2]. In a direction that few walls face the variance grows as by
-    ``walls_m`` over their length [m].
+    direction, and of yaw [rad^2]. In a direction that few returns face the variance grows by
+    ``returns`` over their number.
     """
 
     mean: Array
