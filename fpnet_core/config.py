@@ -198,7 +198,9 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
         ) from None
 
 
-def load_config(path: Path | None = None, overrides: dict[str, Any] | None = None) -> FpnetConfig:
+def load_config(
+    path: Path | str | None = None, overrides: dict[str, Any] | None = None
+) -> FpnetConfig:
     """
     Read a YAML file (plain or ROS parameter form) and apply dotted overrides.
 
@@ -212,7 +214,7 @@ def load_config(path: Path | None = None, overrides: dict[str, Any] | None = Non
     ConfigError
         If the file is missing or malformed, or a key or value is not accepted.
     """
-    tree = {} if path is None else _read_tree(path)
+    tree = {} if path is None else _read_tree(Path(path))
     for dotted, value in (overrides or {}).items():
         node = tree
         *parents, leaf = dotted.split('.')

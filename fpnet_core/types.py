@@ -341,15 +341,12 @@ class LocalizerOutput:
     """
     The result of one tick.
 
-    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is
-    None unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an
-    identity. ``spread`` is how far the pose may be off, None without one.
-    ``probability`` is that of the best hypothesis against the rest; ``estimates`` are
-    all of them, best first, on nominal plan metres.
-    ``scale`` is what claimed placements say of the plan's scale, None before the first;
-    ``reason`` says in one sentence why the status is what it is, and ``is_mirrored`` that it is
-    because what was seen fits the plan's mirror image only. ``causes`` are likely ones of having
-    no answer, as far as one look tells; none while something is claimed.
+    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is None
+    unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
+    ``spread`` is how far the pose may be off. ``probability`` is that of the best hypothesis; all
+    ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of
+    the plan's scale; ``reason`` says in one sentence why the status is what it is, ``is_mirrored``
+    that what was seen fits the plan's mirror image only. ``causes`` are likely ones of no answer.
     """
 
     stamp_ns: int
@@ -372,6 +369,10 @@ class LocalizerOutput:
     def said(self) -> str:
         """Status, probability and reason in one line."""
         return status_line(self.status, self.probability, self.reason)
+
+    def __str__(self) -> str:
+        """Return the same: what it holds would fill pages."""
+        return self.said
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
         """
