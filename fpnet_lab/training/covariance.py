@@ -24,12 +24,13 @@ from fpnet_lab.training.covariance_drives import Samples
 
 Array = NDArray[np.float64]
 
-# Numerical: where the search begins, and how far it may go. Logarithms of variances at first,
-# of the returns that count as few, and of what odometry loses [m/m, m/s, rad/m, rad/s].
+# Numerical: where the search begins: logarithms of variances,
 _POSITION, _YAW = 2.0 * np.log(0.1), 2.0 * np.log(0.012)
+# numerical: of the returns that count as few, and of what odometry loses [1, m/s, rad/m, rad/s];
 _RETURNS, _GROWTH = np.log(50.0), np.log([0.03, 0.01, 0.003, 0.003])
+# numerical: and how far the last two may go.
 _RETURNS_BOUNDS, _GROWTH_BOUNDS = (np.log(5.0), np.log(500.0)), (np.log(1e-3), np.log(0.2))
-_LEAST_STD = 1e-6
+_LEAST_STD = 1e-6  # numerical: of a figure that never varies
 
 
 @dataclass(frozen=True)
