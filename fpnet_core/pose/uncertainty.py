@@ -37,8 +37,12 @@ FIGURES = ('bend', 'residual', 'unrest')
 CLIP = 2.5
 """Numerical: figures are held to so many standard deviations: nothing unseen counts more."""
 
-FEWEST_RETURNS = 10.0
-"""Returns added to each direction, a metre of wall, so that none is without. Chosen."""
+FEW_RETURNS, FEWEST_RETURNS = 50.0, 10.0
+"""
+A direction that so many returns face, five metres of wall, is known half as well as any can be;
+and a metre is added to each, so that none is without. Chosen: buildings with furniture have walls
+everywhere, and drives through them are as probable from 5 to 60; bare corridors must stay wide.
+"""
 
 _LEAST = np.array([0.02, 0.02, 0.003])  # numerical: figures below these are as good as none
 _WIDTH_M = 0.3  # chosen: walls further off than this are not the drawn ones
@@ -111,14 +115,13 @@ class UncertaintyModel:
     ``mean`` and ``std (F,)`` standardise the figures; ``position`` and ``yaw (F + 1,)`` give the
     logarithms of variances from 1 and the figures: of position [m^2] where walls abound in every
     direction, and of yaw [rad^2]. In a direction that few returns face the variance grows by
-    ``returns`` over their number.
+    :data:`FEW_RETURNS` over their number.
     """
 
     mean: Array
     std: Array
     position: Array
     yaw: Array
-    returns: float
     growth: Growth
 
     def spread(self, signs: Signs, xy_odom: Array, stamp_ns: int) -> PoseSpread:
@@ -136,7 +139,7 @@ class UncertaintyModel:
         position, yaw = (np.exp(w[0] + scaled @ w[1:]) for w in (self.position, self.yaw))
         few = np.linalg.inv(information[..., :2, :2] + FEWEST_RETURNS * np.eye(2))
         cov = np.zeros((*position.shape, 3, 3))
-        cov[..., :2, :2] = position[..., None, None] * (np.eye(2) + self.returns * few)
+        cov[..., :2, :2] = position[..., None, None] * (np.eye(2) + FEW_RETURNS * few)
         cov[..., 2, 2] = yaw
         return cov
 
@@ -157,7 +160,7 @@ class UncertaintyModel:
             )
         arrays = {name: np.array(stored[name]) for name in ('mean', 'std', 'position', 'yaw')}
         growth = Growth(**stored['growth'])
-        return cls(**arrays, returns=float(stored['returns']), growth=growth)
+        return cls(**arrays, growth=growth)
 
 
 @cache

@@ -31,7 +31,6 @@ PLANTED = UncertaintyModel(
     std=np.ones(3),
     position=np.array([-4.0, 0.6, 0.0, 0.0]),
     yaw=np.array([-7.5, 0.0, 0.0, 0.8]),
-    returns=40.0,
     growth=Growth(0.03, 0.01, 0.004, 0.003),
 )
 
@@ -69,7 +68,6 @@ def test_a_fit_finds_what_was_planted(samples, fitted):
         covariances_of(fitted, samples) / covariances_of(PLANTED, samples), axis1=1, axis2=2
     )
     assert np.exp(np.abs(np.log(ratio)).mean(axis=0)) == pytest.approx([1.0] * 3, abs=0.15)
-    assert fitted.returns == pytest.approx(40.0, rel=0.4)
     nees = normalised_errors_of(fitted, planted(seed=1))
     held = consistency(nees, samples.run)
     assert held['nees_mean'] == pytest.approx(3.0, abs=0.2)
@@ -138,7 +136,7 @@ def test_the_command_fits_to_the_drives_that_it_has(tmp_path: Path, samples):
     assert 'left_out' in result.output
     written = json.loads((tmp_path / 'covariance.json').read_text())
     assert written['held']['other_seed']['runs'] == 2
-    assert UncertaintyModel.from_json(written).returns > 0.0
+    assert len(UncertaintyModel.from_json(written).mean) == 3
 
 
 def test_what_is_shipped_was_fitted_and_says_how():
