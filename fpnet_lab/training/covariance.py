@@ -42,8 +42,8 @@ class CovarianceTraining:
     every: int = 2
     """One in so many poses is looked at: neighbours are off alike."""
     aim: float = 2.5
-    """Mean normalised squared error of the buildings left out. Of three degrees of freedom it would be
-    3, but errors have longer tails: one in twelve was beyond the 95 % gate then."""
+    """Mean normalised squared error of the buildings left out. Three degrees of freedom would make
+    it 3, but errors have longer tails: one in twelve was beyond the 95 % gate then."""
 
 
 def fit_covariance(samples: Samples, config: CovarianceTraining) -> UncertaintyModel:
