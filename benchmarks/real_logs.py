@@ -60,10 +60,16 @@ def follow(folder, name, config):
     register = KissOdometry(config.odometry).register_scan
     run = replay(open_scans(truth.log), localizer, config.localizer.tick_period_s, register)
     summary = summarize_run(
-        run.published, run.odometry, run.tick_ms, run.odometry, truth.A_plan_log
+        run.published,
+        run.odometry,
+        run.tick_ms,
+        run.odometry,
+        truth.A_plan_log,
+        run.covariances,
     )
     statuses = [output.status.value for output in run.outputs]
-    print(f'{name}: {statuses[-1]}; {summary}', flush=True)
+    held = f'normalised error {summary.nees_mean}, {summary.inside_95} inside the gate'
+    print(f'{name}: {statuses[-1]}; {summary}; {held}', flush=True)
     over_time = {'status_over_time': statuses, 'best_over_time': best_over_time(run, truth)}
     return summary.as_json() | over_time
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What one localization run was worth: when, how far, how right, and never silently wrong."""
+"""What one localization run was worth: when, how far, how right, and how honest of it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Affine2D, angle_between
+from fpnet_core.geometry import Affine2D, angle_between, wrap_to_pi
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 
 # Chosen, not measured:
 WRONG_POSITION_M = 3.0
 WRONG_YAW_RAD = np.deg2rad(30.0)
+
+GATE_95 = 7.815
+"""Given: 95 % of a chi-squared variable of three degrees of freedom stay below."""
 
 Array = NDArray[np.float64]
 
@@ -27,6 +30,9 @@ class RunSummary:
     The figures of one run; None where there was no pose, or no truth to compare with.
 
     Errors are in true metres and degrees; a pose is wrong beyond 3 m or 30 degrees.
+    ``nees_mean`` and ``inside_95`` are of :func:`normalised_errors`: their mean, 3 where the
+    covariances hold, and the share within :data:`GATE_95`. The ``sigma`` are what the covariances
+    say, in the median, of the distance to the truth and of yaw.
     """
 
     localized: bool
@@ -38,6 +44,10 @@ class RunSummary:
     median_yaw_error_deg: float | None
     tick_ms_p50: float | None
     tick_ms_p95: float | None
+    sigma_position_m_median: float | None = None
+    sigma_yaw_deg_median: float | None = None
+    nees_mean: float | None = None
+    inside_95: float | None = None
 
     def __str__(self) -> str:
         """Say the essentials in one line."""
@@ -73,12 +83,42 @@ def pose_errors(estimate: PlanarTrajectory, truth: PlanarTrajectory) -> tuple[Ar
     return position[known], angle_between(estimate.yaw, reference.yaw)[known]
 
 
+def normalised_errors(
+    published: PlanarTrajectory,
+    covariances: Array,
+    truth: PlanarTrajectory,
+    A_plan_truth: Affine2D,
+) -> Array:
+    """
+    Return the squared errors over their covariances ``(K,)``, of three degrees of freedom.
+
+    Of the poses that have a truth near in time and are not wrong: those are counted apart, and
+    :attr:`LocalizerOutput.probability` speaks of them.
+
+    Parameters
+    ----------
+    published, covariances : poses and ``(S, 3, 3)`` of x, y [m] and yaw [rad], plan frame
+    truth : true poses in a truly metric frame
+    A_plan_truth : maps that frame to the plan's nominal metres
+    """
+    if len(published) == 0 or len(truth) < 2:
+        return np.zeros(0)
+    position, yaw = pose_errors(published.mapped(A_plan_truth.inv()), truth)
+    right = (position <= WRONG_POSITION_M) & (yaw <= WRONG_YAW_RAD)
+    on_plan, known = truth.mapped(A_plan_truth).at(published.stamps_ns)
+    turned = wrap_to_pi(published.yaw - on_plan.yaw)
+    error = np.column_stack([published.xy - on_plan.xy, turned])[known][right]
+    solved = np.linalg.solve(covariances[known][right], error[..., None])[..., 0]
+    return np.asarray((error * solved).sum(axis=1))
+
+
 def summarize_run(
     published: PlanarTrajectory,
     odometry: PlanarTrajectory,
     tick_ms: Array,
     truth: PlanarTrajectory | None = None,
     A_plan_truth: Affine2D | None = None,
+    covariances: Array | None = None,
 ) -> RunSummary:
     """
     Reduce a run to its figures.
@@ -90,13 +130,17 @@ def summarize_run(
     tick_ms : (T,) durations of the ticks that had a submap to work on
     truth : true poses in a truly metric frame; None where there is no truth
     A_plan_truth : maps that frame to the plan's nominal metres; None for the identity
+    covariances : (S, 3, 3) of the published poses; None where nothing says how sure they are
     """
     first_ns = int(published.stamps_ns[0]) if len(published) else None
     wrong: int | None = None
     position, yaw = np.zeros(0), np.zeros(0)
+    nees = np.zeros(0)
     if truth is not None:
-        A_truth_plan = (A_plan_truth or Affine2D.identity()).inv()
-        position, yaw = pose_errors(published.mapped(A_truth_plan), truth)
+        on_plan = A_plan_truth or Affine2D.identity()
+        position, yaw = pose_errors(published.mapped(on_plan.inv()), truth)
+        if covariances is not None:
+            nees = normalised_errors(published, covariances, truth, on_plan)
         wrong = int(np.count_nonzero((position > WRONG_POSITION_M) | (yaw > WRONG_YAW_RAD)))
     return RunSummary(
         localized=len(published) > 0,
@@ -110,7 +154,19 @@ def summarize_run(
         median_yaw_error_deg=_quantile(np.rad2deg(yaw), 0.5),
         tick_ms_p50=_quantile(tick_ms, 0.5),
         tick_ms_p95=_quantile(tick_ms, 0.95),
+        **_sigmas(covariances),
+        nees_mean=float(nees.mean()) if len(nees) else None,
+        inside_95=float((nees <= GATE_95).mean()) if len(nees) else None,
     )
+
+
+def _sigmas(covariances: Array | None) -> dict[str, float | None]:
+    """Return the median standard deviations that covariances ``(S, 3, 3)`` state."""
+    cov = np.zeros((0, 3, 3)) if covariances is None else covariances
+    return {
+        'sigma_position_m_median': _quantile(np.sqrt(cov[:, 0, 0] + cov[:, 1, 1]), 0.5),
+        'sigma_yaw_deg_median': _quantile(np.rad2deg(np.sqrt(cov[:, 2, 2])), 0.5),
+    }
 
 
 def _quantile(values: Array, q: float) -> float | None:

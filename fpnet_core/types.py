@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from fpnet_core.frozen import freeze_field
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.matches import MatchResult
+from fpnet_core.spread import PoseSpread
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Given: cell values of a :class:`GridMap`, as in ``nav_msgs/OccupancyGrid``."""
@@ -339,20 +340,18 @@ class LocalizerOutput:
     """
     The result of one tick.
 
-    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is
-    None unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an
-    identity. ``probability`` is that of the best hypothesis against the rest; ``estimates`` are
-    all of them, best first, on nominal plan metres.
-    ``scale`` is what claimed placements say of the plan's scale, None before the first;
-    ``reason`` says in one sentence why the status is what it is, and ``is_mirrored`` that it is
-    because what was seen fits the plan's mirror image only. ``causes`` are likely ones of having
-    no answer, as far as one look tells; none while something is claimed.
+    ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is None
+    unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
+    ``spread`` is how far the pose may be off. ``probability`` is that of the best hypothesis; all
+    ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of
+    the plan's scale; ``reason`` says in one sentence why the status is what it is, ``is_mirrored``
+    that what was seen fits the plan's mirror image only. ``causes`` are likely ones of no answer.
     """
 
     stamp_ns: int
     status: Status
     A_plan_odom: Affine2D | None = None
-    cov: NDArray[np.float64] | None = None
+    spread: PoseSpread | None = None
     probability: float = 0.0
     estimates: Placements = field(default_factory=Placements.empty)
     match: MatchResult | None = None
@@ -385,6 +384,14 @@ class LocalizerOutput:
         base = SE2.from_matrix4(T_odom_base)
         x, y = self.A_plan_odom.apply(base.translation)
         return SE2.from_xy_yaw(float(x), float(y), self.A_plan_odom.apply_yaw(base.yaw))
+
+    def covariance(
+        self, T_odom_base: NDArray[np.float64], stamp_ns: int
+    ) -> NDArray[np.float64] | None:
+        """Return the covariance ``(3, 3)`` of :meth:`pose` at a scan: x, y [m], yaw [rad]."""
+        if self.A_plan_odom is None or self.spread is None:
+            return None
+        return self.spread.at(self.A_plan_odom, T_odom_base[:2, 3], stamp_ns)
 
     def __post_init__(self) -> None:
         """Check that a pose and the LOCALIZED status go together."""

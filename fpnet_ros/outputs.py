@@ -65,7 +65,7 @@ class Moment:
         """Where the robot was at the scan, in every frame; None unless something is claimed."""
         if self.frame is None or self.scan is None:
             return None
-        return self.frame.located(self.output, self.scan.T_odom_base)
+        return self.frame.located(self.output, self.scan.T_odom_base, self.scan.stamp_ns)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
@@ -97,6 +100,11 @@ class Run:
         return self.result.published
 
     @property
+    def covariances(self) -> NDArray[np.float64]:
+        """Those ``(S, 3, 3)`` of the published poses' x, y [m] and yaw [rad]."""
+        return self.result.covariances
+
+    @property
     def segmentation(self) -> Segmentation:
         """The floorplan's rooms and doors, at the scale that was found."""
         self.result  # noqa: B018 - the scale is that of the end
@@ -121,7 +129,7 @@ class Run:
         """Return the run's figures, against true poses where somebody knows them."""
         run = self.result
         A = Affine2D.identity() if A_plan_truth is None else A_plan_truth
-        return summarize_run(run.published, run.odometry, run.tick_ms, truth, A)
+        return summarize_run(run.published, run.odometry, run.tick_ms, truth, A, run.covariances)
 
     def __repr__(self) -> str:
         """Say how it ended, once it has been read to its end."""

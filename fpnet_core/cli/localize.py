@@ -95,9 +95,9 @@ def command(
     said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
     --verbose localize logs every change of status with its reason.
 
-    With --out the folder gets report.html (opens without a network), run.json, poses.tum and
-    odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
-    for Foxglove.
+    With --out the folder gets report.html (opens without a network), run.json, poses.tum,
+    covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
+    submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -215,6 +215,13 @@ def _write_folder(out: Path, name: str, ended: _Ended) -> None:
         ended.figures(),
         ended.causes,
     )
-    write_run_exports(out, record.plan.grid, record.outputs, run.poses, run.result.odometry)
+    write_run_exports(
+        out,
+        record.plan.grid,
+        record.outputs,
+        run.poses,
+        run.covariances,
+        run.result.odometry,
+    )
     common.write_json(out / 'run.json', record.figures)
     write_run_report(out / _REPORT_NAME, record)

@@ -31,7 +31,8 @@ class Placement:
 
     ``A_plan_submap`` maps submap metres to plan metres; ``score`` in [0, 1] is the agreement of
     both maps, NaN before anyone has looked; ``cov (3, 3)`` is over x, y [m] and yaw [rad] of the
-    submap's origin in ``plan``, zeros where nothing has measured it; ``probability`` is that of
+    submap's origin in ``plan``, that of the alignment alone, as if no wall were drawn wrongly, and
+    zeros where nothing has measured it; ``probability`` is that of
     this placement against all others and against none of them, NaN before it is judged.
     """
 

@@ -21,7 +21,13 @@ if TYPE_CHECKING:
     from fpnet_core.io.posed_scans import PosedScans
     from fpnet_core.io.recordings import open_scans
     from fpnet_core.io.scans import Scan, ScanSource
-    from fpnet_core.io.trajectories import Trajectory, read_poses, read_tum, write_tum
+    from fpnet_core.io.trajectories import (
+        Trajectory,
+        read_poses,
+        read_tum,
+        write_covariances,
+        write_tum,
+    )
 
 __all__ = [
     'BagReader',
@@ -41,6 +47,7 @@ __all__ = [
     'read_poses',
     'read_tum',
     'states_scale',
+    'write_covariances',
     'write_map',
     'write_tum',
 ]
@@ -64,6 +71,7 @@ _MODULE_OF = {
     'read_tum': 'trajectories',
     'states_scale': 'maps',
     'write_map': 'maps',
+    'write_covariances': 'trajectories',
     'write_tum': 'trajectories',
 }
 

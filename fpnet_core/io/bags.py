@@ -37,6 +37,7 @@ LASER_SCAN = 'sensor_msgs/msg/LaserScan'
 LASER_SCANS = (LASER_SCAN, 'sensor_msgs/msg/MultiEchoLaserScan')
 ODOMETRY = 'nav_msgs/msg/Odometry'
 POSE = 'geometry_msgs/msg/PoseStamped'
+UNCERTAIN_POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 GRID = 'nav_msgs/msg/OccupancyGrid'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 NUMBER = 'std_msgs/msg/Float64'
@@ -48,6 +49,8 @@ _BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
 _NO_LIMIT = QosTime(0, 0)  # given
 _TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 _MSG = _TYPESTORE.types
+# Given: where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
+_PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 
 
 def _qos(depth: int, durability: QosDurability) -> Qos:
@@ -192,6 +195,21 @@ class BagWriter:
         """Write a PoseStamped."""
         message = _MSG[POSE](_header(stamp_ns, frame_id), _pose(T_frame_body))
         self._write(topic, POSE, stamp_ns, message)
+
+    def write_uncertain_pose(
+        self,
+        topic: str,
+        stamp_ns: int,
+        frame_id: str,
+        T_frame_body: NDArray[np.float64],
+        cov: NDArray[np.float64],
+    ) -> None:
+        """Write a PoseWithCovarianceStamped; ``cov (3, 3)`` is over x, y [m] and yaw [rad]."""
+        full = np.zeros((6, 6))
+        full[_PLANAR] = cov
+        pose = _MSG['geometry_msgs/msg/PoseWithCovariance'](_pose(T_frame_body), full.ravel())
+        message = _MSG[UNCERTAIN_POSE](_header(stamp_ns, frame_id), pose)
+        self._write(topic, UNCERTAIN_POSE, stamp_ns, message)
 
     def write_grid(self, topic: str, stamp_ns: int, grid: GridMap) -> None:
         """Write an OccupancyGrid in the grid's own frame, with transient-local durability."""

@@ -93,6 +93,30 @@ def read_poses(path: Path | str) -> Trajectory:
     return _parse_rows(_read_rows(path), path)
 
 
+def write_covariances(path: Path | str, stamps_ns: ArrayLike, covariances: ArrayLike) -> None:
+    """
+    Write what poses may be off by, a line for each: time [s] and six entries, with a header.
+
+    Parameters
+    ----------
+    path
+        File to write (CSV); its folder is created.
+    stamps_ns : (S,)
+        Times [ns].
+    covariances : (S, 3, 3)
+        Over x, y [m] and yaw [rad].
+    """
+    upper = np.asarray(covariances, dtype=np.float64).reshape(-1, 3, 3)[:, *np.triu_indices(3)]
+    rows = zip(np.asarray(stamps_ns, dtype=np.int64).tolist(), upper.tolist(), strict=True)
+    lines = [
+        f'{ns // NS_PER_S}.{ns % NS_PER_S:09d},{",".join(f"{value:.6g}" for value in row)}\n'
+        for ns, row in rows
+    ]
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text('t,xx,xy,x_yaw,yy,y_yaw,yaw_yaw\n' + ''.join(lines), encoding='ascii')
+
+
 def write_tum(
     path: Path | str, stamps_ns: ArrayLike, xy: ArrayLike, yaw: ArrayLike, z: float = 0.0
 ) -> None:

@@ -29,7 +29,8 @@ class Belief:
 
     ``reason`` says why, in one sentence; ``is_mirrored`` that it is because what was seen fits the
     plan's mirror image only. ``judged`` are all placements that the status was decided on, with
-    their probabilities. ``bend_m`` is how far the drawing had to bend under the best one.
+    their probabilities. ``bend_m`` is how far the drawing had to bend under the best one, and
+    ``residual_m`` how far three quarters of the walls lie off drawn ones at most.
     """
 
     status: Status
@@ -39,6 +40,7 @@ class Belief:
     is_mirrored: bool = False
     judged: Placements = field(default_factory=Placements.empty)
     bend_m: float = 0.0
+    residual_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +193,7 @@ class HypothesisTracker:
             reason_of(verdict, look),
             judged=verdict.placements,
             bend_m=float(verdict.evidence.of('bend_m')[0]),
+            residual_m=float(verdict.evidence.of('residual_75')[0]),
         )
 
     def _mirror_counted(

@@ -25,6 +25,7 @@ from fpnet_core.localizer.sides import (
 )
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate, segment_unknown_scale
+from fpnet_core.spread import PoseSpread
 from fpnet_core.types import GridMap, PlanScale
 
 
@@ -99,6 +100,20 @@ class Floorplan:
         A_nominal_working = Affine2D(np.eye(2) / self.factor, np.zeros(2))
         nominal: Placements = A_nominal_working @ estimates
         return nominal
+
+    def nominal_spread(self, spread: PoseSpread) -> PoseSpread:
+        """Return how far a pose in working metres may be off in nominal ones."""
+        smaller = np.diag([1.0 / self.factor, 1.0 / self.factor, 1.0])
+        growth = spread.growth
+        return replace(
+            spread,
+            cov=smaller @ spread.cov @ smaller,
+            growth=replace(
+                growth,
+                position_per_s=growth.position_per_s / self.factor,
+                yaw_per_m=growth.yaw_per_m * self.factor,
+            ),
+        )
 
     def nominal_scale(self) -> PlanScale | None:
         """Return what is known of the scale, nominal metres per true metre."""

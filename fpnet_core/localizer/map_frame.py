@@ -77,14 +77,17 @@ class MapFrame:
             return self
         return replace(self, A_map_plan=A_map_plan)
 
-    def located(self, output: LocalizerOutput, T_odom_base: NDArray[np.float64]) -> Located | None:
-        """Return where ``base`` is, all of it by one output; None unless it is LOCALIZED."""
+    def located(
+        self, output: LocalizerOutput, T_odom_base: NDArray[np.float64], stamp_ns: int
+    ) -> Located | None:
+        """Return where ``base`` is at a scan, by one output; None unless it is LOCALIZED."""
         T_plan_base = output.pose(T_odom_base)
         if T_plan_base is None or output.A_plan_odom is None:
             return None
         base = SE2.from_matrix4(T_odom_base)
         T_map_odom = self.T_map_odom(output.A_plan_odom, base.translation)
-        cov = self.covariance(output, base.translation)
+        cov = output.covariance(T_odom_base, stamp_ns)
+        cov = None if cov is None else self.covariance(cov)
         return Located(T_plan_base, T_map_odom @ base, T_map_odom, cov)
 
     def T_map_odom(self, A_plan_odom: Affine2D, xy_odom: NDArray[np.float64]) -> SE2:
@@ -133,20 +136,8 @@ class MapFrame:
             T_plan_base, SE2.from_matrix4(T_odom_base), float(sigma[:2].max()), float(sigma[2])
         )
 
-    def covariance(
-        self, output: LocalizerOutput, xy_odom: NDArray[np.float64]
-    ) -> NDArray[np.float64] | None:
-        """
-        Return the covariance ``(3, 3)`` of the robot's x, y [m] and yaw [rad] in ``map``.
-
-        The output's is that of the submap's origin, from which an error in yaw moves the robot
-        the further the more distant it is. None unless localized.
-        """
-        if output.A_plan_odom is None or output.cov is None or output.submap is None:
-            return None
-        lever = output.A_plan_odom.linear @ (xy_odom - output.submap.T_odom_submap.translation)
-        at_robot = np.eye(3)
-        at_robot[:2, 2] = -lever[1], lever[0]
-        at_robot[:2] = self.A_map_plan.linear @ at_robot[:2]
-        cov: NDArray[np.float64] = at_robot @ output.cov @ at_robot.T
-        return cov
+    def covariance(self, cov_plan: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a covariance ``(3, 3)`` of x, y [m] and yaw [rad] on the plan as in ``map``."""
+        to_map = np.eye(3)
+        to_map[:2, :2] = self.A_map_plan.linear
+        return np.asarray(to_map @ cov_plan @ to_map.T, dtype=np.float64)

@@ -33,11 +33,13 @@ class ReplayResult:
     Everything a run produced, in time order.
 
     ``published`` holds every pose given out, plan frame, nominal metres, with the sensor's
-    stamps; ``odometry`` the sensor's path in ``odom``.
+    stamps, and ``covariances (S, 3, 3)`` those of their x, y [m] and yaw [rad]; ``odometry`` the
+    sensor's path in ``odom``.
     """
 
     outputs: tuple[LocalizerOutput, ...]
     published: PlanarTrajectory
+    covariances: NDArray[np.float64]
     odometry: PlanarTrajectory
     add_scan_ms: NDArray[np.float64]
     rejected_scans: int
@@ -138,6 +140,7 @@ class _Run:
     period_ns: int
     outputs: list[LocalizerOutput] = field(default_factory=list)
     published: list[tuple[int, SE2]] = field(default_factory=list)
+    covariances: list[NDArray[np.float64]] = field(default_factory=list)
     path: list[tuple[int, SE2]] = field(default_factory=list)
     add_ms: list[float] = field(default_factory=list)
     rejected: int = 0
@@ -154,9 +157,12 @@ class _Run:
         if is_due := stamp_ns >= self.next_tick_ns:
             self.tick(stamp_ns)
             self.next_tick_ns = stamp_ns + self.period_ns
-        pose = self.localizer.output.pose(sweep.T_odom_sensor)
-        if pose is not None:
+        output = self.localizer.output
+        pose = output.pose(sweep.T_odom_sensor)
+        cov = output.covariance(sweep.T_odom_sensor, stamp_ns)
+        if pose is not None and cov is not None:
             self.published.append((stamp_ns, pose))
+            self.covariances.append(cov)
         return is_due
 
     def tick(self, stamp_ns: int) -> None:
@@ -176,6 +182,7 @@ class _Run:
         return ReplayResult(
             tuple(self.outputs),
             _trajectory(self.published),
+            np.array(self.covariances, dtype=np.float64).reshape(-1, 3, 3),
             _trajectory(self.path),
             np.array(self.add_ms),
             self.rejected,

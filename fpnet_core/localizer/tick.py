@@ -28,7 +28,15 @@ from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
+from fpnet_core.pose.uncertainty import (
+    Misfit,
+    packaged_uncertainty,
+    unrest_of,
+    wall_information,
+)
 from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.spread import PoseSpread, Signs
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status, Submap
 
 _FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
@@ -53,6 +61,8 @@ class TickState:
         The last search, as long as ticks may go on from it; None: the next tick searches.
     hint
         Someone's word on where the robot is, working metres.
+    spread
+        How far off the claimed pose may be, working metres; None without a claim.
     is_elsewhere
         The robot is not where its submap goes on: that must begin anew.
     """
@@ -64,6 +74,7 @@ class TickState:
     tracked: Placements = field(default_factory=Placements.empty)
     searched: Searched | None = None
     hint: PoseHint | None = None
+    spread: PoseSpread | None = None
     is_elsewhere: bool = False
 
     def on(self, plan: Floorplan) -> TickState:
@@ -178,6 +189,7 @@ class _Tick:
         vicinity, told, A = Surroundings(config).judge(
             state.vicinity, plan.working.evidence, submap, belief, self.robot_xy
         )
+        spread = self._spread(told, A)
         after = TickState(
             plan=plan,
             segmenter=found.segmenter,
@@ -186,11 +198,12 @@ class _Tick:
             tracked=belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
             searched=found.searched if tracker.is_settled(standing) else None,
             hint=state.hint,
+            spread=spread,
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
         )
         look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
         match = found.comparison.match
-        return after, self._output(plan, look, match, belief.judged, told, A)
+        return after, self._output(plan, look, match, belief.judged, told, A, spread)
 
     def _placed(self, search: ScaleSearch) -> _Found:
         """Search the whole plan, or follow what the last search found where that will do."""
@@ -249,15 +262,14 @@ class _Tick:
         judged: Placements,
         belief: Belief,
         A_working_odom: Affine2D | None,
+        spread: PoseSpread | None,
     ) -> LocalizerOutput:
         estimates = plan.nominal_estimates(judged)
-        # The belief's best is the first estimate wherever something is claimed.
-        best = estimates[0] if belief.status is Status.LOCALIZED else None
         return LocalizerOutput(
             stamp_ns=self.submap.stamp_ns,
             status=belief.status,
             A_plan_odom=None if A_working_odom is None else plan.to_nominal(A_working_odom),
-            cov=best.cov if best else None,
+            spread=None if spread is None else plan.nominal_spread(spread),
             probability=belief.probability,
             estimates=estimates,
             match=match,
@@ -270,6 +282,25 @@ class _Tick:
             is_mirrored=belief.is_mirrored,
             causes=causes_of_look(look, belief.status, belief.is_mirrored),
         )
+
+    def _spread(self, belief: Belief, A_plan_odom: Affine2D | None) -> PoseSpread | None:
+        """Return how far the robot may be from where a claim puts it, working metres."""
+        if A_plan_odom is None:
+            return None
+        plan, submap, last = self.plan.working.evidence, self.submap, self.state.spread
+        assert self.robot_xy is not None  # a claim rests on scans, and they have poses
+        recent, newest, xy_odom = (
+            submap.T_odom_submap.apply(xy)
+            for xy in (submap.recent_xy, submap.newest_xy, self.robot_xy)
+        )
+        before = (0.0, 0.0)
+        if last is not None:
+            before = last.signs.unrest_rad, (submap.stamp_ns - last.stamp_ns) / NS_PER_S
+        unrest_rad = unrest_of(plan, newest, A_plan_odom, xy_odom, before)
+        figures = Misfit(belief.bend_m, belief.residual_m, unrest_rad).figures
+        information = wall_information(plan, recent, A_plan_odom, xy_odom)
+        signs = Signs(information, figures, unrest_rad)
+        return packaged_uncertainty().spread(signs, xy_odom, submap.stamp_ns)
 
 
 def _scale_after(plan: Floorplan, belief: Belief, sub: MapSide) -> ScaleHistory:

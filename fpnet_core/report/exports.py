@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2
-from fpnet_core.io import BagWriter, write_map, write_tum
+from fpnet_core.io import BagWriter, write_covariances, write_map, write_tum
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.report.moments import chosen_ticks
@@ -20,6 +21,7 @@ from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap, LocalizerOutput, Submap
 
 _MAP, _ODOM, _SENSOR = 'map', 'odom', 'sensor'
+_TWIN = '/floorplan_pose_with_covariance'
 
 
 def write_run_exports(
@@ -27,16 +29,17 @@ def write_run_exports(
     plan: GridMap,
     outputs: tuple[LocalizerOutput, ...],
     published: PlanarTrajectory,
+    covariances: NDArray[np.float64],
     odometry: PlanarTrajectory,
 ) -> None:
     """
     Write a run's trajectories, maps and bag into ``folder``.
 
     ``poses.tum`` holds every published pose in the floorplan's frame and nominal metres,
-    ``odometry.tum`` the sensor's path. ``map.yaml`` is the floorplan at the scale that the last
-    placement found, ``submap.yaml`` the last submap, placed in the same frame if the robot was
-    localised at the end. ``run.mcap`` holds all of it over time; of a run with many ticks every
-    submap that the report shows. Files of an earlier run are replaced.
+    ``covariances.csv`` theirs, ``odometry.tum`` the sensor's path. ``map.yaml`` is the floorplan
+    at the scale that the last placement found, ``submap.yaml`` the last submap, placed in the same
+    frame if the robot was localised at the end. ``run.mcap`` holds all of it over time; of a run
+    with many ticks every submap that the report shows. Files of an earlier run are replaced.
 
     Parameters
     ----------
@@ -44,10 +47,12 @@ def write_run_exports(
     plan : the floorplan that was used
     outputs : all ticks, time order
     published : poses given out, plan frame, nominal metres
+    covariances : (S, 3, 3) of their x, y [m] and yaw [rad]
     odometry : the sensor's path in ``odom``
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_tum(folder / 'poses.tum', published.stamps_ns, published.xy, published.yaw)
+    write_covariances(folder / 'covariances.csv', published.stamps_ns, covariances)
     write_tum(folder / 'odometry.tum', odometry.stamps_ns, odometry.xy, odometry.yaw)
     frame = final_map_frame(plan, outputs)
     scaled = warped_grid(plan, frame.A_map_plan)
@@ -57,7 +62,8 @@ def write_run_exports(
         write_map(placed_submap(last, last.submap, frame), folder / 'submap.yaml')
     with TemporaryDirectory(dir=folder) as scratch:
         bag = Path(scratch) / 'run'
-        _write_bag(bag, replace(scaled, frame=_MAP), outputs, published, odometry, frame)
+        said = zip(_rigid(published.mapped(frame.A_map_plan)), covariances, strict=True)
+        _write_bag(bag, replace(scaled, frame=_MAP), outputs, said, odometry, frame)
         next(bag.glob('*.mcap')).replace(folder / 'run.mcap')
 
 
@@ -83,19 +89,21 @@ def _write_bag(
     path: Path,
     scaled: GridMap,
     outputs: tuple[LocalizerOutput, ...],
-    published: PlanarTrajectory,
+    said: Iterable[tuple[tuple[int, NDArray[np.float64]], NDArray[np.float64]]],
     odometry: PlanarTrajectory,
     frame: MapFrame,
 ) -> None:
+    """Write the bag; ``said`` are stamps, poses in ``map`` and covariances on the plan."""
     first = [*odometry.stamps_ns[:1].tolist(), *(output.stamp_ns for output in outputs[:1])]
-    on_map = published.mapped(frame.A_map_plan)
     with BagWriter(path, storage='mcap') as bag:
         bag.write_grid('/map', min(first, default=0), scaled)
         for stamp_ns, T_odom_sensor in _rigid(odometry):
             bag.write_odometry('/odometry', stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
             bag.write_transform('/tf', stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
-        for stamp_ns, T_map_sensor in _rigid(on_map):
+        for (stamp_ns, T_map_sensor), cov_plan in said:
+            cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
+            bag.write_uncertain_pose(_TWIN, stamp_ns, _MAP, T_map_sensor, cov)
         with_submap = set(chosen_ticks(outputs))
         for index, output in enumerate(outputs):
             _write_belief(bag, output, frame)

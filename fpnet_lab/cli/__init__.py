@@ -15,6 +15,7 @@ COMMANDS = {
     'finetune': _lab('finetune', 'Adapt the matching network to one building.'),
     'simulate': _lab('simulate', 'Generate floorplans, matching pairs and lidar recordings.'),
     'train': _lab('train', 'Train the matching network.'),
+    'train-covariance': _lab('train_covariance', 'Fit how far a pose may be off.'),
     'train-doubts': _lab('train_doubts', 'Fit what tells a drawing that was read wrongly.'),
     'train-judge': _lab('train_judge', 'Train the judge of placements.'),
     'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),

@@ -89,6 +89,8 @@ _COLUMNS = {
     'open_set_false_claims': 'false claims',
     'median_position_error_m': 'error [m]',
     'median_yaw_error_deg': '[deg]',
+    'nees_mean': 'NEES',
+    'inside_95': 'in gate',
     'ece': 'ECE',
     'tick_ms_p50': 'tick p50 [ms]',
     'tick_ms_p95': 'p95 [ms]',

@@ -54,6 +54,7 @@ _TREND = (0.3, 1.0)  # share of the overall stretch that is taken out again
 _ERASED, _ERASED_M = 2.0, (0.25, 4.0)  # pieces of wall left out, in the mean, and their size
 _WALL_SHARE, _FREE_SHARE = 0.35, 0.5  # of a cell; thin walls must stay closed
 _ITERATIONS = 8  # numerical: of the inverse of a distortion that is small beside its own length
+_FITTED_EVERY = 20  # numerical: one in so many free cells tells where places lie in the mean
 _STRIDE = 8  # numerical: cells between samples of a smooth distortion
 
 
@@ -151,6 +152,13 @@ class RoughDrawing:
 
     grid: GridMap
     displaced: Field
+
+    def fitted(self) -> Affine2D:
+        """Return the affine map that comes nearest to ``displaced`` wherever one can walk."""
+        xy = self.grid.rc_to_xy(np.argwhere(self.grid.cells == FREE)[::_FITTED_EVERY])
+        ones = np.ones((len(xy), 1))
+        found = np.linalg.lstsq(np.hstack([xy, ones]), self.displaced(xy), rcond=None)[0]
+        return Affine2D(np.asarray(found[:2].T, float), np.asarray(found[2], float))
 
 
 def rough_drawing(grid: GridMap, rng: np.random.Generator) -> RoughDrawing:

@@ -24,7 +24,16 @@ BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
 def judged(tmp_path_factory):
     """A quarter of a minute in a generated house, on its plan and on another one."""
     strip = tmp_path_factory.mktemp('strips') / 'strip.png'
-    case = Case('short', 'exact', Kind.GENERATED, 'suites', 3, sensor='planar', wrong_cases=(0,))
+    case = Case(
+        'short',
+        'exact',
+        Kind.GENERATED,
+        'suites',
+        3,
+        sensor='planar',
+        wrong_cases=(0,),
+        has_rough_plan=True,
+    )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(correlative, 'ROTATIONS', 4)
         patch.setattr(correlative, 'SCALES', 1)
@@ -40,12 +49,14 @@ def test_a_case_judges_every_method_on_the_right_and_on_a_wrong_plan(judged):
     for group in ('exact', 'wrong_building'):
         methods = {record.method for record in records if record.group == group}
         assert methods == {'fpnet', *BASELINES}
+    [rough] = [record for record in records if record.group == 'rough']
+    assert (rough.method, rough.plan, rough.is_open_set) == ('fpnet', 'short rough', False)
     assert {record.is_open_set for record in records if record.group == 'exact'} == {False}
 
 
 def test_the_localizer_publishes_nothing_wrong_within_a_few_metres(judged):
     records, _ = judged
-    own = [record for record in records if record.method == 'fpnet']
+    own = [r for r in records if r.method == 'fpnet' and r.group != 'rough']
     assert [record.wrong_poses for record in own] == [0, 0]
     right, wrong = own
     assert len(right.tick_ms) > 3
@@ -74,7 +85,7 @@ def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, ca
     assert end.value.code == 0
     assert 'skipped intel: no logs here' in capsys.readouterr().out
     report = json.loads(path.read_text())
-    assert set(report['groups']) == {'exact', 'wrong_building'}
+    assert set(report['groups']) == {'exact', 'rough', 'wrong_building'}
     assert set(report['baselines']) == BASELINES
     assert report['total']['runs'] == 20
     with pytest.raises(SystemExit) as end:

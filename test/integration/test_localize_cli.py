@@ -94,6 +94,8 @@ def test_the_robot_is_found_and_no_pose_is_wrong(localized):
     assert summary['localized']
     assert summary['wrong_poses'] == 0
     assert summary['median_position_error_m'] < 0.5
+    assert summary['nees_mean'] < 8.0
+    assert summary['sigma_position_m_median'] > 0.02
     assert summary['rejected_scans'] == 0
     assert ' m of wall explained; ' in summary['reason']
     assert 0.0 < summary['path_to_first_pose_m'] < summary['path_m']

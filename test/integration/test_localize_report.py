@@ -49,9 +49,11 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     assert figures['status'] == 'localized'
     assert figures['wrong_poses'] == 0
     assert figures['median_position_error_m'] < 0.2
+    assert 0.0 < figures['nees_mean'] < 8.0
+    assert 0.02 < figures['sigma_position_m_median'] < 0.5
     assert json.loads((out / 'run.json').read_text()) == figures
     assert {path.name for path in out.iterdir()} == {
-        *('report.html', 'run.json', 'poses.tum', 'odometry.tum', 'run.mcap'),
+        *('report.html', 'run.json', 'poses.tum', 'covariances.csv', 'odometry.tum', 'run.mcap'),
         *('map.yaml', 'map.png', 'submap.yaml', 'submap.png'),
     }
     assert read_map(out / 'submap.yaml').resolution == 0.05

@@ -14,6 +14,7 @@ pytest.importorskip('rclpy')
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.spread import Growth, PoseSpread, Signs
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_ros.health import Health
 from fpnet_ros.inputs import LocatedScan, TFMessage
@@ -69,7 +70,11 @@ def scan(stamp_ns=STAMP_NS):
 
 def snapshot(status=Status.LOCALIZED, grid=GRID):
     submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
-    claim = (A_PLAN_ODOM, np.diag([0.1, 0.2, 0.01])) if status is Status.LOCALIZED else ()
+    signs = Signs(np.eye(3), np.zeros(1))
+    growth = Growth(0.05, 0.01, 0.003, 0.002)
+    cov = np.diag([0.1, 0.2, 0.01])
+    spread = PoseSpread(cov, np.array([3.5, 9.0]), STAMP_NS - SECOND_NS, growth, signs)
+    claim = (A_PLAN_ODOM, spread) if status is Status.LOCALIZED else ()
     output = LocalizerOutput(STAMP_NS, status, *claim, submap=submap)
     return Snapshot(output, SimpleNamespace(given=grid))
 
@@ -88,7 +93,7 @@ def test_pose_twin_and_tf_are_of_one_snapshot(topics, outputs):
         FRAME.A_map_plan.apply(pose.T_frame_body.translation),
         atol=1e-9,
     )
-    located = FRAME.located(snapshot().output, T_ODOM_BASE.as_matrix4())
+    located = FRAME.located(snapshot().output, T_ODOM_BASE.as_matrix4(), STAMP_NS)
     np.testing.assert_allclose(twin.cov, located.cov, atol=1e-12)
     T_map_odom = twin.pose.T_frame_body @ T_ODOM_BASE.inv()
     np.testing.assert_allclose(T_map_odom.matrix, located.T_map_odom.matrix, atol=1e-9)

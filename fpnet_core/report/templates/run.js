@@ -93,7 +93,7 @@ function showTables(moment) {
     const scale = Math.sqrt(Math.abs(A[0][0] * A[1][1] - A[0][1] * A[1][0]));
     const name = rank ? 'rival ' + rank : p.is_claimed ? 'best, claimed' : 'best';
     const values = [p.score.toFixed(3), A[0][2].toFixed(2), A[1][2].toFixed(2), yaw.toFixed(1),
-      scale.toFixed(3), p.sigma_m.toFixed(3)];
+      scale.toFixed(3), p.sigma_m === null ? '' : p.sigma_m.toFixed(3)];
     return row([name, ...values], data.placement_colours[rank]);
   });
   document.querySelector('#placements tbody').replaceChildren(...placements);

@@ -67,8 +67,12 @@ class Distortion(StrEnum):
 OPEN_SET_GROUPS = ('wrong_building', 'mirrored_plan')
 """Groups in which no pose is right and every claim is false."""
 
+ROUGH_GROUP = 'rough'
+"""The drives of the plain buildings once more, on rough drawings; they count in no total."""
+
 GROUPS = (
     *Distortion,
+    ROUGH_GROUP,
     'symmetric',
     'repeated',
     *dict.fromkeys(MESHES.values()),
@@ -84,7 +88,7 @@ class Case:
     One recording and its plan.
 
     ``building`` is a layout family, a mesh or a log; ``wrong_cases`` numbers the plain cases
-    whose plans are tried on this drive as well.
+    whose plans are tried on this drive as well, and so are a mirrored and a rough one.
     """
 
     name: str
@@ -96,6 +100,7 @@ class Case:
     distortion: Distortion = Distortion.EXACT
     wrong_cases: tuple[int, ...] = ()
     has_mirrored_plan: bool = False
+    has_rough_plan: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """Return a mapping of plain values."""
@@ -128,6 +133,7 @@ def plain_cases(seed: int) -> tuple[Case, ...]:
             distortion=distortions[(k + k // len(PLAIN_FAMILIES)) % len(distortions)],
             wrong_cases=_others(k, count),
             has_mirrored_plan=True,
+            has_rough_plan=True,
         )
         for k in range(count)
     )
@@ -139,7 +145,7 @@ def select(
     """
     Return the cases of some groups, at most ``limit``.
 
-    An open-set group selects the plain cases, whose drives it is run on.
+    An open-set group selects the plain cases, whose drives it is run on; the rough one as well.
 
     Raises
     ------
@@ -157,6 +163,7 @@ def _is_wanted(case: Case, groups: Sequence[str]) -> bool:
     return case.group in groups or (
         ('wrong_building' in groups and bool(case.wrong_cases))
         or ('mirrored_plan' in groups and case.has_mirrored_plan)
+        or (ROUGH_GROUP in groups and case.has_rough_plan)
     )
 
 

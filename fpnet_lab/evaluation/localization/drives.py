@@ -96,6 +96,7 @@ def run_product(
         add_scan_ms=result.add_scan_ms,
         rss_mb=max(rss_mb),
         statuses=tuple(output.status.value for output in result.outputs),
+        covariances=result.covariances,
     )
     return ProductRun(run, result, localizer.plan)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from fpnet_core.geometry import Affine2D
 from fpnet_lab.evaluation.localization.cases import Distortion
-from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere, renovated
+from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere, renovated, rough_drawing
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import CLEAN, STYLES
 from fpnet_lab.sim.types import BuildingPlan
@@ -24,7 +24,8 @@ _STRETCH = {Distortion.STRETCHED_5: 0.05, Distortion.STRETCHED_10: 0.1}
 _LEAST_STRETCH = 0.5  # share of the named stretch that each axis has at least
 _SKETCH_STRETCH = 0.02
 
-_DRAWING_STREAM = 11  # given: second word of the seed, apart from the streams of the recording
+# Given: second words of the seed, apart from the streams of the recording.
+_DRAWING_STREAM, _ROUGH_STREAM = 11, 12
 
 
 def draw_plan(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPlan:
@@ -42,6 +43,19 @@ def draw_plan(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPla
     if distortion is Distortion.CHANGED_WALLS:
         sheet = renovated(sheet, plan, stretch, rng)
     return laid_elsewhere(sheet, stretch, rng)
+
+
+def draw_roughly(plan: BuildingPlan, distortion: Distortion, seed: int) -> DrawnPlan:
+    """
+    Draw a building's plan with rooms of wrong sizes, bent walls and walls left out.
+
+    Its ``A_plan_building`` is the affine map that fits best: what a surveyor would find. Walls are
+    drawn up to a metre from where it has them.
+    """
+    drawn = draw_plan(plan, distortion, seed)
+    kind = tuple(Distortion).index(distortion)
+    rough = rough_drawing(drawn.grid, np.random.default_rng((seed, _ROUGH_STREAM, kind)))
+    return DrawnPlan(rough.grid, rough.fitted() @ drawn.A_plan_building)
 
 
 def _axis_scales(distortion: Distortion, rng: np.random.Generator) -> Sequence[float]:

@@ -42,7 +42,8 @@ class MethodRun:
     """
     All that a method said during a run.
 
-    ``published`` holds a pose for every scan with a claim standing, plan frame, nominal metres;
+    ``published`` holds a pose for every scan with a claim standing, plan frame, nominal metres,
+    and ``covariances (S, 3, 3)`` theirs, None where the method states none;
     ``odometry`` the sensor's path in ``odom``; ``statuses`` one word per tick.
     """
 
@@ -53,6 +54,7 @@ class MethodRun:
     add_scan_ms: Array
     rss_mb: float
     statuses: tuple[str, ...] = ()
+    covariances: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class Record:
 
     Errors are in true metres and degrees, None where no pose was published. ``is_open_set`` runs
     have no right answer: a pose published there is a false claim, and counts as nothing else.
-    ``beliefs`` holds ``(probability, is_right)`` of every tick with a placement.
+    ``beliefs`` holds ``(probability, is_right)`` of every tick with a placement; ``nees_mean`` and
+    ``inside_95`` are those of :class:`fpnet_core.accuracy.RunSummary`.
     """
 
     case: str
@@ -94,6 +97,8 @@ class Record:
     add_scan_ms: float | None
     rss_mb: float
     statuses: tuple[str, ...] = ()
+    nees_mean: float | None = None
+    inside_95: float | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return a mapping of plain values."""
@@ -128,6 +133,7 @@ def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
         run.tick_ms,
         truth.poses if truth else None,
         truth.A_plan_truth if truth else None,
+        run.covariances,
     )
     position, yaw = _judged_error(run, truth) if truth else (np.inf, np.inf)
     return Record(
@@ -145,6 +151,8 @@ def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
         add_scan_ms=float(np.median(run.add_scan_ms)) if len(run.add_scan_ms) else None,
         rss_mb=round(run.rss_mb, 1),
         statuses=run.statuses,
+        nees_mean=summary.nees_mean,
+        inside_95=summary.inside_95,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from fpnet_core.config import FpnetConfig, parse_config
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap
-from fpnet_lab.evaluation.localization.cases import Case, Kind, plain_cases
+from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, Kind, plain_cases
 from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, run_product
 from fpnet_lab.evaluation.localization.figures import PRODUCT
 from fpnet_lab.evaluation.localization.records import (
@@ -25,7 +25,12 @@ from fpnet_lab.evaluation.localization.records import (
     judge,
 )
 from fpnet_lab.evaluation.localization.rivals import run_rivals
-from fpnet_lab.evaluation.localization.scenes import Scene, make_plan, make_scene
+from fpnet_lab.evaluation.localization.scenes import (
+    Scene,
+    make_plan,
+    make_rough_plan,
+    make_scene,
+)
 
 TICK_PERIOD_S = 2.0
 OPEN_SET_TICK_PERIOD_S = 5.0
@@ -76,6 +81,8 @@ def run_case(job: Job) -> tuple[Record, ...]:
     if job.strip is not None:
         _draw_strip(job.strip, case, product, truth)
     del product
+    if case.has_rough_plan:
+        records.append(_on_rough_plan(job, drive, scene))
     for index, (name, group, plan) in enumerate(_false_plans(job, scene)):
         false_case = replace(case, group=group)
         product = run_product(drive.kept, plan, config, OPEN_SET_TICK_PERIOD_S)
@@ -83,6 +90,15 @@ def run_case(job: Job) -> tuple[Record, ...]:
         if job.with_baselines and index == 0:
             records += _judged_rivals(false_case, product, drive, config, None, name)
     return tuple(records)
+
+
+def _on_rough_plan(job: Job, drive: Drive, scene: Scene) -> Record:
+    """Run the localizer over the drive's kept scans on a rough drawing of the building."""
+    case = replace(job.case, group=ROUGH_GROUP)
+    rough = make_rough_plan(case)
+    product = run_product(drive.kept, rough.grid, job.config, TICK_PERIOD_S)
+    truth = Truth(scene.truth, rough.A_plan_building, JUDGED_AT_M)
+    return judge(_labels(case, PRODUCT, f'{case.name} {ROUGH_GROUP}'), product.run, truth)
 
 
 def settings_of(case: Case, config: FpnetConfig) -> FpnetConfig:

@@ -16,8 +16,9 @@ from fpnet_core.io import Scan, open_scans, read_map
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
-from fpnet_lab.evaluation.localization.cases import Case, Kind
-from fpnet_lab.evaluation.localization.plans import draw_plan
+from fpnet_lab.evaluation.localization.cases import Case, Distortion, Kind
+from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
+from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.mesh_worlds import read_mesh
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
@@ -85,6 +86,11 @@ def make_scene(case: Case, data: Path) -> Scene:
 def make_plan(case: Case) -> GridMap:
     """Return the plan of a generated case alone."""
     return draw_plan(_recording(case).building.plan, case.distortion, case.seed).grid
+
+
+def make_rough_plan(case: Case, distortion: Distortion = Distortion.EXACT) -> DrawnPlan:
+    """Return a rough drawing of a generated case's building, inexact in another way besides."""
+    return draw_roughly(_recording(case).building.plan, distortion, case.seed)
 
 
 def _generated(case: Case, data: Path) -> Scene:

@@ -83,7 +83,8 @@ def estimated_minutes(jobs: Sequence[Job], workers: int) -> float:
     """Return about how long the jobs take on so many idle cores, none of them done before."""
     seconds = 0.0
     for job in jobs:
-        false_plans = len(job.case.wrong_cases) + job.case.has_mirrored_plan
+        case = job.case
+        false_plans = len(case.wrong_cases) + case.has_mirrored_plan + case.has_rough_plan
         seconds += _COST_S[job.case.kind] + false_plans * _FALSE_PLAN_COST_S
         if job.with_baselines:
             seconds += _BASELINES_COST_S * (2 if false_plans else 1)

@@ -47,8 +47,8 @@ from fpnet_lab.sim.plans import generate_plan
 KEYS = {
     'recall_1m_10deg', 'recall_05m_5deg', 'path_to_first_pose_m_median', 'wrong_published_runs',
     'wrong_published_poses', 'median_position_error_m', 'median_yaw_error_deg',
-    'open_set_false_claims', 'ece', 'tick_ms_p50', 'tick_ms_p95', 'add_scan_ms_p50', 'rss_mb_max',
-    'runs',
+    'nees_mean', 'inside_95', 'open_set_false_claims', 'ece', 'tick_ms_p50', 'tick_ms_p95',
+    'add_scan_ms_p50', 'rss_mb_max', 'runs',
 }  # fmt: skip
 
 
@@ -67,7 +67,8 @@ def test_suite_has_the_promised_breadth():
     for number, case in enumerate(plain_cases(0)):
         assert number not in case.wrong_cases
         assert len(set(case.wrong_cases)) == len(case.wrong_cases)
-    assert {case.group for case in suite} | {'wrong_building', 'mirrored_plan'} == set(GROUPS)
+    others = {'wrong_building', 'mirrored_plan', 'rough'}
+    assert {case.group for case in suite} | others == set(GROUPS)
 
 
 def test_suite_follows_from_its_seed_and_its_head_holds_most_groups():
@@ -222,6 +223,19 @@ def test_report_has_the_documented_keys_for_every_method_and_group():
     assert table['total']['tick_ms_p50'] == 7.0
     assert set(report([])['total']) == KEYS
     json.dumps(report([]), allow_nan=False)
+
+
+def test_covariances_are_judged_and_rough_drawings_count_in_no_total():
+    sure = replace(run_of([off_by(0.3)] * 3), covariances=np.tile(0.2**2 * np.eye(3), (51, 1, 1)))
+    record = judge(LABELS, sure, TRUTH)
+    # 0.3 m ahead are 0.6 m of the plan, where a standard deviation is 0.2 m.
+    assert record.nees_mean == pytest.approx(9.0)
+    assert record.inside_95 == 0.0
+    rough = replace(judge(LABELS, run_of([None] * 3), TRUTH), group='rough')
+    table = report([record, rough])
+    assert (table['total']['runs'], table['groups']['rough']['runs']) == (1, 1)
+    assert table['total']['nees_mean'] == pytest.approx(record.nees_mean, abs=1e-4)
+    assert table['groups']['rough']['nees_mean'] is None
 
 
 def test_calibration_error_compares_confidence_with_the_share_that_is_right():

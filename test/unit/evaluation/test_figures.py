@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures between markers: what pages state, where they disagree, and how they are written."""
 
+from dataclasses import replace
 import json
 from pathlib import Path
 import subprocess
@@ -57,7 +58,9 @@ def record(group, is_right=True, path=2.0, poses=10, wrong=0):
 
 
 def localization():
-    records = [record('exact'), record('exact', path=4.0), record('sketch', False, 6.0, wrong=3)]
+    honest = replace(record('exact'), nees_mean=2.8, inside_95=0.93)
+    records = [honest, record('exact', path=4.0), record('sketch', False, 6.0, wrong=3)]
+    records.append(record('rough', False))
     nothing = [
         record('wrong_building', path=None, poses=0),
         record('mirrored_plan', path=None, poses=0),
@@ -186,10 +189,11 @@ def test_figures_of_the_localization_benchmark():
     assert figures['localization.first_pose'] == '5.0 m'
     assert figures['localization.false_claims'] == '0'
     lines = {row[0]: row[1:] for row in rows(figures['localization'])}
-    assert lines['`exact`'] == ['2', '2', '3.0 m', '0', '0.05 m, 0.4°', '']
+    assert lines['`exact`'] == ['2', '2', '3.0 m', '0', '0.05 m, 0.4°', '2.8, 93 %', '']
     assert lines['`symmetric`'][2] == '30 m'
+    assert lines['`rough`'][:2] == ['1', '0'], 'it counts in no total'
     assert lines['all'][:4] == ['6', '2 of 4', '5.0 m', '3']
-    assert lines['on mirrored plans'] == ['1', '', '', '0 claims', '', '']
+    assert lines['on mirrored plans'] == ['1', '', '', '0 claims', '', '', '']
     first, second, third = rows(figures['localization.summary'])[2:]
     assert first[1:] == ['2', '3.0 to 6.0 m', '3', '0.05 m']
     assert second[1:] == ['0', '30.0 m', '0', '0.05 m']

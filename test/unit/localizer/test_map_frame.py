@@ -9,7 +9,8 @@ from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
-from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Status, Submap
+from fpnet_core.spread import Growth, PoseSpread, Signs
+from fpnet_core.types import FREE, OCCUPIED, LocalizerOutput, Status
 
 STRETCH = np.array([[1.08, 0.02], [0.02, 0.95]])
 RIGID = SE2.from_xy_yaw(0.0, 0.0, 0.7)
@@ -44,28 +45,30 @@ def test_a_trusted_drawing_is_the_map():
 
 
 def test_the_covariance_is_that_of_the_robot():
-    """The spread of sampled placements is what the covariance says."""
+    """The spread of sampled placements, carried on by odometry, is what the covariance says."""
     sigma = np.diag([0.1, 0.2, 0.01]) ** 2
-    submap = Submap(GridMap(np.zeros((2, 2), np.int8), 0.05), np.zeros((2, 2), bool), [[0.0, 0.0]])
-    output = LocalizerOutput(0, Status.LOCALIZED, A_PLAN_ODOM, sigma, submap=submap)
+    at_tick = np.array([1.0, 2.0])
+    nothing = Growth(0.0, 0.0, 0.0, 0.0)
+    spread = PoseSpread(sigma, at_tick, 5, nothing, Signs(np.eye(3), np.zeros(1)))
+    output = LocalizerOutput(5, Status.LOCALIZED, A_PLAN_ODOM, spread)
     frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     draws = np.random.default_rng(3).multivariate_normal(np.zeros(3), sigma, 20_000)
     in_map = []
     for x, y, yaw in draws:
         turn = SE2.from_xy_yaw(0.0, 0.0, yaw).linear
-        xy = turn @ A_PLAN_ODOM.linear @ ROBOT + SHIFT + (x, y)
+        away = turn @ A_PLAN_ODOM.linear @ (ROBOT - at_tick)
+        xy = A_PLAN_ODOM.apply(at_tick) + away + np.array([x, y])
         in_map.append((*frame.A_map_plan.apply(xy), yaw))
-    np.testing.assert_allclose(
-        frame.covariance(output, ROBOT), np.cov(np.array(in_map).T), atol=1.5e-3
-    )
-    assert frame.covariance(LocalizerOutput(0, Status.LOST), ROBOT) is None
+    located = frame.located(output, SE2.from_xy_yaw(*ROBOT, 0.4).as_matrix4(), 5)
+    np.testing.assert_allclose(located.cov, np.cov(np.array(in_map).T), atol=1.5e-3)
+    np.testing.assert_allclose(located.cov[2, 2], sigma[2, 2], rtol=1e-12)
 
 
 def test_one_output_says_the_same_place_in_every_frame():
     output = LocalizerOutput(0, Status.LOCALIZED, A_PLAN_ODOM)
     frame = MapFrame(plan_grid()).followed(A_PLAN_ODOM)
     T_odom_base = SE2.from_xy_yaw(*ROBOT, 0.3)
-    located = frame.located(output, T_odom_base.as_matrix4())
+    located = frame.located(output, T_odom_base.as_matrix4(), 0)
     in_plan = A_PLAN_ODOM.apply(ROBOT)
     np.testing.assert_allclose(located.T_plan_base.translation, in_plan, atol=1e-12)
     np.testing.assert_allclose(
@@ -75,7 +78,7 @@ def test_one_output_says_the_same_place_in_every_frame():
         (located.T_map_odom @ T_odom_base).matrix, located.T_map_base.matrix, atol=1e-12
     )
     assert located.cov is None
-    assert frame.located(LocalizerOutput(0, Status.LOST), T_odom_base.as_matrix4()) is None
+    assert frame.located(LocalizerOutput(0, Status.LOST), T_odom_base.as_matrix4(), 0) is None
 
 
 @pytest.mark.parametrize('A_map_plan', [Affine2D(np.linalg.inv(STRETCH), np.zeros(2))])

@@ -16,19 +16,23 @@ from fpnet_core.io import BagReader, read_map, read_tum, write_tum
 from fpnet_core.report import write_run_exports
 from fpnet_core.types import FREE, OCCUPIED
 
+COVARIANCES = np.stack([np.diag([0.01, 0.04, 0.0009]), np.diag([0.02, 0.05, 0.001])])
+
 
 @pytest.fixture(scope='module')
 def exported(made_up_run, tmp_path_factory):
     folder = tmp_path_factory.mktemp('exports') / 'new'
     run = made_up_run
     for _ in range(2):  # the second one replaces the first
-        write_run_exports(folder, run.plan.grid, run.outputs, run.published, run.published)
+        write_run_exports(
+            folder, run.plan.grid, run.outputs, run.published, COVARIANCES, run.published
+        )
     return folder
 
 
 def test_the_folder_holds_these_files(exported):
     assert sorted(path.name for path in exported.iterdir()) == [
-        *('map.png', 'map.yaml', 'odometry.tum', 'poses.tum', 'run.mcap'),
+        *('covariances.csv', 'map.png', 'map.yaml', 'odometry.tum', 'poses.tum', 'run.mcap'),
         *('submap.png', 'submap.yaml'),
     ]
 
@@ -53,13 +57,15 @@ def test_floorplan_and_submap_lie_on_each_other_in_map(exported, made_up_run):
 
 def test_a_run_that_was_never_localised_keeps_plan_and_odom(made_up_run, tmp_path):
     run = made_up_run
-    write_run_exports(tmp_path, run.plan.grid, run.outputs[:2], run.published, run.published)
+    write_run_exports(
+        tmp_path, run.plan.grid, run.outputs[:2], run.published, COVARIANCES, run.published
+    )
     assert read_map(tmp_path / 'map.yaml').shape == run.plan.grid.shape
     origin: Affine2D = read_map(tmp_path / 'submap.yaml').T_frame_grid
     submap = run.outputs[1].submap
     expected = submap.T_odom_submap @ submap.grid.T_frame_grid
     np.testing.assert_allclose(origin.matrix, expected.matrix, atol=1e-6)
-    write_run_exports(tmp_path, run.plan.grid, (), run.published, run.published)
+    write_run_exports(tmp_path, run.plan.grid, (), run.published, COVARIANCES, run.published)
 
 
 def test_the_bag_puts_the_robot_where_the_poses_do(exported, made_up_run):
@@ -82,7 +88,8 @@ def test_the_bag_puts_the_robot_where_the_poses_do(exported, made_up_run):
             elif topic.endswith('/submap'):
                 grids.append(msg.header.frame_id)
     assert counts == {
-        '/map': 1, '/odometry': 2, '/tf': 3, '/floorplan_pose': 2, '/localizer/status': 3,
+        '/map': 1, '/odometry': 2, '/tf': 3, '/floorplan_pose': 2,
+        '/floorplan_pose_with_covariance': 2, '/localizer/status': 3,
         '/localizer/probability': 3, '/localizer/tick_ms': 2, '/localizer/submap': 2,
     }  # fmt: skip
     assert texts == [output.status.value for output in made_up_run.outputs]
@@ -91,6 +98,22 @@ def test_the_bag_puts_the_robot_where_the_poses_do(exported, made_up_run):
     in_odom = submap.T_odom_submap.apply(submap.path_xy[-1])
     assert poses[0][0] == 'map'
     assert transforms['map', 'odom'].apply(in_odom) == pytest.approx(poses[0][1:], abs=0.02)
+
+
+def test_the_folder_says_what_each_pose_may_be_off_by(exported, made_up_run):
+    header, *rows = (exported / 'covariances.csv').read_text().splitlines()
+    assert header == 't,xx,xy,x_yaw,yy,y_yaw,yaw_yaw'
+    found = np.array([row.split(',')[1:] for row in rows], dtype=float)
+    np.testing.assert_allclose(
+        found, [[0.01, 0, 0, 0.04, 0, 0.0009], [0.02, 0, 0, 0.05, 0, 0.001]]
+    )
+    with BagReader(exported / 'run.mcap') as bag:
+        [first, _] = [msg for *_, msg in bag.messages(['/floorplan_pose_with_covariance'])]
+    stretch = made_up_run.outputs[-1].A_plan_odom.stretch
+    expected = np.linalg.inv(stretch) @ COVARIANCES[0, :2, :2] @ np.linalg.inv(stretch)
+    got = np.reshape(first.pose.covariance, (6, 6))
+    np.testing.assert_allclose(got[:2, :2], expected, atol=1e-9)
+    assert got[5, 5] == pytest.approx(0.0009)
 
 
 def test_evo_reads_the_trajectories(exported, made_up_run, tmp_path):

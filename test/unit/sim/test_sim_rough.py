@@ -31,11 +31,14 @@ def test_drawings_are_off_by_decimetres_to_metres_and_not_by_one_affine():
     points = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED)[::50])
     largest, bent = [], []
     for seed in range(20):
-        moved = rough_drawing(grid, np.random.default_rng(seed)).displaced(points)
+        rough = rough_drawing(grid, np.random.default_rng(seed))
+        moved = rough.displaced(points)
         largest.append(np.linalg.norm(moved - points, axis=1).max())
         inputs = np.column_stack([points, np.ones(len(points))])
         fitted = inputs @ np.linalg.lstsq(inputs, moved, rcond=None)[0]
         bent.append(np.linalg.norm(moved - fitted, axis=1).max())
+        nearest = np.linalg.norm(moved - rough.fitted().apply(points), axis=1)
+        assert nearest.mean() < 1.5 * np.linalg.norm(moved - fitted, axis=1).mean() + 0.02
     assert 0.2 < np.median(largest) < 3.0
     assert np.median(bent) > 0.1
 

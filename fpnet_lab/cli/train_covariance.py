@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet train-covariance``: fit how far a published pose may be off."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+import json
+from pathlib import Path
+import sys
+from typing import Annotated
+
+import typer
+
+from fpnet_core.cli import common
+
+
+def command(
+    out: Annotated[
+        Path,
+        typer.Option('--out', metavar='DIR', help='Folder of the run; its drives are kept.'),
+    ],
+    drives: Annotated[
+        int, typer.Option('--drives', min=2, help='Buildings to drive through, to fit to.')
+    ] = 20,
+    measured: Annotated[
+        int, typer.Option('--measured', min=0, help='Buildings of the next seed, to measure on.')
+    ] = 14,
+    seed: common.SeedOption = 7,
+    config: common.ConfigOption = None,
+) -> None:
+    """
+    Drive through generated buildings on rough drawings and fit the covariance of poses to them.
+
+    Prints what the covariances hold on buildings that were left out, and on those of the next
+    seed, and writes covariance.json. Called again, it fits to the drives that it has gathered.
+
+    Example: fpnet train-covariance --out runs/covariance
+    """
+    tree = common.load(config)
+    from fpnet_lab.training.covariance import (
+        CovarianceTraining,
+        consistency,
+        enlarged,
+        fit_covariance,
+        held_back_errors,
+        normalised_errors_of,
+        stored,
+    )
+    from fpnet_lab.training.covariance_drives import gather_samples
+
+    settings, first = CovarianceTraining(), 7 if seed is None else seed
+    with common.progress('drives', total=drives + measured) as advance:
+        samples = gather_samples(out / 'drives', first, drives, tree, advance)
+        others = gather_samples(out / 'drives', first + 1, measured, tree, advance)
+    with common.progress('leaving out', total=settings.folds) as advance:
+        held_back = held_back_errors(samples, settings, advance)
+    factor = consistency(held_back, samples.run)['nees_mean'] / settings.aim
+    model = enlarged(fit_covariance(samples, settings), factor)
+    figures = {'left_out': consistency(held_back / factor, samples.run)}
+    if len(others):
+        nees = normalised_errors_of(model, others)
+        figures['other_seed'] = consistency(nees, others.run)
+    for name, values in figures.items():
+        typer.echo(f'{name}: {values}')
+    command = ' '.join(['fpnet', *sys.argv[1:]])
+    facts = {
+        'training': asdict(settings) | {'enlarged': round(factor, 4)},
+        'held': figures,
+        'data': {'poses': len(samples), 'drives': drives, 'seed': first, 'command': command},
+    }
+    path = out / 'covariance.json'
+    path.write_text(json.dumps(stored(model, facts), indent=1) + '\n', encoding='utf-8')
+    typer.echo(f'wrote {path}')

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Published poses of drives, what was seen of how well they are known, and what they were off by.
+
+Buildings, tours and odometry are those of the localization benchmark, of another seed. Each drive
+is registered once and run on three drawings: the case's own, a rough one, and a rough one of one
+that is stretched, sketched or changed besides. What they are off by is counted from the affine map
+that fits a drawing best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD
+from fpnet_core.config import FpnetConfig
+from fpnet_core.geometry import wrap_to_pi
+from fpnet_core.io.arrays import read_arrays
+from fpnet_core.io.atomic import replaced
+from fpnet_core.io.frozen import from_arrays, to_arrays
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.pose.uncertainty import FIGURES
+from fpnet_core.stamps import NS_PER_S
+from fpnet_lab.evaluation.localization.cases import Case, Distortion, plain_cases
+from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, run_product
+from fpnet_lab.evaluation.localization.records import Truth
+from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S, settings_of
+from fpnet_lab.evaluation.localization.scenes import Scene, make_rough_plan, make_scene
+from fpnet_lab.sim.distort import DrawnPlan
+
+Array = NDArray[np.float64]
+
+# Chosen: registering the sweeps of sensors with more beams takes five times as long, and what
+# odometry loses differs little.
+_SENSORS = ('planar', 'beams16', 'planar', 'planar', 'beams16')
+_ROUGHER = (Distortion.STRETCHED_5, Distortion.SKETCH, Distortion.CHANGED_WALLS)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """
+    ``N`` published poses.
+
+    Parameters
+    ----------
+    figures, information : (N, F), (N, 3, 3)
+        The :class:`fpnet_core.spread.Signs` of the tick that each rests on.
+    away : (N, 2)
+        From where the tick had the robot to where it is, plan axes [m].
+    age_s : (N,)
+        Since the tick's newest scan.
+    error : (N, 3)
+        In x, y [m] and yaw [rad] of the plan.
+    run, building : (N,) int64
+        Number of the run, of a drive on a drawing, and of the building.
+    """
+
+    figures: Array
+    information: Array
+    away: Array
+    age_s: Array
+    error: Array
+    run: NDArray[np.int64]
+    building: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """Count the poses."""
+        return len(self.run)
+
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Samples:
+        """Return the samples at an index or mask."""
+        return Samples(*(getattr(self, each.name)[chosen] for each in fields(self)))
+
+    @classmethod
+    def joined(cls, parts: list[Samples]) -> Samples:
+        """Return all samples of some drives, their runs numbered through."""
+        columns = {
+            each.name: np.concatenate([getattr(part, each.name) for part in parts])
+            for each in fields(cls)
+        }
+        keys = np.column_stack([columns['building'], columns['run']])
+        columns['run'] = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+        return cls(**columns)
+
+
+def gather_samples(
+    folder: Path,
+    seed: int,
+    drives: int,
+    config: FpnetConfig,
+    on_drive: Callable[[float], None] = lambda count: None,
+) -> Samples:
+    """Return the samples of a seed's drives; those that ``folder`` holds are taken over."""
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = []
+    for number in range(drives):
+        path = folder / f'{seed}-{number:03d}.npz'
+        if not path.is_file():
+            with replaced(path) as partial, partial.open('wb') as file:
+                arrays = to_arrays(drive_samples(seed, number, config))
+                np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+        parts.append(from_arrays(Samples, read_arrays(path)))
+        on_drive(1.0)
+    return Samples.joined(parts)
+
+
+def drive_samples(seed: int, number: int, config: FpnetConfig) -> Samples:
+    """Return the samples of one drive on its three drawings."""
+    plain = plain_cases(seed)
+    case = replace(plain[number % len(plain)], sensor=_SENSORS[number % len(_SENSORS)])
+    if case.distortion is Distortion.UNKNOWN_SCALE:  # its metres are not metres
+        case = replace(case, distortion=Distortion.EXACT, group=Distortion.EXACT)
+    scene = make_scene(case, Path())
+    drive = Drive(KissOdometry(config.odometry))
+    for _ in drive.follow(scene.scans):
+        pass
+    runs = []
+    for run, (drawn, settings) in enumerate(_drawings(case, scene, config)):
+        product = run_product(drive.kept, drawn.grid, settings, TICK_PERIOD_S)
+        truth = Truth(scene.truth, drawn.A_plan_building)
+        runs.append(_samples_of(product, truth, run, number))
+    return Samples.joined(runs)
+
+
+def _drawings(
+    case: Case, scene: Scene, config: FpnetConfig
+) -> Iterator[tuple[DrawnPlan, FpnetConfig]]:
+    """Yield a drive's drawings, and what a user would say of their scales."""
+    yield DrawnPlan(scene.plan, scene.A_plan_truth), settings_of(case, config)
+    yield make_rough_plan(case), config
+    yield make_rough_plan(case, _ROUGHER[case.seed % len(_ROUGHER)]), config
+
+
+def _samples_of(product: ProductRun, truth: Truth, run: int, building: int) -> Samples:
+    """Return the samples of a run; poses that are wrong, or have no truth near, are left out."""
+    published, odometry = product.run.published, product.run.odometry
+    true, known = truth.poses.mapped(truth.A_plan_truth).at(published.stamps_ns)
+    turned = wrap_to_pi(published.yaw - true.yaw)
+    error = np.column_stack([published.xy - true.xy, turned])
+    far = np.hypot(error[:, 0], error[:, 1]) > WRONG_POSITION_M
+    kept = np.flatnonzero(known & ~far & (np.abs(turned) <= WRONG_YAW_RAD))
+    claims = [output for output in product.replay.outputs if output.spread is not None]
+    stamps = np.array([output.stamp_ns for output in claims], dtype=np.int64)
+    at = odometry.at(published.stamps_ns)[0].xy
+    spreads, away = [], []
+    for k in kept.tolist():
+        output = claims[int(np.searchsorted(stamps, published.stamps_ns[k], 'right')) - 1]
+        assert output.spread is not None
+        assert output.A_plan_odom is not None
+        spreads.append(output.spread)
+        away.append(output.A_plan_odom.linear @ (at[k] - output.spread.xy_odom))
+    ticks_ns = np.array([spread.stamp_ns for spread in spreads], dtype=np.int64)
+    return Samples(
+        np.array([spread.signs.figures for spread in spreads]).reshape(-1, len(FIGURES)),
+        np.array([spread.signs.information for spread in spreads]).reshape(-1, 3, 3),
+        np.array(away).reshape(-1, 2),
+        (published.stamps_ns[kept] - ticks_ns) / NS_PER_S,
+        error[kept],
+        np.full(len(kept), run, dtype=np.int64),
+        np.full(len(kept), building, dtype=np.int64),
+    )
