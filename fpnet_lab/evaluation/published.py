@@ -179,6 +179,7 @@ def _drawings(report: Report) -> tuple[dict[str, str], dict[str, str]]:
         for key, figure in (('scale_within', 'within_10'), ('interval_holds', 'interval_holds'))
     }
     everything = report['all']
+    values |= {f'{name}_right': _per_cent(each['right']) for name, each in report['kinds'].items()}
     values |= {
         'right': _per_cent(everything['right']),
         'wrong': str(round((1.0 - everything['right']) * everything['sheets'])),
@@ -212,6 +213,9 @@ def _per_cent(value: float | None) -> str:
 MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'localization': _localization,
     'drawings': _drawings,
+    'drawings_pdf': _drawings,
+    'drawings_svg': _drawings,
+    'drawings_dxf': _drawings,
     'stated_scales': _stated_scales,
     'demo': runs.demo,
     'real_logs': runs.real_logs,

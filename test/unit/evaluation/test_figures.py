@@ -30,6 +30,11 @@ SHEETS = {
     'seconds_p50': 2.4,
 }
 SCALE = {'within_10': 0.925, 'interval_holds': 1.0, 'sure': 0}
+VECTORS = {
+    'kinds': dict.fromkeys(('clean', 'office', 'brochure'), SHEETS),
+    'all': SHEETS,
+    'scale': SCALE,
+}
 DRAWINGS = {'kinds': {'clean': SHEETS}, 'all': SHEETS, 'scale': SCALE, 'bormann': {'scale': SCALE}}
 COUNTS = {'cases': 36, 'right': 33, 'claimed right': 28, 'claimed wrong': 1}
 SCALES = {
@@ -112,6 +117,7 @@ def robot():
 REPORTS = {
     'localization': localization,
     'drawings': lambda: DRAWINGS,
+    **dict.fromkeys(('drawings_pdf', 'drawings_svg', 'drawings_dxf'), lambda: VECTORS),
     'stated_scales': lambda: SCALES,
     'demo': lambda: {'seeds': {'0': RUN, '1': RUN | {'wrong_poses': 2}}},
     'real_logs': lambda: {'logs': {'intel': {'nothing': RUN, 'unknown': NOTHING}}},
