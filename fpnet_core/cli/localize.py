@@ -7,15 +7,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.errors import OdometryError
 
 if TYPE_CHECKING:
     from fpnet_core.accuracy import RunSummary
-    from fpnet_core.config import FpnetConfig
+    from fpnet_core.config import FpnetConfig, ScanStamp
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _REPORT_NAME = 'report.html'
+
+OdometryChoice = Literal['kiss', 'robot', 'both']
+"""Who says how the robot moved."""
 
 _Recording = Annotated[
     Path,
@@ -46,9 +50,13 @@ _PosesOption = Annotated[
         help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
     ),
 ]
-_KissOption = Annotated[
-    bool,
-    typer.Option('--kiss-icp', help='KISS-ICP registers the scans of a bag with odometry too.'),
+_OdometryOption = Annotated[
+    OdometryChoice | None,
+    typer.Option(
+        '--odometry',
+        help="Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
+        "checked by the bag's own). Default: the bag's own if it has one.",
+    ),
 ]
 _TopicsOption = Annotated[
     list[str] | None,
@@ -71,7 +79,7 @@ def command(
     said: common.DrawingOptions,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
-    kiss_icp: _KissOption = False,
+    odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
     out: common.OutOption = None,
@@ -88,7 +96,7 @@ def command(
 
     Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
     /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
-    or --poses, are used as odometry.
+    or --poses, are used as odometry, or help and check KISS-ICP with --odometry both.
 
     Exits 0 whether or not the robot was found; what it prints says which, and why; where it ends
     without a pose, the likely causes with the next command. fpnet --verbose localize logs every
@@ -109,10 +117,10 @@ def command(
     tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
     known = _known(truth)
-    given = [*common.typed_settings(config, settings), *_typed_source(poses, kiss_icp, topics)]
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
-    source = _opened(recording, poses, kiss_icp, topics or ())
-    result = _localize(source, reading, tree, asked, said.storey)
+    source = _opened(recording, poses, odometry, topics or (), tree.scans.stamp)
+    result = _localize(source, reading, tree, asked, said.storey, odometry)
     summary = result.summary(known)
     common.say(result.last.said, json_path)
     common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
@@ -141,22 +149,37 @@ def _known(truth: Path | None) -> _Known:
     return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
 
 
-def _typed_source(poses: Path | None, kiss_icp: bool, topics: Sequence[str] | None) -> list[str]:
+def _typed_source(
+    poses: Path | None, odometry: OdometryChoice | None, topics: Sequence[str] | None
+) -> list[str]:
     """Return what was typed to say which scans and poses of the recording are meant."""
     given = ['--poses', str(poses)] if poses else []
-    given += ['--kiss-icp'] if kiss_icp else []
+    given += ['--odometry', odometry] if odometry else []
     return given + [word for topic in topics or () for word in ('--topic', topic)]
 
 
 def _opened(
-    recording: Path, poses: Path | None, kiss_icp: bool, topics: Sequence[str]
+    recording: Path,
+    poses: Path | None,
+    odometry: OdometryChoice | None,
+    topics: Sequence[str],
+    scan_stamp: ScanStamp,
 ) -> ScanSource:
     from fpnet_core.io import PosedScans, open_scans, read_poses
 
     # With poses of the sensor itself, nobody asks where it sits on the robot.
-    odometry = '' if kiss_icp or poses is not None else None
-    source = open_scans(common.check_input(recording), topics=topics, odometry_topic=odometry)
-    return source if poses is None else PosedScans(source, read_poses(poses))
+    unread = '' if odometry == 'kiss' or poses is not None else None
+    source = open_scans(
+        common.check_input(recording), topics=topics, odometry_topic=unread, scan_stamp=scan_stamp
+    )
+    if poses is not None:
+        return PosedScans(source, read_poses(poses))
+    if odometry in ('robot', 'both') and not source.has_poses:
+        raise OdometryError(
+            f'{recording} brings no odometry of its own; record its nav_msgs/Odometry as well, or '
+            'leave out --odometry'
+        )
+    return source
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,18 +213,23 @@ class _Localized:
 
 
 def _localize(
-    source: ScanSource, reading: Reading, tree: FpnetConfig, asked: Asked, storey: int | None
+    source: ScanSource,
+    reading: Reading,
+    tree: FpnetConfig,
+    asked: Asked,
+    storey: int | None,
+    choice: OdometryChoice | None,
 ) -> _Localized:
     from fpnet_core.localizer import Localizer, replay
     from fpnet_core.localizer.diagnosis import explain_run
     from fpnet_core.matching.learned import LearnedMatcher
-    from fpnet_core.odometry import KissOdometry
+    from fpnet_core.odometry_check import GuidedOdometry
     from fpnet_core.types import Status
 
     matcher = LearnedMatcher(tree.matcher)
     localizer = Localizer(tree, matcher)
     localizer.set_plan(reading.grid, reading.estimate)
-    odometry = KissOdometry(tree.odometry)
+    odometry = GuidedOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
         run = replay(
             source,
@@ -209,6 +237,7 @@ def _localize(
             tree.localizer.tick_period_s,
             odometry.register_scan,
             on_scan=lambda: advance(1.0),
+            registers_all=choice == 'both',
         )
     assert localizer.plan is not None  # it was set above
     last = run.outputs[-1] if run.outputs else localizer.output

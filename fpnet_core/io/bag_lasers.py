@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.io.bag_scans import (
     BagScans,
@@ -33,6 +34,7 @@ def open_bag(
     topics: Sequence[str] = (),
     odometry_topic: str | None = None,
     truth_topic: str | None = None,
+    scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
     """
     Open the scans of a bag: those of ``topics``, else its cloud, else all its planar scanners.
@@ -54,7 +56,8 @@ def open_bag(
         )
     if lasers and not topics and not usable_clouds(types):
         return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
-    return BagScans(path, topics[0] if topics else None, odometry_topic, truth_topic)
+    topic = topics[0] if topics else None
+    return BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
 
 
 class BagLasers:

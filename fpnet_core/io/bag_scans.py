@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 import logging
 from pathlib import Path
 import re
@@ -13,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
@@ -27,6 +29,7 @@ from fpnet_core.io.bags import (
 )
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
+from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 
 _log = logging.getLogger(__name__)
 
@@ -46,8 +49,9 @@ class BagScans:
         cloud_topic: str | None = None,
         odometry_topic: str | None = None,
         truth_topic: str | None = None,
+        scan_stamp: ScanStamp = 'auto',
     ) -> None:
-        self._path = path
+        self._path, self._scan_stamp = path, scan_stamp
         with BagReader(path) as bag:
             self.cloud_topic = _choose_cloud(bag.topics, cloud_topic, path)
             self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
@@ -67,26 +71,21 @@ class BagScans:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode and yield the clouds."""
-        T_child_sensor: NDArray[np.float64] | None = None
         without_pose = 0
+        # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
+        is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
+        stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
         with BagReader(self._path) as bag:
             for index, (_, recorded_ns, cloud) in enumerate(bag.messages([self.cloud_topic])):
-                stamp_ns = stamp_to_ns(cloud.header.stamp) or recorded_ns
-                T_odom_child = None if self._odometry is None else self._odometry.at(stamp_ns)
-                if self._odometry is not None and T_odom_child is None:
-                    without_pose += 1
-                    continue
-                if T_child_sensor is None:
-                    T_child_sensor = self._mounting(cloud.header.frame_id)
                 arrays = self._decode(cloud, index)
-                yield Scan(
-                    stamp_ns,
-                    arrays.points,
-                    arrays.time_s,
-                    None if T_odom_child is None else T_odom_child @ T_child_sensor,
-                    None if self._truth is None else self._truth.at(stamp_ns),
-                    arrays.viewpoints,
-                )
+                stamp_ns = stamps.pose_ns(arrays, stamp_to_ns(cloud.header.stamp) or recorded_ns)
+                truth = None if self._truth is None else self._truth.at(stamp_ns)
+                scan = Scan(stamp_ns, arrays.points, arrays.time_s, None, truth, arrays.viewpoints)
+                placed = self._placed(scan, cloud.header.frame_id)
+                if placed is None:
+                    without_pose += 1
+                else:
+                    yield placed
         if without_pose:
             _log.warning(
                 '%s: %d of %d clouds lie outside the time of %s and were left out',
@@ -95,6 +94,20 @@ class BagScans:
                 self._count,
                 self.odometry_topic,
             )
+
+    def _placed(self, scan: Scan, frame: str) -> Scan | None:
+        """Return a scan where the odometry says it was, None where it does not say."""
+        if self._odometry is None:
+            return scan
+        T_odom_child = self._odometry.at(scan.stamp_ns)
+        if T_odom_child is None:
+            return None
+        T_odom_sensor = T_odom_child @ self._mounting(frame)
+        T_odom_first = self._odometry.at(scan.first_ns)
+        if T_odom_first is not None:
+            T_odom_first = T_odom_first @ self._mounting(frame)
+            scan = scan.without_motion(np.linalg.inv(T_odom_first) @ T_odom_sensor)
+        return replace(scan, T_odom_sensor=T_odom_sensor)
 
     def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
@@ -114,14 +127,13 @@ class BagScans:
 
     def _mounting(self, sensor_frame: str) -> NDArray[np.float64]:
         """Return where the sensor sits in the frame whose odometry the bag brings."""
-        if self._odometry is None:
-            return np.eye(4)
+        assert self._odometry is not None  # the caller has looked
         try:
             return self._static.mount(self._odometry.child_frame, sensor_frame)
         except OdometryError as error:
             raise OdometryError(
                 f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
-                'give the poses of the sensor (--poses), or let KISS-ICP find them (--kiss-icp)'
+                'give the poses of the sensor (--poses), or let KISS-ICP find them (--odometry kiss)'
             ) from None
 
 

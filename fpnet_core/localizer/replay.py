@@ -24,7 +24,7 @@ from fpnet_core.types import LocalizerOutput
 _log = logging.getLogger(__name__)
 
 Register = Callable[[Scan], RegisteredSweep]
-"""Turns a scan without pose into deskewed points where they were seen."""
+"""Turns a scan into deskewed points where they were seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +55,7 @@ def replay(
     tick_period_s: float,
     register: Register,
     on_scan: Callable[[], None] = lambda: None,
+    registers_all: bool = False,
 ) -> ReplayResult:
     """
     Feed scans to the localizer and tick it on its period of sensor time.
@@ -66,6 +67,7 @@ def replay(
     tick_period_s : sensor time between two ticks
     register : odometry for scans that bring none
     on_scan : called after each scan, for progress bars
+    registers_all : scans with poses go through ``register``, too, which may take them as a guess
 
     Returns
     -------
@@ -81,7 +83,7 @@ def replay(
     refusal: FpnetError | None = None
     for scan in scans:
         try:
-            run.take(scan.stamp_ns, _registered(scan, register))
+            run.take(scan.stamp_ns, _registered(scan, register, registers_all))
         except FpnetError as error:
             _log.warning('%s', error)
             run.rejected, refusal = run.rejected + 1, error
@@ -150,7 +152,7 @@ def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
     )
 
 
-def _registered(scan: Scan, register: Register) -> RegisteredSweep:
-    if scan.T_odom_sensor is None:
+def _registered(scan: Scan, register: Register, always: bool) -> RegisteredSweep:
+    if always or scan.T_odom_sensor is None:
         return register(scan)
     return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)
