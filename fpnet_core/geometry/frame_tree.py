@@ -115,6 +115,11 @@ class FrameTree:
             )
         return f'{source!r} in {target!r} is unknown at {stamp_ns} ns: no pose before and after it'
 
+    def parent(self, frame: str) -> str | None:
+        """Return the parent of a frame, None where nobody has named one."""
+        edge = self._edges.get(_named(frame))
+        return None if edge is None else edge.parent
+
     def root(self, frame: str) -> str:
         """Return the last ancestor of a frame, itself where it has no parent."""
         return self._chain(frame)[-1]

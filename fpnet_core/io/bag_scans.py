@@ -133,7 +133,7 @@ class BagScans:
         except OdometryError as error:
             raise OdometryError(
                 f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
-                'give the poses of the sensor (--poses), or let KISS-ICP find them (--odometry kiss)'
+                'give the poses of the sensor (--poses), or choose KISS-ICP (--odometry kiss)'
             ) from None
 
 
