@@ -26,6 +26,11 @@ ScalePolicy = Literal['unknown', 'approximate', 'trusted']
 ScanStamp = Literal['auto', 'start', 'middle', 'end']
 """What of a sweep a cloud's stamp is of; see :mod:`fpnet_core.io.sweep_stamps`."""
 
+OdometryChoice = Literal['kiss', 'robot', 'both']
+"""
+Who says how the robot moved: KISS-ICP, its own odometry, or KISS-ICP with that as first guess.
+"""
+
 
 class Section(BaseModel):
     """Base of every section: frozen, and unknown keys are errors."""
@@ -212,7 +217,9 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
         ) from None
 
 
-def load_config(path: Path | None = None, overrides: dict[str, Any] | None = None) -> FpnetConfig:
+def load_config(
+    path: Path | str | None = None, overrides: dict[str, Any] | None = None
+) -> FpnetConfig:
     """
     Read a YAML file (plain or ROS parameter form) and apply dotted overrides.
 
@@ -226,7 +233,7 @@ def load_config(path: Path | None = None, overrides: dict[str, Any] | None = Non
     ConfigError
         If the file is missing or malformed, or a key or value is not accepted.
     """
-    tree = {} if path is None else _read_tree(path)
+    tree = {} if path is None else _read_tree(Path(path))
     for dotted, value in (overrides or {}).items():
         node = tree
         *parents, leaf = dotted.split('.')

@@ -371,6 +371,10 @@ class LocalizerOutput:
         """Status, probability and reason in one line."""
         return status_line(self.status, self.probability, self.reason)
 
+    def __str__(self) -> str:
+        """Return the same: what it holds would fill pages."""
+        return self.said
+
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
         """
         Return the pose of ``base`` in the floorplan grid's own frame and nominal metres.

@@ -90,7 +90,7 @@ class RobotOdometry:
         return time.monotonic() - self._heard_s
 
     def pose(self, frame: str, stamp_ns: int) -> Array | None:
-        """Return ``T_odom_frame (4, 4)`` at a time; waits a moment for it, but not for the dead."""
+        """Return ``T_odom_frame (4, 4)`` at a time; waits a moment, but not for the dead."""
         if not self.is_used:
             return None
         deadline_s = time.monotonic() + _LATE_S

@@ -94,30 +94,16 @@ def _is_drawing(source: Path) -> bool:
 
 def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     """Return the submap of a point file or of a whole recording."""
-    from fpnet_core.errors import CloudFormatError
+    from fpnet_core.api import submap_of
     from fpnet_core.io import open_scans, read_cloud
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
-    from fpnet_core.submaps import SubmapBuilder, submap_from_cloud
+    from fpnet_core.submaps import submap_from_cloud
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), tree.submap)
-    scans = open_scans(path)
-    odometry = None
-    if not scans.has_poses:
-        from fpnet_core.odometry import KissOdometry
-
-        odometry = KissOdometry(tree.odometry)
-    builder = SubmapBuilder(tree.submap)
-    with common.progress('accumulating scans', total=len(scans)) as advance:
-        for scan in scans:
-            sweep = scan if odometry is None else odometry.register_scan(scan)
-            assert sweep.T_odom_sensor is not None
-            builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
-            advance(1.0)
-    submap = builder.take()
-    if submap is None:
-        raise CloudFormatError(f'{path} holds no usable scan; check the range limits')
-    return submap
+    scans = len(open_scans(path))
+    with common.progress('accumulating scans', total=scans) as advance:
+        return submap_of(path, tree, lambda: advance(1.0))
 
 
 def _segment(

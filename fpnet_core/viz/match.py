@@ -15,6 +15,7 @@ from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, re
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import Segmentation
@@ -74,9 +75,16 @@ def save_map_match(result: MapMatch, path: Path) -> None:
     """Write a picture of both maps, their regions, and the submap's walls on the plan."""
     from matplotlib.figure import Figure
 
+    figure = Figure(figsize=(18, 6.5), layout='constrained')
+    draw_map_match(figure, result)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+
+
+def draw_map_match(figure: Figure, result: MapMatch) -> None:
+    """Draw both maps, their regions, and the submap's walls on the plan, side by side."""
     plan, sub = result.plan.segmentation, result.sub.segmentation
     best = result.comparison.estimates[0].A_plan_submap if result.A_plan_sub else None
-    figure = Figure(figsize=(18, 6.5), layout='constrained')
     axes = figure.subplots(1, 3)
     draw_grid(axes[0], plan.grid)
     draw_segmentation(axes[0], plan)
@@ -89,5 +97,3 @@ def save_map_match(result: MapMatch, path: Path) -> None:
     axes[2].set_title(
         f'{result.status.value}: score {result.score:.2f}, p {result.probability:.2f}'
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)

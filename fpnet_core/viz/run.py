@@ -20,6 +20,7 @@ from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, re
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Chosen, not measured:
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
@@ -51,6 +52,20 @@ def plot_run(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
+    draw_run(figure, plan, output, published, truth)
+    figure.suptitle(title)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+
+
+def draw_run(
+    figure: Figure,
+    plan: Segmentation,
+    output: LocalizerOutput,
+    published: PlanarTrajectory,
+    truth: PlanarTrajectory | None = None,
+) -> None:
+    """Draw floorplan, paths and submap; parameters as of :func:`plot_run`."""
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     draw_grid(left, plan.grid)
     draw_segmentation(left, plan)
@@ -64,9 +79,6 @@ def plot_run(
     left.legend(loc='best')
     left.set_title('floorplan')
     right.set_title(f'submap: {output.status.value}, p {output.probability:.2f}')
-    figure.suptitle(title)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
 
 
 def draw_matches(

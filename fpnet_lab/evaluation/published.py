@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
 from fpnet_lab.provenance import Provenance
 
@@ -204,5 +205,10 @@ MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'localization': _localization,
     'drawings': _drawings,
     'stated_scales': _stated_scales,
+    'demo': runs.demo,
+    'real_logs': runs.real_logs,
+    'robot': runs.robot,
+    'drift': runs.drift,
+    'carried_off': runs.carried_off,
 }
 """For each benchmark: its report to tables and figures, by the rest of their names."""

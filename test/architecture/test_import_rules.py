@@ -21,6 +21,7 @@ LAYERS = {
         {'localizer'},
         {'plan_check'},
         {'viz', 'report'},
+        {'api'},
         {'cli'},
     ],
     'fpnet_lab': [

@@ -122,7 +122,7 @@ def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
     poses = folder / 'drive' / 'truth.tum'
     out = tmp_path / 'out'
     options = ('--poses', poses, '--set', 'localizer.tick_period_s=10')
-    assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 0
+    assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 3
     printed = capsys.readouterr().out
     report = json.loads((out / 'run.json').read_text())
     assert not report['localized']

@@ -9,7 +9,7 @@ import pytest
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from fpnet_core.cli.localize import _opened
+from fpnet_core.api.run import scans_of
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
@@ -171,9 +171,9 @@ def test_sensor_mounting_comes_from_static_transforms(tmp_path):
 def test_an_unknown_mounting_is_never_taken_to_coincide(tmp_path, child, reason):
     bag = record(tmp_path / 'bag', child=child)
     with pytest.raises(OdometryError, match=reason + '.*--odometry kiss'):
-        next(iter(_opened(bag, None, None, (), 'auto')))
+        next(iter(scans_of(bag)))
     # Without the bag's odometry nobody asks.
-    assert next(iter(_opened(bag, None, 'kiss', (), 'auto'))).T_odom_sensor is None
+    assert next(iter(scans_of(bag, odometry='kiss'))).T_odom_sensor is None
 
 
 def test_a_slash_before_a_frame_is_no_other_frame(tmp_path):
