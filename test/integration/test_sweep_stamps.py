@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Poses have the stamp of the instant that they are of, whatever a driver stamps its clouds with."""
+"""Poses have the stamp of the instant that they are of, whatever a driver stamps clouds with."""
 
 import numpy as np
 import pytest
