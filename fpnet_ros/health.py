@@ -52,6 +52,7 @@ class Health:
             'scans': float(self._scans.done),
             'dropped_scans': float(self._dropped()),
             'lost_scans': float(self._inputs.lost),
+            'earlier_scans': float(self._inputs.earlier),
         }
         if not self.is_starved or output.status is Status.NO_PLAN:
             return report_of_output(output, figures, ', '.join(warnings))

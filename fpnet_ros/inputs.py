@@ -179,6 +179,11 @@ class ScanInput:
         """Scans that were sent but did not arrive."""
         return self._clouds.lost + (0 if self._lasers is None else self._lasers.lost)
 
+    @property
+    def earlier(self) -> int:
+        """Scans that were sent before the first that was heard."""
+        return self._clouds.earlier + (0 if self._lasers is None else self._lasers.earlier)
+
     def _listen_to_tf(self, node: ManagedNode) -> None:
         parameters = self._settings
         if self._from_tf and not parameters.odom_frame:

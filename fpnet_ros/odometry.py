@@ -280,7 +280,9 @@ class OdometryNode(Node):
             silences[self._robot.topic(self)] = self._robot.silence_s
         self._silence.follow(silences, STALE_INPUT_S)
         dropped, lost = self._scans.dropped, self._clouds.lost
-        lost += 0 if self._lasers is None else self._lasers.lost
+        earlier = self._clouds.earlier
+        if self._lasers is not None:
+            lost, earlier = lost + self._lasers.lost, earlier + self._lasers.earlier
         warning = _DOUBTS.get(self._kiss.verdict, '')
         if dropped + lost > self._reported_drops:
             warning = 'clouds are dropped: more come than can be registered or received'
@@ -289,6 +291,7 @@ class OdometryNode(Node):
             'scans': float(self._scans.done),
             'dropped_scans': float(dropped),
             'lost_scans': float(lost),
+            'earlier_scans': float(earlier),
             'register_ms': self._scans.work_ms,
         }
         name = f'{self.get_fully_qualified_name()}: registration'

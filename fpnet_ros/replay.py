@@ -11,6 +11,7 @@ import sys
 import time
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from pydantic import Field
 from rclpy.duration import Duration
@@ -24,8 +25,10 @@ from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.stamps import NS_PER_S
+from fpnet_core.types import Status
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, run_node
+from fpnet_ros.runtime import STATUS, STREAM, run_node
+from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
 # Chosen, not measured:
@@ -52,6 +55,11 @@ class ReplayParameters(Section):
     wait_for_subscriber_s: float = Field(
         10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
     )
+    wait_for_localizer: bool = Field(
+        False,
+        description='Wait as long for a localizer with a floorplan, and for a subscriber of '
+        'every topic.',
+    )
     max_ahead: int = Field(
         0, ge=0, description='Pause while kiss/odometry is this many messages behind; 0: never.'
     )
@@ -72,6 +80,9 @@ class Replay(Node):
         self._confirmed = 0
         if self._settings.max_ahead:
             self.create_subscription(Odometry, 'kiss/odometry', self._confirm, STREAM)
+        self._status: Status | None = None  # of the localizer
+        if self._settings.wait_for_localizer:
+            self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
@@ -104,12 +115,23 @@ class Replay(Node):
 
     def _wait_for_subscriber(self, publishers: list[Publisher[Any]]) -> None:
         deadline = time.monotonic() + self._settings.wait_for_subscriber_s
-        while not any(publisher.get_subscription_count() for publisher in publishers):
+        while not self._is_awaited(publishers):
             if time.monotonic() > deadline:
-                self.get_logger().warning('nobody subscribes; playing anyway')
+                self.get_logger().warning('nobody is ready for it; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
         self._spin_for(_DISCOVERY_SETTLE_S)
+
+    def _is_awaited(self, publishers: list[Publisher[Any]]) -> bool:
+        """Tell whether those are there whom a lost message would be lost for."""
+        heard = [publisher.get_subscription_count() > 0 for publisher in publishers]
+        if not self._settings.wait_for_localizer:
+            return any(heard)
+        # A localizer that speaks is compiled and subscribed.
+        return all(heard) and self._status not in (None, Status.NO_PLAN)
+
+    def _on_status(self, msg: DiagnosticStatus) -> None:
+        self._status = report_from_msg(msg).status
 
     def _publish_all(
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int

@@ -21,7 +21,7 @@ class LocalizerParameters(InputParameters):
     scan_timeout_s: float = Field(
         1.0,
         gt=0.0,
-        description='Without a located scan for so long there is no TF, and the status is waiting.',
+        description='Without a located scan for so long TF ends, and the status is waiting.',
     )
     tf_rate_hz: float = Field(25.0, ge=1.0, le=200.0, description='Rate of the TF.')
     path_spacing_m: float = Field(
