@@ -16,6 +16,7 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
@@ -150,7 +151,10 @@ class OdometryNode(Node):
         else:
             # Raw, as the worker unpacks: it takes longer than this thread has.
             self._subscribe(PointCloud2, 'pointcloud_topic', self._on_cloud, raw=True)
-        self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+        steady = Clock(
+            clock_type=ClockType.STEADY_TIME
+        )  # while the simulated one stands still, too
+        self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
 
     def destroy_node(self) -> None:
         """End the worker first."""

@@ -23,7 +23,7 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
-from fpnet_core.io.bags import BagReader
+from fpnet_core.io.bags import LASER_SCANS, POINT_CLOUD, BagReader
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_ros.params import ParameterTree
@@ -37,6 +37,7 @@ _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
+_SCANS = (POINT_CLOUD, *LASER_SCANS)
 # Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
@@ -58,7 +59,7 @@ class ReplayParameters(Section):
     wait_for_localizer: bool = Field(
         False,
         description='Wait as long for a localizer with a floorplan, and for a subscriber of '
-        'every topic.',
+        'every topic of scans.',
     )
     max_ahead: int = Field(
         0, ge=0, description='Pause while kiss/odometry is this many messages behind; 0: never.'
@@ -94,7 +95,8 @@ class Replay(Node):
                 topic: self.create_publisher(_message_class(msgtype), topic, STREAM)
                 for topic, msgtype in types.items()
             }
-            self._wait_for_subscriber(list(publishers.values()))
+            scans = [publishers[t] for t, kind in types.items() if kind in _SCANS]
+            self._wait_for_subscriber(list(publishers.values()), scans)
             total = sum(bag.count(topic) for topic in publishers)
             played = self._publish_all(bag, publishers, total)
             while self._settings.loop and played:
@@ -113,22 +115,24 @@ class Replay(Node):
             )
         return {topic: bag.topics[topic] for topic in chosen}
 
-    def _wait_for_subscriber(self, publishers: list[Publisher[Any]]) -> None:
+    def _wait_for_subscriber(
+        self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]
+    ) -> None:
         deadline = time.monotonic() + self._settings.wait_for_subscriber_s
-        while not self._is_awaited(publishers):
+        while not self._is_awaited(publishers, scans):
             if time.monotonic() > deadline:
                 self.get_logger().warning('nobody is ready for it; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
         self._spin_for(_DISCOVERY_SETTLE_S)
 
-    def _is_awaited(self, publishers: list[Publisher[Any]]) -> bool:
+    def _is_awaited(self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]) -> bool:
         """Tell whether those are there whom a lost message would be lost for."""
-        heard = [publisher.get_subscription_count() > 0 for publisher in publishers]
         if not self._settings.wait_for_localizer:
-            return any(heard)
+            return any(publisher.get_subscription_count() for publisher in publishers)
         # A localizer that speaks is compiled and subscribed.
-        return all(heard) and self._status not in (None, Status.NO_PLAN)
+        is_ready = self._status not in (None, Status.NO_PLAN)
+        return is_ready and all(publisher.get_subscription_count() for publisher in scans)
 
     def _on_status(self, msg: DiagnosticStatus) -> None:
         self._status = report_from_msg(msg).status
