@@ -29,6 +29,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -40,6 +41,7 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.motion import twist
 from fpnet_core.io.bags import BagReader, BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
@@ -58,12 +60,15 @@ from fpnet_ros.runtime import STATUS, STREAM, TF, TF_STATIC
 from fpnet_ros.wiring import wired
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
+from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 READY_S, STALLED_S, DRAIN_S = 600.0, 60.0, 4.0
 
 # The limits: of the first pose, of the median errors, of TF against the pose that was published.
+SHORT_NS = 10_000_000  # of a velocity that is true
 MOST_FIRST_S, MOST_ERROR_M, MOST_ERROR_DEG, MOST_TF_M = 30.0, 0.3, 2.0, 0.15
+MOST_SPEED_MPS, MOST_TURN_RADPS = 0.3, 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +158,7 @@ class Result:
     lost: dict[str, float] = field(default_factory=dict)
     parents: dict[str, list[str]] = field(default_factory=dict)
     tf_error_m: float = np.inf
+    twist_error: tuple[float, float] | None = None
 
     @property
     def faults(self) -> list[str]:
@@ -164,6 +170,9 @@ class Result:
             f'offline {self.offline_error_m:.2f} m': self.offline_error_m > MOST_ERROR_M,
             f'TF off by {self.tf_error_m:.2f} m': self.tf_error_m > MOST_TF_M,
         }
+        if self.twist_error is not None:
+            off = self.twist_error
+            checks['velocity'] = off[0] > MOST_SPEED_MPS or off[1] > MOST_TURN_RADPS
         faults = [text for text, is_bad in checks.items() if is_bad]
         faults += [f'{name} {count:.0f}' for name, count in self.lost.items() if count]
         return faults + [
@@ -178,7 +187,6 @@ class Listener:
 
     def __init__(self, node: Any, wiring: Wiring, drive: Drive) -> None:
         self.wiring, self._drive, robot = wiring, drive, drive.robot
-        self._body = wiring.arguments.get('base_frame', robot.sensors[0].frame)
         at = robot.namespace
         self.statuses: list[DiagnosticStatus] = []
         node.create_subscription(
@@ -186,6 +194,7 @@ class Listener:
         )
         self.poses: list[PoseStamped] = []
         self.twins: list[PoseWithCovarianceStamped] = []
+        self.odometry: list[Odometry] = []
         self.values: dict[str, dict[str, float]] = {}
         self.tree = FrameTree(horizon_s=60.0, max_gap_s=2.0)
         self.parents: dict[str, set[str]] = defaultdict(set)
@@ -193,6 +202,7 @@ class Listener:
         node.create_subscription(PoseStamped, f'{at}/floorplan_pose', self.poses.append, STREAM)
         twin = f'{at}/floorplan_pose_with_covariance'
         node.create_subscription(PoseWithCovarianceStamped, twin, self.twins.append, STREAM)
+        node.create_subscription(Odometry, f'{at}/kiss/odometry', self.odometry.append, STREAM)
         node.create_subscription(TFMessage, f'{at}/tf', self._on_tf, TF)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, STREAM)
         self._static = node.create_publisher(TFMessage, f'{at}/tf_static', TF_STATIC)
@@ -220,13 +230,12 @@ class Listener:
             return result
         poses = [pose_from_msg(msg) for msg in self.poses]
         stamps = np.array([pose.stamp_ns for pose in poses])
-        T_base_body = self.tree.lookup(BASE, self._body, 0)
-        assert T_base_body is not None  # sensors are mounted on it
-        errors = self._drive.errors(stamps, [pose.T_frame_body for pose in poses], T_base_body)
+        errors = self._drive.errors(stamps, [pose.T_frame_body for pose in poses], np.eye(4))
         result.first_pose_s = float(stamps[0] - EPOCH_NS) / NS_PER_S
         result.error_m = float(np.median(errors[:, 0]))
         result.error_deg = float(np.degrees(np.median(errors[:, 1])))
         result.tf_error_m = self._tf_error_m()
+        result.twist_error = self._twist_error()
         return result
 
     def _tf_error_m(self) -> float:
@@ -234,10 +243,25 @@ class Listener:
         gaps = []
         for msg in self.twins:
             pose = uncertain_pose_from_msg(msg).pose
-            T_map_body = self.tree.lookup('map', self._body, pose.stamp_ns)
+            T_map_body = self.tree.lookup('map', BASE, pose.stamp_ns)
             if T_map_body is not None:
                 gaps.append(np.hypot(*(T_map_body[:2, 3] - pose.T_frame_body.translation)))
         return float(np.median(gaps)) if gaps else np.inf
+
+    def _twist_error(self) -> tuple[float, float] | None:
+        """Return how far velocities of our odometry are off: RMS [m/s], [rad/s]."""
+        known = [msg for msg in self.odometry if msg.twist.covariance[0] >= 0.0]
+        if not known:
+            return None
+        rows = []
+        for msg in known:
+            stamp_ns = stamp_from_msg(msg.header.stamp)
+            before, after = self._drive.base_at(np.array([stamp_ns - SHORT_NS, stamp_ns]))
+            true = twist(np.linalg.inv(before) @ after, SHORT_NS / NS_PER_S)
+            linear, angular = msg.twist.twist.linear, msg.twist.twist.angular
+            rows.append((linear.x - true[0], linear.y - true[1], angular.z - true[5]))
+        x, y, turn = np.sqrt((np.array(rows) ** 2).mean(axis=0)).tolist()
+        return max(x, y), turn
 
     def _on_tf(self, msg: TFMessage) -> None:
         for t in map(transform_from_msg, msg.transforms):
@@ -365,18 +389,20 @@ class Scene:
 def run(names: list[str], seconds: float, rate: float) -> list[Result]:
     """Run scenes one after another, and print a line for each robot."""
     results = []
-    print('| robot | first pose | median error | offline | TF | scans lost | |')
-    print('|---|---|---|---|---|---|---|', flush=True)
+    print('| robot | first pose | median error | offline | TF | velocity | scans lost | |')
+    print('|---|---|---|---|---|---|---|---|', flush=True)
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             scene = Scene(SCENES[name], Path(folder), seconds)
             for number, result in enumerate(scene.play(rate)):
                 result.offline_error_m = scene.offline_error_m(number)
                 results.append(result)
+                off = result.twist_error
+                velocity = f'{off[0]:.2f} m/s, {off[1]:.2f} rad/s' if off else '-'
                 print(
                     f'| {result.robot} | {result.first_pose_s:.1f} s | {result.error_m:.2f} m, '
                     f'{result.error_deg:.1f} deg | {result.offline_error_m:.2f} m '
-                    f'| {result.tf_error_m:.2f} m | {sum(result.lost.values()):.0f} of '
+                    f'| {result.tf_error_m:.2f} m | {velocity} | {sum(result.lost.values()):.0f} of '
                     f'{result.sweeps} | {"; ".join(result.faults) or "passes"} |',
                     flush=True,
                 )

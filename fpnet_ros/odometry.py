@@ -73,7 +73,9 @@ class OdometryParameters(RobotOdometryParameters):
     """Frames and covariances, named as in KISS-ICP's node."""
 
     base_frame: str = Field(
-        '', description='Frame whose pose is published; empty: that of the clouds.'
+        '',
+        description='Frame whose pose is published; empty: what the sensor is fixed to by '
+        '/tf_static, else the sensor.',
     )
     lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
     publish_odom_tf: bool = Field(
@@ -236,8 +238,10 @@ class OdometryNode(Node):
     def _register(self, unpack: Callable[[], _Sweep]) -> None:
         sweep = unpack()
         scan, sensor = sweep.scan, sweep.frame_id
-        self._moving = moving = self._settings.base_frame or sensor
-        T_base_sensor = self._robot.where.tree.mount(moving, sensor)
+        # A sensor that is fixed to something has a parent already.
+        tree = self._robot.where.tree
+        self._moving = moving = self._settings.base_frame or tree.body(sensor)
+        T_base_sensor = tree.mount(moving, sensor)
         guess = self._robot.pose(sensor, scan.stamp_ns)
         found = self._kiss.register_scan(replace(scan, T_odom_sensor=guess))
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.

@@ -20,7 +20,7 @@ ARGUMENTS = (
     ('points', '/points', 'Topic of the lidar clouds.'),
     ('scan', '', 'Topic of LaserScans in place of clouds; several: commas between them.'),
     ('scan_stamp', '', 'What of a sweep stamps are of: auto, start, middle or end.'),
-    ('base_frame', '', 'Frame whose pose is wanted; empty: that of the clouds.'),
+    ('base_frame', '', 'Frame whose pose is wanted; empty: what the sensor is fixed to.'),
     ('odometry', 'kiss', "kiss: KISS-ICP; robot: the robot's own; both: one helps the other."),
     ('odom_topic', '', "Topic of the robot's own odometry; empty: odom_frame in TF."),
     ('odom_frame', '', "Frame of the odometry in TF; the robot's own is odom unless named."),

@@ -119,12 +119,9 @@ def command(
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
     source = scans_of(
-        common.check_input(recording),
-        poses=poses,
-        odometry=odometry,
-        topics=topics or (),
+        common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
-    )
+    )  # fmt: skip
     run = _ended(reading, source, with_scale_of(reading, tree), odometry)
     ended = _Ended(run, known, run.causes(asked, said.storey))
     _say(ended, out, json_path)

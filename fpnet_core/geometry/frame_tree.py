@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,15 @@ class FrameTree:
     def root(self, frame: str) -> str:
         """Return the last ancestor of a frame, itself where it has no parent."""
         return self._chain(frame)[-1]
+
+    def body(self, frame: str) -> str:
+        """Return the last ancestor of a frame that it is fixed to, itself where there is none."""
+        chain = self._chain(frame)
+        for here, above in pairwise(chain):
+            if isinstance(self._edges[here].place, PoseTrack):
+                return here
+            frame = above
+        return _named(frame)
 
     def _joint(self, one: str, other: str) -> str | None:
         """Return the nearest common ancestor of two frames, None where they have none."""

@@ -144,7 +144,7 @@ class BagLasers:
 
     def _places_of(self, frames: dict[str, str], bag: BagReader) -> dict[str, NDArray[np.float64]]:
         """Return ``T_base_laser (4, 4)`` of each topic."""
-        static = read_static_transforms(bag, self._path)
+        static = read_static_transforms(bag, self._path, self.topics[0])
         first = next(iter(frames.values()))
         base = static.root(first) if self._odometry is None else self._odometry.child_frame
         places: dict[str, NDArray[np.float64]] = {}

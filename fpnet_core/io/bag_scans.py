@@ -58,7 +58,7 @@ class BagScans:
             self._count = bag.count(self.cloud_topic)
             self._odometry = read_track(bag, self.odometry_topic, path)
             self._truth = read_track(bag, truth_topic, path)
-            self._static = read_static_transforms(bag, path)
+            self._static = read_static_transforms(bag, path, self.cloud_topic)
 
     @property
     def has_poses(self) -> bool:
@@ -220,14 +220,23 @@ def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
         raise BagFormatError(f'{where}: {error}') from None
 
 
-def read_static_transforms(bag: BagReader, path: Path) -> FrameTree:
-    """Return what ``/tf_static`` holds, nothing where there is none."""
+def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> FrameTree:
+    """
+    Return what ``/tf_static`` holds, nothing where there is none.
+
+    Of several robots each may have its own, in the namespace of ``scan_topic``.
+    """
     tree = FrameTree()
-    if bag.topics.get(_TF_STATIC) != _TF_MESSAGE:
-        return tree
-    for _, _, message in bag.messages([_TF_STATIC]):
+    of_robot = [
+        topic
+        for topic, msgtype in bag.topics.items()
+        if msgtype == _TF_MESSAGE
+        and topic.endswith(_TF_STATIC)
+        and scan_topic.startswith(topic.removesuffix(_TF_STATIC) + '/')
+    ]
+    for topic, _, message in bag.messages(of_robot) if of_robot else ():
         for stamped in message.transforms:
             pose = stamped.transform
-            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {_TF_STATIC}')
+            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
             tree.add_fixed(stamped.header.frame_id, stamped.child_frame_id, matrix)
     return tree
