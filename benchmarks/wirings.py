@@ -63,7 +63,7 @@ from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
-READY_S, STALLED_S, DRAIN_S = 600.0, 60.0, 4.0
+READY_S, STALLED_S, DRAIN_S, MOST_AHEAD = 600.0, 60.0, 4.0, 5
 
 # The limits: of the first pose, of the median errors, of TF against the pose that was published.
 SHORT_NS = 10_000_000  # of a velocity that is true
@@ -355,7 +355,10 @@ class Scene:
         last = self._wirings[-1].robot
         with BagReader(self._folder / 'bag') as bag:
             topics = [topic for topic in bag.topics if not topic.endswith('tf_static')]
+        is_ours = len(self._wirings) == 1 and self._wirings[0].arguments.get('odometry') != 'robot'
         parameters = {
+            # A machine that is too slow for KISS-ICP plays slower; planar scans are cheap.
+            'max_ahead': MOST_AHEAD if is_ours else 0,
             'bag': str(self._folder / 'bag'),
             'topics': topics,
             'rate': rate,
@@ -402,8 +405,9 @@ def run(names: list[str], seconds: float, rate: float) -> list[Result]:
                 print(
                     f'| {result.robot} | {result.first_pose_s:.1f} s | {result.error_m:.2f} m, '
                     f'{result.error_deg:.1f} deg | {result.offline_error_m:.2f} m '
-                    f'| {result.tf_error_m:.2f} m | {velocity} | {sum(result.lost.values()):.0f} of '
-                    f'{result.sweeps} | {"; ".join(result.faults) or "passes"} |',
+                    f'| {result.tf_error_m:.2f} m | {velocity} '
+                    f'| {sum(result.lost.values()):.0f} of {result.sweeps} '
+                    f'| {"; ".join(result.faults) or "passes"} |',
                     flush=True,
                 )
     return results

@@ -62,7 +62,7 @@ class ReplayParameters(Section):
         'every topic of scans.',
     )
     max_ahead: int = Field(
-        0, ge=0, description='Pause while kiss/odometry is this many messages behind; 0: never.'
+        0, ge=0, description='Pause while kiss/odometry is this many scans behind; 0: never.'
     )
 
 
@@ -140,28 +140,28 @@ class Replay(Node):
     def _publish_all(
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int
     ) -> int:
-        played = self._confirmed = 0
+        played = scans = self._confirmed = 0
         first_ns: int | None = None
         columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
         with Progress(*columns, transient=True, disable=not sys.stderr.isatty()) as bar:
             task = bar.add_task('replay', total=total)
-            for topic, _, stamp_ns, data in bag.raw_messages(list(publishers)):
+            for topic, kind, stamp_ns, data in bag.raw_messages(list(publishers)):
                 bar.advance(task)
                 if first_ns is None:
                     first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
                     started_s = time.monotonic()
                 if stamp_ns < first_ns:
                     continue
-                started_s += self._wait_for_odometry(played)
+                started_s += self._wait_for_odometry(scans)
                 self._wait_until(stamp_ns, first_ns, started_s)
                 publishers[topic].publish(data)
-                played += 1
+                played, scans = played + 1, scans + (kind in _SCANS)
         return played
 
     def _confirm(self, _: Odometry) -> None:
         self._confirmed += 1
 
-    def _wait_for_odometry(self, played: int) -> float:
+    def _wait_for_odometry(self, scans: int) -> float:
         """
         Pause while odometry is too far behind; returns for how long [s].
 
@@ -170,13 +170,13 @@ class Replay(Node):
         """
         started_s = time.monotonic()
         heard_s, confirmed = started_s, self._confirmed
-        while self._settings.max_ahead and played - confirmed >= self._settings.max_ahead:
+        while self._settings.max_ahead and scans - confirmed >= self._settings.max_ahead:
             self._spin_for(_CLOCK_PERIOD_S)
             if self._confirmed != confirmed:
                 heard_s, confirmed = time.monotonic(), self._confirmed
             elif time.monotonic() - heard_s > _SILENCE_S:
                 self.get_logger().warning('odometry is silent; playing on')
-                self._confirmed = played
+                self._confirmed = scans
                 break
         return time.monotonic() - started_s
 

@@ -92,6 +92,25 @@ def test_points_come_back_as_seen_from_where_the_sweep_ends():
     assert sharp < 0.4 * smeared
 
 
+def test_a_sweep_that_sees_nothing_in_range_at_its_end_is_of_its_end_all_the_same():
+    """The last third of every sweep looks into the open; the others are brought to the stamp."""
+    rng = np.random.default_rng(14)
+    odometry = KissOdometry(CONFIG)
+    for k in range(6):
+        world = room(rng, 3000)
+        time = np.sort(rng.uniform(0.0, 0.1, len(world)))
+        time[-1] = 0.1
+        at = [motion(3 * (k + t / 0.1)) for t in time]
+        skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
+        is_seen = time < 0.066
+        skewed[~is_seen] *= 1e3
+        sweep = odometry.register(skewed, time, (k + 1) * 100_000_000)
+    expected = seen_from(motion(18), world[is_seen])
+    expected = expected[np.linalg.norm(skewed[is_seen], axis=1) > CONFIG.min_range]
+    assert len(sweep.points) == len(expected)
+    assert np.abs(sweep.points - expected).mean() < 0.015
+
+
 def test_times_without_spread_register_without_deskewing():
     """KISS-ICP aborts the whole process on such times; the second sweep is what does it."""
     rng = np.random.default_rng(9)
