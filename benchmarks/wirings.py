@@ -375,12 +375,9 @@ class Scene:
         config, options = FpnetConfig(), ReadOptions()
         plan = read_plan(self._folder / f'plan_{number}.yaml', options)
         topics = [sensor.topic for sensor in wiring.robot.sensors]
-        choice = wiring.arguments.get('odometry', 'kiss')
-        is_recorded = choice == 'kiss' or bool(wiring.robot.wheels_topic)
-        source = scans_of(
-            self._folder / 'bag', odometry=choice if is_recorded else 'kiss', topics=topics
-        )
-        poses = Run(plan, source, config, odometry=choice if is_recorded else 'kiss').poses
+        choice: Any = wiring.arguments.get('odometry', 'kiss')
+        source = scans_of(self._folder / 'bag', odometry=choice, topics=topics)
+        poses = Run(plan, source, config, odometry=choice).poses
         if not len(poses):
             return np.inf
         is_planar = wiring.robot.sensors[0].model.beams == 1  # then the base is the sensor

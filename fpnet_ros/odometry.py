@@ -56,8 +56,8 @@ _DIAGNOSTICS_PERIOD_S = 1.0
 
 _TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
 """
-Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives of seeds 3
-and 5 by the columns of python benchmarks/recordings.py.
+Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives
+(`python benchmarks/wirings.py`).
 """
 
 _DOUBTS = {

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +13,10 @@ from typing import TYPE_CHECKING
 from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.drawings.types import Reading
-from fpnet_core.errors import OdometryError
+from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
+from fpnet_core.io.bag_scans import TF_TOPIC
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import Localizer, Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
@@ -51,11 +53,19 @@ def scans_of(
     if poses is not None:
         return PosedScans(source, read_poses(Path(poses)))
     if odometry in ('robot', 'both') and not source.has_poses:
-        raise OdometryError(
-            f'{recording} brings no odometry of its own; record its nav_msgs/Odometry as well, or '
-            'leave the choice of odometry out'
-        )
+        source = _with_poses_of_tf(path, topics, scan_stamp)
     return source
+
+
+def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) -> ScanSource:
+    with suppress(BagFormatError):
+        source = open_scans(path, topics=topics, odometry_topic=TF_TOPIC, scan_stamp=scan_stamp)
+        if source.has_poses:
+            return source
+    raise OdometryError(
+        f'{path} brings no odometry of its own; record its nav_msgs/Odometry, or its /tf and '
+        '/tf_static, as well, or leave the choice of odometry out'
+    )
 
 
 class Run:

@@ -24,6 +24,7 @@ from fpnet_core.io.bags import (
     ODOMETRY,
     POINT_CLOUD,
     POSE,
+    TRANSFORMS,
     BagReader,
     stamp_to_ns,
 )
@@ -33,7 +34,10 @@ from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 
 _log = logging.getLogger(__name__)
 
-_TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
+TF_TOPIC = '/tf'
+"""Where a robot's own odometry is, if on no topic of its own. Given."""
+
+_TF_STATIC = '/tf_static'
 _TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
 _KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
@@ -56,9 +60,11 @@ class BagScans:
             self.cloud_topic = _choose_cloud(bag.topics, cloud_topic, path)
             self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
             self._count = bag.count(self.cloud_topic)
-            self._odometry = read_track(bag, self.odometry_topic, path)
-            self._truth = read_track(bag, truth_topic, path)
             self._static = read_static_transforms(bag, path, self.cloud_topic)
+            self._odometry = read_odometry(
+                bag, self.odometry_topic, path, self._static, self.cloud_topic
+            )
+            self._truth = read_track(bag, truth_topic, path)
 
     @property
     def has_poses(self) -> bool:
@@ -159,7 +165,8 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
     if wanted == '':
         return None
     if wanted:
-        return _require(wanted, odometry, topics, path)
+        in_tf = [topic for topic, msgtype in topics.items() if msgtype == TRANSFORMS]
+        return _require(wanted, odometry + in_tf, topics, path)
     usable = [topic for topic in odometry if not _TRUTH_NAME.search(topic)]
     usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
     if not usable:
@@ -210,6 +217,30 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
     return track if len(track) else None
 
 
+def read_odometry(
+    bag: BagReader, topic: str | None, path: Path, static: FrameTree, scan_topic: str
+) -> PoseTrack | None:
+    """Return the poses on ``topic``; in TF those of what the sensor is fixed to."""
+    if topic is None or bag.topics.get(topic) != TRANSFORMS:
+        return read_track(bag, topic, path)
+    body = static.body(first_frame(bag, scan_topic, path))
+    track = PoseTrack(body)
+    for _, _, message in bag.messages([topic]):
+        for stamped in message.transforms:
+            if stamped.child_frame_id.strip('/') == body:
+                pose = stamped.transform
+                matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
+                track.add(stamp_to_ns(stamped.header.stamp), matrix)
+    return track if len(track) else None
+
+
+def first_frame(bag: BagReader, topic: str, path: Path) -> str:
+    """Return the frame of the first message on a topic."""
+    for _, _, message in bag.messages([topic]):
+        return str(message.header.frame_id).strip('/')
+    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
+
+
 def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
     try:
         return rigid_from_quaternion(
@@ -230,7 +261,7 @@ def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> Frame
     of_robot = [
         topic
         for topic, msgtype in bag.topics.items()
-        if msgtype == _TF_MESSAGE
+        if msgtype == TRANSFORMS
         and topic.endswith(_TF_STATIC)
         and scan_topic.startswith(topic.removesuffix(_TF_STATIC) + '/')
     ]

@@ -30,9 +30,8 @@ Numerical: the gap between two firings, or a tenth of a degree at 50 degrees per
 
 _PERIODS = 9  # numerical: their median is the sensor's, however many clouds get lost
 
-# Given: what the words mean, in shares of a sweep.
-_TO_END = {'start': 1.0, 'middle': 0.5, 'end': 0.0}
-_TO_MIDDLE = {'start': 0.5, 'middle': 0.0, 'end': -0.5, 'auto': 0.0}
+_TO_END = {'start': 1.0, 'middle': 0.5, 'end': 0.0}  # given by the words: shares of a sweep
+_TO_MIDDLE = {'start': 0.5, 'middle': 0.0, 'end': -0.5, 'auto': 0.0}  # given by the words
 
 _NO_TIMES = (
     'clouds carry no time for each point: the motion during a sweep stays in them, and their '

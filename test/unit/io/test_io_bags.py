@@ -176,6 +176,23 @@ def test_an_unknown_mounting_is_never_taken_to_coincide(tmp_path, child, reason)
     assert next(iter(scans_of(bag, odometry='kiss'))).T_odom_sensor is None
 
 
+def test_odometry_that_is_in_tf_only_is_that_of_what_the_sensor_is_fixed_to(tmp_path):
+    T_base_lidar = pose(0.2, 0.5, 0.0)
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write_transform('/tf_static', START_NS, 'base', 'lidar', T_base_lidar)
+        for k in range(5):
+            stamp_ns = START_NS + k * SECOND_NS // 4
+            bag.write_transform('/tf', stamp_ns, 'map', 'odom', pose(50.0, 2.0))
+            bag.write_transform('/tf', stamp_ns, '/odom', '/base', pose(0.5 * k, 0.1 * k))
+            bag.write_cloud('/points', stamp_ns, 'lidar', POINTS)
+    assert not scans_of(tmp_path / 'bag').has_poses  # unless somebody asks
+    scans = list(scans_of(tmp_path / 'bag', odometry='robot'))
+    assert len(scans) == 5
+    np.testing.assert_allclose(scans[2].T_odom_sensor, pose(1.0, 0.2) @ T_base_lidar, atol=1e-9)
+    with pytest.raises(OdometryError, match='brings no odometry of its own'):
+        scans_of(record(tmp_path / 'without', odometry=()), odometry='both')
+
+
 def test_a_slash_before_a_frame_is_no_other_frame(tmp_path):
     scan = next(iter(open_scans(record(tmp_path / 'bag', child='/lidar'))))
     np.testing.assert_allclose(scan.T_odom_sensor, pose(0.0, 0.0))
