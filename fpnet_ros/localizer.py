@@ -216,7 +216,7 @@ class LocalizerNode(ManagedNode):
     def _broadcast(self) -> None:
         """Repeat the TF for now and a little longer, as long as scans come."""
         parameters, now_ns = self._settings.value, self.get_clock().now().nanoseconds
-        if self._health.has_turned(now_ns, parameters.scan_timeout_s):
+        if self.is_active and self._health.has_turned(now_ns, parameters.scan_timeout_s):
             self._publish_tick()
         if parameters.tf_broadcast and now_ns and not self._health.is_starved:
             self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
