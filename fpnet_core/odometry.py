@@ -44,10 +44,11 @@ class KissOdometry:
     """
     Register sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
 
-    The odometry frame ``odom`` is the sensor's pose at the first sweep, which also tells planar
-    scanners from others: their sweeps are flat. Two things are different for them. The map gets
-    voxels of its own: KISS-ICP keeps one point in one and a half voxels, which of a single beam
-    would leave a few dozen. And they are deskewed here, with the places that their rays began at.
+    The odometry frame ``odom`` is the robot's pose at the first sweep, the sensor's where nobody
+    knows its place on the robot. That sweep also tells planar scanners from others: theirs are
+    flat. Two things are different for them. The map gets voxels of its own: KISS-ICP keeps one
+    point in one and a half voxels, which of a single beam would leave a few dozen. And they are
+    deskewed here, with the places that their rays began at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
 
     All sweeps are deskewed by the motion since the last sweep's stamp, for the share of that time
@@ -66,11 +67,11 @@ class KissOdometry:
         self.reset()
 
     def reset(self, T_odom_sensor: Array | None = None) -> None:
-        """Forget the map and start again, at identity unless told where the sensor is."""
+        """Forget the map and start again, in a new frame unless told where the sensor is."""
         self._kiss: KissICP | None = None
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._is_planar = False
-        self._start = np.eye(4) if T_odom_sensor is None else T_odom_sensor
+        self._start = T_odom_sensor
         self._last_ns: int | None = None
         self._period_ns = 0
         self._T_guess_last: Array | None = None
@@ -78,7 +79,7 @@ class KissOdometry:
     @property
     def pose(self) -> Array:
         """``T_odom_sensor (4, 4)`` of the last sweep."""
-        return self._start if self._kiss is None else self._kiss.last_pose
+        return np.eye(4) if self._kiss is None else self._kiss.last_pose
 
     @property
     def last_motion(self) -> Array:
@@ -92,7 +93,7 @@ class KissOdometry:
             return np.zeros((0, 3))
         return np.asarray(self._kiss.local_map.point_cloud(), dtype=np.float64).reshape(-1, 3)
 
-    def _started(self, first: Array) -> KissICP:
+    def _started(self, first: Array, T_base_sensor: Array | None) -> KissICP:
         """Return an empty odometry for the kind of scanner that saw ``first (P, 3)``."""
         config = self._config
         self._is_planar = float(np.ptp(first[:, 2])) < _FLAT_M
@@ -107,7 +108,8 @@ class KissOdometry:
                 mapping={'voxel_size': voxel_size},
             )
         )
-        kiss.last_pose = self._start
+        start = T_base_sensor if self._start is None else self._start
+        kiss.last_pose = np.eye(4) if start is None else start
         return kiss
 
     def register(
@@ -117,6 +119,7 @@ class KissOdometry:
         stamp_ns: int | None = None,
         viewpoints: NDArray[np.floating] | None = None,
         T_guess_sensor: Array | None = None,
+        T_base_sensor: Array | None = None,
     ) -> RegisteredSweep:
         """
         Return where a sweep was taken, and its points without the motion during the sweep.
@@ -135,6 +138,8 @@ class KissOdometry:
             sensors they are not kept.
         T_guess_sensor : (4, 4)
             Pose at the sweep's end by another odometry, in any frame that stays.
+        T_base_sensor : (4, 4)
+            Place of the sensor on the robot; that of the first sweep counts.
 
         Raises
         ------
@@ -153,7 +158,7 @@ class KissOdometry:
             )
         times = self._usable_times(time_s, len(sweep))
         if self._kiss is None:
-            self._kiss = self._started(sweep[usable])
+            self._kiss = self._started(sweep[usable], T_base_sensor)
         self._follow(self._kiss, stamp_ns, T_guess_sensor)
         share = self._share_of_period(times)
         share = share[usable] if len(share) else share
@@ -182,7 +187,12 @@ class KissOdometry:
                 self._on_restart(back_s)
                 self.reset()
         return self.register(
-            scan.points, scan.time_s, scan.stamp_ns, scan.viewpoints, scan.T_odom_sensor
+            scan.points,
+            scan.time_s,
+            scan.stamp_ns,
+            scan.viewpoints,
+            scan.T_odom_sensor,
+            scan.T_base_sensor,
         )
 
     def _follow(self, kiss: KissICP, stamp_ns: int | None, T_guess_sensor: Array | None) -> None:

@@ -243,9 +243,10 @@ class OdometryNode(Node):
         self._moving = moving = self._settings.base_frame or tree.body(sensor)
         T_base_sensor = tree.mount(moving, sensor)
         guess = self._robot.pose(sensor, scan.stamp_ns)
-        found = self._kiss.register_scan(replace(scan, T_odom_sensor=guess))
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
-        T_odom_base = T_base_sensor @ found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
+        scan = replace(scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor)
+        found = self._kiss.register_scan(scan)
+        T_odom_base = found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
         self._publish(T_odom_base, scan.stamp_ns, moving)
         self._frame_publisher.publish(
             cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)

@@ -104,7 +104,8 @@ class BagScans:
     def _placed(self, scan: Scan, frame: str) -> Scan | None:
         """Return a scan where the odometry says it was, None where it does not say."""
         if self._odometry is None:
-            return scan
+            T_base_sensor = self._static.mount(self._static.body(frame), frame)
+            return replace(scan, T_base_sensor=T_base_sensor)
         T_odom_child = self._odometry.at(scan.stamp_ns)
         if T_odom_child is None:
             return None

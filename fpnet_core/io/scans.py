@@ -38,6 +38,9 @@ class Scan:
     viewpoints : (P, 3) float32
         Where each point's ray began, sensor frame [m]; None: in its origin. Those of several
         scanners in one sweep begin in different places.
+    T_base_sensor : (4, 4) float64
+        Place of the sensor on the robot, whose base is level; None: nobody knows, and the sensor
+        is taken to be.
     """
 
     stamp_ns: int
@@ -46,6 +49,7 @@ class Scan:
     T_odom_sensor: NDArray[np.float64] | None = None
     T_truth_sensor: NDArray[np.float64] | None = None
     viewpoints: NDArray[np.float32] | None = None
+    T_base_sensor: NDArray[np.float64] | None = None
 
     @property
     def first_ns(self) -> int:

@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
@@ -156,6 +157,20 @@ def test_reset_starts_at_identity():
         odometry.register(seen_from(motion(k), room(rng)), None)
     odometry.reset()
     np.testing.assert_array_equal(odometry.register(room(rng), None).T_odom_sensor, np.eye(4))
+
+
+def test_poses_are_level_where_a_sensor_hangs_upside_down_and_askew():
+    """They begin where the sensor is on the robot, and move as the robot does."""
+    T_base_sensor = np.eye(4)
+    T_base_sensor[:3, :3] = Rotation.from_euler('xyz', [3.1, 0.2, 0.7]).as_matrix()
+    T_base_sensor[:3, 3] = 0.2, -0.1, 0.9
+    rng, odometry = np.random.default_rng(15), KissOdometry(CONFIG)
+    for k in range(8):
+        points = seen_from(motion(k) @ T_base_sensor, room(rng)).astype(np.float32)
+        sweep = odometry.register_scan(Scan(1000 + k, points, T_base_sensor=T_base_sensor))
+        if k == 0:
+            np.testing.assert_allclose(sweep.T_odom_sensor, T_base_sensor, atol=1e-9)
+    np.testing.assert_allclose(sweep.T_odom_sensor, motion(7) @ T_base_sensor, atol=0.03)
 
 
 def test_register_scan_returns_single_precision_points():
