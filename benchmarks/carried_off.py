@@ -9,7 +9,7 @@ Run: python benchmarks/carried_off.py [--drives 12] [--sensor planar] [--seed 82
 Generated buildings, exact plans, KISS-ICP odometry. Where 45 % of the path is driven, the drive
 goes on from a place at least 8 m away (seven tenths of the farthest, where that is less), and
 odometry goes on as if nothing had happened: no jump tells the localizer. Then all of it again
-where nobody asks the walls around the robot (``localizer.doubt_share=0``).
+where nobody asks the walls around the robot (``localizer.doubt_probability=1``).
 """
 
 import json
@@ -31,7 +31,7 @@ from fpnet_lab.sim.tours import TourLimits
 ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
-WAYS = {'asked': {}, 'not_asked': {'doubt_share': 0.0}}
+WAYS = {'asked': {}, 'not_asked': {'doubt_probability': 1.0}}
 
 
 def carried(scans):

@@ -149,12 +149,12 @@ class LocalizerConfig(Section):
     )
     drift_m_per_m: float = Field(0.05, ge=0.0, description='Position odometry loses [m/m].')
     drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading odometry loses [deg/m].')
-    doubt_share: float = Field(
-        0.5,
-        ge=0.0,
+    doubt_probability: float = Field(
+        0.8,
+        gt=0.0,
         le=1.0,
-        description='A pose is withheld where the newest scans fit by less than this share of '
-        "the claim's score.",
+        description='A pose is withheld where the newest scans say with more than this '
+        'probability that the robot is elsewhere, as when it was carried off; 1: never.',
     )
     doubt_ticks: int = Field(
         3, ge=1, description='So many such ticks in a row begin a new submap.'

@@ -251,7 +251,6 @@ class RegionGraph:
     node_feat: NDArray[np.float32]
     edge_feat: NDArray[np.float32]
     frame: Literal['plan', 'submap']
-    schema: int = FEATURE_SCHEMA
 
     def __post_init__(self) -> None:
         """Check shapes and that edges name existing regions."""

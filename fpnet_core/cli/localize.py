@@ -207,8 +207,7 @@ def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> Non
     if tum is not None:
         poses = ended.run.poses
         write_tum(tum, poses.stamps_ns, poses.xy, poses.yaw)
-    if json_path is not None:
-        common.write_json(json_path, ended.figures())
+    common.write_json(json_path, ended.figures())
 
 
 def _write_folder(out: Path, name: str, ended: _Ended) -> None:

@@ -72,8 +72,7 @@ def command(
     report['causes'] = [cause.as_json() for cause in causes]
     common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
     common.say_causes(causes, json_path)
-    if json_path is not None:
-        common.write_json(json_path, report)
+    common.write_json(json_path, report)
     if plot is not None:
         from fpnet_core.viz.match import save_map_match
 

@@ -65,10 +65,8 @@ def command(
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
-    if str(json_path) != '-':
-        _print_summary(segmentation, scale, elapsed_ms)
-    if json_path is not None:
-        common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
+    _print_summary(segmentation, scale, elapsed_ms, json_path)
+    common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
     if plot is not None:
         _draw(segmentation, plot)
     if not segmentation.rooms:
@@ -127,31 +125,26 @@ def _segment(
     return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
 
 
-def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_summary(
+    segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, json_path: Path | None
+) -> None:
     rooms, doors = segmentation.rooms, segmentation.doors
-    table = Table('room', 'area [m²]', 'x [m]', 'y [m]', 'doors')
-    for column in table.columns:
-        column.justify = 'right'
+    rows = []
     for room in rooms:
         count = sum(room.id in portal.rooms for portal in segmentation.portals)
         x, y = room.centroid
-        table.add_row(str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count))
-    console = Console()
+        rows.append((str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count)))
     if rooms:
-        console.print(table)
+        common.show_table(('room', 'area [m²]', 'x [m]', 'y [m]', 'doors'), rows, json_path)
     area_m2 = sum(room.area_m2 for room in rooms)
-    console.print(
+    common.say(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
         f'doors, rooms and walls suggest a scale factor of {scale.factor:.2f} '
         f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
-        highlight=False,
-        soft_wrap=True,
+        json_path,
     )
     if not rooms:
-        console.print(segmentation.reason or 'no room was found', highlight=False)
+        common.say(segmentation.reason or 'no room was found', json_path)
 
 
 def _report(

@@ -6,19 +6,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.arrays import read_arrays
-from fpnet_core.io.atomic import replaced
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.io.frozen import from_arrays, to_arrays
 from fpnet_core.types import LocalizerOutput
 
 
 def write_output(path: Path | str, output: LocalizerOutput) -> None:
     """Write a tick, whole, as compressed arrays (.npz), creating the folder."""
-    with replaced(Path(path)) as partial, partial.open('wb') as file:
-        np.savez_compressed(file, **to_arrays(output))  # type: ignore[arg-type]
+    write_arrays(Path(path), to_arrays(output))
 
 
 def read_output(path: Path | str) -> LocalizerOutput:

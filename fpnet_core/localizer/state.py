@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import hashlib
-import os
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import StateError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.io.arrays import read_arrays
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.types import GridMap
 
 _VERSION = 1  # given
@@ -58,7 +57,6 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
     StateError
         If the folder cannot be made or written.
     """
-    path = Path(path)
     arrays = {
         'version': np.array(_VERSION),
         'resolution_m': np.array(state.resolution_m),
@@ -68,16 +66,9 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         'plan': np.array(state.plan),
         **{_SUBMAP + name: array for name, array in state.submap.items()},
     }
-    part = path.with_name(f'{path.name}.{os.getpid()}.part')
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open('wb') as file:
-            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
+        write_arrays(Path(path), arrays)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
 
 

@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
+from fpnet_core.raster.rays import values_at
+from fpnet_core.viz.segmentation import (
+    Colour,
+    draw_grid,
+    draw_segmentation,
+    partner_colours,
+    region_colour,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +28,6 @@ if TYPE_CHECKING:
     from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
-_UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
 _SHARED_AREA = 0.3  # a room with this share of its cells on one plan room is shown like it
 _SAME_DOOR_M = 1.0
@@ -37,10 +43,11 @@ def shared_colours(
     ``A_plan_sub`` places the submap. A room takes the colour of the plan room that lies below
     most of its cells, a door that of the nearest plan door.
     """
-    colours = {region.id: _UNMATCHED for region in sub.regions}
+    colours = partner_colours(sub, None)
     for room in sub.rooms:
         cells = np.argwhere(sub.labels == room.id + 1)[::_CELL_STRIDE]
-        below = _labels_at(plan, A_plan_sub.apply(sub.grid.rc_to_xy(cells)))
+        rc = plan.grid.xy_to_rc(A_plan_sub.apply(sub.grid.rc_to_xy(cells)))
+        below = values_at(plan.labels, rc, 0)
         counts = np.bincount(below)
         counts[0] = 0
         if len(cells) and counts.max() >= _SHARED_AREA * len(cells):
@@ -51,15 +58,6 @@ def shared_colours(
         if len(gaps) and gaps.min() <= _SAME_DOOR_M:
             colours[door.id] = region_colour(plan.doors[int(gaps.argmin())].id)
     return colours
-
-
-def _labels_at(segmentation: Segmentation, xy: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Labels below metric points (P, 2), 0 outside the raster."""
-    rc = np.round(segmentation.grid.xy_to_rc(xy)).astype(np.int64)
-    inside = ((rc >= 0) & (rc < segmentation.labels.shape)).all(axis=1)
-    labels = np.zeros(len(rc), dtype=np.int32)
-    labels[inside] = segmentation.labels[rc[inside, 0], rc[inside, 1]]
-    return labels
 
 
 def draw_walls_on_plan(

@@ -15,7 +15,6 @@ from fpnet_lab.evaluation.figures import markdown_table
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
-Rows = list[list[str]]
 
 _OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
 _PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')

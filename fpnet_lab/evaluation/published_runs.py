@@ -164,7 +164,7 @@ def carried_off(report: Report) -> Figures:
     """Return what happens to the pose of a robot that is carried off."""
     titles = {
         'asked': 'the walls around the robot are asked',
-        'not_asked': 'they are not (`localizer.doubt_share=0`)',
+        'not_asked': 'they are not (`localizer.doubt_probability=1`)',
     }
     rows = [[title, *_carried(report['ways'][way])] for way, title in titles.items()]
     header = ['', 'localized when lifted', 'withheld', 'after, median and most', 'wrong poses']

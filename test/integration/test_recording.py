@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording on disk: what is written reads back, and real KISS-ICP tracks it."""
 
-from dataclasses import replace
 import json
 
 import numpy as np
 import pytest
+from short_recording import start_of_recording
 
 from fpnet_core.cli import main
 from fpnet_core.config import OdometryConfig
@@ -22,7 +22,6 @@ from fpnet_lab.sim.recording import (
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
-    simulate_recording,
     write_recording,
 )
 from fpnet_lab.sim.sensors import SENSORS, LidarModel
@@ -35,9 +34,8 @@ COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp('recording')
     seen = []
-    recording = simulate_recording(
-        folder, SEED, options=COARSE, progress=lambda done, total: seen.append((done, total))
-    )
+    recording = make_recording(SEED, COARSE)
+    write_recording(recording, folder, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(i + 1, len(recording)) for i in range(len(recording))]
     return folder, recording
 
@@ -82,23 +80,9 @@ def test_floorplan_and_truth_files_agree_with_the_recording(written):
 
 
 def test_nothing_is_overwritten(written):
-    folder, _ = written
+    folder, recording = written
     with pytest.raises(BagFormatError, match='exists'):
-        simulate_recording(folder, SEED, options=COARSE)
-
-
-def start_of_recording(seconds, lidar):
-    """Return a recording that ends after a few seconds."""
-    recording = make_recording(1, RecordingOptions(lidar=lidar), threads=1)
-    tour, count = recording.tour, round(seconds * 100.0)
-    short = replace(
-        tour,
-        time_s=tour.time_s[:count],
-        xy=tour.xy[:count],
-        yaw_rad=tour.yaw_rad[:count],
-        tilt_rad=tour.tilt_rad[:count],
-    )
-    return replace(recording, tour=short)
+        write_recording(recording, folder)
 
 
 @pytest.mark.parametrize('name', sorted(SENSORS))

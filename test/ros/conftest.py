@@ -121,7 +121,7 @@ SCANS = 300  # half a minute of the tour: a slow machine needs more of it to be 
 
 @dataclass(frozen=True)
 class Excerpt:
-    """The start of a simulated recording, as ``simulate_recording`` would write it."""
+    """The start of a simulated recording, as ``write_recording`` would write it."""
 
     folder: Path
     floorplan: Path

@@ -4,6 +4,7 @@
 
 import logging
 
+from damage import with_flipped_bytes
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Writer
@@ -254,12 +255,8 @@ def test_mutated_bags_never_escape_the_error_types(tmp_path, storage):
     for file in sorted(bag.iterdir()):
         good = file.read_bytes()
         for _ in range(25):
-            data = bytearray(good)
-            for position in rng.integers(0, len(data), rng.integers(1, 6)):
-                data[position] = rng.integers(256)
-            if rng.random() < 0.3:
-                data = data[: rng.integers(1, len(data))]
-            file.write_bytes(bytes(data))
+            count, is_cut = rng.integers(1, 6), rng.random() < 0.3
+            file.write_bytes(with_flipped_bytes(good, rng, count, is_cut))
             try:
                 for scan in open_scans(bag):
                     assert np.isfinite(scan.points).all()
