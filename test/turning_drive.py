@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot that turns at 50 degrees per second, and clouds of it as drivers stamp them."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from short_recording import start_of_recording
 
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.scanning import sensor_poses_at
 from fpnet_lab.sim.sensors import LidarModel
 
@@ -21,17 +20,7 @@ _BEFORE_END = {'start': 1.0, 'middle': 0.5, 'end': 0.0}
 @cache
 def turning_recording():
     """Return the start of a drive that turns for much of the time."""
-    lidar = LidarModel(beams=16, columns=720)
-    recording = make_recording(SEED, RecordingOptions(lidar=lidar), threads=1)
-    tour, count = recording.tour, round(SECONDS * 100.0)
-    short = replace(
-        tour,
-        time_s=tour.time_s[:count],
-        xy=tour.xy[:count],
-        yaw_rad=tour.yaw_rad[:count],
-        tilt_rad=tour.tilt_rad[:count],
-    )
-    return replace(recording, tour=short)
+    return start_of_recording(SECONDS, LidarModel(beams=16, columns=720), SEED)
 
 
 @cache
