@@ -23,6 +23,14 @@ from fpnet_core.plain_yaml import read_yaml
 ScalePolicy = Literal['unknown', 'approximate', 'trusted']
 """What is known of the size of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
 
+ScanStamp = Literal['auto', 'start', 'middle', 'end']
+"""What of a sweep a cloud's stamp is of; see :mod:`fpnet_core.io.sweep_stamps`."""
+
+OdometryChoice = Literal['kiss', 'robot', 'both']
+"""
+Who says how the robot moved: KISS-ICP, its own odometry, or KISS-ICP with that as first guess.
+"""
+
 
 class Section(BaseModel):
     """Base of every section: frozen, and unknown keys are errors."""
@@ -159,6 +167,16 @@ class LocalizerConfig(Section):
     )
 
 
+class ScansConfig(Section):
+    """What the clouds of a sensor are like (see :mod:`fpnet_core.io.sweep_stamps`)."""
+
+    stamp: ScanStamp = Field(
+        'auto',
+        description='What of a sweep the stamp of its cloud is of; auto: as the times of its '
+        'points say, else the middle.',
+    )
+
+
 class OdometryConfig(Section):
     """KISS-ICP settings, named as in its own ROS node."""
 
@@ -182,6 +200,7 @@ class FpnetConfig(Section):
     matcher: MatcherConfig = MatcherConfig()
     pose: PoseConfig = PoseConfig()
     localizer: LocalizerConfig = LocalizerConfig()
+    scans: ScansConfig = ScansConfig()
     odometry: OdometryConfig = OdometryConfig()
 
 

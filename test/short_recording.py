@@ -7,9 +7,9 @@ from dataclasses import replace
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 
 
-def start_of_recording(seconds, lidar):
+def start_of_recording(seconds, lidar, seed=1):
     """Return recording 1 of a lidar model as if it had ended after so many seconds."""
-    recording = make_recording(1, RecordingOptions(lidar=lidar), threads=1)
+    recording = make_recording(seed, RecordingOptions(lidar=lidar), threads=1)
     tour, count = recording.tour, round(seconds * 100.0)
     parts = ('time_s', 'xy', 'yaw_rad', 'tilt_rad')
     short = replace(tour, **{name: getattr(tour, name)[:count] for name in parts})

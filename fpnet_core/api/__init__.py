@@ -21,7 +21,7 @@ from typing import NoReturn
 
 from fpnet_core.api.run import Run, scans_of
 from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
-from fpnet_core.config import FpnetConfig, load_config
+from fpnet_core.config import FpnetConfig, OdometryChoice, load_config
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
@@ -192,7 +192,7 @@ def localize(
     recording: str | Path,
     *,
     poses: str | Path | None = None,
-    kiss_icp: bool = False,
+    odometry: OdometryChoice | None = None,
     topics: Sequence[str] = (),
     config: FpnetConfig | None = None,
 ) -> Run:
@@ -204,7 +204,7 @@ def localize(
     plan : as read, or a file
     recording : ROS 2 bag, CARMEN log, or folder of scans
     poses : of the scans, used as odometry: TUM, KITTI or .npy
-    kiss_icp : KISS-ICP registers the scans of a bag with odometry, too
+    odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
     topics : of a bag: a PointCloud2, or LaserScans; none to choose
     config : the defaults if None
 
@@ -215,8 +215,14 @@ def localize(
     """
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
-    source = scans_of(recording, poses=poses, kiss_icp=kiss_icp, topics=topics)
-    return Run(reading, source, with_scale_of(reading, config))
+    source = scans_of(
+        recording,
+        poses=poses,
+        odometry=odometry,
+        topics=topics,
+        scan_stamp=config.scans.stamp,
+    )
+    return Run(reading, source, with_scale_of(reading, config), odometry=odometry)
 
 
 def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> PlanCheck:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.accuracy import RunSummary, summarize_run
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.drawings.types import Reading
+from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
+from fpnet_core.io.bag_scans import TF_TOPIC
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import Localizer, Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.odometry import KissOdometry
+from fpnet_core.odometry_check import GuidedOdometry
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.pictures import figure_of, html_of
@@ -34,14 +37,38 @@ def scans_of(
     recording: str | Path,
     *,
     poses: str | Path | None = None,
-    kiss_icp: bool = False,
+    odometry: OdometryChoice | None = None,
     topics: Sequence[str] = (),
+    scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
-    """Open the scans of a recording, with the odometry that was asked for."""
+    """
+    Open the scans of a recording, with the odometry that was asked for.
+
+    Raises
+    ------
+    OdometryError
+        If the recording has no odometry of its own, and that was asked for.
+    """
     # With poses of the sensor itself, nobody asks where it sits on the robot.
-    odometry = '' if kiss_icp or poses is not None else None
-    source = open_scans(Path(recording), topics=topics, odometry_topic=odometry)
-    return source if poses is None else PosedScans(source, read_poses(Path(poses)))
+    unread = '' if odometry == 'kiss' or poses is not None else None
+    path = Path(recording)
+    source = open_scans(path, topics=topics, odometry_topic=unread, scan_stamp=scan_stamp)
+    if poses is not None:
+        return PosedScans(source, read_poses(Path(poses)))
+    if odometry in ('robot', 'both') and not source.has_poses:
+        source = _with_poses_of_tf(path, topics, scan_stamp)
+    return source
+
+
+def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) -> ScanSource:
+    with suppress(BagFormatError):
+        source = open_scans(path, topics=topics, odometry_topic=TF_TOPIC, scan_stamp=scan_stamp)
+        if source.has_poses:
+            return source
+    raise OdometryError(
+        f'{path} brings no odometry of its own; record its nav_msgs/Odometry, or its /tf and '
+        '/tf_static, as well, or leave the choice of odometry out'
+    )
 
 
 class Run:
@@ -57,6 +84,7 @@ class Run:
     scans : of the recording, see :func:`scans_of`
     config : of the localizer
     advance : called after each scan
+    odometry : both: KISS-ICP registers scans with poses as well, which help and check it
     """
 
     def __init__(
@@ -65,13 +93,20 @@ class Run:
         scans: ScanSource,
         config: FpnetConfig,
         advance: Callable[[], None] = lambda: None,
+        odometry: OdometryChoice | None = None,
     ) -> None:
         self.plan, self.config = plan, config
         self._matcher = LearnedMatcher(config.matcher)
         self._localizer = Localizer(config, self._matcher)
         self._localizer.set_plan(plan.grid, plan.estimate)
-        period_s, odometry = config.localizer.tick_period_s, KissOdometry(config.odometry)
-        self._replay = Replay(scans, self._localizer, period_s, odometry.register_scan, advance)
+        self._replay = Replay(
+            scans,
+            self._localizer,
+            config.localizer.tick_period_s,
+            GuidedOdometry(config.odometry).register_scan,
+            advance,
+            registers_all=odometry == 'both',
+        )
 
     def __iter__(self) -> Iterator[LocalizerOutput]:
         """Yield the outputs of the ticks that nobody has asked for yet."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
     from fpnet_core.accuracy import RunSummary
@@ -47,9 +48,13 @@ _PosesOption = Annotated[
         help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
     ),
 ]
-_KissOption = Annotated[
-    bool,
-    typer.Option('--kiss-icp', help='KISS-ICP registers the scans of a bag with odometry too.'),
+_OdometryOption = Annotated[
+    OdometryChoice | None,
+    typer.Option(
+        '--odometry',
+        help="Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
+        "checked by the bag's own). Default: the bag's own if it has one.",
+    ),
 ]
 _TopicsOption = Annotated[
     list[str] | None,
@@ -72,7 +77,7 @@ def command(
     said: common.DrawingOptions,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
-    kiss_icp: _KissOption = False,
+    odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
     out: common.OutOption = None,
@@ -89,7 +94,7 @@ def command(
 
     Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
     /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
-    or --poses, are used as odometry.
+    or --poses, are used as odometry, or help and check KISS-ICP with --odometry both.
 
     Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
     said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
@@ -111,12 +116,13 @@ def command(
     reading = said.read(floorplan, tree)
     common.say_reading(reading, json_path)
     known = _known(truth)
-    given = [*common.typed_settings(config, settings), *_typed_source(poses, kiss_icp, topics)]
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
     source = scans_of(
-        common.check_input(recording), poses=poses, kiss_icp=kiss_icp, topics=topics or ()
-    )
-    run = _ended(reading, source, with_scale_of(reading, tree))
+        common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
+        scan_stamp=tree.scans.stamp,
+    )  # fmt: skip
+    run = _ended(reading, source, with_scale_of(reading, tree), odometry)
     ended = _Ended(run, known, run.causes(asked, said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
@@ -141,10 +147,12 @@ def _known(truth: Path | None) -> _Known:
     return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
 
 
-def _typed_source(poses: Path | None, kiss_icp: bool, topics: Sequence[str] | None) -> list[str]:
+def _typed_source(
+    poses: Path | None, odometry: OdometryChoice | None, topics: Sequence[str] | None
+) -> list[str]:
     """Return what was typed to say which scans and poses of the recording are meant."""
     given = ['--poses', str(poses)] if poses else []
-    given += ['--kiss-icp'] if kiss_icp else []
+    given += ['--odometry', odometry] if odometry else []
     return given + [word for topic in topics or () for word in ('--topic', topic)]
 
 
@@ -174,11 +182,13 @@ class _Ended:
         }
 
 
-def _ended(reading: Reading, source: ScanSource, tree: FpnetConfig) -> Run:
+def _ended(
+    reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
+) -> Run:
     from fpnet_core.api.run import Run
 
     with common.progress('localizing', total=len(source)) as advance:
-        run = Run(reading, source, tree, lambda: advance(1.0))
+        run = Run(reading, source, tree, lambda: advance(1.0), odometry)
         for _ in run:
             pass
     return run

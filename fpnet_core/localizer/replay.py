@@ -24,7 +24,7 @@ from fpnet_core.types import LocalizerOutput
 _log = logging.getLogger(__name__)
 
 Register = Callable[[Scan], RegisteredSweep]
-"""Turns a scan without pose into deskewed points where they were seen."""
+"""Turns a scan into deskewed points where they were seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +87,7 @@ class Replay:
     tick_period_s : sensor time between two ticks
     register : odometry for scans that bring none
     on_scan : called after each scan, for progress bars
+    registers_all : scans with poses go through ``register``, too, which may take them as a guess
 
     Raises
     ------
@@ -101,7 +102,9 @@ class Replay:
         tick_period_s: float,
         register: Register,
         on_scan: Callable[[], None] = lambda: None,
+        registers_all: bool = False,
     ) -> None:
+        self._registers_all = registers_all
         self._run = _Run(localizer, int(tick_period_s * NS_PER_S))
         self._outputs = self._follow(scans, register, on_scan)
 
@@ -113,13 +116,18 @@ class Replay:
         """Return the run as far as it went."""
         return self._run.result()
 
+    def _registered(self, scan: Scan, register: Register) -> RegisteredSweep:
+        if self._registers_all or scan.T_odom_sensor is None:
+            return register(scan)
+        return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)
+
     def _follow(
         self, scans: Iterable[Scan], register: Register, on_scan: Callable[[], None]
     ) -> Iterator[LocalizerOutput]:
         run, refusal = self._run, None
         for scan in scans:
             try:
-                ticked = run.take(scan.stamp_ns, _registered(scan, register))
+                ticked = run.take(scan.stamp_ns, self._registered(scan, register))
             except FpnetError as error:
                 _log.warning('%s', error)
                 run.rejected, refusal, ticked = run.rejected + 1, error, False
@@ -202,9 +210,3 @@ def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
         np.array([T.translation for _, T in poses]).reshape(-1, 2),
         np.array([T.yaw for _, T in poses]),
     )
-
-
-def _registered(scan: Scan, register: Register) -> RegisteredSweep:
-    if scan.T_odom_sensor is None:
-        return register(scan)
-    return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)

@@ -16,7 +16,7 @@ LAYERS = {
         {'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
         | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory'},
         {'raster'},
-        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'} | {'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings'},
         {'localizer'},
         {'plan_check'},

@@ -123,9 +123,11 @@ def test_laser_scans_read_back_as_the_cloud_that_the_planar_sensor_saw(tmp_path)
     assert json.loads((tmp_path / 'truth.json').read_text())['scan_topic'] == LASER_TOPIC
 
 
-def test_planar_recording_runs_through_localize(tmp_path, capsys):
-    write_recording(start_of_recording(9.0, SENSORS['planar']), tmp_path / 'drive')
-    words = ['localize', str(tmp_path / 'drive' / 'bag')]
+@pytest.mark.parametrize('odometry', ['kiss', 'robot', 'both'])
+def test_planar_recording_runs_through_localize(tmp_path, capsys, odometry):
+    recording = start_of_recording(9.0, SENSORS['planar'])
+    write_recording(recording, tmp_path / 'drive', with_wheels=odometry != 'kiss')
+    words = ['localize', str(tmp_path / 'drive' / 'bag'), '--odometry', odometry]
     words += ['--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')]
     with pytest.raises(SystemExit) as end:
         main([*words, '--json', str(tmp_path / 'run.json')])
@@ -134,6 +136,16 @@ def test_planar_recording_runs_through_localize(tmp_path, capsys):
     assert end.value.code == (0 if is_localized else 3), capsys.readouterr().err
     assert report['rejected_scans'] == 0
     assert report['path_m'] > 1.0
+
+
+@pytest.mark.parametrize('odometry', ['robot', 'both'])
+def test_odometry_that_the_recording_lacks_ends_in_one_line(tmp_path, capsys, odometry):
+    write_recording(start_of_recording(1.0, SENSORS['planar']), tmp_path / 'drive')
+    words = ['localize', str(tmp_path / 'drive' / 'bag'), '--odometry', odometry]
+    with pytest.raises(SystemExit) as end:
+        main([*words, '--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')])
+    assert end.value.code == 1
+    assert 'brings no odometry of its own' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

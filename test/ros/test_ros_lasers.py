@@ -192,7 +192,7 @@ def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
     assert len(errors) == 2  # the first scan of either
     assert len(located) == 3  # the last two end after the newest odometry
     for scan in located:
-        assert scan.odom_frame == 'odom'
+        assert scan.placing.odom_frame == 'odom'
         np.testing.assert_allclose(scan.T_odom_sensor, base_at(scan.stamp_ns), atol=1e-3)
         cloud = scan.unpack()
         in_room = cloud.points @ scan.T_odom_sensor[:3, :3].T + scan.T_odom_sensor[:3, 3]
