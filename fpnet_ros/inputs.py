@@ -25,6 +25,7 @@ from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.pointcloud2 import CloudArrays
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
 from fpnet_ros.work import Numbering
 from msg_adapters.clouds import cloud_from_msg
@@ -112,6 +113,7 @@ class ScanInput:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
         self._resolve = node.resolve_topic_name
+        self._publishers = node.get_publishers_info_by_topic
         self._tree = FrameTree()
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
@@ -149,6 +151,14 @@ class ScanInput:
         poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
         scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
         return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
+
+    def odometry_run(self) -> OdometryRun:
+        """Return which run of the odometry publishes now; in TF nobody can tell."""
+        if self._settings.odometry_source == 'tf':
+            return OdometryRun()
+        found = self._publishers('kiss/odometry')
+        publishers = frozenset(bytes(each.endpoint_gid).hex() for each in found)
+        return OdometryRun(publishers, self._odometry.newest)
 
     @property
     def lost(self) -> int:

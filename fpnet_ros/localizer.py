@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from pathlib import Path
 import sys
 from threading import Lock
 
@@ -17,7 +16,6 @@ from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError, HintError
-from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
@@ -30,7 +28,7 @@ from fpnet_ros.outputs import LocalizerOutputs, Moment
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import LATCHED, STREAM, SilenceLog, StatusLog, error_reporter, one_line
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
-from fpnet_ros.state_file import StateFile
+from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.work import DroppingWorker, Worker
 from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
@@ -78,8 +76,6 @@ class LocalizerNode(ManagedNode):
         self._localizer = create_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
-        self._state_file = StateFile(parameters.state_file, self._localizer, self.get_logger())
-        self._state_file.restore()
         if TFMessage is None and parameters.tf_broadcast:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
@@ -87,6 +83,11 @@ class LocalizerNode(ManagedNode):
         self._is_configured = True
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
         self._input = ScanInput(self, parameters, self._on_scan, self._on_restart, self._report)
+        self._state_file = StateFile(
+            parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
+        )
+        self._state_file.restore()
+        self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
         self.add_subscription(OccupancyGrid, 'floorplan', self._on_floorplan, LATCHED)
         self.add_subscription(
@@ -101,21 +102,19 @@ class LocalizerNode(ManagedNode):
         self._publish_tick()
 
     def deactivate(self) -> None:
-        """Let the running tick end, so that nothing is published afterwards."""
-        self._ticks.finish()
-        self._out.forget_tf()
+        """Publish nothing from now on: a running tick ends unheard."""
+        with self._publish_lock:
+            self._out.forget_tf()
 
     def cleanup(self) -> None:
-        """End the threads, save the state, write the last tick."""
+        """Save the state, before anything that may take long; end the threads."""
         if not self._is_configured:
             return
         self._scans.close()
-        self._ticks.close()
-        parameters = self._settings.value
-        if parameters.run_dir:
-            write_output(Path(parameters.run_dir) / 'last_tick.npz', self._localizer.output)
         if self._state_file.path and self._newest is not None:
             self._state_file.save()
+        self._ticks.close()
+        self._run_folder.write('last_tick.npz', self._localizer.output)
         self._forget()
 
     def _add_services(self) -> None:
@@ -142,6 +141,7 @@ class LocalizerNode(ManagedNode):
 
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
+            self._state_file.before_scan()
             self._scans.put(scan)
 
     def _on_restart(self) -> None:
@@ -219,6 +219,7 @@ class LocalizerNode(ManagedNode):
 
     def _publish_diagnostics(self) -> None:
         output, stale_s = self._localizer.output, self._settings.value.stale_input_s
+        self._state_file.follow_odometry()
         if self.is_active:
             self._silence.follow(self._input.silence_s, stale_s)
         now_ns = self.get_clock().now().nanoseconds
@@ -240,7 +241,8 @@ class LocalizerNode(ManagedNode):
         """Publish where the robot is, by what holds now, and return that."""
         with self._publish_lock:  # of two threads the later one publishes the later moment
             moment = Moment.of(self._localizer.snapshot, self._frame, self._newest)
-            self._out.publish_pose(moment)
+            if self.is_active:
+                self._out.publish_pose(moment)
         return moment
 
     # ---- ticks: their own thread
@@ -249,9 +251,8 @@ class LocalizerNode(ManagedNode):
         before = self._localizer.output
         output = self._localizer.tick(self.get_clock().now().nanoseconds)
         self._publish_tick()
-        if self._settings.value.run_dir and output is not before:
-            name = f'ticks/{output.stamp_ns:020d}.npz'
-            write_output(Path(self._settings.value.run_dir) / name, output)
+        if output is not before:
+            self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
 
     def _publish_tick(self) -> None:
         frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom

@@ -16,7 +16,6 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
-from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
@@ -29,7 +28,7 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput, LaserParameters
-from fpnet_ros.params import ParameterTree
+from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.runtime import (
     STALE_INPUT_S,
     STREAM,
@@ -88,7 +87,7 @@ def _sweep_of_cloud(data: bytes) -> _Sweep:
     return _Sweep(scan, msg.header.frame_id.lstrip('/'))
 
 
-class OdometryNode(Node):
+class OdometryNode(OwnValues):
     """
     Registers every cloud on ``pointcloud_topic``, in a thread of its own.
 

@@ -16,9 +16,19 @@ from fpnet_core.types import LocalizerOutput
 
 
 def write_output(path: Path | str, output: LocalizerOutput) -> None:
-    """Write a tick, whole, as compressed arrays (.npz), creating the folder."""
-    with replaced(Path(path)) as partial, partial.open('wb') as file:
-        np.savez_compressed(file, **to_arrays(output))  # type: ignore[arg-type]
+    """
+    Write a tick, whole, as compressed arrays (.npz), creating the folder.
+
+    Raises
+    ------
+    FpnetError
+        If it cannot be written; nothing of it is left.
+    """
+    try:
+        with replaced(Path(path)) as partial, partial.open('wb') as file:
+            np.savez_compressed(file, **to_arrays(output))  # type: ignore[arg-type]
+    except OSError as error:
+        raise FpnetError(f'cannot write {path}: {error.strerror}') from None
 
 
 def read_output(path: Path | str) -> LocalizerOutput:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import hashlib
-import os
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,13 @@ from numpy.typing import NDArray
 from fpnet_core.errors import StateError
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.io.arrays import read_arrays
+from fpnet_core.io.atomic import replaced
+from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.types import GridMap
 
-_VERSION = 1  # given
-_SUBMAP = 'submap_'  # prefix of the submap builder's arrays
-_KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan'}
+_VERSION = 2  # given
+_SUBMAP, _SCALE = 'submap_', 'scale_'  # prefixes of the builder's and the scale's arrays
+_KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan', 'odometry'}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,9 @@ class LocalizerState:
 
     ``resolution_m`` is the submap's, ``T_odom_sensor (4, 4)`` and ``stamp_ns`` are those of the
     last scan, ``placements`` are ``A_plan_odom``, best first, on the floorplan with the
-    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's.
+    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's. ``scale`` is what
+    was known of that floorplan's (:meth:`ScaleHistory.arrays`). ``odometry`` names the run of the
+    odometry in whose frame all this is, in the words of whoever saved it; empty: unknown.
     """
 
     resolution_m: float
@@ -39,6 +42,8 @@ class LocalizerState:
     placements: Placements
     plan: str
     submap: dict[str, NDArray[Any]]
+    scale: dict[str, NDArray[Any]]
+    odometry: str = ''
 
 
 def plan_fingerprint(grid: GridMap) -> str:
@@ -66,18 +71,14 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         'T_odom_sensor': state.T_odom_sensor,
         'placements': state.placements.matrix,
         'plan': np.array(state.plan),
+        'odometry': np.array(state.odometry),
+        **{_SCALE + name: array for name, array in state.scale.items()},
         **{_SUBMAP + name: array for name, array in state.submap.items()},
     }
-    part = path.with_name(f'{path.name}.{os.getpid()}.part')
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open('wb') as file:
+        with replaced(path, is_durable=True) as partial, partial.open('wb') as file:
             np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
 
 
@@ -99,16 +100,16 @@ def read_state(path: Path | str) -> LocalizerState:
 
 
 def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
-    submap = {
-        name.removeprefix(_SUBMAP): a for name, a in arrays.items() if name.startswith(_SUBMAP)
-    }
     if (version := int(arrays['version'])) != _VERSION:
         raise ValueError(f'version {version}, expected {_VERSION}')
-    if unknown := {name for name in arrays if not name.startswith(_SUBMAP)} ^ _KEYS:
+    submap, scale = (_below(prefix, arrays) for prefix in (_SUBMAP, _SCALE))
+    ours = {name for name in arrays if not name.startswith((_SUBMAP, _SCALE))}
+    if unknown := ours ^ _KEYS:
         raise ValueError(f'unexpected or missing {", ".join(sorted(unknown))}')
     pose = np.array(arrays['T_odom_sensor'], dtype=np.float64)
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         raise ValueError(f'T_odom_sensor: expected a finite (4, 4) matrix, got {pose.shape}')
+    ScaleHistory.check(scale)
     return LocalizerState(
         float(arrays['resolution_m']),
         int(arrays['stamp_ns']),
@@ -116,4 +117,11 @@ def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
         Placements.of(map(Affine2D.from_matrix, arrays['placements'])),
         str(arrays['plan']),
         submap,
+        scale,
+        str(arrays['odometry']),
     )
+
+
+def _below(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    names = [name for name in arrays if name.startswith(prefix)]
+    return {name.removeprefix(prefix): arrays[name] for name in names}
