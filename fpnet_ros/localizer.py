@@ -10,7 +10,6 @@ import sys
 from threading import Lock
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Empty, Trigger
 
@@ -20,17 +19,16 @@ from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.stamps import NS_PER_S
-from fpnet_core.types import GridMap
+from fpnet_ros.floorplans import FloorplanInput, ServedPlan
 from fpnet_ros.health import Health
 from fpnet_ros.inputs import NO_TF, LocatedScan, ScanInput, TFMessage
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs, Moment
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, SilenceLog, StatusLog, error_reporter, one_line
+from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one_line
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.work import DroppingWorker, Worker
-from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
 _DIAGNOSTICS_PERIOD_S = 1.0  # chosen
@@ -89,7 +87,7 @@ class LocalizerNode(ManagedNode):
         self._state_file.restore()
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
-        self.add_subscription(OccupancyGrid, 'floorplan', self._on_floorplan, LATCHED)
+        self._plans = FloorplanInput(self, self._on_floorplan, self._report)
         self.add_subscription(
             PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, STREAM
         )
@@ -148,13 +146,8 @@ class LocalizerNode(ManagedNode):
         self.get_logger().warning('another process publishes the odometry now')
         self._localizer.restart_odometry()
 
-    def _on_floorplan(self, msg: OccupancyGrid) -> None:
-        try:
-            grid = grid_from_msg(msg)
-        except FpnetError as error:
-            self.get_logger().error(one_line(error))
-            return
-        self._ticks.submit(self._take_floorplan, grid, msg.header.frame_id)
+    def _on_floorplan(self, plan: ServedPlan) -> None:
+        self._ticks.submit(self._take_floorplan, plan)
 
     def _on_initial_pose(self, msg: PoseWithCovarianceStamped) -> None:
         frame, scan = self._frame, self._newest
@@ -166,7 +159,7 @@ class LocalizerNode(ManagedNode):
             pose = given.pose
             hint = frame.hint(pose.T_frame_body, pose.frame_id, given.cov, scan.T_odom_base)
         except FpnetError as error:
-            self.get_logger().error(f'initialpose was rejected: {one_line(error)}')
+            self.get_logger().warning(f'initialpose was rejected: {one_line(error)}')
             return
         self._localizer.suggest(hint)
         self.get_logger().info('took the initial pose; it counts once the walls agree')
@@ -264,15 +257,15 @@ class LocalizerNode(ManagedNode):
         self._out.publish_status(report)
         self._out.publish_tick(moment)
 
-    def _take_floorplan(self, grid: GridMap, frame_id: str) -> None:
+    def _take_floorplan(self, plan: ServedPlan) -> None:
         try:
-            self._localizer.set_plan(grid)
+            plan.give_to(self._localizer, self._config.value.localizer.scale_policy)
         except FpnetError as error:
             self.get_logger().error(one_line(error))
             return
         self._out.forget_path()
-        self.get_logger().info(f'took the floorplan in frame {frame_id}')
-        self._show(MapFrame(grid, frame_id, self._settings.value.map_frame))
+        self.get_logger().info(f'took the floorplan in frame {plan.frame_id}{plan.said_of_scale}')
+        self._show(MapFrame(plan.grid, plan.frame_id, self._settings.value.map_frame))
         self._publish_tick()
 
     def _show(self, frame: MapFrame) -> None:

@@ -12,7 +12,7 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
@@ -90,19 +90,24 @@ class Localizer:
         """The newest output and the plan that it is on."""
         return self._said
 
-    def set_plan(self, grid: GridMap, scale: ScaleEstimate | None = None) -> None:
+    def set_plan(
+        self,
+        grid: GridMap,
+        scale: ScaleEstimate | None = None,
+        policy: ScalePolicy | None = None,
+    ) -> None:
         """
         Take a floorplan, replacing the old one; the submap is kept.
 
-        ``scale`` is what is known of its scale, and asked where the configuration calls that
-        unknown; None takes what its rooms and doors say.
+        ``scale`` is what is known of its scale, and asked where that is unknown; None takes what
+        its rooms and doors say. ``policy`` is how far it is trusted, None: as configured.
 
         Raises
         ------
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = Floorplan.prepared(grid, self._config, scale)
+        plan = Floorplan.prepared(grid, self._config, scale, policy)
         with self._lock:
             state = self._state.on(plan)
             if self._restored and self._restored.plan == plan_fingerprint(grid):
