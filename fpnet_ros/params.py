@@ -169,7 +169,8 @@ def _declare(node: Node, field: ConfigField) -> Any:
             f'parameter {field.key}: {error}; expected {field.kind.__name__}'
             + (f' {field.constraint}' if field.constraint else '')
         ) from None
-    if parameter.type_ is Parameter.Type.NOT_SET:
+    if parameter.type_ is Parameter.Type.NOT_SET:  # one without a value ends a dump of all
+        node.set_parameters([Parameter(field.key, Parameter.Type(descriptor.type), [])])
         return field.default
     return parameter.value
 
