@@ -31,7 +31,7 @@ from fpnet_core.io.scans import Scan
 _log = logging.getLogger(__name__)
 
 _TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
-_TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
+TRUTH_TOPICS = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
 _KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
 
@@ -148,7 +148,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
         return None
     if wanted:
         return _require(wanted, odometry, topics, path)
-    usable = [topic for topic in odometry if not _TRUTH_NAME.search(topic)]
+    usable = [topic for topic in odometry if not TRUTH_TOPICS.search(topic)]
     usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
     if not usable:
         return None

@@ -67,6 +67,7 @@ def _qos(depth: int, durability: QosDurability) -> Qos:
 # Chosen, not measured:
 _STREAM_QOS = _qos(10, QosDurability.VOLATILE)
 _LATCHED_QOS = _qos(1, QosDurability.TRANSIENT_LOCAL)
+_STATIC_QOS = _qos(100, QosDurability.TRANSIENT_LOCAL)  # every mount is a message of its own
 
 
 class BagWriter:
@@ -219,7 +220,8 @@ class BagWriter:
             child_frame_id,
             _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
         )
-        self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]))
+        qos = _STATIC_QOS if topic == '/tf_static' else _STREAM_QOS
+        self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:
         """Write a Float64, which viewers plot over time."""
@@ -286,6 +288,19 @@ class BagReader:
     def count(self, topic: str) -> int:
         """Return the number of messages on ``topic``, 0 if there is no such topic."""
         return sum(c.msgcount for c in self._open_reader().connections if c.topic == topic)
+
+    def offers(self, topic: str) -> list[tuple[bool, bool]]:
+        """Return of each recorded publisher whether it was reliable, and transient local."""
+        return [
+            (
+                qos.reliability is not QosReliability.BEST_EFFORT,
+                qos.durability is QosDurability.TRANSIENT_LOCAL,
+            )
+            for connection in self._open_reader().connections
+            if connection.topic == topic
+            for qos in getattr(connection.ext, 'offered_qos_profiles', ())
+            if not isinstance(qos, str)
+        ]
 
     def messages(self, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
         """

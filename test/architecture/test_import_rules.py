@@ -17,7 +17,7 @@ LAYERS = {
         | {'plain_yaml', 'stamps', 'trajectory'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
-        {'models', 'matching', 'pose', 'judging', 'drawings'},
+        {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
         {'plan_check'},
         {'viz', 'report'},
