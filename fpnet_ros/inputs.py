@@ -21,6 +21,7 @@ from std_msgs.msg import Header
 
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.io.bags import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.pointcloud2 import CloudArrays
 from fpnet_ros.lasers import LaserInput, LaserParameters
@@ -151,6 +152,15 @@ class ScanInput:
         poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
         scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
         return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
+
+    def topics(self) -> dict[str, str]:
+        """Return the message type of each topic that scans and poses come on, scans first."""
+        settings = self._settings
+        found = dict.fromkeys(settings.topics, LASER_SCAN)
+        found = found or {self._resolve('kiss/frame'): POINT_CLOUD}
+        if settings.odometry_source == 'topic':
+            found[self._resolve('kiss/odometry')] = ODOMETRY
+        return found
 
     def odometry_run(self) -> OdometryRun:
         """Return which run of the odometry publishes now; in TF nobody can tell."""

@@ -19,6 +19,7 @@ from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.stamps import NS_PER_S
+from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
 from fpnet_ros.health import Health
 from fpnet_ros.inputs import NO_TF, LocatedScan, ScanInput, TFMessage
@@ -85,6 +86,7 @@ class LocalizerNode(ManagedNode):
             parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
         )
         self._state_file.restore()
+        self._checkup = Checkup(self, self._input.topics())
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
         self._plans = FloorplanInput(self, self._on_floorplan, self._report)
@@ -216,7 +218,8 @@ class LocalizerNode(ManagedNode):
         if self.is_active:
             self._silence.follow(self._input.silence_s, stale_s)
         now_ns = self.get_clock().now().nanoseconds
-        self._out.publish_diagnostics(self._health.news(output, stale_s), now_ns)
+        news = self._health.news(output, stale_s)
+        self._out.publish_diagnostics(news, self._checkup.findings(), now_ns)
 
     def _autosave(self) -> None:
         if self.is_active and self._newest is not None:
@@ -226,6 +229,7 @@ class LocalizerNode(ManagedNode):
 
     def _add_scan(self, scan: LocatedScan) -> None:
         cloud = scan.unpack()
+        self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
         self._publish_moment()

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -79,12 +79,17 @@ class Observer:
         wanted = dict.fromkeys((self.scans, self.odometry, TF, TF_STATIC))
         return [name for name in wanted if name in self._types]
 
+    def wanted(self, msgtypes: Collection[str], names: Collection[str]) -> list[str]:
+        """Return the topics whose QoS matters: scans, of some types, and some others."""
+        of_types = [name for name, msgtype in self._types.items() if msgtype in msgtypes]
+        found = dict.fromkeys((self.scans, *of_types, *names))
+        return [name for name in found if name in self._types]
+
     def hear(self, name: str, heard_ns: int, message: Any) -> None:
         """Take a message that arrived at a time [ns]."""
         heard = self._heard[name]
         if heard.msgtype == TRANSFORMS:
-            for each in message.transforms:
-                self._take_transform(heard, name, heard_ns, each)
+            self._take_transforms(heard, name, heard_ns, message)
             return
         if not hasattr(message, 'header'):
             return
@@ -131,18 +136,15 @@ class Observer:
             is_live,
         )
 
-    def _take_transform(self, heard: _Heard, name: str, heard_ns: int, stamped: Any) -> None:
-        parent, child = _plain(stamped.header.frame_id), _plain(stamped.child_frame_id)
-        at, turned = stamped.transform.translation, stamped.transform.rotation
-        is_static = name.endswith(TF_STATIC)
+    def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
         try:
-            T = _rigid(at, turned)
+            for each in transforms_of(message, is_static=name.endswith(TF_STATIC)):
+                self._transforms[each.parent, each.child, each.is_static] = each
         except ValueError as error:
-            self._unreadable.append(f'{name}, {child} in {parent}: {error}')
-            return
-        self._transforms[parent, child, is_static] = Transform(parent, child, T, is_static)
-        heard.stamps_ns.append(stamp_to_ns(stamped.header.stamp))
-        heard.heard_ns.append(heard_ns)
+            self._unreadable.append(f'{name}: {error}')
+        for stamped in message.transforms:
+            heard.stamps_ns.append(stamp_to_ns(stamped.header.stamp))
+            heard.heard_ns.append(heard_ns)
 
     def _take_pose(self, heard: _Heard, name: str, stamp_ns: int, message: Any) -> None:
         if child := _plain(message.child_frame_id):
@@ -160,6 +162,21 @@ class Observer:
             self._sweeps.append(_scan(msgtype, stamp_ns, frame, message))
         except FpnetError as error:
             self._unreadable.append(str(error))
+
+
+def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
+    """
+    Yield the transforms of a TFMessage.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no rigid transform.
+    """
+    for stamped in message.transforms:
+        parent, child = _plain(stamped.header.frame_id), _plain(stamped.child_frame_id)
+        pose = stamped.transform
+        yield Transform(parent, child, _rigid(pose.translation, pose.rotation), is_static)
 
 
 def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any) -> SeenScan:
