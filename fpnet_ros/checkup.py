@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from functools import partial
 import math
 from threading import Lock
@@ -21,7 +22,7 @@ from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.observed import GRID, SeenScan
 from fpnet_core.doctor.observer import transforms_of
 from fpnet_core.doctor.sensor import check_mount
-from fpnet_core.doctor.topics import check_qos
+from fpnet_core.doctor.topics import check_published, check_qos
 from fpnet_ros.doctor import offers_of
 from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
@@ -29,6 +30,7 @@ from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
 
 # Chosen, not measured:
+_DISCOVERY_S = 5.0  # until publishers that are there are known
 _SWEEPS = 5  # that tell how the scanner is mounted
 _POINTS = 2000  # of each
 _STAMPS = 10
@@ -53,6 +55,7 @@ class Checkup:
         self._node = node
         self._topics = {**inputs, node.resolve_topic_name('floorplan'): GRID}
         self._scans = next(iter(inputs))
+        self._begun_s = time.monotonic()
         self._told: set[tuple[str, str]] = set()
         self._lock = Lock()  # scans come in another thread
         self._sweeps: list[SeenScan] = []
@@ -87,6 +90,7 @@ class Checkup:
         checks = (check_qos, check_tree, check_clocks)
         found = [finding for check in checks for finding in check(seen)]
         found += self._found_of_mount(seen)
+        found += self._unpublished(seen)
         for finding in found:
             if (key := (finding.problem, finding.where)) not in self._told:
                 self._told.add(key)
@@ -100,6 +104,22 @@ class Checkup:
                 return []
             self._on_mount = list(check_mount(seen))
         return self._on_mount
+
+    def _unpublished(self, seen: Observed) -> list[Finding]:
+        """Return the inputs that nobody publishes, each with what there is of its kind."""
+        missing = [topic for topic in seen.topics if not topic.offers]
+        if not missing or time.monotonic() - self._begun_s < _DISCOVERY_S:
+            return []
+        node, none = self._node, np.zeros(0, dtype=np.int64)
+        kinds = {name: kind for name, (kind, *_) in node.get_topic_names_and_types()}
+        others = [
+            Topic(name, kind, none, none)
+            for name, kind in kinds.items()
+            if name not in self._topics and not name.startswith(node.get_fully_qualified_name())
+            if node.count_publishers(name)
+        ]
+        everything = replace(seen, topics=(*seen.topics, *others))
+        return list(check_published(everything, [topic.name for topic in missing]))
 
     def _observed(self) -> Observed:
         with self._lock:

@@ -76,10 +76,11 @@ class StateFile:
 
     def before_scan(self) -> None:
         """Compare the restored run with the first scan's: another one has another frame."""
+        if not self._run.publishers:
+            self.follow_odometry()
         saved, self._saved_run = self._saved_run, None
         if saved is None:
             return
-        self.follow_odometry()
         goes_on = self._run.goes_on_from(saved)
         if not goes_on:
             why = _UNKNOWN if goes_on is None else _RESTARTED

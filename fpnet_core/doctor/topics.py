@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import (
@@ -21,20 +21,31 @@ from fpnet_core.doctor.observed import (
 _RELIABLE, _LATCHED = Offer(), Offer(is_latched=True)
 
 _MAPS = ('floorplan', 'map')
+_MEANT = {
+    SCANS[0]: ('scans', 'points:=TOPIC, or scan:=TOPIC'),
+    ODOMETRY: ('odometry', 'remap kiss/odometry to TOPIC'),
+    GRID: ('a floorplan', 'remap floorplan to TOPIC'),
+}
 
 
 def check_topics(seen: Observed) -> Iterator[Finding]:
     """Yield what is missing of scans and odometry."""
-    yield from _missing(seen, seen.scans, SCANS, 'scans', 'points:=TOPIC, or scan:=TOPIC')
+    yield from _missing(seen, seen.scans, SCANS)
     if seen.odometry:
-        yield from _missing(
-            seen, seen.odometry, (ODOMETRY,), 'odometry', 'remap kiss/odometry to TOPIC'
-        )
+        yield from _missing(seen, seen.odometry, (ODOMETRY,))
 
 
-def _missing(
-    seen: Observed, name: str, msgtypes: tuple[str, ...], what: str, how: str
-) -> Iterator[Finding]:
+def check_published(seen: Observed, names: Iterable[str]) -> Iterator[Finding]:
+    """Yield what is missing of topics that a node subscribes to, whether they are heard or not."""
+    for name in names:
+        topic = seen.topic(name)
+        if topic is not None and not topic.offers:
+            kinds = SCANS if topic.msgtype in SCANS else (topic.msgtype,)
+            yield from _missing(seen, name, kinds)
+
+
+def _missing(seen: Observed, name: str, msgtypes: tuple[str, ...]) -> Iterator[Finding]:
+    what, how = _MEANT[msgtypes[0]]
     topic, others = seen.topic(name), [n for n in seen.of_types(*msgtypes) if n != name]
     there = f'there is {", ".join(others)}' if others else f'nothing here carries {what}'
     fix = how.replace('TOPIC', others[0]) if others else f'start what publishes {what}'
