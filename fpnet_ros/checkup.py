@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 import math
@@ -14,20 +15,25 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.serialization import deserialize_message
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from fpnet_core.doctor import Finding, Observed, Topic, Transform
+from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.observed import GRID, SeenScan
-from fpnet_core.doctor.observer import transforms_of
-from fpnet_core.doctor.sensor import check_mount
+from fpnet_core.doctor.observed import SeenScan, transforms_of
+from fpnet_core.doctor.sensor import check_mount, check_point_times
 from fpnet_core.doctor.topics import check_published, check_qos
-from fpnet_ros.doctor import offers_of
+from fpnet_core.io.message_types import GRID
 from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
+from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
+
+DOCTOR = 'fpnet_doctor'
+"""Name of the node that only listens."""
 
 # Chosen, not measured:
 _DISCOVERY_S = 5.0  # until publishers that are there are known
@@ -37,6 +43,32 @@ _STAMPS = 10
 _TF_QUEUE = 100  # messages of TF that may wait
 _TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two that are looked at; of what was heard
 _BASE, _SENSOR = 'base', 'sensor'
+
+
+class SweepCheckup:
+    """
+    Looks at the first cloud that odometry registers: it alone sees times of points.
+
+    Parameters
+    ----------
+    topic
+        Of the clouds.
+    tell
+        Takes a line for the log.
+    """
+
+    def __init__(self, topic: str, tell: Callable[[str], Any]) -> None:
+        self._topic, self._tell = topic, tell
+        self.findings: list[Finding] | None = None  # until a cloud was seen
+
+    def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
+        """Take a cloud ``(P, 3)`` [m] and its times ``(P,)``."""
+        if self.findings is None and len(points):
+            sweep = SeenScan(_SENSOR, 0, points, time_s)
+            seen = Observed(0.0, (), self._topic, sweeps=(sweep,))
+            self.findings = list(check_point_times(seen))
+            for finding in self.findings:
+                self._tell(f'{finding.said}; next: {finding.next}')
 
 
 class Checkup:
@@ -180,3 +212,25 @@ class Checkup:
             for each, heard_s in list(self._transforms.values())
             if each.is_static or heard_s > oldest_s
         ]
+
+
+def offers_of(endpoints: Iterable[TopicEndpointInfo]) -> tuple[Offer, ...]:
+    """Return the QoS of publishers or subscribers, each with the name of its node."""
+    return tuple(_offer(each) for each in endpoints if each.node_name != DOCTOR)
+
+
+def _offer(endpoint: TopicEndpointInfo) -> Offer:
+    qos: QoSProfile = endpoint.qos_profile
+    is_latched = qos.durability is QoSDurabilityPolicy.TRANSIENT_LOCAL
+    is_reliable = qos.reliability is not QoSReliabilityPolicy.BEST_EFFORT
+    return Offer(endpoint.node_name, is_reliable, is_latched)
+
+
+def findings_to_msg(name: str, findings: Sequence[Finding]) -> Any:
+    """Return the DiagnosticStatus of a node's doctor: what is wrong, each with what to do."""
+    return named_status_to_msg(
+        WARN if findings else OK,
+        f'{name}: doctor',
+        '; '.join(finding.said for finding in findings) or 'nothing is wrong',
+        {finding.said: finding.next for finding in findings},
+    )

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 import time
 from typing import Any
@@ -14,21 +14,13 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
 
-from fpnet_core.doctor import Observed, Offer
-from fpnet_core.doctor.observed import (
-    GRID,
-    LASER_SCANS,
-    ODOMETRY,
-    POINT_CLOUD,
-    TF,
-    TF_STATIC,
-    TRANSFORMS,
-)
+from fpnet_core.doctor import Observed
+from fpnet_core.doctor.observed import TF, TF_STATIC
 from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
+from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
+from fpnet_ros.checkup import DOCTOR, offers_of
 from fpnet_ros.inputs import TFMessage
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
@@ -36,7 +28,6 @@ from fpnet_ros.runtime import sensor_data
 _DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # until everybody has found everybody, and scans; chosen
 _POLL_S = 0.1  # numerical
 _QUEUE = 10  # messages; chosen
-_NAME = 'fpnet_doctor'
 _KINDS = {
     POINT_CLOUD: PointCloud2,
     **dict(zip(LASER_SCANS, (LaserScan, MultiEchoLaserScan), strict=True)),
@@ -50,7 +41,7 @@ def listen(seconds: float, scans: str = '', odometry: str = '') -> Observed:
     context = rclpy.Context()
     rclpy.init(context=context)
     try:
-        node = Node(_NAME, context=context)
+        node = Node(DOCTOR, context=context)
         listener = Listener(node)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
@@ -69,18 +60,6 @@ def _spin(
     deadline = time.monotonic() + seconds
     while (left_s := deadline - time.monotonic()) > 0.0 and not is_enough():
         executor.spin_once(timeout_sec=min(left_s, _POLL_S))
-
-
-def offers_of(endpoints: Iterable[TopicEndpointInfo]) -> tuple[Offer, ...]:
-    """Return the QoS of publishers or subscribers, each with the name of its node."""
-    return tuple(_offer(each) for each in endpoints if each.node_name != _NAME)
-
-
-def _offer(endpoint: TopicEndpointInfo) -> Offer:
-    qos: QoSProfile = endpoint.qos_profile
-    is_latched = qos.durability is QoSDurabilityPolicy.TRANSIENT_LOCAL
-    is_reliable = qos.reliability is not QoSReliabilityPolicy.BEST_EFFORT
-    return Offer(endpoint.node_name, is_reliable, is_latched)
 
 
 class Listener:

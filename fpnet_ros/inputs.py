@@ -21,8 +21,8 @@ from std_msgs.msg import Header
 
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
-from fpnet_core.io.bags import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.laser_sweeps import LaserSweep
+from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.pointcloud2 import CloudArrays
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode

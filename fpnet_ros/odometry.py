@@ -26,6 +26,7 @@ from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
+from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.params import OwnValues, ParameterTree
@@ -118,6 +119,8 @@ class OdometryNode(OwnValues):
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
         self._lasers: LaserInput | None = None
+        clouds = self.resolve_topic_name('pointcloud_topic')
+        self._checkup = SweepCheckup(clouds, self.get_logger().warning)
         if self._settings.topics:
             self._listen_to_lasers(self._settings.topics)
         else:
@@ -182,6 +185,8 @@ class OdometryNode(OwnValues):
     def _register(self, unpack: Callable[[], _Sweep]) -> None:
         sweep = unpack()
         scan, sensor = sweep.scan, sweep.frame_id
+        if self._lasers is None:
+            self._checkup.look(scan.points, scan.time_s)
         moving = self._settings.base_frame or sensor
         T_base_sensor = self._tree.mount(moving, sensor)
         found = self._kiss.register_scan(scan)
@@ -228,7 +233,8 @@ class OdometryNode(OwnValues):
         name = f'{self.get_fully_qualified_name()}: registration'
         status = health_to_msg(name, warning, values)
         now_ns = self.get_clock().now().nanoseconds
-        self._diagnostics.publish(diagnostics_to_msg([status], now_ns))
+        wiring = findings_to_msg(self.get_fully_qualified_name(), self._checkup.findings or ())
+        self._diagnostics.publish(diagnostics_to_msg([status, wiring], now_ns))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

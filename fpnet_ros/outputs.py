@@ -22,17 +22,11 @@ from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import GridMap, LocalizerOutput
+from fpnet_ros.checkup import findings_to_msg
 from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
-from msg_adapters.diagnostics import (
-    OK,
-    WARN,
-    LocalizerReport,
-    diagnostics_to_msg,
-    named_status_to_msg,
-    report_to_msg,
-)
+from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
 from msg_adapters.grids import grid_to_msg
 from msg_adapters.markers import (
     hypothesis_markers,
@@ -180,12 +174,7 @@ class LocalizerOutputs:
     ) -> None:
         """Publish the node's health for the robot's monitor, and what is wrong around it."""
         health = report_to_msg(report, f'{self._name}: localization')
-        wiring = named_status_to_msg(
-            WARN if findings else OK,
-            f'{self._name}: doctor',
-            '; '.join(finding.said for finding in findings) or 'nothing is wrong',
-            {finding.said: finding.next for finding in findings},
-        )
+        wiring = findings_to_msg(self._name, findings)
         self._diagnostics.publish(diagnostics_to_msg([health, wiring], stamp_ns))
 
     def publish_scaled(self, frame: MapFrame, stamp_ns: int) -> None:

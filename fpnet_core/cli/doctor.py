@@ -47,7 +47,7 @@ def command(
     Example: fpnet doctor --topic /lidar/points --odometry /odom
     """
     seen = _observed(bag, seconds, topic, odometry)
-    from fpnet_core.doctor import examine
+    from fpnet_core.doctor.examine import examine
 
     found = examine(seen)
     for line in _lines(seen, found):

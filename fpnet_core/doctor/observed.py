@@ -4,15 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.bags import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
+from fpnet_core.geometry.rigid3d import rigid_from_quaternion
+from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
 
 SCANS = (POINT_CLOUD, *LASER_SCANS)
 """Message types that carry scans."""
@@ -147,18 +150,27 @@ class Observed:
         return tree
 
 
-__all__ = [
-    'GRID',
-    'LASER_SCANS',
-    'ODOMETRY',
-    'POINT_CLOUD',
-    'SCANS',
-    'TF',
-    'TF_STATIC',
-    'TRANSFORMS',
-    'Observed',
-    'Offer',
-    'SeenScan',
-    'Topic',
-    'Transform',
-]
+def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
+    """
+    Yield the transforms of a TFMessage.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no rigid transform.
+    """
+    for stamped in message.transforms:
+        parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+        pose = stamped.transform
+        yield Transform(parent, child, rigid(pose.translation, pose.rotation), is_static)
+
+
+def plain(frame: str) -> str:
+    """Return a frame without the slash that some publishers put before it."""
+    return str(frame).strip('/')
+
+
+def rigid(at: Any, turned: Any) -> NDArray[np.float64]:
+    """Return the (4, 4) transform of a message's position and orientation, else ValueError."""
+    rotation = [turned.x, turned.y, turned.z, turned.w]
+    return rigid_from_quaternion([at.x, at.y, at.z], rotation)

@@ -5,33 +5,30 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.doctor.observed import (
-    LASER_SCANS,
-    ODOMETRY,
-    POINT_CLOUD,
-    SCANS,
     TF,
     TF_STATIC,
-    TRANSFORMS,
     Observed,
     Offer,
     SeenScan,
     Topic,
     Transform,
+    plain,
+    rigid,
+    transforms_of,
 )
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
 from fpnet_core.io.bags import stamp_to_ns
 from fpnet_core.io.laserscan import decode_laser
+from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
 from fpnet_core.io.pointcloud2 import decode_points
 
 MOST_SWEEPS = 150
@@ -93,7 +90,7 @@ class Observer:
             return
         if not hasattr(message, 'header'):
             return
-        stamp_ns, frame = stamp_to_ns(message.header.stamp), _plain(message.header.frame_id)
+        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain(message.header.frame_id)
         heard.stamps_ns.append(stamp_ns)
         heard.heard_ns.append(heard_ns)
         heard.frames[frame] = None
@@ -147,13 +144,13 @@ class Observer:
             heard.heard_ns.append(heard_ns)
 
     def _take_pose(self, heard: _Heard, name: str, stamp_ns: int, message: Any) -> None:
-        if child := _plain(message.child_frame_id):
+        if child := plain(message.child_frame_id):
             heard.children[child] = None
         if name != self.odometry:
             return
         pose = message.pose.pose
         try:
-            self._track.add(stamp_ns, _rigid(pose.position, pose.orientation))
+            self._track.add(stamp_ns, rigid(pose.position, pose.orientation))
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
 
@@ -162,21 +159,6 @@ class Observer:
             self._sweeps.append(_scan(msgtype, stamp_ns, frame, message))
         except FpnetError as error:
             self._unreadable.append(str(error))
-
-
-def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
-    """
-    Yield the transforms of a TFMessage.
-
-    Raises
-    ------
-    ValueError
-        If one of them is no rigid transform.
-    """
-    for stamped in message.transforms:
-        parent, child = _plain(stamped.header.frame_id), _plain(stamped.child_frame_id)
-        pose = stamped.transform
-        yield Transform(parent, child, _rigid(pose.translation, pose.rotation), is_static)
 
 
 def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any) -> SeenScan:
@@ -210,15 +192,3 @@ def likeliest_odometry(types: dict[str, str]) -> str:
     found = [name for name, msgtype in types.items() if msgtype == ODOMETRY]
     usable: Iterable[str] = [name for name in found if not TRUTH_TOPICS.search(name)]
     return min(usable, key=lambda name: (not name.endswith('kiss/odometry'), name), default='')
-
-
-def _plain(frame: str) -> str:
-    return str(frame).strip('/')
-
-
-def _rigid(at: Any, turned: Any) -> NDArray[np.float64]:
-    rotation = [turned.x, turned.y, turned.z, turned.w]
-    return rigid_from_quaternion([at.x, at.y, at.z], rotation)
-
-
-__all__ = ['MOST_SWEEPS', 'POINT_CLOUD', 'SCANS', 'Observer']

@@ -43,7 +43,8 @@ def check_point_times(seen: Observed) -> Iterator[Finding]:
     if sweep.time_s is not None and np.ptp(sweep.time_s) > 0.0:
         return
     has_field = sweep.time_s is not None
-    what = 'its times are all the same' if has_field else f'its fields are {_listed(sweep.fields)}'
+    fields = f'; its fields are {", ".join(sweep.fields)}' if sweep.fields else ''
+    what = 'its times are all the same' if has_field else f'no usable time field{fields}'
     yield Finding(
         Problem.POINT_TIMES,
         seen.scans,
@@ -51,10 +52,6 @@ def check_point_times(seen: Observed) -> Iterator[Finding]:
         'choose a point format with t, time or timestamp in the driver (point type XYZIRT or '
         'similar), or feed odometry of the wheels and drive slowly round corners',
     )
-
-
-def _listed(fields: tuple[str, ...]) -> str:
-    return ', '.join(fields) or 'unknown'
 
 
 def check_mount(seen: Observed) -> Iterator[Finding]:

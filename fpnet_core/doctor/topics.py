@@ -7,16 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from fpnet_core.doctor.findings import Finding, Problem
-from fpnet_core.doctor.observed import (
-    GRID,
-    ODOMETRY,
-    SCANS,
-    TF,
-    TF_STATIC,
-    Observed,
-    Offer,
-    Topic,
-)
+from fpnet_core.doctor.observed import SCANS, TF, TF_STATIC, Observed, Offer, Topic
+from fpnet_core.io.message_types import GRID, ODOMETRY
 
 _RELIABLE, _LATCHED = Offer(), Offer(is_latched=True)
 
@@ -30,9 +22,9 @@ _MEANT = {
 
 def check_topics(seen: Observed) -> Iterator[Finding]:
     """Yield what is missing of scans and odometry."""
-    yield from _missing(seen, seen.scans, SCANS)
+    yield from _missing(seen, seen.scans, seen.topic(seen.scans), SCANS)
     if seen.odometry:
-        yield from _missing(seen, seen.odometry, (ODOMETRY,))
+        yield from _missing(seen, seen.odometry, seen.topic(seen.odometry), (ODOMETRY,))
 
 
 def check_published(seen: Observed, names: Iterable[str]) -> Iterator[Finding]:
@@ -41,12 +33,14 @@ def check_published(seen: Observed, names: Iterable[str]) -> Iterator[Finding]:
         topic = seen.topic(name)
         if topic is not None and not topic.offers:
             kinds = SCANS if topic.msgtype in SCANS else (topic.msgtype,)
-            yield from _missing(seen, name, kinds)
+            yield from _missing(seen, name, None, kinds)
 
 
-def _missing(seen: Observed, name: str, msgtypes: tuple[str, ...]) -> Iterator[Finding]:
+def _missing(
+    seen: Observed, name: str, topic: Topic | None, msgtypes: tuple[str, ...]
+) -> Iterator[Finding]:
     what, how = _MEANT[msgtypes[0]]
-    topic, others = seen.topic(name), [n for n in seen.of_types(*msgtypes) if n != name]
+    others = [n for n in seen.of_types(*msgtypes) if n != name]
     there = f'there is {", ".join(others)}' if others else f'nothing here carries {what}'
     fix = how.replace('TOPIC', others[0]) if others else f'start what publishes {what}'
     if topic is None or not (len(topic) or topic.offers):

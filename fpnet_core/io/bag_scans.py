@@ -17,14 +17,8 @@ from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import (
-    LASER_SCANS,
-    ODOMETRY,
-    POINT_CLOUD,
-    POSE,
-    BagReader,
-    stamp_to_ns,
-)
+from fpnet_core.io.bags import BagReader, stamp_to_ns
+from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, POINT_CLOUD, POSE
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
 

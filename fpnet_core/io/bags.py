@@ -27,20 +27,20 @@ from rosbags.typesys import Stores, get_typestore
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid
 from fpnet_core.io.laserscan import LaserScanLike
+from fpnet_core.io.message_types import (
+    GRID,
+    LASER_SCAN,
+    NUMBER,
+    ODOMETRY,
+    POINT_CLOUD,
+    POSE,
+    TEXT,
+    TRANSFORMS,
+)
 from fpnet_core.io.pointcloud2 import encode_points
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
-
-POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
-LASER_SCAN = 'sensor_msgs/msg/LaserScan'
-LASER_SCANS = (LASER_SCAN, 'sensor_msgs/msg/MultiEchoLaserScan')
-ODOMETRY = 'nav_msgs/msg/Odometry'
-POSE = 'geometry_msgs/msg/PoseStamped'
-GRID = 'nav_msgs/msg/OccupancyGrid'
-TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-NUMBER = 'std_msgs/msg/Float64'
-TEXT = 'std_msgs/msg/String'
 
 Storage = Literal['sqlite3', 'mcap']
 

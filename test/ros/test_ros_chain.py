@@ -92,6 +92,7 @@ class Seen:
         assert names == {
             '/localizer: localization',
             '/localizer: doctor',
+            '/odometry: doctor',
             '/odometry: registration',
         }
         scales = [

@@ -11,8 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fpnet_core.cli import main
-from fpnet_core.doctor import Problem, examine
+from fpnet_core.doctor import Problem
 from fpnet_core.doctor.bag import observe_bag
+from fpnet_core.doctor.examine import examine
 from fpnet_core.io import bags
 from fpnet_core.io.bags import BagWriter
 from fpnet_lab.sim.recording import make_recording
@@ -148,7 +149,10 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
         ),
         (replace(RIGHT, jump=(20, -3.03)), Problem.CLOCK_JUMP, '/points', ['goes back by 2.93 s']),
         (replace(RIGHT, jump=(20, 7.0)), Problem.CLOCK_JUMP, '/points', ['skips 7.00 s']),
-        (replace(RIGHT, has_times=False), Problem.POINT_TIMES, '/points', ['fields are x, y, z']),
+        (
+            replace(RIGHT, has_times=False),
+            Problem.POINT_TIMES, '/points', ['no usable time field; its fields are x, y, z'],
+        ),
         (
             replace(RIGHT, T_mount_lidar=turned('x', 180.0)),
             Problem.UPSIDE_DOWN, 'lidar', ['0.88 m above', '--roll 3.14159'],
