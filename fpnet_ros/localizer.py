@@ -111,11 +111,13 @@ class LocalizerNode(ManagedNode):
         if not self._is_configured:
             return
         self._scans.close()
-        if self._state_file.path and self._newest is not None:
-            self._state_file.save()
-        self._ticks.close()
-        self._run_folder.write('last_tick.npz', self._localizer.output)
-        self._forget()
+        try:
+            if self._state_file.path and self._newest is not None:
+                self._state_file.save()
+        finally:
+            self._ticks.close()
+            self._run_folder.write('last_tick.npz', self._localizer.output)
+            self._forget()
 
     def _add_services(self) -> None:
         self.add_service(Trigger, '~/relocalize', self._on_relocalize)
