@@ -19,6 +19,7 @@ class Problem(StrEnum):
     LOOP = 'loop in TF'
     CLOCK_JUMP = 'clock jumps'
     OTHER_CLOCK = 'stamps from another clock'
+    LAG = 'stamps at the wrong end of the sweep'
     FORMAT = 'scans unreadable'
     POINT_TIMES = 'no time per point'
     UPSIDE_DOWN = 'sensor upside down'

@@ -23,6 +23,9 @@ from fpnet_core.stamps import NS_PER_S
 
 Array = NDArray[np.float64]
 
+Pose = tuple[int, Array]
+"""A stamp [ns] and ``T_odom_sensor (4, 4)``."""
+
 # Chosen, not measured:
 _WINDOW_NS = NS_PER_S // 2  # motions over so long are compared
 _MOVED_M, _TURNED_RAD = 0.1, math.radians(5.0)  # less is standing still
@@ -81,14 +84,14 @@ def _turn(T: Array) -> float:
     return float(Rotation.from_matrix(T[:3, :3]).magnitude())
 
 
-def check_odometry(seen: Observed) -> Iterator[Finding]:
-    """Yield odometry that moves the robot otherwise than KISS-ICP does by the scans."""
+def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
+    """Yield odometry that moves the robot otherwise than the ``poses`` of the scans do."""
     if not (seen.sweeps and len(seen.track)):
         return
     T_child_sensor = seen.tree.lookup(seen.child_frame, seen.sweeps[0].frame, 0)
     if T_child_sensor is None:
         return
-    found = list(motions(registered(seen), seen.track, T_child_sensor))
+    found = list(motions(poses, seen.track, T_child_sensor))
     drives, turns = [m for m in found if m.is_drive], [m for m in found if m.is_turn]
     astray = _most(drives, [m for m in drives if m.drives_elsewhere])
     off = astray or _most(turns, [m for m in turns if m.turns_otherwise])
@@ -111,7 +114,7 @@ def _most(all_of_them: list[Motion], off: list[Motion]) -> list[Motion]:
     return off if len(all_of_them) >= _FEWEST and 2 * len(off) > len(all_of_them) else []
 
 
-def registered(seen: Observed) -> list[tuple[int, Array]]:
+def registered(seen: Observed) -> list[Pose]:
     """Return stamps and poses of the sweeps by KISS-ICP; those that it refuses are left out."""
     kiss, found = KissOdometry(OdometryConfig()), []
     for sweep in seen.sweeps:
@@ -123,9 +126,7 @@ def registered(seen: Observed) -> list[tuple[int, Array]]:
     return found
 
 
-def motions(
-    poses: Sequence[tuple[int, Array]], track: PoseTrack, T_child_sensor: Array
-) -> Iterator[Motion]:
+def motions(poses: Sequence[Pose], track: PoseTrack, T_child_sensor: Array) -> Iterator[Motion]:
     """Yield the motions between poses of the scans that are one window apart."""
     start: tuple[int, Array, Array] | None = None
     for stamp_ns, by_scans in poses:

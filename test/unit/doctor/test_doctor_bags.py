@@ -122,7 +122,11 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
     ('robot', 'problem', 'where', 'words'),
     [
         (RIGHT, None, '', []),
-        (replace(RIGHT, scan_clock_s=0.1), None, '', []),
+        (
+            replace(RIGHT, scan_clock_s=-0.1),
+            Problem.LAG, '/points', ['if its stamps are 0.10 s early', 'the start of a sweep'],
+        ),
+        (replace(RIGHT, scan_clock_s=0.14), Problem.LAG, '/points', ['0.14 s late']),
         (
             replace(RIGHT, scans='/lidar/map_points', frame='laser_link'),
             Problem.FRAME, 'laser_link',
