@@ -212,6 +212,8 @@ class ScaleHistory:
             raise ValueError(f'scale: got {seen.shape} and {known.shape}')
         if not (np.isfinite(seen).all() and np.isfinite(known).all()):
             raise ValueError('scale: not finite')
+        if (np.linalg.det(seen) <= 0.0).any():
+            raise ValueError('scale: not a stretch')
 
     def remembered(self, arrays: dict[str, Array], factor: float) -> ScaleHistory:
         """Return the history that goes on from :meth:`arrays` of the same floorplan."""
