@@ -7,7 +7,13 @@ Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml scan:=/scan
 """
 
-from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction
+from launch.actions import (
+    DeclareLaunchArgument,
+    GroupAction,
+    LogInfo,
+    OpaqueFunction,
+    Shutdown,
+)
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, PushRosNamespace
@@ -64,6 +70,16 @@ def _scan_topics(context):
     return [{'scan_topics': topics}] if topics else []
 
 
+def _on_exit(event, _):
+    """End everything where a node was given something it cannot use; else say who is gone."""
+    name = event.process_name
+    if event.returncode == 1:
+        return [Shutdown(reason=f'{name} cannot start; its last line says why')]
+    if event.returncode:
+        return [LogInfo(msg=f'{name} has died ({event.returncode}); the others go on')]
+    return []
+
+
 def _nodes(context):
     params_file = LaunchConfiguration('params_file')
     has_odometry = IfCondition(LaunchConfiguration('odometry')).evaluate(context)
@@ -73,6 +89,7 @@ def _nodes(context):
         Node(
             package='fpnet_ros',
             executable='floorplan_server',
+            on_exit=_on_exit,
             parameters=[
                 params_file,
                 *_given(context, use_sim_time=bool, autostart=bool, floorplan=str),
@@ -83,6 +100,7 @@ def _nodes(context):
         Node(
             package='fpnet_ros',
             executable='localizer',
+            on_exit=_on_exit,
             parameters=[
                 params_file,
                 *_given(context, use_sim_time=bool, autostart=bool, base_frame=str),
@@ -107,6 +125,7 @@ def _nodes(context):
         odometry = Node(
             package='fpnet_ros',
             executable='odometry',
+            on_exit=_on_exit,
             parameters=[
                 params_file,
                 *_given(context, use_sim_time=bool, base_frame=str),

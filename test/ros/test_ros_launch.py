@@ -14,7 +14,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 import re
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -44,7 +44,9 @@ CLASSES = {
         'DeclareLaunchArgument',
         'GroupAction',
         'IncludeLaunchDescription',
+        'LogInfo',
         'OpaqueFunction',
+        'Shutdown',
     ),
     'launch.conditions': ('IfCondition',),
     'launch.launch_description_sources': ('PythonLaunchDescriptionSource',),
@@ -166,6 +168,22 @@ def test_what_nobody_set_is_left_to_the_parameter_file(described):
     assert _parameters_of(found, 'odometry') == _parameters_of(found, 'localizer') == {}
     found = described('localizer', floorplan='plan.yaml', base_frame='base_link')
     assert set(_parameters_of(found, 'odometry')) == {'base_frame'}
+
+
+def test_a_node_that_cannot_start_ends_the_launch_and_one_that_dies_is_told(described):
+    found = described('localizer', floorplan='plan.yaml')
+    nodes = [n.keywords for n in found['Node'] if n.keywords['package'] == 'fpnet_ros']
+    assert len(nodes) == 3
+    for node in nodes:
+        ended = {
+            status: node['on_exit'](SimpleNamespace(process_name='it', returncode=status), None)
+            for status in (0, 1, -9)
+        }
+        assert ended[0] == []
+        (shutdown,), (told,) = ended[1], ended[-9]
+        assert (type(shutdown).__name__, type(told).__name__) == ('Shutdown', 'LogInfo')
+        assert 'it cannot start' in shutdown.keywords['reason']
+        assert 'it has died (-9)' in told.keywords['msg']
 
 
 def test_scans_go_to_our_odometry_or_else_to_the_localizer(described):
