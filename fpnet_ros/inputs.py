@@ -114,7 +114,7 @@ class ScanInput:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
         self._resolve = node.resolve_topic_name
-        self._publishers = node.get_publishers_info_by_topic
+        self._node = node
         self._tree = FrameTree()
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
@@ -166,7 +166,7 @@ class ScanInput:
         """Return which run of the odometry publishes now; in TF nobody can tell."""
         if self._settings.odometry_source == 'tf':
             return OdometryRun()
-        found = self._publishers('kiss/odometry')
+        found = self._node.get_publishers_info_by_topic('kiss/odometry')
         publishers = frozenset(bytes(each.endpoint_gid).hex() for each in found)
         return OdometryRun(publishers, self._odometry.newest)
 
