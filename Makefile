@@ -5,12 +5,13 @@
 #   make test    set up, then lint and run all tests
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff and mypy
+#   make walkthrough   follow the tutorial word for word, and compare with what it promises
 #   make docs    build the documentation into build/docs, every link checked
 #   make clean   remove what was built, not .venv; make distclean removes that, too
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint docs clean distclean
+.PHONY: help setup demo test lint walkthrough docs clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -49,6 +50,9 @@ lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+walkthrough: $(STAMP)
+	$(BIN)/python tools/walkthrough.py
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

@@ -4,17 +4,17 @@
 A robot is lifted, carried off and set down elsewhere: how long is its pose wrong?
 
 Run: python benchmarks/carried_off.py [--drives 12] [--sensor planar] [--seed 8201]
-     [--set localizer.doubt_share=0] [--json OUT]
+     [--json OUT]; then fpnet bench figures carried_off=OUT
 
 Generated buildings, exact plans, KISS-ICP odometry. Where 45 % of the path is driven, the drive
 goes on from a place at least 8 m away (seven tenths of the farthest, where that is less), and
-odometry goes on as if nothing had happened: no jump tells the localizer. With
-``--set localizer.doubt_share=0`` nobody asks the walls around the robot.
+odometry goes on as if nothing had happened: no jump tells the localizer. Then all of it again
+where nobody asks the walls around the robot (``localizer.doubt_probability=1``).
 """
 
 import json
 
-from generated_drives import TICK_PERIOD_S, drives_parser, each
+from generated_drives import TICK_PERIOD_S, drives_parser, each, write
 import numpy as np
 
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
@@ -31,6 +31,7 @@ from fpnet_lab.sim.tours import TourLimits
 ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
+WAYS = {'asked': {}, 'not_asked': {'doubt_probability': 1.0}}
 
 
 def carried(scans):
@@ -52,29 +53,34 @@ def carried(scans):
 
 
 def drive(seed, family, sensor, config):
-    """Return the figures of one drive; None where nothing is claimed before."""
+    """Return the figures of one drive in each way that has a claim when it is lifted."""
     options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
     recording = make_recording(seed, options, threads=1)
     driven = list(Drive(KissOdometry(config.odometry)).follow(recording))
     scans, true_ns, lifted_ns = carried(driven)
-    product = run_product(scans, recording.floorplan, config, TICK_PERIOD_S)
-    states = [(o.stamp_ns, o.status is Status.LOCALIZED) for o in product.replay.outputs]
+    figures = {}
+    for way, update in WAYS.items():
+        settings = config.model_copy(
+            update={'localizer': config.localizer.model_copy(update=update)}
+        )
+        product = run_product(scans, recording.floorplan, settings, TICK_PERIOD_S)
+        after = claims_after(product.replay.outputs, lifted_ns)
+        if after is not None:
+            wrong, right = judged(product.run.published, scans, true_ns, recording, lifted_ns)
+            figures[way] = after | {'wrong_poses': wrong, 'right_poses': right}
+    return {'family': family, 'seed': seed, **figures}
+
+
+def claims_after(outputs, lifted_ns):
+    """Return when the pose was withheld and whether it came back; None where there was none."""
+    states = [(o.stamp_ns, o.status is Status.LOCALIZED) for o in outputs]
     before = [is_claimed for stamp, is_claimed in states if stamp <= lifted_ns]
     if not before or not before[-1]:
         return None
     after = [((stamp - lifted_ns) / NS_PER_S, claimed) for stamp, claimed in states]
     after = [(seconds, claimed) for seconds, claimed in after if seconds > 0.0]
     withheld_s = next((seconds for seconds, claimed in after if not claimed), None)
-    wrong, right = judged(product.run.published, scans, true_ns, recording, lifted_ns)
-    return {
-        'family': family,
-        'seed': seed,
-        'seconds': after[-1][0],
-        'withheld_s': withheld_s,
-        'wrong_poses': wrong,
-        'right_poses': right,
-        'is_found': after[-1][1],
-    }
+    return {'seconds': after[-1][0], 'withheld_s': withheld_s, 'is_found': after[-1][1]}
 
 
 def judged(published, scans, true_ns, recording, lifted_ns):
@@ -89,25 +95,29 @@ def judged(published, scans, true_ns, recording, lifted_ns):
     return int(wrong.sum()), int((~wrong).sum())
 
 
-def main() -> None:
-    """Print one line per drive and the sums."""
-    arguments, results = drives_parser(__doc__, drives=12, seed=8201).parse_args(), []
-    for family, figures in each(arguments, drive):
-        print(figures or f'{family}: not localized when it was lifted', flush=True)
-        results += [figures] if figures else []
+def sums(results):
+    """Return what all drives of one way come to."""
     seconds = [r['withheld_s'] for r in results if r['withheld_s'] is not None]
-    sums = {
-        'drives': len(results),
+    return {
+        'localized': len(results),
         'withheld': len(seconds),
         'withheld_s_median': float(np.median(seconds)) if seconds else None,
+        'withheld_s_max': max(seconds, default=None),
         'found_again': sum(r['is_found'] and r['withheld_s'] is not None for r in results),
         'wrong_poses': sum(r['wrong_poses'] for r in results),
         'right_poses': sum(r['right_poses'] for r in results),
     }
-    print(json.dumps(sums, indent=2))
-    if arguments.json:
-        text = json.dumps({'drives': results, **sums}, indent=2)
-        arguments.json.write_text(text + '\n', encoding='utf-8')
+
+
+def main() -> None:
+    """Print one line per drive and the sums."""
+    arguments, results = drives_parser(__doc__, drives=12, seed=8201).parse_args(), []
+    for _, figures in each(arguments, drive):
+        print(json.dumps(figures), flush=True)
+        results.append(figures)
+    ways = {way: sums([each[way] for each in results if way in each]) for way in WAYS}
+    print(json.dumps(ways, indent=2))
+    write(arguments, {'drives': results, 'ways': ways})
 
 
 if __name__ == '__main__':

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What benchmarks that drive through generated buildings share: families, options, the loop."""
+"""What benchmarks that drive through generated buildings share: families, options, loop."""
 
 import argparse
 from pathlib import Path
 
 from fpnet_core.cli.common import load
+from fpnet_lab.cli.reports import begin, write_report
 
 FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')
 TICK_PERIOD_S = 2.0
@@ -24,7 +25,14 @@ def drives_parser(description, drives, seed):
 
 def each(arguments, drive):
     """Yield each family in turn with ``drive(seed, family, sensor, config)``."""
+    begin()
     config = load(None, arguments.set)
     for number in range(arguments.drives):
         family = FAMILIES[number % len(FAMILIES)]
         yield family, drive(arguments.seed + number, family, arguments.sensor, config)
+
+
+def write(arguments, report):
+    """Write what was measured where ``--json`` says, with how it was made."""
+    if arguments.json:
+        write_report(arguments.json, report)

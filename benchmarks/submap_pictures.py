@@ -3,7 +3,7 @@
 """
 Draw true rooms and the segmented submaps of drives side by side, matching rooms in one colour.
 
-Run: python benchmarks/submap_pictures.py beams32:101 beams16:104 --work out/drives --out PNG
+Run: python benchmarks/submap_pictures.py beams32:101 beams16:104 --out PNG
 
 Each argument is a sensor model and the seed of a building. Rooms of the building that the robot
 has not sufficiently seen stay white; found rooms without a partner are brown.
@@ -57,7 +57,6 @@ def main() -> None:
     """Draw and save."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('drives', nargs='+', metavar='SENSOR:SEED')
-    parser.add_argument('--work', type=Path)
     parser.add_argument('--out', type=Path, default=Path('out/submaps.png'))
     arguments = parser.parse_args()
     config = FpnetConfig()
@@ -65,7 +64,7 @@ def main() -> None:
     rows = figure.subplots(len(arguments.drives), 2, squeeze=False)
     for axes, name in zip(rows, arguments.drives, strict=True):
         sensor, seed = name.split(':')
-        drive = registered_drive(int(seed), sensor, config, arguments.work)
+        drive = registered_drive(int(seed), sensor, config)
         segmentation = segment_drive(drive, config)
         score = score_segmentation(segmentation, drive, sensor, int(seed))
         title = f'{sensor}, building {seed}: mean IoU {np.mean(score.room_ious):.2f}'

@@ -23,6 +23,14 @@ from fpnet_core.plain_yaml import read_yaml
 ScalePolicy = Literal['unknown', 'approximate', 'trusted']
 """What is known of the size of a floorplan; see :mod:`fpnet_core.localizer.scale`."""
 
+ScanStamp = Literal['auto', 'start', 'middle', 'end']
+"""What of a sweep a cloud's stamp is of; see :mod:`fpnet_core.io.sweep_stamps`."""
+
+OdometryChoice = Literal['kiss', 'robot', 'both']
+"""
+Who says how the robot moved: KISS-ICP, its own odometry, or KISS-ICP with that as first guess.
+"""
+
 
 class Section(BaseModel):
     """Base of every section: frozen, and unknown keys are errors."""
@@ -141,12 +149,12 @@ class LocalizerConfig(Section):
     )
     drift_m_per_m: float = Field(0.05, ge=0.0, description='Position odometry loses [m/m].')
     drift_deg_per_m: float = Field(1.0, ge=0.0, description='Heading odometry loses [deg/m].')
-    doubt_share: float = Field(
-        0.5,
-        ge=0.0,
+    doubt_probability: float = Field(
+        0.8,
+        gt=0.0,
         le=1.0,
-        description='A pose is withheld where the newest scans fit by less than this share of '
-        "the claim's score.",
+        description='A pose is withheld where the newest scans say with more than this '
+        'probability that the robot is elsewhere, as when it was carried off; 1: never.',
     )
     doubt_ticks: int = Field(
         3, ge=1, description='So many such ticks in a row begin a new submap.'
@@ -156,6 +164,16 @@ class LocalizerConfig(Section):
     )
     stale_scans_before_restart: int = Field(
         20, ge=1, description='Scans in a row from the past before the clock is taken as reset.'
+    )
+
+
+class ScansConfig(Section):
+    """What the clouds of a sensor are like (see :mod:`fpnet_core.io.sweep_stamps`)."""
+
+    stamp: ScanStamp = Field(
+        'auto',
+        description='What of a sweep the stamp of its cloud is of; auto: as the times of its '
+        'points say, else the middle.',
     )
 
 
@@ -182,6 +200,7 @@ class FpnetConfig(Section):
     matcher: MatcherConfig = MatcherConfig()
     pose: PoseConfig = PoseConfig()
     localizer: LocalizerConfig = LocalizerConfig()
+    scans: ScansConfig = ScansConfig()
     odometry: OdometryConfig = OdometryConfig()
 
 
@@ -198,7 +217,9 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
         ) from None
 
 
-def load_config(path: Path | None = None, overrides: dict[str, Any] | None = None) -> FpnetConfig:
+def load_config(
+    path: Path | str | None = None, overrides: dict[str, Any] | None = None
+) -> FpnetConfig:
     """
     Read a YAML file (plain or ROS parameter form) and apply dotted overrides.
 
@@ -212,7 +233,7 @@ def load_config(path: Path | None = None, overrides: dict[str, Any] | None = Non
     ConfigError
         If the file is missing or malformed, or a key or value is not accepted.
     """
-    tree = {} if path is None else _read_tree(path)
+    tree = {} if path is None else _read_tree(Path(path))
     for dotted, value in (overrides or {}).items():
         node = tree
         *parents, leaf = dotted.split('.')

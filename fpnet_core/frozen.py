@@ -37,10 +37,8 @@ def frozen_array(
     return array
 
 
-def freeze_field(
-    owner: object, name: str, dtype: Any, shape: Shape, is_finite: bool = True
-) -> None:
+def freeze_field(owner: object, name: str, dtype: Any, shape: Shape) -> None:
     """Replace a field of a frozen dataclass by :func:`frozen_array` of it."""
     what = f'{type(owner).__name__}.{name}'
-    array = frozen_array(getattr(owner, name), dtype, shape, what, is_finite)
+    array = frozen_array(getattr(owner, name), dtype, shape, what)
     object.__setattr__(owner, name, array)

@@ -22,6 +22,8 @@ from fpnet_core.stamps import NS_PER_S, ClockGuard
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
 
+Array = NDArray[np.float64]
+
 MIN_POINTS = 100
 """A sweep with fewer returns within range moves the estimate at random; it is refused. Chosen."""
 
@@ -42,13 +44,18 @@ class KissOdometry:
     """
     Register sweeps one after another with KISS-ICP (Vizzo et al., RA-L 2023).
 
-    The odometry frame ``odom`` is the sensor's pose at the first sweep, which also tells planar
-    scanners from others: their sweeps are flat. Two things are different for them. The map gets
-    voxels of its own: KISS-ICP keeps one point in one and a half voxels, which of a single beam
-    would leave a few dozen. And they are deskewed here, by the motion since the last sweep's
-    stamp: KISS-ICP takes every sweep for a whole turn, where a scanner of 270 degrees fires
-    during three quarters of one, and two scanners together during more. What is flat stays so:
-    no motion out of the plane brings flat sweeps nearer to a flat map.
+    The odometry frame ``odom`` is the robot's pose at the first sweep, the sensor's where nobody
+    knows its place on the robot. That sweep also tells planar scanners from others: theirs are
+    flat. Two things are different for them. The map gets voxels of its own: KISS-ICP keeps one
+    point in one and a half voxels, which of a single beam would leave a few dozen. And they are
+    deskewed here, with the places that their rays began at.
+    What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
+
+    All sweeps are deskewed by the motion since the last sweep's stamp, for the share of that time
+    that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
+    a turn, and one that looks into the open sees nothing in range for a part of it. The motion is
+    that of the last two sweeps; or where scans bring poses of another odometry, its motion since
+    the last sweep, which is then what the registration begins with as well.
 
     A refused sweep leaves the state as it was.
     """
@@ -59,20 +66,39 @@ class KissOdometry:
         self._config, self._on_restart = config, on_restart
         self.reset()
 
-    def reset(self) -> None:
-        """Forget the map and start again at identity."""
+    def reset(self, T_odom_sensor: Array | None = None) -> None:
+        """Forget the map and start again, in a new frame unless told where the sensor is."""
         self._kiss: KissICP | None = None
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
         self._is_planar = False
+        self._start = T_odom_sensor
         self._last_ns: int | None = None
         self._period_ns = 0
+        self._T_guess_last: Array | None = None
 
-    def _started(self, first: NDArray[np.float64]) -> KissICP:
+    @property
+    def pose(self) -> Array:
+        """``T_odom_sensor (4, 4)`` of the last sweep."""
+        return np.eye(4) if self._kiss is None else self._kiss.last_pose
+
+    @property
+    def last_motion(self) -> Array:
+        """The sensor's motion ``(4, 4)`` between the last two sweeps."""
+        return np.eye(4) if self._kiss is None else self._kiss.last_delta
+
+    @property
+    def map_points(self) -> Array:
+        """Points ``(P, 3)`` of the local map, odometry frame [m]; a copy."""
+        if self._kiss is None:
+            return np.zeros((0, 3))
+        return np.asarray(self._kiss.local_map.point_cloud(), dtype=np.float64).reshape(-1, 3)
+
+    def _started(self, first: Array, T_base_sensor: Array | None) -> KissICP:
         """Return an empty odometry for the kind of scanner that saw ``first (P, 3)``."""
         config = self._config
         self._is_planar = float(np.ptp(first[:, 2])) < _FLAT_M
         voxel_size = config.planar_voxel_size if self._is_planar else config.voxel_size
-        return KissICP(
+        kiss = KissICP(
             KISSConfig(
                 data={
                     'max_range': config.max_range,
@@ -82,13 +108,18 @@ class KissOdometry:
                 mapping={'voxel_size': voxel_size},
             )
         )
+        start = T_base_sensor if self._start is None else self._start
+        kiss.last_pose = np.eye(4) if start is None else start
+        return kiss
 
     def register(
         self,
         points: NDArray[np.floating],
-        time_s: NDArray[np.float64] | None,
+        time_s: Array | None,
         stamp_ns: int | None = None,
         viewpoints: NDArray[np.floating] | None = None,
+        T_guess_sensor: Array | None = None,
+        T_base_sensor: Array | None = None,
     ) -> RegisteredSweep:
         """
         Return where a sweep was taken, and its points without the motion during the sweep.
@@ -100,18 +131,22 @@ class KissOdometry:
         time_s : (P,)
             Times of the points, any origin; None registers the sweep without deskewing.
         stamp_ns : int
-            Of the sweep; two of them tell how long a motion took that was found. None: as long
-            as the sweep.
+            Of the sweep's end; two of them tell how long a motion took that was found. None: as
+            long as the sweep.
         viewpoints : (P, 3)
             Where rays of planar scanners began, sensor frame [m]; None: in its origin. Of other
             sensors they are not kept.
+        T_guess_sensor : (4, 4)
+            Pose at the sweep's end by another odometry, in any frame that stays.
+        T_base_sensor : (4, 4)
+            Place of the sensor on the robot; that of the first sweep counts.
 
         Raises
         ------
         CloudFormatError
             If shapes disagree or fewer than ``MIN_POINTS`` points are in range.
         """
-        sweep: NDArray[np.float64] = np.asarray(points, dtype=np.float64)
+        sweep: Array = np.asarray(points, dtype=np.float64)
         if sweep.ndim != 2 or sweep.shape[1] != 3:
             raise CloudFormatError(f'sweep: expected points (P, 3), got {sweep.shape}')
         usable = self._in_range(sweep)
@@ -121,27 +156,23 @@ class KissOdometry:
                 f'{self._config.min_range} to {self._config.max_range} m; expected at least '
                 f'{MIN_POINTS}: check the sensor and the odometry ranges'
             )
-        times = self._usable_times(time_s, usable)
+        times = self._usable_times(time_s, len(sweep))
         if self._kiss is None:
-            self._kiss = self._started(sweep[usable])
+            self._kiss = self._started(sweep[usable], T_base_sensor)
+        self._follow(self._kiss, stamp_ns, T_guess_sensor)
+        share = self._share_of_period(times)
+        share = share[usable] if len(share) else share
         if self._is_planar:
             seen_from = None if viewpoints is None else np.asarray(viewpoints)[usable]
-            found = self._register_planar(self._kiss, sweep[usable], times, seen_from)
-        else:
-            deskewed, _ = self._kiss.register_frame(sweep[usable], times)
-            found = RegisteredSweep(
-                np.asarray(deskewed, dtype=np.float32), self._kiss.last_pose.copy()
-            )
-        if stamp_ns is not None:
-            last_ns, self._last_ns = self._last_ns, stamp_ns
-            self._period_ns = 0 if last_ns is None else max(0, stamp_ns - last_ns)
-        return found
+            return self._register_planar(self._kiss, sweep[usable], share, seen_from)
+        return self._register(self._kiss, sweep[usable], share)
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
         """
         Return where a scan was taken, and its points; see :meth:`register`.
 
-        Where the clock went back the odometry begins anew.
+        A pose that the scan brings is the guess. Where the clock went back the odometry begins
+        anew.
 
         Raises
         ------
@@ -155,18 +186,47 @@ class KissOdometry:
             if back_s is not None:
                 self._on_restart(back_s)
                 self.reset()
-        return self.register(scan.points, scan.time_s, scan.stamp_ns, scan.viewpoints)
+        return self.register(
+            scan.points,
+            scan.time_s,
+            scan.stamp_ns,
+            scan.viewpoints,
+            scan.T_odom_sensor,
+            scan.T_base_sensor,
+        )
 
+    def _follow(self, kiss: KissICP, stamp_ns: int | None, T_guess_sensor: Array | None) -> None:
+        """Note how long it is since the last sweep, and which way another odometry went."""
+        T_guess_last, self._T_guess_last = self._T_guess_last, T_guess_sensor
+        if T_guess_last is not None and T_guess_sensor is not None:
+            kiss.last_delta = np.linalg.inv(T_guess_last) @ T_guess_sensor
+        if stamp_ns is not None:
+            last_ns, self._last_ns = self._last_ns, stamp_ns
+            self._period_ns = 0 if last_ns is None else max(0, stamp_ns - last_ns)
+
+    def _share_of_period(self, times: Array) -> Array:
+        """Return when points were seen, from the sweep's end back, by the time of a motion."""
+        if not len(times) or not self._config.deskew:
+            return np.zeros(0)
+        period_s = self._period_ns / NS_PER_S or float(np.ptp(times))
+        share: Array = (times - times.max()) / period_s
+        return share
+
+    @staticmethod
+    def _register(kiss: KissICP, sweep: Array, share: Array) -> RegisteredSweep:
+        if len(share):
+            # KISS-ICP takes the first and the last point for the ends of the motion. Two that it
+            # drops, as they are nowhere, stand there.
+            sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
+            share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
+        deskewed, _ = kiss.register_frame(sweep, share)
+        return RegisteredSweep(np.asarray(deskewed, dtype=np.float32), kiss.last_pose.copy())
+
+    @staticmethod
     def _register_planar(
-        self,
-        kiss: KissICP,
-        sweep: NDArray[np.float64],
-        times: NDArray[np.float64],
-        viewpoints: NDArray[np.float64] | None,
+        kiss: KissICP, sweep: Array, share: Array, viewpoints: Array | None
     ) -> RegisteredSweep:
-        if self._config.deskew and len(times):
-            period_s = self._period_ns / NS_PER_S or float(np.ptp(times))
-            share = (times - times.max()) / period_s
+        if len(share):
             sweep = carried(sweep, kiss.last_delta, share)
             if viewpoints is not None:
                 viewpoints = carried(viewpoints, kiss.last_delta, share)
@@ -177,7 +237,7 @@ class KissOdometry:
             None if viewpoints is None else viewpoints.astype(np.float32),
         )
 
-    def _in_range(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _in_range(self, points: Array) -> NDArray[np.bool_]:
         # NaN fails both comparisons; infinity fails the second.
         distance = np.sqrt(np.einsum('pi,pi->p', points, points))
         usable: NDArray[np.bool_] = (distance > self._config.min_range) & (
@@ -186,16 +246,13 @@ class KissOdometry:
         return usable
 
     @staticmethod
-    def _usable_times(
-        time_s: NDArray[np.float64] | None, usable: NDArray[np.bool_]
-    ) -> NDArray[np.float64]:
-        """Return the times of the usable points, or none at all if they cannot deskew."""
+    def _usable_times(time_s: Array | None, count: int) -> Array:
+        """Return the times of the points, or none at all if they cannot deskew."""
         none = np.zeros(0)
         if time_s is None:
             return none
-        times: NDArray[np.float64] = np.asarray(time_s, dtype=np.float64)
-        if times.shape != usable.shape:
-            raise CloudFormatError(f'sweep: {len(usable)} points but times {times.shape}')
-        times = times[usable]
+        times: Array = np.asarray(time_s, dtype=np.float64)
+        if times.shape != (count,):
+            raise CloudFormatError(f'sweep: {count} points but times {times.shape}')
         # KISS-ICP scales times to [0, 1]: without a spread it would abort the process.
         return times if np.isfinite(times).all() and np.ptp(times) > 0.0 else none

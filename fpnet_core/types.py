@@ -251,7 +251,6 @@ class RegionGraph:
     node_feat: NDArray[np.float32]
     edge_feat: NDArray[np.float32]
     frame: Literal['plan', 'submap']
-    schema: int = FEATURE_SCHEMA
 
     def __post_init__(self) -> None:
         """Check shapes and that edges name existing regions."""
@@ -370,6 +369,10 @@ class LocalizerOutput:
     def said(self) -> str:
         """Status, probability and reason in one line."""
         return status_line(self.status, self.probability, self.reason)
+
+    def __str__(self) -> str:
+        """Return the same: what it holds would fill pages."""
+        return self.said
 
     def pose(self, T_odom_base: NDArray[np.float64]) -> SE2 | None:
         """

@@ -4,12 +4,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from fpnet_core.types import LocalizerOutput
+from fpnet_core.stamps import NS_PER_S
+from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
+
+_HEARD_S = 0.5  # chosen: an input that was heard since is not the one that is missing
 
 
 class Health:
@@ -19,6 +23,19 @@ class Health:
         self._inputs = inputs
         self._scans = scans
         self._reported_drops = self._reported_losses = 0
+        self._scan_ns: int | None = None
+        self.is_starved = False
+        """Whether scans have ceased to come: what was claimed holds no longer."""
+
+    def saw_scan(self, now_ns: int) -> None:
+        """Note that a scan with a pose was added now, by the node's clock."""
+        self._scan_ns = now_ns
+
+    def has_turned(self, now_ns: int, scan_timeout_s: float) -> bool:
+        """Tell whether scans have ceased, or come again, since the last call."""
+        last_ns, before = self._scan_ns, self.is_starved
+        self.is_starved = last_ns is not None and now_ns - last_ns > scan_timeout_s * NS_PER_S
+        return self.is_starved is not before
 
     def report(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
         """Return what a tick says; inputs that were silent for longer are a warning."""
@@ -35,8 +52,15 @@ class Health:
             'scans': float(self._scans.done),
             'dropped_scans': float(self._dropped()),
             'lost_scans': float(self._inputs.lost),
+            'earlier_scans': float(self._inputs.earlier),
         }
-        return report_of_output(output, figures, ', '.join(warnings))
+        if not self.is_starved or output.status is Status.NO_PLAN:
+            return report_of_output(output, figures, ', '.join(warnings))
+        topic, age_s = max(self._inputs.silence_s.items(), key=lambda silent: silent[1])
+        why = f'nothing on {topic} for {age_s:.1f} s' if age_s > _HEARD_S else 'see the log'
+        reason = f'no scan with a pose comes any more: {why}'
+        report = report_of_output(output, figures, ', '.join(warnings) or 'scans have ceased')
+        return replace(report, status=Status.WAITING, probability=0.0, reason=reason)
 
     def _silences(self, stale_input_s: float) -> list[str]:
         return [

@@ -17,19 +17,21 @@ from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header
 
-from fpnet_core.errors import ConfigError, FpnetError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.config import ScanStamp
+from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.whereabouts import Placing, Whereabouts
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.pointcloud2 import CloudArrays
+from fpnet_core.io.scans import Scan
+from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
 from fpnet_ros.work import Numbering
-from msg_adapters.clouds import cloud_from_msg
+from msg_adapters.clouds import carries_times, cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg
@@ -41,6 +43,8 @@ except ImportError:  # no wheel has it; see docs/install.md
 
 NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
 
+Array = NDArray[np.float64]
+
 
 class InputParameters(LaserParameters):
     """Where scans and their poses come from."""
@@ -49,7 +53,9 @@ class InputParameters(LaserParameters):
         'topic', description='Take poses from kiss/odometry, or from odom_frame in TF.'
     )
     odom_frame: str = Field(
-        '', description='Child of the published TF; empty: the frame of the odometry messages.'
+        '',
+        description='Child of the published TF, where the robot has a tree of its own; empty: the '
+        'frame of the odometry messages.',
     )
     base_frame: str = Field(
         '', description='Frame whose pose is published; empty: the child of the odometry.'
@@ -62,45 +68,51 @@ class InputParameters(LaserParameters):
 @dataclass(frozen=True, eq=False)
 class LocatedScan:
     """
-    A scan and its poses (4, 4) at its stamp.
+    A scan and where it was taken; ``T_...`` are those of its placing.
 
-    ``unpack`` gives its points and takes a while: it is for another thread. ``T_odom_...`` are in
-    the odometry's frame; ``T_tf_odom`` leads from there to the frame that TF is published for,
-    and is the identity where that is the same.
+    ``unpack`` gives its points and takes a while: it is for another thread.
     """
 
     unpack: Callable[[], CloudArrays]
     stamp_ns: int
-    odom_frame: str
-    T_odom_sensor: NDArray[np.float64]
-    T_odom_base: NDArray[np.float64]
-    tf_frame: str
-    T_tf_odom: NDArray[np.float64]
+    placing: Placing
+
+    @property
+    def T_odom_sensor(self) -> Array:
+        """Pose of the frame that the points are in, (4, 4)."""
+        return self.placing.T_odom_sensor
+
+    @property
+    def T_odom_base(self) -> Array:
+        """Pose of the robot, (4, 4)."""
+        return self.placing.T_odom_base
 
 
 class _Waiting(NamedTuple):
-    """A scan without a pose; ``sweep`` is that of planar scanners, ``data`` a serialized cloud."""
+    """A scan without a pose; ``unpack`` takes the motion during the sweep (4, 4)."""
 
     frame_id: str
-    data: bytes = b''
-    sweep: LaserSweep | None = None
+    first_ns: int
+    unpack: Callable[[Array], CloudArrays]
 
 
 class ScanInput:
     """
-    Hands on every cloud once its pose is known, in the executor's thread.
+    Hands on every scan once its pose is known, in the executor's thread.
 
-    Clouds stay serialized here: all that is needed of them at first is their header, and to
-    unpack a large one takes longer than the executor's thread has.
+    Clouds without times for their points are unpacked later, in another thread: it takes longer
+    than this one has. The others have to be, as the times tell which pose is wanted.
 
     Parameters
     ----------
     on_scan
-        Takes the cloud with its poses.
+        Takes the scan with its poses.
     on_restart
         Called where another process publishes the odometry from now on.
     report
         Takes what is wrong with a message.
+    scan_stamp
+        What of a sweep the stamp of its cloud is of.
     """
 
     def __init__(
@@ -110,34 +122,46 @@ class ScanInput:
         on_scan: Callable[[LocatedScan], None],
         on_restart: Callable[[], None],
         report: Callable[[FpnetError], None],
+        scan_stamp: ScanStamp = 'auto',
     ) -> None:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
         self._resolve = node.resolve_topic_name
         self._node = node
-        self._tree = FrameTree()
+        self._from_tf = parameters.odometry_source == 'tf'
+        self._where = Whereabouts(
+            from_tf=self._from_tf,
+            odom_frame=parameters.odom_frame,
+            base_frame=parameters.base_frame,
+        )
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
-        self._odom_frame = parameters.odom_frame if parameters.odometry_source == 'tf' else ''
-        self._base_frame = parameters.base_frame
         self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
         self.unlocated = 0
-        clouds, poses = sensor_data(parameters.max_pending_scans), sensor_data(ODOMETRY_QUEUE)
         self._lasers: LaserInput | None = None
-        if topics := parameters.topics:
+        self._listen_to_scans(node, scan_stamp)
+        if not self._from_tf:
+            poses = sensor_data(ODOMETRY_QUEUE)
+            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, poses)
+        self._listen_to_tf(node)
+
+    def _listen_to_scans(self, node: ManagedNode, scan_stamp: ScanStamp) -> None:
+        clouds = sensor_data(self._settings.max_pending_scans)
+        if topics := self._settings.topics:
             self._lasers = LaserInput(
                 lambda kind, topic, take: node.add_subscription(kind, topic, take, clouds),
                 topics,
-                self._tree,
-                lambda: self._base_frame,
+                self._where.tree,
+                lambda: self._where.base_frame,
                 self._on_sweep,
-                report,
+                self._report,
             )
-        else:
-            node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
-        if parameters.odometry_source == 'topic':
-            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, poses)
-        self._listen_to_tf(node)
+            return
+        # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
+        is_registered = self._resolve('kiss/frame').endswith('kiss/frame')
+        say = in_silence if is_registered else node.get_logger().warning
+        self._stamps = SweepStamps(scan_stamp, say)
+        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
 
     @property
     def ages_s(self) -> dict[str, float]:
@@ -175,37 +199,58 @@ class ScanInput:
         """Scans that were sent but did not arrive."""
         return self._clouds.lost + (0 if self._lasers is None else self._lasers.lost)
 
+    @property
+    def earlier(self) -> int:
+        """Scans that were sent before the first that was heard."""
+        return self._clouds.earlier + (0 if self._lasers is None else self._lasers.earlier)
+
     def _listen_to_tf(self, node: ManagedNode) -> None:
         parameters = self._settings
-        if parameters.odometry_source == 'tf' and not parameters.odom_frame:
+        if self._from_tf and not parameters.odom_frame:
             raise ConfigError(
                 'parameter odom_frame is empty; with odometry_source tf it names the odometry '
                 'frame in TF, as odom'
             )
         if TFMessage is None:
-            if parameters.odometry_source == 'tf' or parameters.odom_frame:
+            if self._where.needs_tf:
                 raise ConfigError(NO_TF)
             return
         node.add_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
-        if parameters.odometry_source == 'tf' or parameters.odom_frame:
+        if self._where.needs_tf:
             node.add_subscription(TFMessage, '/tf', self._on_tf, TF)
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._heard_s['cloud'] = time.monotonic()
         self._clouds.follow(info)
-        header = deserialize_message(data, Header)  # the first field of every cloud
-        self._waiting[stamp_from_msg(header.stamp)] = _Waiting(header.frame_id.lstrip('/'), data)
+        msg = deserialize_message(data, PointCloud2)
+        stamp_ns, frame_id = stamp_from_msg(msg.header.stamp), msg.header.frame_id.lstrip('/')
+        if carries_times(msg):
+            self._take_timed(msg, frame_id, stamp_ns)
+        else:
+            no_times = CloudArrays(np.zeros((0, 3), dtype=np.float32), None)
+            stamp_ns = self._stamps.pose_ns(no_times, stamp_ns)
+            self._waiting[stamp_ns] = _Waiting(frame_id, stamp_ns, lambda _: cloud_from_msg(msg))
         self._hand_on()
+
+    def _take_timed(self, msg: PointCloud2, frame_id: str, stamp_ns: int) -> None:
+        try:
+            cloud = cloud_from_msg(msg)
+        except CloudFormatError as error:
+            self._report(error)
+            return
+        stamp_ns = self._stamps.pose_ns(cloud, stamp_ns)
+        scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
+        self._waiting[stamp_ns] = _Waiting(frame_id, scan.first_ns, partial(_unmoved, scan))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
         self._heard_s['cloud'] = time.monotonic()
-        self._waiting[sweep.stamp_ns] = _Waiting(base, sweep=sweep)
+        self._waiting[sweep.stamp_ns] = _Waiting(base, sweep.first_ns, partial(_unmoved, sweep))
         self._hand_on()
 
     def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
         self._heard_s['odometry'] = time.monotonic()
         if self._odometry.follow(info):
-            self._tree.clear()
+            self._where.clear()
             self._waiting.clear()
             self._on_restart()
         try:
@@ -213,30 +258,33 @@ class ScanInput:
         except OdometryError as error:
             self._report(error)
             return
-        self._odom_frame = odometry.frame_id
-        if not self._settings.base_frame:
-            self._base_frame = odometry.child_frame_id
-        self._tree.add(
-            odometry.frame_id,
-            odometry.child_frame_id,
-            odometry.T_odom_child,
-            odometry.stamp_ns,
+        self._where.add_pose(
+            odometry.frame_id, odometry.child_frame_id, odometry.T_odom_child, odometry.stamp_ns
         )
         self._hand_on()
 
     def _on_tf_static(self, msg: Any) -> None:
         for transform in self._transforms(msg):
-            self._tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
+            self._where.tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
         self._hand_on()
 
     def _on_tf(self, msg: Any) -> None:
-        if self._settings.odometry_source == 'tf':
+        if self._from_tf:
             self._heard_s['odometry'] = time.monotonic()
         for t in self._transforms(msg):
-            # The odometry's own frame comes from its topic; a second parent would cut it off.
-            if self._settings.odometry_source == 'tf' or t.parent != self._odom_frame:
-                self._tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+            self._check_parent(t.parent, t.child)
+            self._where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
         self._hand_on()
+
+    def _check_parent(self, parent: str, child: str) -> None:
+        known = self._where.tree.parent(child)
+        if known not in (None, parent):
+            self._report(
+                OdometryError(
+                    f'{child!r} has two parents on /tf, {known!r} and {parent!r}: a frame has '
+                    'one; end one of the publishers (publish_odom_tf: false for our odometry)'
+                )
+            )
 
     def _transforms(self, msg: Any) -> list[Any]:
         try:
@@ -254,57 +302,20 @@ class ScanInput:
         while len(self._waiting) > self._settings.max_pending_scans:
             stamp_ns, waiting = self._waiting.popitem(last=False)
             self.unlocated += 1
-            self._report(
-                OdometryError(
-                    f'{self._why_unlocated(stamp_ns, waiting.frame_id)}; the scan was dropped'
-                )
-            )
-
-    def _why_unlocated(self, stamp_ns: int, sensor: str) -> str:
-        """Return what is missing to know where a scan was taken."""
-        if not self._odom_frame:
-            return f'no odometry has come for scans in {sensor!r}'
-        is_own = self._settings.odometry_source == 'tf' and not self._base_frame
-        base = sensor if is_own else self._base_frame
-        if not base or self._tree.root(base) != self._tree.root(sensor):
-            return self._tree.reason(base, sensor, stamp_ns)
-        return self._tree.reason(self._odom_frame, sensor, stamp_ns)
+            why = self._where.reason(waiting.frame_id, stamp_ns)
+            self._report(OdometryError(f'{why}; the scan was dropped'))
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
-        sensor, odom = waiting.frame_id, self._odom_frame
-        T_odom_sensor = self._tree.lookup(odom, sensor, stamp_ns) if odom else None
-        T_odom_base = self._tree.lookup(odom, self._base_frame or sensor, stamp_ns)
-        if T_odom_sensor is None or T_odom_base is None:
+        placing = self._where.placing(waiting.frame_id, stamp_ns)
+        if placing is None:
             return None
-        unpack = self._unpacking(waiting, T_odom_sensor)
-        if unpack is None:
+        T_first_last = self._where.motion(waiting.frame_id, waiting.first_ns, stamp_ns)
+        if T_first_last is None:
             return None
-        tf_frame = self._settings.odom_frame or odom
-        T_tf_odom = np.eye(4)
-        if tf_frame != odom:
-            T_tf_base = self._tree.lookup(tf_frame, self._base_frame or sensor, stamp_ns)
-            if T_tf_base is None:
-                return None
-            T_tf_odom = T_tf_base @ np.linalg.inv(T_odom_base)
-        return LocatedScan(unpack, stamp_ns, odom, T_odom_sensor, T_odom_base, tf_frame, T_tf_odom)
-
-    def _unpacking(
-        self, waiting: _Waiting, T_odom_last: NDArray[np.float64]
-    ) -> Callable[[], CloudArrays] | None:
-        """Return how to get the points; None while a sweep's first pose is not known."""
-        sweep = waiting.sweep
-        if sweep is None:
-            return partial(_unpacked_cloud, waiting.data)
-        T_odom_first = self._tree.lookup(self._odom_frame, waiting.frame_id, sweep.first_ns)
-        if T_odom_first is None:
-            return None
-        return partial(_unpacked_sweep, sweep, np.linalg.inv(T_odom_first) @ T_odom_last)
+        return LocatedScan(partial(waiting.unpack, T_first_last), stamp_ns, placing)
 
 
-def _unpacked_cloud(data: bytes) -> CloudArrays:
-    return cloud_from_msg(deserialize_message(data, PointCloud2))
-
-
-def _unpacked_sweep(sweep: LaserSweep, T_first_last: NDArray[np.float64]) -> CloudArrays:
+def _unmoved(sweep: Scan | LaserSweep, T_first_last: Array) -> CloudArrays:
+    """Return a sweep's points as seen at its stamp."""
     still = sweep.without_motion(T_first_last)
     return CloudArrays(still.points, None, viewpoints=still.viewpoints)

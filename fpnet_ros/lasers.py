@@ -84,6 +84,11 @@ class LaserInput:
         """Scans that were sent but did not arrive."""
         return sum(numbering.lost for numbering in self._numbering.values())
 
+    @property
+    def earlier(self) -> int:
+        """Scans that were sent before the first that was heard of each scanner."""
+        return sum(numbering.earlier for numbering in self._numbering.values())
+
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
         self._numbering[topic].follow(info)
         frame = msg.header.frame_id.lstrip('/')

@@ -81,7 +81,9 @@ class LocalizerNode(ManagedNode):
         self._ticks = Worker('ticks', self._report)
         self._is_configured = True
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
-        self._input = ScanInput(self, parameters, self._on_scan, self._on_restart, self._report)
+        self._input = ScanInput(
+            self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
+        )
         self._state_file = StateFile(
             parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
         )
@@ -209,9 +211,11 @@ class LocalizerNode(ManagedNode):
             self._tick = self._ticks.submit(self._run_tick)
 
     def _broadcast(self) -> None:
-        """Repeat the TF for now and a little longer."""
+        """Repeat the TF for now and a little longer, as long as scans come."""
         parameters, now_ns = self._settings.value, self.get_clock().now().nanoseconds
-        if parameters.tf_broadcast and now_ns:
+        if self.is_active and self._health.has_turned(now_ns, parameters.scan_timeout_s):
+            self._publish_tick()
+        if parameters.tf_broadcast and now_ns and not self._health.is_starved:
             self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
 
     def _publish_diagnostics(self) -> None:
@@ -234,6 +238,7 @@ class LocalizerNode(ManagedNode):
         self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
+        self._health.saw_scan(self.get_clock().now().nanoseconds)
         self._publish_moment()
 
     def _publish_moment(self) -> Moment:

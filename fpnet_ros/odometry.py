@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 import sys
 import time
@@ -16,20 +16,24 @@ from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
+from rclpy.clock import Clock, ClockType
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
-from fpnet_core.config import OdometryConfig
+from fpnet_core.config import OdometryConfig, ScansConfig
 from fpnet_core.errors import ConfigError
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.motion import twist
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
-from fpnet_core.odometry import KissOdometry
+from fpnet_core.io.sweep_stamps import SweepStamps
+from fpnet_core.odometry_check import GuidedOdometry, Verdict
+from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.inputs import NO_TF, TFMessage
-from fpnet_ros.lasers import LaserInput, LaserParameters
+from fpnet_ros.lasers import LaserInput
 from fpnet_ros.params import OwnValues, ParameterTree
+from fpnet_ros.robot_odometry import RobotOdometry, RobotOdometryParameters
 from fpnet_ros.runtime import (
     STALE_INPUT_S,
     STREAM,
@@ -50,15 +54,34 @@ from msg_adapters.transforms import transform_from_msg, transform_to_msg
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
 
+_TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
+"""
+Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives
+(`python benchmarks/wirings.py`).
+"""
 
-class OdometryParameters(LaserParameters):
+_DOUBTS = {
+    Verdict.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
+    Verdict.KISS_BROKEN: 'KISS-ICP had lost the scans and began anew',
+    Verdict.UNCLEAR: "KISS-ICP and the robot's odometry disagree",
+}
+
+Array = NDArray[np.float64]
+
+
+class OdometryParameters(RobotOdometryParameters):
     """Frames and covariances, named as in KISS-ICP's node."""
 
     base_frame: str = Field(
-        '', description='Frame whose pose is published; empty: that of the clouds.'
+        '',
+        description='Frame whose pose is published; empty: what the sensor is fixed to by '
+        '/tf_static, else the sensor.',
     )
     lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
-    publish_odom_tf: bool = Field(True, description='Publish the odometry as TF, too.')
+    publish_odom_tf: bool = Field(
+        True,
+        description='Publish the odometry as TF, too; false where the robot has its own.',
+    )
     invert_odom_tf: bool = Field(
         False, description='Publish TF from the moving frame to the odometry frame.'
     )
@@ -81,9 +104,10 @@ class _Sweep:
     frame_id: str
 
 
-def _sweep_of_cloud(data: bytes) -> _Sweep:
+def _sweep_of_cloud(data: bytes, stamps: SweepStamps) -> _Sweep:
     msg = deserialize_message(data, PointCloud2)
-    cloud, stamp_ns = cloud_from_msg(msg), stamp_from_msg(msg.header.stamp)
+    cloud = cloud_from_msg(msg)
+    stamp_ns = stamps.pose_ns(cloud, stamp_from_msg(msg.header.stamp))
     scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
     return _Sweep(scan, msg.header.frame_id.lstrip('/'))
 
@@ -92,9 +116,10 @@ class OdometryNode(OwnValues):
     """
     Registers every cloud on ``pointcloud_topic``, in a thread of its own.
 
-    Publishes ``kiss/odometry``, the pose at the cloud's stamp, and ``kiss/frame``, the cloud
-    without the motion during its sweep, with the cloud's header. With a ``base_frame`` the pose
-    is that frame's, by its place in ``/tf_static``.
+    Publishes ``kiss/odometry`` and ``kiss/frame``, the cloud without the motion during its sweep.
+    Both have the stamp that the pose is of, the end of the sweep. With a ``base_frame`` the pose
+    is that frame's, by its place in ``/tf_static``. With ``robot_odometry`` the robot's own helps
+    and is checked.
 
     With ``scan_topics`` it registers the LaserScans of one or several planar scanners instead:
     ``kiss/frame`` is then in the base's frame, its stamp that of the last return.
@@ -105,8 +130,12 @@ class OdometryNode(OwnValues):
         self._report = error_reporter(self)
         self._settings = ParameterTree(self, OdometryParameters).value
         config = ParameterTree(self, OdometryConfig, 'odometry.').value
-        self._kiss = KissOdometry(config, self._on_clock_back)
-        self._tree = FrameTree()
+        scans = ParameterTree(self, ScansConfig, 'scans.').value
+        logger = self.get_logger()
+        self._stamps = SweepStamps(scans.stamp, logger.warning)
+        self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
+        self._robot = RobotOdometry(self._subscribe_to, self._settings, self._report)
+        self._last: tuple[int, Array] | None = None  # stamp and pose that were published
         self._odometry_publisher = self._publisher(Odometry, 'kiss/odometry', STREAM)
         self._frame_publisher = self._publisher(PointCloud2, 'kiss/frame', STREAM)
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
@@ -114,7 +143,7 @@ class OdometryNode(OwnValues):
         self._clouds = Numbering()
         self._reported_drops = 0
         self._heard_s = time.monotonic()
-        self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
+        self._silence = SilenceLog(logger.info, logger.warning)
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
@@ -126,7 +155,10 @@ class OdometryNode(OwnValues):
         else:
             # Raw, as the worker unpacks: it takes longer than this thread has.
             self._subscribe(PointCloud2, 'pointcloud_topic', self._on_cloud, raw=True)
-        self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
+        steady = Clock(
+            clock_type=ClockType.STEADY_TIME
+        )  # while the simulated one stands still, too
+        self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
 
     def destroy_node(self) -> None:
         """End the worker first."""
@@ -137,17 +169,19 @@ class OdometryNode(OwnValues):
         options = QoSOverridingOptions.with_default_policies()
         return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
 
+    def _subscribe_to(
+        self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
+    ) -> None:
+        options = QoSOverridingOptions.with_default_policies()
+        self.create_subscription(
+            kind, topic, callback, qos, qos_overriding_options=options, raw=raw
+        )
+
     def _subscribe(
         self, kind: type, topic: str, callback: Callable[..., None], raw: bool = False
     ) -> None:
-        self.create_subscription(
-            kind,
-            topic,
-            callback,
-            sensor_data(self._settings.max_pending_scans),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            raw=raw,
-        )
+        clouds = sensor_data(self._settings.max_pending_scans)
+        self._subscribe_to(kind, topic, callback, clouds, raw)
 
     def _listen_to_lasers(self, topics: dict[str, type]) -> None:
         base = self._settings.base_frame
@@ -156,26 +190,47 @@ class OdometryNode(OwnValues):
                 f'parameter base_frame is empty; {len(topics)} scanners are merged in that frame'
             )
         self._lasers = LaserInput(
-            self._subscribe, topics, self._tree, lambda: base, self._on_sweep, self._report
+            self._subscribe,
+            topics,
+            self._robot.where.tree,
+            lambda: base,
+            self._on_sweep,
+            self._report,
         )
 
     def _connect_tf(self) -> None:
+        self._moving = ''
         self._tf_publisher = None
         if TFMessage is None:
             self.get_logger().warning(f'no TF: {NO_TF}')
             return
         if self._settings.publish_odom_tf:
             self._tf_publisher = self._publisher(TFMessage, '/tf', TF)
+            if not self._settings.invert_odom_tf:
+                self.create_subscription(TFMessage, '/tf', self._on_tf, TF)
         self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
 
     def _on_tf_static(self, msg: Any) -> None:
         for transform in map(transform_from_msg, msg.transforms):
-            self._tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
+            self._robot.add_fixed(transform.parent, transform.child, transform.T_parent_child)
+
+    def _on_tf(self, msg: Any) -> None:
+        """Withhold our TF where somebody else has one for the same frame: it has one parent."""
+        own = self._settings.lidar_odom_frame.lstrip('/')
+        for transform in msg.transforms:
+            parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
+            if self._moving == child.lstrip('/') and parent != own and self._tf_publisher:
+                self._tf_publisher = None
+                self.get_logger().warning(
+                    f'somebody publishes {parent} -> {self._moving} on /tf, so ours from {own} is '
+                    f'withheld; set publish_odom_tf: false, and odom_frame: {parent} of the '
+                    'localizer'
+                )
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._clouds.follow(info)
         self._heard_s = time.monotonic()
-        self._scans.put(partial(_sweep_of_cloud, data))
+        self._scans.put(partial(_sweep_of_cloud, data, self._stamps))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
         self._heard_s = time.monotonic()
@@ -187,40 +242,61 @@ class OdometryNode(OwnValues):
         scan, sensor = sweep.scan, sweep.frame_id
         if self._lasers is None:
             self._checkup.look(scan.points, scan.time_s)
-        moving = self._settings.base_frame or sensor
-        T_base_sensor = self._tree.mount(moving, sensor)
-        found = self._kiss.register_scan(scan)
+        # A sensor that is fixed to something has a parent already.
+        tree = self._robot.where.tree
+        self._moving = moving = self._settings.base_frame or tree.body(sensor)
+        T_base_sensor = tree.mount(moving, sensor)
+        guess = self._robot.pose(sensor, scan.stamp_ns)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
-        T_odom_base = T_base_sensor @ found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
+        scan = replace(scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor)
+        found = self._kiss.register_scan(scan)
+        T_odom_base = found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
         self._publish(T_odom_base, scan.stamp_ns, moving)
         self._frame_publisher.publish(
             cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)
         )
 
     def _on_clock_back(self, back_s: float) -> None:
+        self._last = None
         self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
 
-    def _publish(self, T_odom_base: NDArray[np.float64], stamp_ns: int, moving: str) -> None:
-        settings = self._settings
+    def _publish(self, T_odom_base: Array, stamp_ns: int, moving: str) -> None:
+        settings, odom = self._settings, self._settings.lidar_odom_frame
         variances = (settings.position_covariance,) * 3 + (settings.orientation_covariance,) * 3
-        odom = settings.lidar_odom_frame
+        velocity = self._velocity(T_odom_base, stamp_ns)
         self._odometry_publisher.publish(
-            odometry_to_msg(T_odom_base, stamp_ns, odom, moving, variances)
+            odometry_to_msg(
+                T_odom_base, stamp_ns, odom, moving, variances, velocity, _TWIST_VARIANCES
+            )
         )
-        if self._tf_publisher is not None:
-            if settings.invert_odom_tf:
-                T_base_odom = np.linalg.inv(T_odom_base)
-                transform = transform_to_msg(T_base_odom, stamp_ns, moving, odom)
-            else:
-                transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
-            self._tf_publisher.publish(TFMessage(transforms=[transform]))
+        publisher = self._tf_publisher
+        if publisher is None:
+            return
+        if settings.invert_odom_tf:
+            T_base_odom = np.linalg.inv(T_odom_base)
+            transform = transform_to_msg(T_base_odom, stamp_ns, moving, odom)
+        else:
+            transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
+        publisher.publish(TFMessage(transforms=[transform]))
+
+    def _velocity(self, T_odom_base: Array, stamp_ns: int) -> Array | None:
+        """Return the velocity since the last sweep, None after the first."""
+        last, self._last = self._last, (stamp_ns, T_odom_base)
+        if last is None:
+            return None
+        return twist(np.linalg.inv(last[1]) @ T_odom_base, (stamp_ns - last[0]) / NS_PER_S)
 
     def _publish_diagnostics(self) -> None:
         scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')
-        self._silence.follow({scans: time.monotonic() - self._heard_s}, STALE_INPUT_S)
+        silences = {scans: time.monotonic() - self._heard_s}
+        if self._robot.is_used:
+            silences[self._robot.topic(self)] = self._robot.silence_s
+        self._silence.follow(silences, STALE_INPUT_S)
         dropped, lost = self._scans.dropped, self._clouds.lost
-        lost += 0 if self._lasers is None else self._lasers.lost
-        warning = ''
+        earlier = self._clouds.earlier
+        if self._lasers is not None:
+            lost, earlier = lost + self._lasers.lost, earlier + self._lasers.earlier
+        warning = _DOUBTS.get(self._kiss.verdict, '')
         if dropped + lost > self._reported_drops:
             warning = 'clouds are dropped: more come than can be registered or received'
         self._reported_drops = dropped + lost
@@ -228,6 +304,7 @@ class OdometryNode(OwnValues):
             'scans': float(self._scans.done),
             'dropped_scans': float(dropped),
             'lost_scans': float(lost),
+            'earlier_scans': float(earlier),
             'register_ms': self._scans.work_ms,
         }
         name = f'{self.get_fully_qualified_name()}: registration'

@@ -18,6 +18,7 @@ from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
+from fpnet_core.geometry.whereabouts import Placing
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
@@ -122,8 +123,8 @@ class LocalizerOutputs:
         if scan is None or frame is None or located is None:
             self.forget_tf()
             return
-        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.T_tf_odom)
-        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.tf_frame)
+        T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.placing.T_tf_odom)
+        self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.placing.tf_frame)
         if scan.stamp_ns == self._published_ns:
             return
         self._published_ns = scan.stamp_ns
@@ -162,7 +163,7 @@ class LocalizerOutputs:
             path = path_to_msg(list(self._path), output.stamp_ns, frame.plan_id)
             self._path_publisher.publish(path)
         if moment.scan is not None:
-            self._publish_submap(output, moment.scan.odom_frame)
+            self._publish_submap(output, moment.scan.placing)
             self._publish_markers(moment, frame, moment.scan)
 
     def publish_status(self, report: LocalizerReport) -> None:
@@ -182,17 +183,18 @@ class LocalizerOutputs:
         grid = warped_grid(frame.plan, frame.A_map_plan)
         self._scaled.publish(grid_to_msg(grid, stamp_ns, frame.map_id))
 
-    def _publish_submap(self, output: LocalizerOutput, odom_frame: str) -> None:
+    def _publish_submap(self, output: LocalizerOutput, placing: Placing) -> None:
+        # In the frame that is in TF: that of KISS-ICP need not be.
         submap = output.submap
         if submap is None or not self._submap.get_subscription_count():
             return
         grid = GridMap(
             submap.grid.cells,
             submap.grid.resolution,
-            submap.T_odom_submap @ submap.grid.T_frame_grid,
+            _T_tf_odom(placing) @ submap.T_odom_submap @ submap.grid.T_frame_grid,
             'odom',
         )
-        self._submap.publish(grid_to_msg(grid, submap.stamp_ns, odom_frame))
+        self._submap.publish(grid_to_msg(grid, submap.stamp_ns, placing.tf_frame))
 
     def _publish_markers(self, moment: Moment, frame: MapFrame, scan: LocatedScan) -> None:
         """Publish rooms, doors, edges, matches and hypotheses."""
@@ -209,9 +211,9 @@ class LocalizerOutputs:
             markers += region_markers(
                 output.segmentation,
                 output.graph,
-                T_odom_submap,
+                _T_tf_odom(scan.placing) @ T_odom_submap,
                 stamp_ns,
-                scan.odom_frame,
+                scan.placing.tf_frame,
                 'submap',
             )
             T_submap_base = T_odom_submap.inv() @ SE2.from_matrix4(scan.T_odom_base)
@@ -219,3 +221,7 @@ class LocalizerOutputs:
                 output.estimates, A_map_plan, T_submap_base, stamp_ns, map_frame
             )
         self._markers.publish(markers_to_msg(markers))
+
+
+def _T_tf_odom(placing: Placing) -> SE2:
+    return SE2.from_matrix4(placing.T_tf_odom)

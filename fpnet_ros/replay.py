@@ -11,11 +11,11 @@ import sys
 import time
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from pydantic import Field
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rosgraph_msgs.msg import Clock as ClockMsg
@@ -23,9 +23,12 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
+from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
 from fpnet_core.stamps import NS_PER_S
-from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, run_node
+from fpnet_core.types import Status
+from fpnet_ros.params import OwnValues, ParameterTree
+from fpnet_ros.runtime import STATUS, STREAM, run_node
+from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
 # Chosen, not measured:
@@ -34,6 +37,7 @@ _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
+_SCANS = (POINT_CLOUD, *LASER_SCANS)
 # Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
@@ -52,12 +56,17 @@ class ReplayParameters(Section):
     wait_for_subscriber_s: float = Field(
         10.0, ge=0.0, description='Wait up to this long for the first subscriber.'
     )
+    wait_for_localizer: bool = Field(
+        False,
+        description='Wait as long for a localizer with a floorplan, and for a subscriber of '
+        'every topic of scans.',
+    )
     max_ahead: int = Field(
-        0, ge=0, description='Pause while kiss/odometry is this many messages behind; 0: never.'
+        0, ge=0, description='Pause while kiss/odometry is this many scans behind; 0: never.'
     )
 
 
-class Replay(Node):
+class Replay(OwnValues):
     """Publishes recorded messages on their topics at the recorded pace."""
 
     def __init__(self) -> None:
@@ -72,6 +81,9 @@ class Replay(Node):
         self._confirmed = 0
         if self._settings.max_ahead:
             self.create_subscription(Odometry, 'kiss/odometry', self._confirm, STREAM)
+        self._status: Status | None = None  # of the localizer
+        if self._settings.wait_for_localizer:
+            self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
@@ -83,7 +95,8 @@ class Replay(Node):
                 topic: self.create_publisher(_message_class(msgtype), topic, STREAM)
                 for topic, msgtype in types.items()
             }
-            self._wait_for_subscriber(list(publishers.values()))
+            scans = [publishers[t] for t, kind in types.items() if kind in _SCANS]
+            self._wait_for_subscriber(list(publishers.values()), scans)
             total = sum(bag.count(topic) for topic in publishers)
             played = self._publish_all(bag, publishers, total)
             while self._settings.loop and played:
@@ -102,40 +115,53 @@ class Replay(Node):
             )
         return {topic: bag.topics[topic] for topic in chosen}
 
-    def _wait_for_subscriber(self, publishers: list[Publisher[Any]]) -> None:
+    def _wait_for_subscriber(
+        self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]
+    ) -> None:
         deadline = time.monotonic() + self._settings.wait_for_subscriber_s
-        while not any(publisher.get_subscription_count() for publisher in publishers):
+        while not self._is_awaited(publishers, scans):
             if time.monotonic() > deadline:
-                self.get_logger().warning('nobody subscribes; playing anyway')
+                self.get_logger().warning('nobody is ready for it; playing anyway')
                 return
             self._spin_for(_DISCOVERY_POLL_S)
         self._spin_for(_DISCOVERY_SETTLE_S)
 
+    def _is_awaited(self, publishers: list[Publisher[Any]], scans: list[Publisher[Any]]) -> bool:
+        """Tell whether those are there whom a lost message would be lost for."""
+        if not self._settings.wait_for_localizer:
+            return any(publisher.get_subscription_count() for publisher in publishers)
+        # A localizer that speaks is compiled and subscribed.
+        is_ready = self._status not in (None, Status.NO_PLAN)
+        return is_ready and all(publisher.get_subscription_count() for publisher in scans)
+
+    def _on_status(self, msg: DiagnosticStatus) -> None:
+        self._status = report_from_msg(msg).status
+
     def _publish_all(
         self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int
     ) -> int:
-        played = self._confirmed = 0
+        played = scans = self._confirmed = 0
         first_ns: int | None = None
         columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
         with Progress(*columns, transient=True, disable=not sys.stderr.isatty()) as bar:
             task = bar.add_task('replay', total=total)
-            for topic, _, stamp_ns, data in bag.raw_messages(list(publishers)):
+            for topic, kind, stamp_ns, data in bag.raw_messages(list(publishers)):
                 bar.advance(task)
                 if first_ns is None:
                     first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
                     started_s = time.monotonic()
                 if stamp_ns < first_ns:
                     continue
-                started_s += self._wait_for_odometry(played)
+                started_s += self._wait_for_odometry(scans)
                 self._wait_until(stamp_ns, first_ns, started_s)
                 publishers[topic].publish(data)
-                played += 1
+                played, scans = played + 1, scans + (kind in _SCANS)
         return played
 
     def _confirm(self, _: Odometry) -> None:
         self._confirmed += 1
 
-    def _wait_for_odometry(self, played: int) -> float:
+    def _wait_for_odometry(self, scans: int) -> float:
         """
         Pause while odometry is too far behind; returns for how long [s].
 
@@ -144,13 +170,13 @@ class Replay(Node):
         """
         started_s = time.monotonic()
         heard_s, confirmed = started_s, self._confirmed
-        while self._settings.max_ahead and played - confirmed >= self._settings.max_ahead:
+        while self._settings.max_ahead and scans - confirmed >= self._settings.max_ahead:
             self._spin_for(_CLOCK_PERIOD_S)
             if self._confirmed != confirmed:
                 heard_s, confirmed = time.monotonic(), self._confirmed
             elif time.monotonic() - heard_s > _SILENCE_S:
                 self.get_logger().warning('odometry is silent; playing on')
-                self._confirmed = played
+                self._confirmed = scans
                 break
         return time.monotonic() - started_s
 

@@ -18,6 +18,11 @@ class LocalizerParameters(InputParameters):
     transform_tolerance: float = Field(
         0.5, ge=0.0, le=10.0, description='The TF is post-dated by this much [s].'
     )
+    scan_timeout_s: float = Field(
+        1.0,
+        gt=0.0,
+        description='Without a located scan for so long TF ends, and the status is waiting.',
+    )
     tf_rate_hz: float = Field(25.0, ge=1.0, le=200.0, description='Rate of the TF.')
     path_spacing_m: float = Field(
         0.1, ge=0.0, description='Distance between poses of floorplan_path.'
@@ -36,7 +41,7 @@ class LocalizerParameters(InputParameters):
     run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
 
 
-LIVE = ('tf_broadcast', 'transform_tolerance', 'stale_input_s')
+LIVE = ('tf_broadcast', 'transform_tolerance', 'scan_timeout_s', 'stale_input_s')
 """Those that may change at any time."""
 
 LIVE_CONFIG = ('localizer.tick_period_s',)

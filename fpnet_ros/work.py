@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 
 Item = TypeVar('Item')
 
-_NUMBER, _NO_NUMBER = 'publication_sequence_number', 2**64 - 1  # given
+_NUMBER, _FIRST, _NO_NUMBER = 'publication_sequence_number', 1, 2**64 - 1  # given
 _MOST_LOST = 1000  # a larger gap is between two publishers that take turns; chosen
 
 
@@ -22,11 +22,13 @@ class Numbering:
     Follows how a publisher numbers its messages.
 
     ``lost`` counts those that did not arrive: queues overflowed, or fragments went missing.
+    ``earlier`` counts those that were sent before the first one that was heard: none where
+    everybody waited for everybody, thousands where a driver has been running.
     """
 
     def __init__(self) -> None:
         self._last: int | None = None
-        self.lost = 0
+        self.lost = self.earlier = 0
 
     @property
     def newest(self) -> int:
@@ -40,6 +42,7 @@ class Numbering:
             return False
         last, self._last = self._last, number
         if last is None:
+            self.earlier = max(0, number - _FIRST)
             return False
         missing = number - last - 1
         if 0 < missing < _MOST_LOST:

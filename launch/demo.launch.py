@@ -47,7 +47,9 @@ def _replay(context):
                 'start_offset_s': _value('start_offset_s', float),
                 'loop': _value('loop', bool),
                 'clock': True,
-                'wait_for_subscriber_s': 120.0,
+                # After an installation the localizer compiles first.
+                'wait_for_localizer': True,
+                'wait_for_subscriber_s': 600.0,
             }
         ],
         output='screen',

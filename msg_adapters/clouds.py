@@ -9,7 +9,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from fpnet_core.io.pointcloud2 import CloudArrays, decode_points, encode_points
+from fpnet_core.io.pointcloud2 import (
+    TIME_FIELDS,
+    CloudArrays,
+    decode_points,
+    encode_points,
+)
 from msg_adapters.stamps import header_to_msg
 
 
@@ -31,6 +36,11 @@ def cloud_from_msg(msg: Any) -> CloudArrays:
         msg.height,
         bool(msg.is_bigendian),
     )
+
+
+def carries_times(msg: Any) -> bool:
+    """Tell whether a message has a time for every point; takes no time itself."""
+    return any(field.name in TIME_FIELDS for field in msg.fields)
 
 
 def cloud_to_msg(

@@ -50,7 +50,8 @@ class LocalizerReport:
     @property
     def is_trouble(self) -> bool:
         """Tell whether the status is one that somebody has to look after."""
-        return self.status is Status.LOST or self.is_mirrored
+        is_starved = self.status is Status.WAITING and bool(self.warning)
+        return self.status is Status.LOST or self.is_mirrored or is_starved
 
     @property
     def said(self) -> str:

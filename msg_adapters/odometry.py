@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
+_UNKNOWN = -1.0  # given: sensor_msgs says so of what nobody measured
+
 
 @dataclass(frozen=True, eq=False)
 class OdometryReading:
@@ -47,11 +49,15 @@ def odometry_to_msg(
     frame_id: str,
     child_frame_id: str,
     variances: ArrayLike = (0.0,) * 6,
+    twist: ArrayLike | None = None,
+    twist_variances: ArrayLike = (0.0,) * 6,
 ) -> Any:
     """
-    Return an Odometry message with zero velocity.
+    Return an Odometry message.
 
     ``variances (6,)`` are those of x, y, z [m^2], roll, pitch, yaw [rad^2]; zeros mean unknown.
+    ``twist (6,)`` is the velocity in the child's frame [m/s], [rad/s]; None: it is zero and its
+    first variance -1, for unknown.
 
     Raises
     ------
@@ -63,4 +69,14 @@ def odometry_to_msg(
     msg = Odometry(header=header_to_msg(stamp_ns, frame_id), child_frame_id=child_frame_id)
     msg.pose.pose = matrix_to_pose_msg(T_odom_child)
     msg.pose.covariance = np.diag(np.asarray(variances, dtype=np.float64)).ravel()
+    if twist is None:
+        msg.twist.covariance[0] = _UNKNOWN
+        return msg
+    values = np.asarray(twist, dtype=np.float64).tolist()
+    for vector, three in (
+        (msg.twist.twist.linear, values[:3]),
+        (msg.twist.twist.angular, values[3:]),
+    ):
+        vector.x, vector.y, vector.z = three
+    msg.twist.covariance = np.diag(np.asarray(twist_variances, dtype=np.float64)).ravel()
     return msg

@@ -63,8 +63,7 @@ def command(
         common.say(note, json_path)
     for line in _lines(check):
         common.say(line, json_path)
-    if json_path is not None:
-        common.write_json(json_path, check.as_json())
+    common.write_json(json_path, check.as_json())
     if plot is not None:
         _draw(plot, check)
     if out is not None:
@@ -82,10 +81,9 @@ def _refusal_as_json(asked: Asked, json_path: Path | None) -> Iterator[None]:
     try:
         yield
     except MapFormatError as error:
-        if json_path is not None:
-            crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
-            reason = {'reason': str(error), 'next': crop}
-            common.write_json(json_path, {'readable': False, 'reasons': [reason]})
+        crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
+        reason = {'reason': str(error), 'next': crop}
+        common.write_json(json_path, {'readable': False, 'reasons': [reason]})
         raise
 
 

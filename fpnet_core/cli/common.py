@@ -9,7 +9,7 @@ something about a drawing have their one home here, and so has what they are tur
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 import functools
@@ -231,14 +231,37 @@ def parse_settings(settings: Sequence[str]) -> dict[str, Any]:
     return overrides
 
 
-def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write ``result`` to ``path``, creating its folder, or to stdout if ``path`` is ``-``."""
+def write_json(path: Path | None, result: Mapping[str, Any]) -> None:
+    """Write ``result`` to ``path`` in a folder that is made, ``-`` is stdout; None is nowhere."""
+    if path is None:
+        return
     text = json.dumps(result, indent=2, allow_nan=False)
     if str(path) == '-':
         typer.echo(text)
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text + '\n', encoding='utf-8')
+
+
+def show_table(
+    titles: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    json_path: Path | None,
+    title: str | None = None,
+    width: int | None = None,
+) -> None:
+    """Print rows of texts below their titles, unless ``--json -`` has stdout."""
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    if str(json_path) == '-':
+        return
+    first, *others = titles
+    numbers = (Column(name, justify='right') for name in others)
+    table = Table(Column(first, no_wrap=True), *numbers, title=title)
+    for row in rows:
+        table.add_row(*row)
+    Console(width=width).print(table)
 
 
 def say(text: str, json_path: Path | None) -> None:

@@ -12,19 +12,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
     from fpnet_core.accuracy import RunSummary
+    from fpnet_core.api.run import Run
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
-    from fpnet_core.judging.causes import Asked
-    from fpnet_core.localizer import ReplayResult
     from fpnet_core.trajectory import PlanarTrajectory
-    from fpnet_core.types import Cause, LocalizerOutput, Segmentation
+    from fpnet_core.types import Cause
 
 _REPORT_NAME = 'report.html'
+NO_ANSWER = 3
+"""Exit status of a run that went well and ended without a pose; given, as users' scripts ask."""
 
 _Recording = Annotated[
     Path,
@@ -46,9 +48,13 @@ _PosesOption = Annotated[
         help='Poses of the scans, used as odometry: TUM, KITTI or .npy, as KISS-ICP writes.',
     ),
 ]
-_KissOption = Annotated[
-    bool,
-    typer.Option('--kiss-icp', help='KISS-ICP registers the scans of a bag with odometry too.'),
+_OdometryOption = Annotated[
+    OdometryChoice | None,
+    typer.Option(
+        '--odometry',
+        help="Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
+        "checked by the bag's own). Default: the bag's own if it has one.",
+    ),
 ]
 _TopicsOption = Annotated[
     list[str] | None,
@@ -71,7 +77,7 @@ def command(
     said: common.DrawingOptions,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
-    kiss_icp: _KissOption = False,
+    odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
     out: common.OutOption = None,
@@ -88,11 +94,11 @@ def command(
 
     Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
     /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
-    or --poses, are used as odometry.
+    or --poses, are used as odometry, or help and check KISS-ICP with --odometry both.
 
-    Exits 0 whether or not the robot was found; what it prints says which, and why; where it ends
-    without a pose, the likely causes with the next command. fpnet --verbose localize logs every
-    change of status with its reason.
+    Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
+    said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
+    --verbose localize logs every change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum and
     odometry.tum, map.yaml (the floorplan at the scale that was found), submap.yaml, and run.mcap
@@ -103,27 +109,27 @@ def command(
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
+    from fpnet_core.api.run import scans_of
     from fpnet_core.drawings.scaling import with_scale_of
+    from fpnet_core.types import Status
 
     reading = said.read(floorplan, tree)
-    tree = with_scale_of(reading, tree)
     common.say_reading(reading, json_path)
     known = _known(truth)
-    given = [*common.typed_settings(config, settings), *_typed_source(poses, kiss_icp, topics)]
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
-    source = _opened(recording, poses, kiss_icp, topics or ())
-    result = _localize(source, reading, tree, asked, said.storey)
-    summary = result.summary(known)
-    common.say(result.last.said, json_path)
-    common.say(f'{summary}' if out is None else f'{summary}; see {out / _REPORT_NAME}', json_path)
-    common.say_causes(result.causes, json_path)
-    if tum is not None:
-        _write_poses(tum, result.run)
-    if json_path is not None:
-        common.write_json(json_path, result.figures(summary))
+    source = scans_of(
+        common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
+        scan_stamp=tree.scans.stamp,
+    )  # fmt: skip
+    run = _ended(reading, source, with_scale_of(reading, tree), odometry)
+    ended = _Ended(run, known, run.causes(asked, said.storey))
+    _say(ended, out, json_path)
+    _write_files(ended, tum, json_path)
     if out is not None:
-        name = f'{recording.name} on {floorplan.name}'
-        _write_folder(out, name, result, known, summary)
+        _write_folder(out, f'{recording.name} on {floorplan.name}', ended)
+    if run.status is not Status.LOCALIZED:
+        raise typer.Exit(NO_ANSWER)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,106 +147,84 @@ def _known(truth: Path | None) -> _Known:
     return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
 
 
-def _typed_source(poses: Path | None, kiss_icp: bool, topics: Sequence[str] | None) -> list[str]:
+def _typed_source(
+    poses: Path | None, odometry: OdometryChoice | None, topics: Sequence[str] | None
+) -> list[str]:
     """Return what was typed to say which scans and poses of the recording are meant."""
     given = ['--poses', str(poses)] if poses else []
-    given += ['--kiss-icp'] if kiss_icp else []
+    given += ['--odometry', odometry] if odometry else []
     return given + [word for topic in topics or () for word in ('--topic', topic)]
 
 
-def _opened(
-    recording: Path, poses: Path | None, kiss_icp: bool, topics: Sequence[str]
-) -> ScanSource:
-    from fpnet_core.io import PosedScans, open_scans, read_poses
-
-    # With poses of the sensor itself, nobody asks where it sits on the robot.
-    odometry = '' if kiss_icp or poses is not None else None
-    source = open_scans(common.check_input(recording), topics=topics, odometry_topic=odometry)
-    return source if poses is None else PosedScans(source, read_poses(poses))
-
-
 @dataclass(frozen=True, eq=False)
-class _Localized:
-    """A run, the floorplan that it was on, its last tick, and why it has no answer."""
+class _Ended:
+    """A run that was read to its end, and why it has no answer."""
 
-    run: ReplayResult
-    plan: Segmentation
-    last: LocalizerOutput
+    run: Run
+    known: _Known
     causes: tuple[Cause, ...]
 
-    def summary(self, known: _Known) -> RunSummary:
-        from fpnet_core.accuracy import summarize_run
+    @property
+    def summary(self) -> RunSummary:
+        return self.run.summary(self.known.reference, self.known.A_plan_truth)
 
-        run = self.run
-        return summarize_run(
-            run.published, run.odometry, run.tick_ms, known.reference, known.A_plan_truth
-        )
-
-    def figures(self, summary: RunSummary) -> dict[str, Any]:
+    def figures(self) -> dict[str, Any]:
+        last, result = self.run.last, self.run.result
         return {
-            'status': self.last.status.value,
-            'probability': round(self.last.probability, 4),
-            'reason': self.last.reason,
+            'status': last.status.value,
+            'probability': round(last.probability, 4),
+            'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
-            'scans': len(self.run.odometry),
-            'rejected_scans': self.run.rejected_scans,
-            'path_m': round(self.run.odometry.path_length_m(), 3),
-            **summary.as_json(),
+            'scans': len(result.odometry),
+            'rejected_scans': result.rejected_scans,
+            'path_m': round(result.odometry.path_length_m(), 3),
+            **self.summary.as_json(),
         }
 
 
-def _localize(
-    source: ScanSource, reading: Reading, tree: FpnetConfig, asked: Asked, storey: int | None
-) -> _Localized:
-    from fpnet_core.localizer import Localizer, replay
-    from fpnet_core.localizer.diagnosis import explain_run
-    from fpnet_core.matching.learned import LearnedMatcher
-    from fpnet_core.odometry import KissOdometry
-    from fpnet_core.types import Status
+def _ended(
+    reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
+) -> Run:
+    from fpnet_core.api.run import Run
 
-    matcher = LearnedMatcher(tree.matcher)
-    localizer = Localizer(tree, matcher)
-    localizer.set_plan(reading.grid, reading.estimate)
-    odometry = KissOdometry(tree.odometry)
     with common.progress('localizing', total=len(source)) as advance:
-        run = replay(
-            source,
-            localizer,
-            tree.localizer.tick_period_s,
-            odometry.register_scan,
-            on_scan=lambda: advance(1.0),
-        )
-    assert localizer.plan is not None  # it was set above
-    last = run.outputs[-1] if run.outputs else localizer.output
-    causes: tuple[Cause, ...] = ()
-    if last.status is not Status.LOCALIZED:
-        causes = explain_run(run.outputs, reading.grid, matcher, tree, reading, asked, storey)
-    return _Localized(run, localizer.plan.segmentation, last, causes)
+        run = Run(reading, source, tree, lambda: advance(1.0), odometry)
+        for _ in run:
+            pass
+    return run
 
 
-def _write_poses(tum: Path, run: ReplayResult) -> None:
+def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
+    common.say(ended.run.last.said, json_path)
+    seen = '' if out is None else f'; see {out / _REPORT_NAME}'
+    common.say(f'{ended.summary}{seen}', json_path)
+    common.say_causes(ended.causes, json_path)
+
+
+def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:
     from fpnet_core.io import write_tum
 
-    write_tum(tum, run.published.stamps_ns, run.published.xy, run.published.yaw)
+    if tum is not None:
+        poses = ended.run.poses
+        write_tum(tum, poses.stamps_ns, poses.xy, poses.yaw)
+    common.write_json(json_path, ended.figures())
 
 
-def _write_folder(
-    out: Path, name: str, result: _Localized, known: _Known, summary: RunSummary
-) -> None:
+def _write_folder(out: Path, name: str, ended: _Ended) -> None:
     from fpnet_core.report import RunRecord, write_run_exports, write_run_report
 
-    run = result.run
+    run, known = ended.run, ended.known
     record = RunRecord(
         name,
-        f'{result.last.said}. {summary}',
-        result.plan,
-        run.outputs,
-        run.published,
+        f'{run.last.said}. {ended.summary}',
+        run.segmentation,
+        run.result.outputs,
+        run.poses,
         known.reference,
         known.A_plan_truth,
-        result.figures(summary),
-        result.causes,
+        ended.figures(),
+        ended.causes,
     )
-    write_run_exports(out, record.plan.grid, run.outputs, run.published, run.odometry)
+    write_run_exports(out, record.plan.grid, record.outputs, run.poses, run.result.odometry)
     common.write_json(out / 'run.json', record.figures)
     write_run_report(out / _REPORT_NAME, record)

@@ -14,13 +14,13 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
-    from fpnet_core.config import FpnetConfig, SubmapConfig
+    from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import MapMatch
     from fpnet_core.matching import RegionMatcher
-    from fpnet_core.types import Cause, GridMap, Submap
+    from fpnet_core.types import Cause, GridMap
 
 
 @common.reads_drawing
@@ -55,14 +55,14 @@ def command(
     Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
     """
     tree = common.load(config, settings, seed)
-    from fpnet_core.io import states_scale
+    from fpnet_core.api import read_robot_map
     from fpnet_core.localizer import match_maps
     from fpnet_core.matching.learned import LearnedMatcher
 
     reading = said.read(plan, tree)
     common.say_reading(reading, json_path)
-    sub = _read_submap(common.check_input(submap), tree.submap)
-    stated = reading.scale.is_known, states_scale(submap)
+    seen = read_robot_map(submap, tree)
+    sub, stated = seen.submap, (reading.scale.is_known, seen.is_metric)
     matcher = LearnedMatcher(tree.matcher)
     result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
     given = common.typed_settings(config, settings)
@@ -72,22 +72,11 @@ def command(
     report['causes'] = [cause.as_json() for cause in causes]
     common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
     common.say_causes(causes, json_path)
-    if json_path is not None:
-        common.write_json(json_path, report)
+    common.write_json(json_path, report)
     if plot is not None:
         from fpnet_core.viz.match import save_map_match
 
         save_map_match(result, plot)
-
-
-def _read_submap(path: Path, config: SubmapConfig) -> Submap:
-    from fpnet_core.io import read_cloud, read_map
-    from fpnet_core.io.clouds import CLOUD_SUFFIXES
-    from fpnet_core.submaps import submap_from_cloud, submap_from_grid
-
-    if path.suffix.lower() in CLOUD_SUFFIXES:
-        return submap_from_cloud(read_cloud(path), config)
-    return submap_from_grid(read_map(path))
 
 
 def _causes(

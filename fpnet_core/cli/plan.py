@@ -56,9 +56,8 @@ def command(
     for line in said_of(reading, segmentation):
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
-    if json_path is not None:
-        figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
-        common.write_json(json_path, as_json(reading) | figures)
+    figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
+    common.write_json(json_path, as_json(reading) | figures)
 
 
 def _checked(out: Path, drawing: Path) -> Path:

@@ -65,10 +65,8 @@ def command(
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
-    if str(json_path) != '-':
-        _print_summary(segmentation, scale, elapsed_ms)
-    if json_path is not None:
-        common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
+    _print_summary(segmentation, scale, elapsed_ms, json_path)
+    common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
     if plot is not None:
         _draw(segmentation, plot)
     if not segmentation.rooms:
@@ -94,30 +92,16 @@ def _is_drawing(source: Path) -> bool:
 
 def _read_submap(path: Path, tree: FpnetConfig) -> Submap:
     """Return the submap of a point file or of a whole recording."""
-    from fpnet_core.errors import CloudFormatError
+    from fpnet_core.api import submap_of
     from fpnet_core.io import open_scans, read_cloud
     from fpnet_core.io.clouds import CLOUD_SUFFIXES
-    from fpnet_core.submaps import SubmapBuilder, submap_from_cloud
+    from fpnet_core.submaps import submap_from_cloud
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), tree.submap)
-    scans = open_scans(path)
-    odometry = None
-    if not scans.has_poses:
-        from fpnet_core.odometry import KissOdometry
-
-        odometry = KissOdometry(tree.odometry)
-    builder = SubmapBuilder(tree.submap)
-    with common.progress('accumulating scans', total=len(scans)) as advance:
-        for scan in scans:
-            sweep = scan if odometry is None else odometry.register_scan(scan)
-            assert sweep.T_odom_sensor is not None
-            builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
-            advance(1.0)
-    submap = builder.take()
-    if submap is None:
-        raise CloudFormatError(f'{path} holds no usable scan; check the range limits')
-    return submap
+    scans = len(open_scans(path))
+    with common.progress('accumulating scans', total=scans) as advance:
+        return submap_of(path, tree, lambda: advance(1.0))
 
 
 def _segment(
@@ -141,31 +125,26 @@ def _segment(
     return segmentation, estimate_metres_per_unit(segmentation, is_partial=is_partial)
 
 
-def _print_summary(segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_summary(
+    segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, json_path: Path | None
+) -> None:
     rooms, doors = segmentation.rooms, segmentation.doors
-    table = Table('room', 'area [m²]', 'x [m]', 'y [m]', 'doors')
-    for column in table.columns:
-        column.justify = 'right'
+    rows = []
     for room in rooms:
         count = sum(room.id in portal.rooms for portal in segmentation.portals)
         x, y = room.centroid
-        table.add_row(str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count))
-    console = Console()
+        rows.append((str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count)))
     if rooms:
-        console.print(table)
+        common.show_table(('room', 'area [m²]', 'x [m]', 'y [m]', 'doors'), rows, json_path)
     area_m2 = sum(room.area_m2 for room in rooms)
-    console.print(
+    common.say(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
         f'doors, rooms and walls suggest a scale factor of {scale.factor:.2f} '
         f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
-        highlight=False,
-        soft_wrap=True,
+        json_path,
     )
     if not rooms:
-        console.print(segmentation.reason or 'no room was found', highlight=False)
+        common.say(segmentation.reason or 'no room was found', json_path)
 
 
 def _report(

@@ -16,6 +16,7 @@ from fpnet_core.stamps import NS_PER_S
 _BACK_S = 0.1  # a scan that is so much older than the last one is no disorder on the way
 _AHEAD_S = 1.0  # stamps that skip so much more than arrival does
 _APART_S = 1.0  # clocks further apart differ; transforms are post-dated by up to half of it
+_LONG_S = 1e4  # nobody wants to read the digits of more
 
 
 def check_jumps(seen: Observed) -> Iterator[Finding]:
@@ -85,5 +86,5 @@ def _apart_s(other: Topic, scans: Topic) -> float:
 
 
 def _apart(seconds: float) -> str:
-    size = f'{abs(seconds):.1f} s' if abs(seconds) < 1e4 else f'{abs(seconds):.3g} s'
+    size = f'{abs(seconds):.1f} s' if abs(seconds) < _LONG_S else f'{abs(seconds):.3g} s'
     return f'its stamps are {size} {"behind" if seconds > 0.0 else "ahead of"}'

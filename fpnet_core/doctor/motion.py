@@ -105,7 +105,7 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         f'in {len(off)} of {count} half seconds of {what}; in one {worst.said}',
         'look at both in RViz (fixed frame odom, clouds with a decay time of 10 s): smeared walls '
         "mean odometry is wrong (wheel radius, track width, an IMU's sign), or the yaw of the "
-        'static transform to the sensor; meanwhile use KISS-ICP (fpnet localize --kiss-icp)',
+        'static transform to the sensor; meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
     )
 
 

@@ -37,6 +37,7 @@ _PARALLEL = math.radians(1.5)
 _REACH = 2.4  # of a text's height, from its middle to the line that it measures
 _ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
 _TOUCH = 0.5  # of a text's height, by which a tick or extension line may miss the line
+_CROSSING_SIN = 0.25  # of the angle at which a line crosses another at least
 _STATIONS = 4  # ticks on either side that may be the ends of what is measured
 _MIDDLE = 0.06  # of the length, how far a text may be off the middle of its line
 _WINDOW = 0.006  # logarithm, within which votes agree: lines are drawn to the pixel's tenth
@@ -242,7 +243,7 @@ def _stations(on_line: Array, level: float, text: _Text, lines: _Lines) -> Array
     touch = _TOUCH * text.height
     crossing = (lines.low[:, across] < level + touch) & (lines.high[:, across] > level - touch)
     crossing &= (lines.low[:, along] < high + touch) & (lines.high[:, along] > low - touch)
-    crossing &= np.abs(np.sin(lines.angle - along * np.pi / 2.0)) > 0.25
+    crossing &= np.abs(np.sin(lines.angle - along * np.pi / 2.0)) > _CROSSING_SIN
     ends = lines.ends[crossing]
     depth = ends[:, 1, across] - ends[:, 0, across]
     share = np.clip((level - ends[:, 0, across]) / depth, -1.0, 2.0)

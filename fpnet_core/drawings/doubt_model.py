@@ -11,20 +11,19 @@ Both are evaluated without a learning library.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
-from typing import Any, Literal
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
 from fpnet_core.drawings.sheet_figures import SHEET_FIGURES, sheet_evidence
-from fpnet_core.errors import WeightsError
-from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
+from fpnet_core.small_networks import standardised
 
 Array = NDArray[np.float64]
-Side = Literal['room', 'sheet']
 
 DOUBT_SCHEMA = 1
 """Given: grows when a figure changes its meaning."""
@@ -34,7 +33,8 @@ DOUBT_NAME = 'doubts.safetensors'
 CLIP = 4.0
 """Numerical: evidence is standardised and held to so many standard deviations."""
 
-SIDES: dict[Side, tuple[str, ...]] = {'room': ROOM_FIGURES, 'sheet': SHEET_FIGURES}
+NAMES = {'room_figures': ROOM_FIGURES, 'sheet_figures': SHEET_FIGURES}
+"""Of what the model sees, as the manifest lists them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,40 +74,20 @@ class DoubtModel:
     def wrong_sheets(self, evidence: Array) -> Array:
         """Return how probably (N,) readings of this ``evidence (N, D)`` are wrong."""
         t = self.tensors
-        scaled = (evidence - t['sheet.mean']) / t['sheet.spread']
-        x = np.clip(np.nan_to_num(scaled), -CLIP, CLIP)
-        return np.asarray(1.0 / (1.0 + np.exp(-(x @ t['sheet.weight'] + t['sheet.bias'][0]))))
+        x = standardised(evidence, t['sheet.mean'], t['sheet.spread'], CLIP)
+        return np.asarray(expit(x @ t['sheet.weight'] + t['sheet.bias'][0]))
 
 
-def read_doubt_model(path: Path | None = None) -> DoubtModel:
-    """
-    Read trained weights; None reads the packaged ones.
-
-    Raises
-    ------
-    WeightsError
-        If a file is missing or damaged, or was made for other figures.
-    """
-    return model_of(read_weights(path, DOUBT_SCHEMA, DOUBT_NAME))
-
-
-@lru_cache(maxsize=1)
+@cache
 def packaged_doubt_model() -> DoubtModel:
     """Return the packaged model, read once."""
-    return read_doubt_model()
+    return model_of(read_weights(None, DOUBT_SCHEMA, DOUBT_NAME))
 
 
 def model_of(weights: Weights) -> DoubtModel:
-    """Return the model that a checkpoint holds."""
-    network = weights.manifest['network']
-    for side, figures in SIDES.items():
-        if network.get(f'{side}_figures') != list(figures):
-            raise WeightsError(
-                f'doubt weights: {side} figures differ from those of this version; train again '
-                'with fpnet train-doubts'
-            )
-    found = {name: value.shape for name, value in weights.tensors.items()}
-    check_shapes(DOUBT_NAME, found, shapes(*network['room_forest']))
+    """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
+    network = network_of(weights, 'doubt', NAMES, 'train-doubts')
+    check_shapes(DOUBT_NAME, weights.tensors, shapes(*network['room_forest']))
     return DoubtModel(weights.tensors, float(network['doubted_from']))
 
 

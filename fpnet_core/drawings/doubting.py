@@ -14,14 +14,13 @@ from fpnet_core.drawings.doubt_model import DoubtModel, packaged_doubt_model
 from fpnet_core.drawings.looking import Look
 from fpnet_core.drawings.plausible import findings
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, room_figures
-from fpnet_core.drawings.sheet_figures import lost_spaces, whole_figures
+from fpnet_core.drawings.sheet_figures import DOUBTFUL, lost_spaces, whole_figures
 from fpnet_core.drawings.types import Box, Doubtful
 from fpnet_core.raster.pixels import map_points
 
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_DOUBTFUL_ROOM = 0.5  # rooms that are right with less are marked
 _MOST_MARKED = 12  # places; more are no help
 _SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
 
@@ -78,7 +77,7 @@ def _places(look: Look, rooms: Array, right: Array) -> Iterator[Doubtful]:
         corners = np.array([[row, col], [row + height, col + width]], float) - 0.5
         yield Doubtful('lost', _box(look, grid.rc_to_xy(corners)))
     for number in np.argsort(right):
-        if right[number] < _DOUBTFUL_ROOM:
+        if right[number] < DOUBTFUL:
             polygon = look.segmentation.rooms[number].polygon
             yield Doubtful(_cause(rooms[number]), _box(look, polygon))
 

@@ -42,7 +42,6 @@ _UNITS_M = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.91
             1200 / 3937}  # fmt: skip
 # Chosen, not measured:
 _TEXT_ASPECT = 0.7  # of a letter, width to height
-_THIN = 0.7  # of a hatched area [m], the width up to which it is a wall and not a floor
 _LEFT_OUT = frozenset({
     'IMAGE', 'PDFUNDERLAY', 'DWFUNDERLAY', 'DGNUNDERLAY', 'OLE2FRAME', 'OLEFRAME', 'WIPEOUT',
 })  # fmt: skip

@@ -23,7 +23,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, shrunk, square
-from fpnet_core.raster.pieces import longer_pieces
+from fpnet_core.raster.pieces import longer_pieces, pieces_of
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import window_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
@@ -59,6 +59,9 @@ _WALL_SHARE = 0.06  # of the building's longer side: what is further from any fl
 # Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
 # sheets of the tune half (docs/drawings.md).
 _WALLS_COUNT = 2.5
+_LIKELY = 0.5  # numerical: more probable than not
+_SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
+_UNSURE = 0.8  # less probable classes are not sure
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read
@@ -102,7 +105,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     shape = view.levels.shape
     sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
     coarse = _chances(sheet)
-    labels, boxes = _buildings(coarse[OUTSIDE] < 0.5)
+    labels, boxes = _buildings(coarse[OUTSIDE] < _LIKELY)
     if not boxes:
         return None
     order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
@@ -119,7 +122,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
     grounds = _grown(ground, _WING_SHARE).astype(np.float32)
-    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > 0.5
+    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > _LIKELY
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
     cells = _alone(_cells(fine, before, near))
@@ -148,7 +151,7 @@ def _surest_look(view: View, box: Box, longest: int) -> Chances:
 
 def _certainty(chances: Chances) -> float:
     """Return the mean probability of the most probable class, over the building."""
-    built = chances[OUTSIDE] < 0.5
+    built = chances[OUTSIDE] < _LIKELY
     return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
 
 
@@ -172,8 +175,8 @@ def _enlarged(chances: Chances, picture: Pixels) -> Chances:
 
 def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
     """Tell whether walls are areas of one tone, darker than what is beside them."""
-    wall = solid > 0.7
-    core, beside = shrunk(wall, 1), grown(wall, 4) & (solid < 0.2)
+    wall = solid > _SURELY
+    core, beside = shrunk(wall, 1), grown(wall, 4) & (solid < _HARDLY)
     if not core.any() or not beside.any():
         return False
     tone = float(np.median(guide[core]))
@@ -206,14 +209,14 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
     longest = max(inside.shape)
     side = 2 * round(0.5 * _LINE_SHARE * longest) + 1
     inside = opened_by(inside, square(side))
-    _, _, stats, _ = cv2.connectedComponentsWithStats(inside.astype(np.uint8))
+    _, stats = pieces_of(inside)
     if len(stats) < 2:
         return np.zeros(inside.shape, np.int32), []
     largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
     extent = int(stats[largest, 2:4].max())
     joined = _grown(inside, _WING_SHARE * extent / longest / 2.0)
-    count, labels = cv2.connectedComponents(joined.astype(np.uint8))
-    labels = np.where(inside, labels, 0)
+    pieces, found = pieces_of(joined)
+    labels, count = np.where(inside, pieces, 0), len(found)
     areas = np.bincount(labels.ravel(), minlength=count)[1:]
     order = np.argsort(-areas, kind='stable')
     least = max(_STOREY_SHARE * areas.max(), _LEAST_SHARE * inside.size)
@@ -225,7 +228,7 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
 
 def _longest(chances: Chances, ground: Mask, box: Box) -> int:
     """Return how long a building's picture should be, by its walls as seen on the sheet."""
-    thickness = wall_cells((chances[WALL] > 0.5) & ground)
+    thickness = wall_cells((chances[WALL] > _LIKELY) & ground)
     side = max(box[2] - box[0], box[3] - box[1])
     wanted = side * WALL_PX / max(thickness, 1.0)
     return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
@@ -287,7 +290,7 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     """
     solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
     is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
-    is_shut = is_wall | (fine[DOOR] > 0.5)
+    is_shut = is_wall | (fine[DOOR] > _LIKELY)
     inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
     is_free = inside & ~is_wall
     reach = _WALL_SHARE * max(near.shape)
@@ -311,23 +314,24 @@ def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
     A space that lines shut off is one or the other as a whole, unless it is much of both: then
     it leaks.
     """
-    count, spaces = cv2.connectedComponents((~is_shut).astype(np.uint8), connectivity=4)
-    flat, likely = spaces.ravel(), (inside > 0.5).ravel()
+    spaces, found = pieces_of(~is_shut, connectivity=4)
+    count = len(found)
+    flat, likely = spaces.ravel(), (inside > _LIKELY).ravel()
     share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
     leaks = np.minimum(share, 1.0 - share) > _LEAKS
     leaks[0] = True
-    return np.where(leaks[spaces], inside > 0.5, share[spaces] > 0.5)
+    return np.where(leaks[spaces], inside, share[spaces]) > _LIKELY
 
 
 def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
     built, walls = cells != UNKNOWN, cells == OCCUPIED
     most = fine.max(axis=0)[built]
     solid = fine[WALL] + fine[WINDOW]
-    earlier = (before[WALL] + before[WINDOW] > 0.5) & built
+    earlier = (before[WALL] + before[WINDOW] > _LIKELY) & built
     return Trust(
         certainty=float(most.mean()),
         wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,
-        unsure=float((most < 0.8).mean()),
+        unsure=float((most < _UNSURE).mean()),
         agreement=min(_covered(walls, earlier), _covered(earlier, walls)),
     )
 

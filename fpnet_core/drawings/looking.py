@@ -21,7 +21,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.tones import Levels, contrast
 from fpnet_core.drawings.types import Trust
-from fpnet_core.raster.morphology import Mask, square
+from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.pixels import growth_at, pixel_to_xy
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
@@ -137,8 +137,7 @@ def _thin(walls: Mask) -> Mask:
     side = round(_THIN * wall_cells(walls))
     if side < 2:
         return np.zeros_like(walls)
-    core = cv2.morphologyEx(walls.astype(np.uint8), cv2.MORPH_OPEN, square(side))
-    return np.asarray(walls & (cv2.dilate(core, square(3)) == 0))
+    return np.asarray(walls & ~grown(opened_by(walls, square(side)), 1))
 
 
 def _faint(look: Look) -> Mask:

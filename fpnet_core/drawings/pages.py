@@ -33,8 +33,8 @@ BLACK: Colour = (0, 0, 0, 255)  # given
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)
 _FARTHEST = 1e12  # numerical: units from the origin; no building is there, and NaN is nowhere
 # Numerical: straight pieces of a Bezier curve; those of a door are half as long as wide.
-_CURVE_STEPS = 12
-_POWERS = np.linspace(0.0, 1.0, _CURVE_STEPS + 1)[:, None]
+CURVE_STEPS = 12
+_POWERS = np.linspace(0.0, 1.0, CURVE_STEPS + 1)[:, None]
 # Numerical.
 _BERNSTEIN = np.hstack([
     (1 - _POWERS) ** 3,
@@ -251,6 +251,12 @@ def bezier(controls: Sequence[Sequence[float]] | Array) -> Array:
     """Return points ``(N, 2)`` of a cubic Bezier curve of ``controls (4, 2)``."""
     points: Array = _BERNSTEIN @ np.asarray(controls, dtype=np.float64)
     return points
+
+
+def narrowed(box: Box, points: Array) -> Box:
+    """Return what a clip path of these ``points (N, 2)`` leaves of a box."""
+    low, high = np.maximum(box[:2], points.min(axis=0)), np.minimum(box[2:], points.max(axis=0))
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def transformed(points: Array, A: Array) -> Array:

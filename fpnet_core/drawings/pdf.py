@@ -33,6 +33,7 @@ from fpnet_core.drawings.pages import (
     VectorPage,
     bezier,
     composed,
+    narrowed,
     transformed,
 )
 from fpnet_core.drawings.types import Label, ReadOptions
@@ -41,6 +42,7 @@ from fpnet_core.errors import MapFormatError
 POINT_M = 0.0254 / 72.0
 """Given: length of a PDF's unit on paper [m]."""
 
+_LARGEST_PAGE = 1e7  # numerical: points along a side, 3.5 km
 _MAX_PAGES = 60  # numerical: that are looked at for the one with the floorplan
 _MAX_LOOKED = 4_000  # numerical: objects of a page that are looked at for that
 _MAX_OBJECTS = 600_000  # numerical
@@ -134,7 +136,7 @@ def _read_page(page: Any, name: str) -> VectorPage:
     from pypdfium2 import raw
 
     width, height = page.get_size()
-    if not (0.0 < width < 1e7 and 0.0 < height < 1e7):
+    if not (0.0 < width < _LARGEST_PAGE and 0.0 < height < _LARGEST_PAGE):
         raise MapFormatError(f'{name} has a page of {width:g} x {height:g} points; print it anew')
     A_top_page = _upright(page, width, height)
     reader = _Reader(raw, page.get_textpage(), PageBuilder(name), A_top_page)
@@ -283,14 +285,7 @@ def _clip(reader: _Reader, obj: Any, A_page_form: Array, outer: Box) -> Box:
     for k in range(max(count, 0)):
         points = _clip_points(raw, clip, k)
         if len(points):
-            placed = transformed(points, A)
-            low, high = placed.min(axis=0), placed.max(axis=0)
-            box = (
-                max(box[0], float(low[0])),
-                max(box[1], float(low[1])),
-                min(box[2], float(high[0])),
-                min(box[3], float(high[1])),
-            )
+            box = narrowed(box, transformed(points, A))
     return box
 
 

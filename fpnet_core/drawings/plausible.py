@@ -16,8 +16,10 @@ import json
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from fpnet_core.raster.morphology import shrunk
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
 Array = NDArray[np.float64]
@@ -43,7 +45,7 @@ def probability(figures: Array) -> float:
     """Return how surely a reading with ``figures (F,)`` shows the rooms of its drawing."""
     mean, std, weight, bias = _model()
     score = float(powers((figures - mean) / std) @ weight + bias)
-    return float(1.0 / (1.0 + np.exp(-score)))
+    return float(expit(score))
 
 
 def powers(scaled: Array) -> Array:
@@ -140,7 +142,6 @@ def wall_cells(walls: NDArray[np.bool_]) -> float:
 
 def _specks(grid: GridMap, door: float) -> int:
     """Count the pieces of ink that are shorter than a door is wide."""
-    walls = (grid.cells == OCCUPIED).astype(np.uint8)
-    _, _, stats, _ = cv2.connectedComponentsWithStats(walls, connectivity=8)
+    _, stats = pieces_of(grid.cells == OCCUPIED)
     extent = stats[1:, 2:4].max(axis=1, initial=0) * grid.resolution
     return int(np.count_nonzero(extent < door))

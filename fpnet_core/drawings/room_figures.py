@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.looking import WHAT_IFS, Look
 from fpnet_core.raster.morphology import Mask, grown
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, Segmentation
 
@@ -160,7 +161,7 @@ def _inside(look: Look) -> dict[str, Array]:
 
 def _strokes(unread: Mask, labels: Labels, size: NDArray[np.int64]) -> Array:
     """Return the extent of the longest unread stroke of each room, over the root of its area."""
-    _, pieces, stats, _ = cv2.connectedComponentsWithStats(unread.astype(np.uint8), connectivity=8)
+    pieces, stats = pieces_of(unread)
     extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
     longest = np.zeros(len(size) + 1)
     at = pieces > 0

@@ -126,8 +126,7 @@ def _blots(ink: Mask) -> Mask:
     """Return what is thick and reaches the border: what a photographed sheet lies on."""
     side = max(5, round(_BLOT_SHARE * max(ink.shape)))
     core = opened_by(np.pad(ink, side, mode='edge'), square(side))
-    _, labels = cv2.connectedComponents(core.astype(np.uint8), connectivity=8)
-    inner = labels[side:-side, side:-side]
+    inner = pieces_of(core)[0][side:-side, side:-side]
     rim = np.unique(border_of(inner))
     return grown(np.isin(inner, rim[rim > 0]), 2)
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.looking import WHAT_IFS, Look
 from fpnet_core.drawings.plausible import FEATURES, features, wall_cells
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
-from fpnet_core.raster.morphology import Mask, grown, square
+from fpnet_core.raster.morphology import Mask, grown, opened_by, square
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import NEIGHBOURS, border_of
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, UNKNOWN
@@ -42,6 +43,7 @@ _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
+DOUBTFUL = 0.5  # a room that is right with less
 _FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
@@ -81,7 +83,7 @@ def _of_rooms(shut_out: float, rooms: Array, right: Array) -> dict[str, float]:
     hits = counted.mean()
     return {
         'expected': hits,
-        'doubtful': float(np.mean(counted < 0.5)),
+        'doubtful': float(np.mean(counted < DOUBTFUL)),
         'least': float(np.quantile(right, 0.1)),
         'log_odds': float(np.mean([_odds(each) for each in right.tolist()])),
         'expected_area': float(np.average(right, weights=area)),
@@ -163,10 +165,8 @@ def _walls_beside(look: Look, sure: Mask) -> float:
     """Return how much that looks like a wall goes on outside, per area of the reading's walls."""
     walls = look.walls
     side = max(1, round(_AS_THICK * wall_cells(walls)))
-    thick = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_OPEN, square(side))
-    joined = np.maximum(thick, walls.astype(np.uint8))
-    count, pieces = cv2.connectedComponents(joined, connectivity=8)
-    is_part = np.bincount(pieces[walls], minlength=count) > 0
+    pieces, stats = pieces_of(opened_by(sure, square(side)) | walls)
+    is_part = np.bincount(pieces[walls], minlength=len(stats)) > 0
     is_part[0] = False
     outside = (look.segmentation.grid.cells == UNKNOWN) & ~grown(walls, 2)
     return int(np.count_nonzero(is_part[pieces] & outside)) / max(int(np.count_nonzero(walls)), 1)
@@ -205,9 +205,9 @@ def _closed_outside(look: Look) -> list[tuple[tuple[int, int, int, int], int]]:
         return []
     least = _LEAST_ROOM * float(np.median(size[size > 0]))
     lines = look.levels > _SURE_LINE * look.tone
-    outside = (~lines & (look.segmentation.grid.cells == UNKNOWN)).astype(np.uint8)
-    count, pieces, stats, _ = cv2.connectedComponentsWithStats(outside, connectivity=4)
-    touching = np.bincount(pieces[_beside_building(look)], minlength=count)
+    outside = ~lines & (look.segmentation.grid.cells == UNKNOWN)
+    pieces, stats = pieces_of(outside, connectivity=4)
+    touching = np.bincount(pieces[_beside_building(look)], minlength=len(stats))
     area = stats[:, cv2.CC_STAT_AREA]
     is_lost = (area > least) & (touching > _TOUCHING * np.sqrt(area))
     is_lost[0] = False

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
+    CURVE_STEPS,
     EVERYWHERE,
     NO_PAINT,
     Array,
@@ -31,6 +32,7 @@ from fpnet_core.drawings.pages import (
     Picture,
     Ring,
     VectorPage,
+    narrowed,
     transformed,
 )
 from fpnet_core.drawings.svg_cleaning import NUMBER, Clean, cleaned, parse, unpacked
@@ -44,7 +46,6 @@ PIXEL_M = 0.0254 / 96.0
 _PHYSICAL = ('mm', 'cm', 'in', 'pt', 'pc')
 _MAX_PICTURE = 60_000_000  # numerical: pixels of a picture within the file
 _LETTER = 0.55  # of the letters' size, their width; chosen
-_CURVE_STEPS = 12  # numerical
 
 
 def load_libraries() -> None:
@@ -163,14 +164,7 @@ def _clip_of(builder: PageBuilder, clips: list[tuple[Array, ...]]) -> tuple[Box,
     """Return the box that all clip paths leave, and the mask of the innermost that is no box."""
     box, mask = EVERYWHERE, -1
     for rings in clips:
-        points = np.concatenate(rings)
-        low, high = points.min(axis=0), points.max(axis=0)
-        box = (
-            max(box[0], float(low[0])),
-            max(box[1], float(low[1])),
-            min(box[2], float(high[0])),
-            min(box[3], float(high[1])),
-        )
+        box = narrowed(box, np.concatenate(rings))
         if len(rings) > 1 or not _is_box(rings[0]):
             if not builder.masks or builder.masks[-1] is not rings:
                 builder.masks.append(rings)
@@ -258,11 +252,11 @@ def _rings(shape: Any) -> Iterator[Ring]:
             points.append(_xy(segment.end))
             curve.append(False)
         else:
-            steps = np.linspace(0.0, 1.0, _CURVE_STEPS + 1)[1:]
+            steps = np.linspace(0.0, 1.0, CURVE_STEPS + 1)[1:]
             if curve:
                 curve[-1] = True
             points.extend(_xy(segment.point(t)) for t in steps)
-            curve.extend([True] * (_CURVE_STEPS - 1) + [False])
+            curve.extend([True] * (CURVE_STEPS - 1) + [False])
     yield from _ring(points, curve, False)
 
 

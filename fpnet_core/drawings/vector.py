@@ -56,6 +56,7 @@ _REACH = 0.6  # of the core's size that the drawing may reach on either side; be
 _WALL_SHARE = 0.03  # of all lines' length, for layers named after walls to be believed
 _SYMBOL_SHARE = 0.5  # of a path's length that draws a door or hatch, for all of it to be one
 _SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the paper itself
+_RECTANGLE = 0.95  # of the box around an area, for it to be a rectangle
 _UNIT_ERROR = 0.01  # of buildings whose drawing is in true units, as built
 _SOME_DOORS = 3  # that leave no doubt that a building is drawn
 _FEWEST_LINES = 4
@@ -323,16 +324,32 @@ def _painted_box(
 
 
 def _is_paper(page: VectorPage) -> NDArray[np.bool_]:
-    """Tell which paths are an area as large as the sheet, without an outline: its background."""
+    """
+    Tell which paths are the sheet's background: a rectangle of its size, without an outline.
+
+    Walls that are filled reach around the sheet as well, with rooms cut out of them.
+    """
     if page.box is None or not len(page.path):
         return np.zeros(len(page.width), dtype=np.bool_)
     starts = page.ring_start[:-1]
     low, high = np.minimum.reduceat(page.points, starts), np.maximum.reduceat(page.points, starts)
     sheet = np.subtract(page.box[2:], page.box[:2])
     is_large = ((high - low) > _SHEET_SHARE * sheet).all(axis=1)
-    paper = np.bincount(page.path, is_large, len(page.width)) > 0
-    is_paper: NDArray[np.bool_] = paper & (page.stroke[:, 3] == 0)
+    is_whole = _ring_areas(page) > _RECTANGLE * (high - low).prod(axis=1)
+    background = np.bincount(page.path, is_large & is_whole, len(page.width)) > 0
+    is_alone = np.bincount(page.path, minlength=len(page.width)) == 1
+    is_paper: NDArray[np.bool_] = background & is_alone & (page.stroke[:, 3] == 0)
     return is_paper
+
+
+def _ring_areas(page: VectorPage) -> NDArray[np.float64]:
+    """Return the area that each ring encloses."""
+    count = np.diff(page.ring_start)
+    following = np.arange(1, len(page.points) + 1)
+    following[page.ring_start[1:] - 1] = page.ring_start[:-1]
+    (x, y), (next_x, next_y) = page.points.T, page.points[following].T
+    twice = np.add.reduceat(x * next_y - next_x * y, page.ring_start[:-1])
+    return np.where(count > 2, np.abs(twice) / 2.0, 0.0)
 
 
 def _strokes(page: VectorPage, pieces: Pieces, canvas: Canvas) -> Strokes:

@@ -95,15 +95,14 @@ def _shrunk_part(
 _WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
 
 
-def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) -> View:
+def view_of(pixels: Levels, crop: Box | None = None) -> View:
     """
-    Return the view of a drawing with dark lines on a lighter ground.
+    Return the view of a drawing with dark lines on a lighter ground, turn and perspective undone.
 
     Parameters
     ----------
     pixels : (H, W, 3)
     crop : what of it to look at, in pixels
-    straighten : undo turn and perspective
     """
     left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
     part = pixels[top:bottom, left:right]
@@ -112,7 +111,7 @@ def view_of(pixels: Levels, crop: Box | None = None, straighten: bool = True) ->
     small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
     levels = contrast(np.asarray(small, dtype=np.uint8))
     scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ cut_from(left, top)
-    H = find_straightening(levels) if straighten else np.eye(3)
+    H = find_straightening(levels)
     is_straightened = not np.array_equal(H, np.eye(3))
     if is_straightened:
         levels = np.asarray(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Which of many point sets, best first, are not nearly the same as a better one."""
+"""Few of many: points evenly drawn, and point sets that are not nearly the same as a better."""
 
 from __future__ import annotations
 
@@ -35,3 +35,10 @@ def first_of_each(placed: NDArray[np.float64], distance_m: float, limit: int) ->
             if count == limit:
                 break
     return kept[:count]
+
+
+def evenly_drawn(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return at most ``count`` of ``points (P, D)``, the first and the last one among them."""
+    if len(points) <= count:
+        return points
+    return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,9 +116,23 @@ class FrameTree:
             )
         return f'{source!r} in {target!r} is unknown at {stamp_ns} ns: no pose before and after it'
 
+    def parent(self, frame: str) -> str | None:
+        """Return the parent of a frame, None where nobody has named one."""
+        edge = self._edges.get(_named(frame))
+        return None if edge is None else edge.parent
+
     def root(self, frame: str) -> str:
         """Return the last ancestor of a frame, itself where it has no parent."""
         return self._chain(frame)[-1]
+
+    def body(self, frame: str) -> str:
+        """Return the last ancestor of a frame that it is fixed to, itself where there is none."""
+        chain = self._chain(frame)
+        for here, above in pairwise(chain):
+            if isinstance(self._edges[here].place, PoseTrack):
+                return here
+            frame = above
+        return _named(frame)
 
     def _joint(self, one: str, other: str) -> str | None:
         """Return the nearest common ancestor of two frames, None where they have none."""

@@ -48,6 +48,17 @@ def carried(
     return result
 
 
+def twist(T_a_b: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+    """
+    Return the even velocity ``(6,)`` that leads from pose ``a`` to pose ``b`` in a time.
+
+    Along x, y and z [m/s] and about them [rad/s], in the moving frame itself.
+    """
+    turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
+    velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
+    return np.concatenate([velocity, turn]) / seconds
+
+
 def _integral(turn: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return ``V (3, 3)``: an even twist of rotation vector ``turn`` moves by ``V @ velocity``."""
     angle = float(np.linalg.norm(turn))

@@ -15,6 +15,8 @@ from fpnet_core.errors import OdometryError
 # 1e-4.
 RIGID_TOLERANCE = 1e-3
 
+_LEAST_NORM = 1e-6  # numerical: of a quaternion; a shorter one is zero
+
 
 def is_rigid(matrix: ArrayLike) -> bool:
     """Tell whether ``matrix`` is a finite (4, 4) rotation plus translation, not mirrored."""
@@ -63,7 +65,7 @@ def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64
     xyz, xyzw = np.asarray(xyz, dtype=np.float64), np.asarray(xyzw, dtype=np.float64)
     if not (np.isfinite(xyz).all() and np.isfinite(xyzw).all()):
         raise ValueError('pose holds NaN or infinity')
-    if np.linalg.norm(xyzw) < 1e-6:
+    if np.linalg.norm(xyzw) < _LEAST_NORM:
         raise ValueError('quaternion is zero: the orientation was never set')
     m = np.eye(4)
     m[:3, :3] = Rotation.from_quat(xyzw).as_matrix()

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 # Numerical: relative deviation from the group that construction still accepts (rounding of long
 # chains).
 _GROUP_TOLERANCE = 1e-6
+_SINGULAR = 1e-12  # numerical: a smaller determinant or scale is zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ class Affine2D:
 
     @classmethod
     def _check_group(cls, linear: Array) -> None:
-        if abs(np.linalg.det(linear)) < 1e-12:
+        if abs(np.linalg.det(linear)) < _SINGULAR:
             raise ValueError('linear part is singular')
 
     @classmethod
@@ -131,7 +132,7 @@ class Similarity2D(Affine2D):
     def _check_group(cls, linear: Array) -> None:
         scale = float(np.hypot(linear[0, 0], linear[1, 0]))
         rotation = np.array([[linear[0, 0], -linear[1, 0]], [linear[1, 0], linear[0, 0]]])
-        if scale < 1e-12 or np.abs(linear - rotation).max() > _GROUP_TOLERANCE * scale:
+        if scale < _SINGULAR or np.abs(linear - rotation).max() > _GROUP_TOLERANCE * scale:
             raise ValueError(f'linear part is not a scaled rotation: {linear.tolist()}')
 
     @classmethod

@@ -9,6 +9,7 @@ sizes are compared with what the file holds first. Nothing is unpickled.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, Self
 from zipfile import ZipFile
@@ -16,6 +17,8 @@ from zipfile import ZipFile
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
+
+from fpnet_core.io.atomic import replaced
 
 MAX_BYTES = 2**30
 """
@@ -57,6 +60,12 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         if archive.size > MAX_BYTES:
             raise ValueError(f'unpacks to {archive.size} bytes, expected at most {MAX_BYTES}')
         return {name: archive.read(name) for name in archive.names}
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any], is_durable: bool = False) -> None:
+    """Write arrays by name as a compressed ``.npz``, as :func:`replaced`: whole or not at all."""
+    with replaced(path, is_durable) as partial, partial.open('wb') as file:
+        np.savez_compressed(file, **arrays)
 
 
 class ArrayArchive:

@@ -12,10 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
+from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.bag_scans import (
     BagScans,
     choose_odometry,
+    first_frame,
+    read_odometry,
     read_static_transforms,
     read_track,
     usable_clouds,
@@ -34,6 +38,7 @@ def open_bag(
     topics: Sequence[str] = (),
     odometry_topic: str | None = None,
     truth_topic: str | None = None,
+    scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
     """
     Open the scans of a bag: those of ``topics``, else its cloud, else all its planar scanners.
@@ -55,7 +60,8 @@ def open_bag(
         )
     if lasers and not topics and not usable_clouds(types):
         return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
-    return BagScans(path, topics[0] if topics else None, odometry_topic, truth_topic)
+    topic = topics[0] if topics else None
+    return BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
 
 
 class BagLasers:
@@ -81,11 +87,12 @@ class BagLasers:
         self.topics = tuple(topics)
         with BagReader(path) as bag:
             self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
-            self._odometry = read_track(bag, self.odometry_topic, path)
+            static = read_static_transforms(bag, path, topics[0])
+            self._odometry = read_odometry(bag, self.odometry_topic, path, static, topics[0])
             self._truth = read_track(bag, truth_topic, path)
             self._count = max(bag.count(topic) for topic in topics)
-            frames = {topic: _first_frame(bag, topic, path) for topic in topics}
-            self._places = self._places_of(_one_each(frames, path), bag)
+            frames = {topic: first_frame(bag, topic, path) for topic in topics}
+            self._places = self._places_of(_one_each(frames, path), static)
 
     @property
     def has_poses(self) -> bool:
@@ -140,9 +147,10 @@ class BagLasers:
         still = sweep.without_motion(np.linalg.inv(T_odom_first) @ T_odom_last)
         return Scan(sweep.stamp_ns, still.points, None, T_odom_last, truth, still.viewpoints)
 
-    def _places_of(self, frames: dict[str, str], bag: BagReader) -> dict[str, NDArray[np.float64]]:
+    def _places_of(
+        self, frames: dict[str, str], static: FrameTree
+    ) -> dict[str, NDArray[np.float64]]:
         """Return ``T_base_laser (4, 4)`` of each topic."""
-        static = read_static_transforms(bag, self._path)
         first = next(iter(frames.values()))
         base = static.root(first) if self._odometry is None else self._odometry.child_frame
         places: dict[str, NDArray[np.float64]] = {}
@@ -155,12 +163,6 @@ class BagLasers:
                     'one scanner (--topic) and give its poses (--poses)'
                 ) from None
         return places
-
-
-def _first_frame(bag: BagReader, topic: str, path: Path) -> str:
-    for _, _, message in bag.messages([topic]):
-        return str(message.header.frame_id).strip('/')
-    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
 
 
 def _one_each(frames: dict[str, str], path: Path) -> dict[str, str]:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 import logging
 from pathlib import Path
 import re
@@ -13,18 +14,29 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import BagReader, stamp_to_ns
-from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, POINT_CLOUD, POSE
+from fpnet_core.io.message_types import (
+    LASER_SCANS,
+    ODOMETRY,
+    POINT_CLOUD,
+    POSE,
+    TRANSFORMS,
+)
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
+from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 
 _log = logging.getLogger(__name__)
 
-_TF_STATIC, _TF_MESSAGE = '/tf_static', 'tf2_msgs/msg/TFMessage'
+TF_TOPIC = '/tf'
+"""Where a robot's own odometry is, if on no topic of its own. Given."""
+
+_TF_STATIC = '/tf_static'
 TRUTH_TOPICS = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
 _KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
@@ -40,15 +52,18 @@ class BagScans:
         cloud_topic: str | None = None,
         odometry_topic: str | None = None,
         truth_topic: str | None = None,
+        scan_stamp: ScanStamp = 'auto',
     ) -> None:
-        self._path = path
+        self._path, self._scan_stamp = path, scan_stamp
         with BagReader(path) as bag:
             self.cloud_topic = _choose_cloud(bag.topics, cloud_topic, path)
             self.odometry_topic = choose_odometry(bag.topics, odometry_topic, path)
             self._count = bag.count(self.cloud_topic)
-            self._odometry = read_track(bag, self.odometry_topic, path)
+            self._static = read_static_transforms(bag, path, self.cloud_topic)
+            self._odometry = read_odometry(
+                bag, self.odometry_topic, path, self._static, self.cloud_topic
+            )
             self._truth = read_track(bag, truth_topic, path)
-            self._static = read_static_transforms(bag, path)
 
     @property
     def has_poses(self) -> bool:
@@ -61,26 +76,21 @@ class BagScans:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode and yield the clouds."""
-        T_child_sensor: NDArray[np.float64] | None = None
         without_pose = 0
+        # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
+        is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
+        stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
         with BagReader(self._path) as bag:
             for index, (_, recorded_ns, cloud) in enumerate(bag.messages([self.cloud_topic])):
-                stamp_ns = stamp_to_ns(cloud.header.stamp) or recorded_ns
-                T_odom_child = None if self._odometry is None else self._odometry.at(stamp_ns)
-                if self._odometry is not None and T_odom_child is None:
-                    without_pose += 1
-                    continue
-                if T_child_sensor is None:
-                    T_child_sensor = self._mounting(cloud.header.frame_id)
                 arrays = self._decode(cloud, index)
-                yield Scan(
-                    stamp_ns,
-                    arrays.points,
-                    arrays.time_s,
-                    None if T_odom_child is None else T_odom_child @ T_child_sensor,
-                    None if self._truth is None else self._truth.at(stamp_ns),
-                    arrays.viewpoints,
-                )
+                stamp_ns = stamps.pose_ns(arrays, stamp_to_ns(cloud.header.stamp) or recorded_ns)
+                truth = None if self._truth is None else self._truth.at(stamp_ns)
+                scan = Scan(stamp_ns, arrays.points, arrays.time_s, None, truth, arrays.viewpoints)
+                placed = self._placed(scan, cloud.header.frame_id)
+                if placed is None:
+                    without_pose += 1
+                else:
+                    yield placed
         if without_pose:
             _log.warning(
                 '%s: %d of %d clouds lie outside the time of %s and were left out',
@@ -89,6 +99,21 @@ class BagScans:
                 self._count,
                 self.odometry_topic,
             )
+
+    def _placed(self, scan: Scan, frame: str) -> Scan | None:
+        """Return a scan where the odometry says it was, None where it does not say."""
+        if self._odometry is None:
+            T_base_sensor = self._static.mount(self._static.body(frame), frame)
+            return replace(scan, T_base_sensor=T_base_sensor)
+        T_odom_child = self._odometry.at(scan.stamp_ns)
+        if T_odom_child is None:
+            return None
+        T_odom_sensor = T_odom_child @ self._mounting(frame)
+        T_odom_first = self._odometry.at(scan.first_ns)
+        if T_odom_first is not None:
+            T_odom_first = T_odom_first @ self._mounting(frame)
+            scan = scan.without_motion(np.linalg.inv(T_odom_first) @ T_odom_sensor)
+        return replace(scan, T_odom_sensor=T_odom_sensor)
 
     def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
@@ -108,14 +133,13 @@ class BagScans:
 
     def _mounting(self, sensor_frame: str) -> NDArray[np.float64]:
         """Return where the sensor sits in the frame whose odometry the bag brings."""
-        if self._odometry is None:
-            return np.eye(4)
+        assert self._odometry is not None  # the caller has looked
         try:
             return self._static.mount(self._odometry.child_frame, sensor_frame)
         except OdometryError as error:
             raise OdometryError(
                 f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
-                'give the poses of the sensor (--poses), or let KISS-ICP find them (--kiss-icp)'
+                'give the poses of the sensor (--poses), or choose KISS-ICP (--odometry kiss)'
             ) from None
 
 
@@ -141,7 +165,8 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
     if wanted == '':
         return None
     if wanted:
-        return _require(wanted, odometry, topics, path)
+        in_tf = [topic for topic, msgtype in topics.items() if msgtype == TRANSFORMS]
+        return _require(wanted, odometry + in_tf, topics, path)
     usable = [topic for topic in odometry if not TRUTH_TOPICS.search(topic)]
     usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
     if not usable:
@@ -192,6 +217,30 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
     return track if len(track) else None
 
 
+def read_odometry(
+    bag: BagReader, topic: str | None, path: Path, static: FrameTree, scan_topic: str
+) -> PoseTrack | None:
+    """Return the poses on ``topic``; in TF those of what the sensor is fixed to."""
+    if topic is None or bag.topics.get(topic) != TRANSFORMS:
+        return read_track(bag, topic, path)
+    body = static.body(first_frame(bag, scan_topic, path))
+    track = PoseTrack(body)
+    for _, _, message in bag.messages([topic]):
+        for stamped in message.transforms:
+            if stamped.child_frame_id.strip('/') == body:
+                pose = stamped.transform
+                matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
+                track.add(stamp_to_ns(stamped.header.stamp), matrix)
+    return track if len(track) else None
+
+
+def first_frame(bag: BagReader, topic: str, path: Path) -> str:
+    """Return the frame of the first message on a topic."""
+    for _, _, message in bag.messages([topic]):
+        return str(message.header.frame_id).strip('/')
+    raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
+
+
 def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
     try:
         return rigid_from_quaternion(
@@ -202,14 +251,23 @@ def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
         raise BagFormatError(f'{where}: {error}') from None
 
 
-def read_static_transforms(bag: BagReader, path: Path) -> FrameTree:
-    """Return what ``/tf_static`` holds, nothing where there is none."""
+def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> FrameTree:
+    """
+    Return what ``/tf_static`` holds, nothing where there is none.
+
+    Of several robots each may have its own, in the namespace of ``scan_topic``.
+    """
     tree = FrameTree()
-    if bag.topics.get(_TF_STATIC) != _TF_MESSAGE:
-        return tree
-    for _, _, message in bag.messages([_TF_STATIC]):
+    of_robot = [
+        topic
+        for topic, msgtype in bag.topics.items()
+        if msgtype == TRANSFORMS
+        and topic.endswith(_TF_STATIC)
+        and scan_topic.startswith(topic.removesuffix(_TF_STATIC) + '/')
+    ]
+    for topic, _, message in bag.messages(of_robot) if of_robot else ():
         for stamped in message.transforms:
             pose = stamped.transform
-            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {_TF_STATIC}')
+            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
             tree.add_fixed(stamped.header.frame_id, stamped.child_frame_id, matrix)
     return tree

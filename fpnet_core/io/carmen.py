@@ -36,6 +36,7 @@ _FIELD_OF_VIEW_RAD = np.pi  # of the SICK lasers behind FLASER
 _NO_RETURN_M = 30.0
 _MIN_RANGE_M = 0.05  # chosen
 _MAX_READINGS = 10_000  # numerical
+_RUNNING = 0.5  # chosen: of the steps grow, or the clock stands still
 _MIN_STEP_NS = 1_000_000  # numerical: puts right the few stamps that go backwards in a good log
 
 
@@ -152,7 +153,7 @@ def _finite(word: str) -> float:
 def _increasing_stamps(times_s: list[float]) -> list[int]:
     """Return strictly increasing stamps [ns]; a clock that mostly stands still is replaced."""
     times = np.array(times_s)
-    if len(times) > 1 and np.mean(np.diff(times) > 0.0) < 0.5:
+    if len(times) > 1 and np.mean(np.diff(times) > 0.0) < _RUNNING:
         return [index * NOMINAL_PERIOD_NS for index in range(len(times))]
     stamps: list[int] = []
     for time_s in times_s:

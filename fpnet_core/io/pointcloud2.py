@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -74,13 +74,15 @@ class CloudArrays:
     ``points (P, 3) float32`` [m] are finite; ``time_s (P,) float64`` counts from the cloud's
     first instant, None where the cloud has no usable time field; ``viewpoints (P, 3) float32``
     [m] are where rays began, None where the cloud does not tell; ``dropped`` points were NaN or
-    infinite. A cloud without points gives empty arrays.
+    infinite; ``first_s`` is the first instant as the driver wrote it, by whatever clock. A cloud
+    without points gives empty arrays.
     """
 
     points: NDArray[np.float32]
     time_s: NDArray[np.float64] | None
     dropped: int = 0
     viewpoints: NDArray[np.float32] | None = None
+    first_s: float = 0.0
 
 
 def decode_points(
@@ -210,8 +212,10 @@ def _finite_points(
         points = points[kept]
         time = None if time is None else time[kept]
         viewpoints = None if viewpoints is None else viewpoints[kept]
-    time_s = None if time is None else sweep_seconds(time)
-    return CloudArrays(points, time_s, dropped, viewpoints)
+    times = None if time is None else sweep_seconds(time)
+    if times is None:
+        return CloudArrays(points, None, dropped, viewpoints)
+    return CloudArrays(points, times.since_first_s, dropped, viewpoints, times.first_s)
 
 
 def _columns(raw: NDArray[Any], names: Iterable[str]) -> NDArray[np.float32]:
@@ -224,23 +228,29 @@ def _columns(raw: NDArray[Any], names: Iterable[str]) -> NDArray[np.float32]:
     return columns
 
 
-def sweep_seconds(time: NDArray[np.float64]) -> NDArray[np.float64] | None:
+class SweepSeconds(NamedTuple):
+    """Times of points since the earliest one ``(P,)``, and that one's by the driver's clock."""
+
+    since_first_s: NDArray[np.float64]
+    first_s: float
+
+
+def sweep_seconds(time: NDArray[np.float64]) -> SweepSeconds | None:
     """
     Turn a time field ``(P,)`` of any unit into seconds since its earliest point.
 
-    Drivers write relative or absolute, float or integer, seconds down to nanoseconds. The origin
-    is dropped, and the unit is the coarsest for which the sweep lasts at most
-    ``LONGEST_SWEEP_S``: KISS-ICP needs nothing else, as it scales times to [0, 1] itself.
-    None if a time is not finite or the spread fits no unit.
+    Drivers write relative or absolute, float or integer, seconds down to nanoseconds. The unit is
+    the coarsest for which the sweep lasts at most ``LONGEST_SWEEP_S``. None if a time is not
+    finite or the spread fits no unit.
     """
     if not time.size:
-        return time
+        return SweepSeconds(time, 0.0)
     first, last = float(time.min()), float(time.max())
     for unit_s in (1.0, 1e-3, 1e-6, 1e-9):
         if (last - first) * unit_s <= LONGEST_SWEEP_S:
             relative = time - first
             relative *= unit_s
-            return relative
+            return SweepSeconds(relative, first * unit_s)
     return None
 
 

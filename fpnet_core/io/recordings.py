@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.io.scans import ScanSource
 
@@ -20,6 +21,7 @@ def open_scans(
     topics: Sequence[str] = (),
     odometry_topic: str | None = None,
     truth_topic: str | None = None,
+    scan_stamp: ScanStamp = 'auto',
 ) -> ScanSource:
     """
     Open a recording of lidar scans.
@@ -33,6 +35,8 @@ def open_scans(
         Topics of a bag: of one cloud, or of planar scanners, which are merged. Scans and odometry
         are found by type, clouds before planar scans; ground truth is read only if named. An
         empty ``odometry_topic`` ignores the odometry of the bag.
+    scan_stamp
+        What of a sweep the stamps of a bag's clouds are of.
 
     Raises
     ------
@@ -45,7 +49,7 @@ def open_scans(
     if _is_bag(path):
         from fpnet_core.io.bag_lasers import open_bag
 
-        return open_bag(path, topics, odometry_topic, truth_topic)
+        return open_bag(path, topics, odometry_topic, truth_topic, scan_stamp)
     if topics or odometry_topic or truth_topic:
         raise CloudFormatError(f'{path} is no ROS 2 bag; topics can be chosen in a bag only')
     if path.is_dir():

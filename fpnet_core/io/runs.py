@@ -6,11 +6,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.arrays import read_arrays
-from fpnet_core.io.atomic import replaced
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.io.frozen import from_arrays, to_arrays
 from fpnet_core.types import LocalizerOutput
 
@@ -25,8 +22,7 @@ def write_output(path: Path | str, output: LocalizerOutput) -> None:
         If it cannot be written; nothing of it is left.
     """
     try:
-        with replaced(Path(path)) as partial, partial.open('wb') as file:
-            np.savez_compressed(file, **to_arrays(output))  # type: ignore[arg-type]
+        write_arrays(Path(path), to_arrays(output))
     except OSError as error:
         raise FpnetError(f'cannot write {path}: {error.strerror}') from None
 

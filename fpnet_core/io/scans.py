@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal, Protocol
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fpnet_core.geometry.motion import carried
+from fpnet_core.stamps import NS_PER_S
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,8 @@ class Scan:
     Parameters
     ----------
     stamp_ns
-        Sensor time.
+        Sensor time of the last point, which is the instant that poses are of; where points have
+        no times of their own, that of the middle of the sweep.
     points : (P, 3) float32
         Finite returns, sensor frame [m]; a planar scanner's lie in z = 0. Where planar scanners
         are mounted on a robot, its base is the sensor.
@@ -34,6 +38,9 @@ class Scan:
     viewpoints : (P, 3) float32
         Where each point's ray began, sensor frame [m]; None: in its origin. Those of several
         scanners in one sweep begin in different places.
+    T_base_sensor : (4, 4) float64
+        Place of the sensor on the robot, whose base is level; None: nobody knows, and the sensor
+        is taken to be.
     """
 
     stamp_ns: int
@@ -42,6 +49,25 @@ class Scan:
     T_odom_sensor: NDArray[np.float64] | None = None
     T_truth_sensor: NDArray[np.float64] | None = None
     viewpoints: NDArray[np.float32] | None = None
+    T_base_sensor: NDArray[np.float64] | None = None
+
+    @property
+    def first_ns(self) -> int:
+        """The instant of the first point; the stamp where points have no times."""
+        if self.time_s is None or not len(self.time_s):
+            return self.stamp_ns
+        return self.stamp_ns - round(float(self.time_s.max()) * NS_PER_S)
+
+    def without_motion(self, T_first_last: NDArray[np.float64]) -> Self:
+        """Return all points as seen at the stamp, given the sensor's motion since the first."""
+        if self.time_s is None or self.first_ns == self.stamp_ns:
+            return self
+        share = self.time_s / self.time_s.max() - 1.0
+        begins = self.viewpoints
+        if begins is not None:
+            begins = carried(begins, T_first_last, share).astype(np.float32)
+        points = carried(self.points, T_first_last, share).astype(np.float32)
+        return replace(self, points=points, viewpoints=begins, time_s=None)
 
 
 @dataclass(frozen=True, eq=False)

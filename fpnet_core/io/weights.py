@@ -11,7 +11,7 @@ loaded that the manifest does not describe.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import hashlib
 from importlib import resources
@@ -77,7 +77,7 @@ def read_weights(path: Path | None, schema: int, packaged: str = PACKAGED_NAME) 
     except SafetensorError as error:
         raise WeightsError(f'{name}: not a safetensors file ({error}); {_REMEDY}') from None
     shapes = {key: tuple(shape) for key, shape in manifest['tensors'].items()}
-    check_shapes(name, {key: value.shape for key, value in tensors.items()}, shapes)
+    check_shapes(name, tensors, shapes)
     return Weights(tensors, manifest)
 
 
@@ -105,10 +105,32 @@ def write_weights(
         said.write_text(json.dumps(manifest, indent=1) + '\n', encoding='utf-8')
 
 
+def network_of(
+    weights: Weights, what: str, names: Mapping[str, Sequence[str]], remedy: str
+) -> dict[str, Any]:
+    """
+    Return the manifest's ``network``, made for figures or classes of these ``names``.
+
+    Raises
+    ------
+    WeightsError
+        Saying that other ones make ``what`` useless, and what to train again with.
+    """
+    network: dict[str, Any] = weights.manifest['network']
+    for key, expected in names.items():
+        if network.get(key) != list(expected):
+            raise WeightsError(
+                f'{what} weights: {key} differ from those of this version; train again with '
+                f'fpnet {remedy}'
+            )
+    return network
+
+
 def check_shapes(
-    name: str, found: Mapping[str, tuple[int, ...]], expected: Mapping[str, tuple[int, ...]]
+    name: str, tensors: Mapping[str, NDArray[Any]], expected: Mapping[str, tuple[int, ...]]
 ) -> None:
     """Raise WeightsError naming the first tensor that is missing, unexpected or misshapen."""
+    found = {key: value.shape for key, value in tensors.items()}
     for key in sorted({*found, *expected}):
         if found.get(key) != expected.get(key):
             raise WeightsError(

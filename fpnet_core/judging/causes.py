@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging.judge import Verdict
+from fpnet_core.judging.reasons import AT_EDGE, metres, percent
 from fpnet_core.types import Cause, CauseKind
 
 _PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
@@ -30,7 +31,6 @@ _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
 _WELL = 0.8  # chosen: a right placement explains so much of the walls, as a rule
 _AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
-_AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
 _TESTED = 0.97
@@ -206,7 +206,7 @@ def _scale(found: Findings, asked: Asked) -> _Weighed:
         if is_outside and fit.probability >= _POSSIBLE and _explains_more(fit, found):
             yield _tested(fit.probability), _scale_found(found, fit, asked)
         return
-    best, edge = found.best, 1.0 + _AT_EDGE
+    best, edge = found.best, 1.0 + AT_EDGE
     if best is None or not 0.0 < low * edge**2 < high < math.inf:
         return
     if low * edge < best.scale < high / edge:
@@ -223,16 +223,16 @@ def _scale(found: Findings, asked: Asked) -> _Weighed:
 def _scale_found(found: Findings, fit: Fit, asked: Asked) -> Cause:
     low, high = found.scales
     evidence = (
-        f'{_percent(fit.explained)} of {_metres(found.walls_m)} of wall fit at {fit.scale:.2f} '
+        f'{percent(fit.explained)} of {metres(found.walls_m)} of wall fit at {fit.scale:.2f} '
         f'times the scale that was taken (p {fit.probability:.2f}); searched were {low:.2f} to '
         f'{high:.2f}'
     )
     if not found.says_scale:
         again = asked.again('--set', 'localizer.scale_policy=unknown')
         return Cause(CauseKind.SCALE, evidence, again)
-    metres = found.resolution_m / fit.scale
-    evidence += f', and {metres:.3g} m per pixel would fit'
-    once = asked.again('--resolution', f'{metres:.3g}', instead_of=('--length',))
+    fitting_m = found.resolution_m / fit.scale
+    evidence += f', and {fitting_m:.3g} m per pixel would fit'
+    once = asked.again('--resolution', f'{fitting_m:.3g}', instead_of=('--length',))
     return Cause(CauseKind.SCALE, evidence, once)
 
 
@@ -251,8 +251,8 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
         return
     explained = found.best.explained if found.best else 0.0
     evidence = (
-        f'the mirror image explains {_percent(fit.explained)} of {_metres(found.walls_m)} of wall '
-        f'(p {fit.probability:.2f}), the drawing {_percent(explained)}'
+        f'the mirror image explains {percent(fit.explained)} of {metres(found.walls_m)} of wall '
+        f'(p {fit.probability:.2f}), the drawing {percent(explained)}'
     )
     weight = 1.0 if found.is_mirrored else _tested(fit.probability)
     yield weight, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
@@ -268,8 +268,8 @@ def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     ]
     nor = f', nor does it fit {" or ".join(tried)}' if tried else ''
     evidence = (
-        f'the best place explains {_percent(explained)} of {_metres(found.walls_m)} of wall '
-        f'(a right one: {_percent(_WELL)} or more){nor}'
+        f'the best place explains {percent(explained)} of {metres(found.walls_m)} of wall '
+        f'(a right one: {percent(_WELL)} or more){nor}'
     )
     again = asked.on('OTHER_PLAN')
     if found.storeys > 1:
@@ -290,7 +290,7 @@ def _too_little(found: Findings, asked: Asked) -> _Weighed:
     if found.has_seen_much:
         return
     of = f' of the {round(found.plan_m2)} m2 on the plan' if found.plan_m2 else ''
-    evidence = f'{_metres(found.walls_m)} of wall and {round(found.seen_m2)} m2{of}'
+    evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m2{of}'
     weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < _FEW_WALLS_M else 0.5
     yield weight, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
 
@@ -300,15 +300,15 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
     drift = found.drift
     if isinstance(drift, DoubleWalls):
         evidence = (
-            f'walls seen again after {_metres(drift.path_m)} lie {drift.shift_m:.1f} m and '
-            f'{drift.turn_deg:.0f} degrees beside the first ones ({_percent(drift.before)} of '
-            f'them agree, {_percent(drift.after)} once moved there)'
+            f'walls seen again after {metres(drift.path_m)} lie {drift.shift_m:.1f} m and '
+            f'{drift.turn_deg:.0f} degrees beside the first ones ({percent(drift.before)} of '
+            f'them agree, {percent(drift.after)} once moved there)'
         )
         yield 0.84, Cause(CauseKind.DRIFT, evidence, better)
     elif isinstance(drift, TurningWalls):
         evidence = (
             f'the walls turn steadily, by {drift.turn_deg:.0f} degrees over '
-            f'{_metres(drift.path_m)}: a round building, or odometry that turns'
+            f'{metres(drift.path_m)}: a round building, or odometry that turns'
         )
         yield 0.82, Cause(CauseKind.DRIFT, evidence, better)
     elif found.contradictions:
@@ -319,10 +319,10 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
 def _self_similar(found: Findings, asked: Asked) -> _Weighed:
     if len(found.alike) < 2 or found.alike[0] < _WELL:
         return
-    shares = ', '.join(_percent(share) for share in found.alike[:4])
+    shares = ', '.join(percent(share) for share in found.alike[:4])
     more = f' and {len(found.alike) - 4} more' if len(found.alike) > 4 else ''
     evidence = (
-        f'{len(found.alike)} places explain the {_metres(found.walls_m)} of wall alike: '
+        f'{len(found.alike)} places explain the {metres(found.walls_m)} of wall alike: '
         f'{shares}{more}'
     )
     look = f'{asked.look("check-plan", "--plot", "alike.png")} and drive to where rooms differ'
@@ -331,8 +331,8 @@ def _self_similar(found: Findings, asked: Asked) -> _Weighed:
 
 def _undecided(found: Findings, asked: Asked) -> Cause:
     """Return what is left to say where nothing speaks against the plan."""
-    explained = f'{_percent(found.best.explained)} of ' if found.best else ''
-    evidence = f'nothing speaks against the plan, and {explained}{_metres(found.walls_m)} of wall '
+    explained = f'{percent(found.best.explained)} of ' if found.best else ''
+    evidence = f'nothing speaks against the plan, and {explained}{metres(found.walls_m)} of wall '
     evidence += 'fit: more of them would decide'
     return Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
 
@@ -357,14 +357,6 @@ def _explained(verdict: Verdict) -> NDArray[np.float64]:
     """Return the share of the walls that each placement explains, bent or not, ``(C,)``."""
     figures = verdict.evidence
     return np.maximum(figures.of('support'), figures.of('bent_support')).astype(np.float64)
-
-
-def _percent(share: float) -> str:
-    return f'{round(100 * share)} %'
-
-
-def _metres(length_m: float) -> str:
-    return f'{round(length_m)} m'
 
 
 _GUESSES = (CauseKind.OTHER_PLAN, CauseKind.SELF_SIMILAR, CauseKind.TOO_LITTLE)

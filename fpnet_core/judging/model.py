@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
-from fpnet_core.errors import WeightsError
-from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence
+from fpnet_core.small_networks import silu, standardised
 
 Array = NDArray[np.float64]
 
@@ -30,10 +30,7 @@ JUDGE_SCHEMA = 1
 JUDGE_NAME = 'judge.safetensors'
 
 CLIP = 4.0
-"""
-Numerical: figures are standardised and held to so many standard deviations: nothing unseen counts
-more.
-"""
+"""Numerical: figures are held to so many standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,33 +65,28 @@ class JudgeModel:
         The plan is taken for the right one at even odds. No placements leave the last two.
         """
         t = {name: value.astype(np.float64) for name, value in self.tensors.items()}
-        x = np.clip((evidence.figures - t['figure_mean']) / t['figure_scale'], -CLIP, CLIP)
-        g = np.clip((evidence.context - t['context_mean']) / t['context_scale'], -CLIP, CLIP)
+        x = standardised(evidence.figures, t['figure_mean'], t['figure_scale'], CLIP)
+        g = standardised(evidence.context, t['context_mean'], t['context_scale'], CLIP)
         votes = [self._vote(t, m, x, g) for m in range(self.members)]
         return _normalised(np.mean(votes, axis=0))
 
     @staticmethod
     def _vote(t: dict[str, Array], m: int, x: Array, g: Array) -> Array:
         inputs = np.concatenate([x, np.broadcast_to(g, (len(x), len(g)))], axis=1)
-        hidden = _silu(inputs @ t['first'][m].T + t['first_bias'][m])
-        hidden = _silu(hidden @ t['second'][m].T + t['second_bias'][m])
+        hidden = silu(inputs @ t['first'][m].T + t['first_bias'][m])
+        hidden = silu(hidden @ t['second'][m].T + t['second_bias'][m])
         scores = hidden @ t['value'][m] + x @ t['direct'][m] + t['value_bias'][m]
         share = np.exp(scores - scores.max()) if len(x) else scores
         pooled = share / share.sum() @ hidden if len(x) else np.zeros(hidden.shape[1])
         mean = hidden.mean(axis=0) if len(x) else np.zeros(hidden.shape[1])
         whole = np.concatenate([pooled, mean, g])
-        none = _silu(t['none_first'][m] @ whole + t['none_first_bias'][m])
+        none = silu(t['none_first'][m] @ whole + t['none_first_bias'][m])
         none = t['none_second'][m] @ none + t['none_second_bias'][m]
         return _normalised(np.concatenate([scores, none]))
 
 
-def _silu(x: Array) -> Array:
-    return np.asarray(x / (1.0 + np.exp(-x)))
-
-
 def _normalised(logits: Array) -> Array:
-    top = logits.max()
-    return np.asarray(logits - top - np.log(np.exp(logits - top).sum()))
+    return np.asarray(logits - logsumexp(logits))
 
 
 def read_judge(path: Path | None = None) -> JudgeModel:
@@ -111,15 +103,10 @@ def read_judge(path: Path | None = None) -> JudgeModel:
 
 def model_of(weights: Weights) -> JudgeModel:
     """Return the model that a checkpoint holds."""
-    network: dict[str, Any] = weights.manifest['network']
-    for name, expected in (('figures', FIGURES), ('context', CONTEXT)):
-        if network.get(name) != list(expected):
-            raise WeightsError(
-                f'judge weights: {name} differ from those of this version; '
-                'train again with fpnet train-judge'
-            )
-    found = {key: value.shape for key, value in weights.tensors.items()}
-    check_shapes('judge weights', found, shapes(network['members'], network['width']))
+    names = {'figures': FIGURES, 'context': CONTEXT}
+    network = network_of(weights, 'judge', names, 'train-judge')
+    expected = shapes(network['members'], network['width'])
+    check_shapes('judge weights', weights.tensors, expected)
     return JudgeModel(weights.tensors)
 
 

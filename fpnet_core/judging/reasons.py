@@ -27,9 +27,11 @@ CONTRADICTED = (
     'slipped, or the drawing is wrong here'
 )
 
+AT_EDGE = 0.01
+"""Numerical: a scale as near to what was searched, as a share, has been held there."""
+
 _LITTLE_M = 25.0  # physical: the walls of one room
 _NOISE_M = 1.0  # physical: contested wall that tells nothing; walls are seen in pieces as long
-_AT_EDGE = 0.01  # numerical: a scale as near to what was searched has been held there
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
 _WELL = 0.8  # chosen: who explains so much of the walls has seen too few of them
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
@@ -101,7 +103,7 @@ def anew(why: str) -> str:
 def _undecided(verdict: Verdict, look: Look) -> str:
     """Name what holds the probability that the best placement lacks."""
     is_little = look.walls_m < _LITTLE_M
-    little = f'only {_metres(look.walls_m)} of wall seen so far'
+    little = f'only {metres(look.walls_m)} of wall seen so far'
     if not len(verdict.placements):
         return little if is_little else 'nothing on the floorplan fits what was seen'
     placed = float(verdict.placements.probability.sum())
@@ -119,7 +121,7 @@ def _undecided(verdict: Verdict, look: Look) -> str:
     if is_little:
         return little
     if by in _TOO_LITTLE and _explains_well(verdict, look):
-        explained = f'{_percent(_shares(verdict)[0])} of {_metres(look.walls_m)} of wall'
+        explained = f'{percent(_shares(verdict)[0])} of {metres(look.walls_m)} of wall'
         return f'explains {explained}{_bent(verdict)}: {_TOO_LITTLE[by]}'
     return f'{_explains(verdict, look)}: {_doubt(by, verdict, look)}'
 
@@ -154,7 +156,7 @@ def _unconfirmed(look: Look) -> str:
 
 def _explained(verdict: Verdict, look: Look) -> str:
     return (
-        f'{_percent(_shares(verdict)[0])} of {_metres(look.walls_m)} of wall '
+        f'{percent(_shares(verdict)[0])} of {metres(look.walls_m)} of wall '
         f'explained{_bent(verdict)}'
     )
 
@@ -162,11 +164,11 @@ def _explained(verdict: Verdict, look: Look) -> str:
 def _explains(verdict: Verdict, look: Look) -> str:
     scale = _scale(verdict, look)
     missing = float(verdict.evidence.of('denied')[0])
-    parts = [f'explains {_percent(_shares(verdict)[0])} of the walls{_bent(verdict)}']
+    parts = [f'explains {percent(_shares(verdict)[0])} of the walls{_bent(verdict)}']
     if scale:
         parts.append(f'at {scale}')
     if missing >= _MISSING:
-        parts.append(f'but {_percent(missing)} of those drawn there are missing')
+        parts.append(f'but {percent(missing)} of those drawn there are missing')
     return ', '.join(parts)
 
 
@@ -175,10 +177,10 @@ def _rival(verdict: Verdict, look: Look) -> str:
     if len(verdict.placements) < 2:
         return 'no rival was found'
     best, other = _shares(verdict)[:2]
-    said = f'the best rival, {_where(verdict, look)}, explains {_percent(other)}'
+    said = f'the best rival, {_where(verdict, look)}, explains {percent(other)}'
     missing = verdict.evidence.of('denied')
     if round(100 * other) >= round(100 * best) and missing[1] - missing[0] >= _MISSING:
-        said += f', but {_percent(float(missing[1]))} of the walls drawn there are missing'
+        said += f', but {percent(float(missing[1]))} of the walls drawn there are missing'
     return said
 
 
@@ -215,7 +217,7 @@ def _parting(verdict: Verdict, look: Look) -> list[str]:
     if not 0.0 < more <= _FARTHEST:
         return []
     more_m = max(more * contested_m, 1.0)
-    return [f'{_metres(more_m)} more of wall where they differ would part them']
+    return [f'{metres(more_m)} more of wall where they differ would part them']
 
 
 def _contested_m(verdict: Verdict, walls_m: float) -> float:
@@ -242,7 +244,7 @@ def _scaled(verdict: Verdict, look: Look) -> list[str]:
 def _scale(verdict: Verdict, look: Look) -> str:
     """Return the best placement's scale where it is at the edge of what was searched."""
     (low, high), scale = look.scales, float(verdict.placements.scale[0])
-    edge = 1.0 + _AT_EDGE
+    edge = 1.0 + AT_EDGE
     if not 0.0 < low * edge**2 < high < math.inf or low * edge < scale < high / edge:
         return ''
     said = f'{scale:.2f} times the stated scale'
@@ -268,9 +270,11 @@ def _shares(verdict: Verdict) -> Array:
     return np.asarray(verdict.evidence.of(name), np.float64)
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Return a share as people read it."""
     return f'{round(100 * share)} %'
 
 
-def _metres(length_m: float) -> str:
+def metres(length_m: float) -> str:
+    """Return a length as people read it."""
     return f'{round(length_m)} m'

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
+from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.judging import kernels
 from fpnet_core.judging.deform import Deformation, Patches, deform, patches_of
 from fpnet_core.pose import MapEvidence, MapSide
@@ -78,7 +79,7 @@ class LookedAt:
 
 def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> LookedAt:
     """Return the samples of a submap that has walls under ``C > 0`` placements."""
-    walls, free = _every(sub.walls, _MAX_WALLS), _every(sub.free, _MAX_FREE)
+    walls, free = evenly_drawn(sub.walls, _MAX_WALLS), evenly_drawn(sub.free, _MAX_FREE)
     to_plan = _chained(plan.A_rc_xy, placements.linear, placements.translation)
     inverse = np.asarray(np.linalg.inv(placements.linear), dtype=np.float64)
     back = -np.einsum('cij,cj->ci', inverse, placements.translation)
@@ -121,13 +122,6 @@ def wall_figures(plan: MapSide, sub: MapSide, placements: Placements, looked: Lo
 def kernel(distance: NDArray[np.float32], width_m: float) -> NDArray[np.float32]:
     """Return ``exp(-d^2 / (2 width^2))``."""
     return np.asarray(np.exp(-0.5 * np.square(distance / np.float32(width_m))), np.float32)
-
-
-def _every(points: Array, limit: int) -> Array:
-    """Return at most ``limit`` of the points, evenly drawn."""
-    if len(points) <= limit:
-        return points
-    return points[np.linspace(0, len(points) - 1, limit).astype(np.int64)]
 
 
 def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
@@ -210,7 +204,7 @@ def _backward(
     plan: MapEvidence, sub: MapEvidence, placements: Placements, looked: LookedAt
 ) -> Figures:
     """Drawn walls inside what was seen: met, or denied by free space."""
-    drawn = _every(plan.walls, _MAX_DRAWN)
+    drawn = evenly_drawn(plan.walls, _MAX_DRAWN)
     drawn_m = plan.wall_length_m / max(len(drawn), 1)
     plain, bent = kernels.drawn_walls(
         looked.to_sub, drawn, sub.wall_distance, sub.observed, looked.patches.of_cell,

@@ -7,7 +7,7 @@ from fpnet_core.judging import Judge
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
-from fpnet_core.localizer.replay import ReplayResult, replay
+from fpnet_core.localizer.replay import Replay, ReplayResult, replay
 from fpnet_core.localizer.sides import prepare_plan
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     'Localizer',
     'MapMatch',
     'MapMatchStatus',
+    'Replay',
     'ReplayResult',
     'create_finder',
     'create_localizer',

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.geometry import Affine2D, Placements, wrap_to_pi
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
@@ -126,7 +126,7 @@ def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D
 
 def _difference(A: Affine2D, other: Affine2D, robot_odom: Array) -> Array:
     """Return how far ``A`` puts the robot from where ``other`` does: x, y [m], yaw [rad]."""
-    turned = np.angle(np.exp(1j * (A.heading - other.heading)))
+    turned = wrap_to_pi(A.heading - other.heading)
     return np.append(A.apply(robot_odom) - other.apply(robot_odom), turned)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.judging.causes import DoubleWalls, TurningWalls
 from fpnet_core.pose import FINE, ROUGH, Freedom, MapEvidence, map_evidence, refine, wall_support
+from fpnet_core.raster.rays import values_at
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
 
 Array = NDArray[np.float64]
@@ -155,11 +156,8 @@ def _starts(at: Array) -> Placements:
 
 def _distance(walls: MapEvidence, points: Array) -> Array:
     """Return the distance of points ``(P, 2)`` to the nearest wall [m]; infinite off the map."""
-    rc = np.rint(points @ walls.A_rc_xy[:, :2].T + walls.A_rc_xy[:, 2]).astype(np.int64)
-    inside = ((rc >= 0) & (rc < walls.wall_distance.shape)).all(axis=1)
-    distance = np.full(len(points), np.inf)
-    distance[inside] = walls.wall_distance[rc[inside, 0], rc[inside, 1]]
-    return distance
+    rc = points @ walls.A_rc_xy[:, :2].T + walls.A_rc_xy[:, 2]
+    return values_at(walls.wall_distance, rc, np.inf).astype(np.float64)
 
 
 def _path_m(path_xy: Array) -> Array:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 import logging
 import time
@@ -24,7 +24,7 @@ from fpnet_core.types import LocalizerOutput
 _log = logging.getLogger(__name__)
 
 Register = Callable[[Scan], RegisteredSweep]
-"""Turns a scan without pose into deskewed points where they were seen."""
+"""Turns a scan into deskewed points where they were seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,26 @@ def replay(
     on_scan: Callable[[], None] = lambda: None,
 ) -> ReplayResult:
     """
-    Feed scans to the localizer and tick it on its period of sensor time.
+    Feed all scans to the localizer, and return the run; see :class:`Replay`.
+
+    Raises
+    ------
+    FpnetError
+        The last one, if every scan was refused.
+    """
+    run = Replay(scans, localizer, tick_period_s, register, on_scan)
+    for _ in run:
+        pass
+    return run.result()
+
+
+class Replay:
+    """
+    A run that goes on as far as somebody asks for its outputs.
+
+    Iterating feeds scans to the localizer, ticks it on its period of sensor time and yields what
+    each tick said; one more tick follows the last scan, so that the last status says all. A pose
+    is published after every scan while the status is LOCALIZED.
 
     Parameters
     ----------
@@ -66,29 +85,57 @@ def replay(
     tick_period_s : sensor time between two ticks
     register : odometry for scans that bring none
     on_scan : called after each scan, for progress bars
-
-    Returns
-    -------
-    The run; one more tick follows the last scan, so that the last status says all. A pose
-    is published after every scan while the status is LOCALIZED.
+    registers_all : scans with poses go through ``register``, too, which may take them as a guess
 
     Raises
     ------
     FpnetError
-        The last one, if every scan was refused.
+        While iterating: the last one, if every scan was refused.
     """
-    run = _Run(localizer, int(tick_period_s * NS_PER_S))
-    refusal: FpnetError | None = None
-    for scan in scans:
-        try:
-            run.take(scan.stamp_ns, _registered(scan, register))
-        except FpnetError as error:
-            _log.warning('%s', error)
-            run.rejected, refusal = run.rejected + 1, error
-        on_scan()
-    if refusal is not None and not run.path:
-        raise refusal
-    return run.result()
+
+    def __init__(
+        self,
+        scans: Iterable[Scan],
+        localizer: Localizer,
+        tick_period_s: float,
+        register: Register,
+        on_scan: Callable[[], None] = lambda: None,
+        registers_all: bool = False,
+    ) -> None:
+        self._registers_all = registers_all
+        self._run = _Run(localizer, int(tick_period_s * NS_PER_S))
+        self._outputs = self._follow(scans, register, on_scan)
+
+    def __iter__(self) -> Iterator[LocalizerOutput]:
+        """Return itself: a second loop goes on where the first one stopped."""
+        return self._outputs
+
+    def result(self) -> ReplayResult:
+        """Return the run as far as it went."""
+        return self._run.result()
+
+    def _registered(self, scan: Scan, register: Register) -> RegisteredSweep:
+        if self._registers_all or scan.T_odom_sensor is None:
+            return register(scan)
+        return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)
+
+    def _follow(
+        self, scans: Iterable[Scan], register: Register, on_scan: Callable[[], None]
+    ) -> Iterator[LocalizerOutput]:
+        run, refusal = self._run, None
+        for scan in scans:
+            try:
+                ticked = run.take(scan.stamp_ns, self._registered(scan, register))
+            except FpnetError as error:
+                _log.warning('%s', error)
+                run.rejected, refusal, ticked = run.rejected + 1, error, False
+            on_scan()
+            if ticked:
+                yield run.outputs[-1]
+        if refusal is not None and not run.path:
+            raise refusal
+        if run.finish():
+            yield run.outputs[-1]
 
 
 @dataclass(eq=False)
@@ -104,28 +151,36 @@ class _Run:
     rejected: int = 0
     next_tick_ns: int | None = None
 
-    def take(self, stamp_ns: int, sweep: RegisteredSweep) -> None:
+    def take(self, stamp_ns: int, sweep: RegisteredSweep) -> bool:
+        """Add a scan, and tell whether a tick followed it."""
         start = time.perf_counter()
         self.localizer.add_scan(sweep.points, sweep.T_odom_sensor, stamp_ns, sweep.viewpoints)
         self.add_ms.append(1e3 * (time.perf_counter() - start))
         self.path.append((stamp_ns, SE2.from_matrix4(sweep.T_odom_sensor)))
         if self.next_tick_ns is None or stamp_ns < self.next_tick_ns - 2 * self.period_ns:
             self.next_tick_ns = stamp_ns + self.period_ns
-        if stamp_ns >= self.next_tick_ns:
+        if is_due := stamp_ns >= self.next_tick_ns:
             self.tick(stamp_ns)
             self.next_tick_ns = stamp_ns + self.period_ns
         pose = self.localizer.output.pose(sweep.T_odom_sensor)
         if pose is not None:
             self.published.append((stamp_ns, pose))
+        return is_due
 
     def tick(self, stamp_ns: int) -> None:
         self.outputs.append(self.localizer.tick(stamp_ns))
         _log_change(self.outputs, self.path[0][0])
 
-    def result(self) -> ReplayResult:
-        """Tick once more where the last scan was not the last tick's."""
-        if self.path and (not self.outputs or self.outputs[-1].stamp_ns < self.path[-1][0]):
+    def finish(self) -> bool:
+        """Tick once more where the last scan was not the last tick's; tell whether that was so."""
+        is_late = bool(self.path) and (
+            not self.outputs or self.outputs[-1].stamp_ns < self.path[-1][0]
+        )
+        if is_late:
             self.tick(self.path[-1][0])
+        return is_late
+
+    def result(self) -> ReplayResult:
         return ReplayResult(
             tuple(self.outputs),
             _trajectory(self.published),
@@ -148,9 +203,3 @@ def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
         np.array([T.translation for _, T in poses]).reshape(-1, 2),
         np.array([T.yaw for _, T in poses]),
     )
-
-
-def _registered(scan: Scan, register: Register) -> RegisteredSweep:
-    if scan.T_odom_sensor is None:
-        return register(scan)
-    return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig, ScalePolicy
 from fpnet_core.geometry import Affine2D
+from fpnet_core.judging.reasons import AT_EDGE
 from fpnet_core.pose import Freedom
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import PlanScale
@@ -35,7 +36,6 @@ a Cauchy distribution of this width. Fitted to the tune half's drawings (``bench
 stated_scales.py``); of a Gaussian they would be a thousand times less probable.
 """
 _MISSTATED = 0.27  # in its logarithm: one stated scale in forty is further off, and not found
-_AT_EDGE = 0.01  # numerical: a scale as near to the bounds has been held there
 _KNOWN_STRAIN = 0.01  # a drawing of known scale is still not drawn to the millimetre
 _LOCK_TICKS = 5  # claimed ticks whose estimates are compared
 _LOCK_SIGMA = 0.01  # relative standard deviation along the less certain axis
@@ -87,7 +87,7 @@ class ScaleSearch:
     def is_within(self, scale: Array) -> NDArray[np.bool_]:
         """Tell which mean scales ``(C,)`` lie within the bounds, and were not held there."""
         low, high = self.bounds
-        return np.asarray((scale > low * (1.0 + _AT_EDGE)) & (scale < high / (1.0 + _AT_EDGE)))
+        return np.asarray((scale > low * (1.0 + AT_EDGE)) & (scale < high / (1.0 + AT_EDGE)))
 
     @classmethod
     def of_factors(cls, factors: Array, strain_sigma: float) -> ScaleSearch:

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import StateError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.io.arrays import read_arrays
-from fpnet_core.io.atomic import replaced
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.types import GridMap
 
@@ -63,7 +62,6 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
     StateError
         If the folder cannot be made or written.
     """
-    path = Path(path)
     arrays = {
         'version': np.array(_VERSION),
         'resolution_m': np.array(state.resolution_m),
@@ -76,8 +74,7 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         **{_SUBMAP + name: array for name, array in state.submap.items()},
     }
     try:
-        with replaced(path, is_durable=True) as partial, partial.open('wb') as file:
-            np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+        write_arrays(Path(path), arrays, is_durable=True)
     except OSError as error:
         raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
 

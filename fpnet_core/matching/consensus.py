@@ -49,6 +49,7 @@ MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
 
 _REFINEMENTS = 2  # numerical
+_LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
 # Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
 _DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
@@ -56,16 +57,9 @@ _ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _WELL_SEEN = 0.9  # observed fraction from which a room's size and doors can be compared
+_LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
 _UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)
-
-
-@dataclass(frozen=True)
-class ScalePrior:
-    """Expected plan units per submap unit: the log of it, and how far from it is tried."""
-
-    log_scale: float = 0.0
-    log_window: float = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +102,7 @@ class Assignments:
         return len(self.similarity)
 
 
-def find_assignments(
-    plan: GraphGeometry, sub: GraphGeometry, log_p: Array, prior: ScalePrior
-) -> Assignments:
+def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> Assignments:
     """
     Return the assignments that several likely pairs agree on; none for a single region.
 
@@ -118,7 +110,6 @@ def find_assignments(
     ----------
     plan, sub : both sides, neither empty
     log_p : (M, N) log-likelihood of each pair of regions; only differences within a column count
-    prior : range of scales to try
     """
     relative = _relative(plan, sub, log_p)
     weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / _LOG_DECADES, 0.0, 1.0)
@@ -131,8 +122,7 @@ def find_assignments(
         plan.box[:, 4],
         sub.box[:, 4],
         sub.is_door,
-        prior.log_scale,
-        prior.log_window,
+        _LOG_WINDOW,
     )
     order = np.argsort(-proposals[:, 4], kind='stable')[:MAX_PROPOSALS]
     similarity = proposals[order, :4]
@@ -143,14 +133,14 @@ def find_assignments(
     for _ in range(_REFINEMENTS):
         similarity = _refined(plan, sub, similarity, *_fit(plan, sub, similarity, weight))
     log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1))
-    similarity = similarity[np.abs(log_scale - prior.log_scale) <= prior.log_window]
+    similarity = similarity[np.abs(log_scale) <= _LOG_WINDOW]
     partner, fit = _fit(plan, sub, similarity, weight)
     keep_one_per_plan_region(partner, fit, len(plan))
     # What refinement has brought together is one placement: the best fit stays.
     order = np.argsort(-fit.sum(axis=1), kind='stable')
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
     similarity, partner, fit = similarity[order], partner[order], fit[order]
-    evidence = gather_evidence(plan, sub, similarity, partner, fit, relative, prior)
+    evidence = gather_evidence(plan, sub, similarity, partner, fit, relative)
     return Assignments(similarity, partner, fit, evidence)
 
 
@@ -168,17 +158,16 @@ def gather_evidence(
     partner: NDArray[np.int64],
     fit: Array,
     relative: Array,
-    prior: ScalePrior,
 ) -> Array:
     """Return the ``(C, 11)`` evidence for placements; columns as in ``EVIDENCE``."""
     matched = partner >= 0
     door, room = sub.is_door[None], ~sub.is_door[None]
     likelihood = np.where(matched, np.maximum(relative[partner, np.arange(len(sub))], _FLOOR), 0.0)
     kept, broken = _edges(plan, sub, partner)
-    log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1) + 1e-12) - prior.log_scale
+    log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1) + 1e-12)
     well_seen = matched & room & (sub.observed >= _WELL_SEEN)[None]
     size = np.log(plan.box[:, 2:4]).sum(axis=1)[partner] - np.log(sub.box[:, 2:4]).sum(axis=1)
-    size_error = np.abs(size - 2.0 * (log_scale + prior.log_scale)[:, None]).clip(0.0, 1.0)
+    size_error = np.abs(size - 2.0 * log_scale[:, None]).clip(0.0, 1.0)
     return np.column_stack(
         [
             (fit * door).sum(axis=1),
@@ -189,7 +178,7 @@ def gather_evidence(
             kept,
             broken,
             np.log1p((log_scale / _SCALE_WIDTH) ** 2),
-            _plan_door_misses(plan, sub, partner, well_seen),
+            _plan_door_misses(plan, partner, well_seen),
             (size_error * well_seen).sum(axis=1),
             fit.mean(axis=1),
         ]
@@ -251,7 +240,8 @@ def _refined(
     along = np.einsum('cn,cnd,cnd->c', share, source, target)
     turn = source[..., 0] * target[..., 1] - source[..., 1] * target[..., 0]
     across = np.einsum('cn,cn->c', share, turn)
-    usable = ((pull > 0.0).sum(axis=1) >= 2) & (spread > 1e-3) & (along**2 + across**2 > 1e-6)
+    usable = ((pull > 0.0).sum(axis=1) >= 2) & (spread > _LEAST_SPREAD)
+    usable &= along**2 + across**2 > _LEAST_SPREAD**2
     a, b = (value / np.where(usable, spread, 1.0) for value in (along, across))
     x = plan_mean[:, 0] - a * sub_mean[:, 0] + b * sub_mean[:, 1]
     y = plan_mean[:, 1] - b * sub_mean[:, 0] - a * sub_mean[:, 1]
@@ -280,10 +270,7 @@ def _edges(
 
 
 def _plan_door_misses(
-    plan: GraphGeometry,
-    sub: GraphGeometry,
-    partner: NDArray[np.int64],
-    well_seen: NDArray[np.bool_],
+    plan: GraphGeometry, partner: NDArray[np.int64], well_seen: NDArray[np.bool_]
 ) -> Array:
     """Count plan doors of the partners of well seen rooms that no submap door falls on."""
     rows = np.arange(len(partner))[:, None]

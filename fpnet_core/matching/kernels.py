@@ -38,7 +38,6 @@ def propose_similarities(
     plan_angle: NDArray[np.float64],
     sub_angle: NDArray[np.float64],
     sub_door: NDArray[np.bool_],
-    log_scale: float,
     log_window: float,
 ) -> NDArray[np.float64]:
     """
@@ -49,7 +48,7 @@ def propose_similarities(
     log_p : (M, N) log-likelihood of single pairs
     best : (N, K) plan regions to try per submap region, -1 for none
     near : (N, L) regions to pair each submap region with, -1 for none
-    log_scale, log_window : expected log of the scale, and how far from it is tried
+    log_window : how far from one the scale is tried, as a logarithm
 
     A door's line must keep its direction; the worth is the sum of both log-likelihoods.
     """
@@ -70,7 +69,7 @@ def propose_similarities(
                     x = plan_point[k, 0] - plan_point[i, 0]
                     y = plan_point[k, 1] - plan_point[i, 1]
                     scale = 0.5 * np.log(x * x + y * y + 1e-12) - sub_log
-                    if abs(scale - log_scale) > log_window:
+                    if abs(scale) > log_window:
                         continue
                     yaw = np.arctan2(y, x) - sub_yaw
                     if sub_door[j] and not _aligned(plan_angle[i], sub_angle[j], yaw):

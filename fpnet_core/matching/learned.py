@@ -15,7 +15,7 @@ import torch
 from fpnet_core.config import MatcherConfig
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matches import MatchHypothesis, MatchResult
-from fpnet_core.matching.consensus import EvidenceModel, ScalePrior, find_assignments, rank
+from fpnet_core.matching.consensus import EvidenceModel, find_assignments, rank
 from fpnet_core.matching.evidence_model import evidence_model
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
@@ -87,7 +87,7 @@ class LearnedMatcher:
         assert self._plan_geometry is not None
         plan_side, sub_side = self._plan_geometry, graph_geometry(sub)
         log_p = np.log(base + FLOOR)
-        assignments = find_assignments(plan_side, sub_side, log_p, ScalePrior())
+        assignments = find_assignments(plan_side, sub_side, log_p)
         assignments, posterior = rank(assignments, model)
         probability = pair_probability(base, assignments, posterior, sub_side)
         return probability, hypotheses_of(assignments, posterior, plan_side, sub_side)

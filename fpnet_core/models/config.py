@@ -21,7 +21,20 @@ class EdgeMapping(StrEnum):
     PROXIMITY = 'proximity'
 
 
-class PaperConfig(Section):
+class _AttentionConfig(Section):
+    """Sizes of both networks: heads share a descriptor evenly."""
+
+    width: int
+    heads: int
+
+    @model_validator(mode='after')
+    def _heads_divide_width(self) -> Self:
+        if self.width % self.heads:
+            raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
+        return self
+
+
+class PaperConfig(_AttentionConfig):
     """Sizes of the paper's network; the defaults are its own (section V-A, setup)."""
 
     kind: Literal['paper'] = Field('paper', description="The paper's network.")
@@ -36,26 +49,14 @@ class PaperConfig(Section):
     )
     sinkhorn_iterations: int = Field(20, ge=1, le=200, description='Row and column sweeps.')
 
-    @model_validator(mode='after')
-    def _heads_divide_width(self) -> Self:
-        if self.width % self.heads:
-            raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
-        return self
 
-
-class InvariantConfig(Section):
+class InvariantConfig(_AttentionConfig):
     """Sizes of the invariant network of the ``fpnet`` preset."""
 
     kind: Literal['invariant'] = Field('invariant', description='Invariant network.')
     width: int = Field(64, ge=2, le=512, description='Length of a node descriptor.')
     heads: int = Field(4, ge=1, le=16, description='Attention heads.')
     layers: int = Field(6, ge=1, le=32, description='Layers of joint attention.')
-
-    @model_validator(mode='after')
-    def _heads_divide_width(self) -> Self:
-        if self.width % self.heads:
-            raise ValueError(f'width {self.width} is not a multiple of heads {self.heads}')
-        return self
 
 
 NetworkConfig = Annotated[PaperConfig | InvariantConfig, Field(discriminator='kind')]

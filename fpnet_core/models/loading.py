@@ -51,5 +51,5 @@ def load_network(weights: Weights) -> RegionNetwork:
 def load_tensors(network: RegionNetwork, weights: Weights) -> None:
     """Copy the tensors into ``network``; raises WeightsError where one does not fit."""
     expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
-    check_shapes('weights', {key: v.shape for key, v in weights.tensors.items()}, expected)
+    check_shapes('weights', weights.tensors, expected)
     network.load_state_dict({key: torch.from_numpy(v) for key, v in weights.tensors.items()})

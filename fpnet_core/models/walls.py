@@ -10,8 +10,7 @@ is the finest that is convolved; the last layer answers for each pixel of a bloc
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.pixel_classes import CLASSES
-from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
 
 WALLS_SCHEMA = 1
 """Given: grows when the picture that the network sees is made otherwise."""
@@ -144,7 +143,7 @@ def classify(network: nn.Module, pixels: NDArray[np.uint8]) -> NDArray[np.float3
     return np.asarray(chance[0, :, :height, :width].contiguous().numpy(), np.float32)
 
 
-def network_of(weights: Weights) -> WallNetwork:
+def wall_network_of(weights: Weights) -> WallNetwork:
     """
     Return the network that a checkpoint holds, ready for inference.
 
@@ -153,14 +152,10 @@ def network_of(weights: Weights) -> WallNetwork:
     WeightsError
         If it is for other classes, or its tensors do not fit.
     """
-    stored = dict(weights.manifest['network'])
-    if stored.pop('classes', None) != list(CLASSES):
-        raise WeightsError(
-            'wall weights: classes differ from those of this version; train again with '
-            'fpnet train-walls'
-        )
+    stored = network_of(weights, 'wall', {'classes': CLASSES}, 'train-walls')
+    layers = {key: tuple(value) for key, value in stored.items() if key != 'classes'}
     try:
-        config = WallNetworkConfig(**{key: tuple(value) for key, value in stored.items()})
+        config = WallNetworkConfig(**layers)
     except TypeError:
         raise WeightsError(
             'wall weights: the manifest describes another network; train again with '
@@ -168,18 +163,13 @@ def network_of(weights: Weights) -> WallNetwork:
         ) from None
     network = WallNetwork(config)
     expected = {key: tuple(value.shape) for key, value in network.state_dict().items()}
-    check_shapes('walls', {key: v.shape for key, v in weights.tensors.items()}, expected)
+    check_shapes('walls', weights.tensors, expected)
     network.load_state_dict({key: torch.from_numpy(v) for key, v in weights.tensors.items()})
     network.requires_grad_(False)
     return network.fused().to(memory_format=torch.channels_last)  # type: ignore[call-overload,no-any-return]
 
 
-def read_wall_network(path: Path | None = None) -> WallNetwork:
-    """Read trained weights; None reads the packaged ones."""
-    return network_of(read_weights(path, WALLS_SCHEMA, WALLS_NAME))
-
-
-@lru_cache(maxsize=1)
+@cache
 def packaged_wall_network() -> WallNetwork:
     """Return the packaged network, read once."""
-    return read_wall_network()
+    return wall_network_of(read_weights(None, WALLS_SCHEMA, WALLS_NAME))

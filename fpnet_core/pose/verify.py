@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
+from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.raster.rays import nearest_cell
 
@@ -73,7 +74,7 @@ def coarse_support(
     Wall support minus free violation on at most ``max_points`` evenly drawn samples of each
     kind.
     """
-    walls, free = _every(sub.walls, max_points), _every(sub.free, max_points)
+    walls, free = evenly_drawn(sub.walls, max_points), evenly_drawn(sub.free, max_points)
     support, violation = _forward_scores(plan, walls, free, candidates, sigma_m)
     return support - violation
 
@@ -119,13 +120,6 @@ def _forward_scores(
         plan.outside_depth, plan.A_rc_xy, support, violation,
     )  # fmt: skip
     return support, violation
-
-
-def _every(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """At most ``count`` of the points, evenly drawn."""
-    if len(points) <= count:
-        return points
-    return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
 @numba.njit(cache=True, nogil=True)

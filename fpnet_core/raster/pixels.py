@@ -14,6 +14,8 @@ from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
 
+_STEP = 1e-3  # numerical: pixels or metres; growth is a derivative
+
 
 def pixel_to_xy(grid: GridMap) -> Affine2D:
     """
@@ -76,6 +78,6 @@ def map_points(H: NDArray[Any], points: NDArray[Any]) -> Array:
 
 
 def growth_at(H: Array, place: NDArray[Any]) -> float:
-    """Return by how much a homography (3, 3) makes lengths longer at a place (2,)."""
-    steps = map_points(H, place + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
-    return float(np.sqrt(abs(np.linalg.det(steps[1:] - steps[0]))))
+    """Return by how much a homography (3, 3) makes short lengths longer at a place (2,)."""
+    steps = map_points(H, place + _STEP * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    return float(np.sqrt(abs(np.linalg.det(steps[1:] - steps[0])))) / _STEP

@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import cv2
 from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Scalar = TypeVar('Scalar', bound=np.generic)
 
 
 @njit(cache=True, nogil=True, inline='always')
@@ -54,6 +57,14 @@ def cells_at(rc: Array, shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDAr
     """
     cells = np.clip(np.rint(rc), 0, np.array(shape[:2]) - 1).astype(np.int64)
     return cells[..., 0], cells[..., 1]
+
+
+def values_at(values: NDArray[Scalar], rc: Array, outside: float) -> NDArray[Scalar]:
+    """Return ``values (H, W)`` at the cells nearest to ``rc (..., 2)``, ``outside`` beyond."""
+    nearest = np.rint(rc)
+    is_inside = ((nearest >= 0) & (nearest < values.shape)).all(axis=-1)
+    beyond = np.asarray(outside, values.dtype)
+    return np.where(is_inside, values[cells_at(rc, values.shape)], beyond)
 
 
 def draw_line(cells: NDArray[np.uint8], ends: Array) -> None:

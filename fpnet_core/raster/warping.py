@@ -12,21 +12,33 @@ from fpnet_core.raster.pixels import column_to_xy, corners_xy
 from fpnet_core.types import UNKNOWN, GridMap
 
 
+def warping_of(
+    grid: GridMap, A_map_plan: Affine2D, margin_m: float = 0.0
+) -> tuple[SE2, tuple[int, int], Affine2D]:
+    """
+    Return how a grid is resampled in ``map`` at its own resolution, ``margin_m`` around it.
+
+    Where the result lies, its columns and rows, and the map from its (column, row) to the grid's,
+    as OpenCV counts them.
+    """
+    corners = A_map_plan.apply(corners_xy(grid))
+    low = corners.min(axis=0) - margin_m
+    size = np.ceil((corners.max(axis=0) + margin_m - low) / grid.resolution).astype(int)
+    T_map_grid = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
+    A_cell_map = column_to_xy(grid.T_frame_grid, grid.resolution).inv() @ A_map_plan.inv()
+    A_source_target: Affine2D = A_cell_map @ column_to_xy(T_map_grid, grid.resolution)
+    return T_map_grid, (int(size[0]), int(size[1])), A_source_target
+
+
 def warped_grid(grid: GridMap, A_map_plan: Affine2D) -> GridMap:
     """Return a grid in ``map``: resampled at its own resolution, unknown around it."""
     if np.array_equal(A_map_plan.matrix, np.eye(3)):
         return grid
-    corners = A_map_plan.apply(corners_xy(grid))
-    low = corners.min(axis=0)
-    size = np.ceil((corners.max(axis=0) - low) / grid.resolution).astype(int)
-    T_map_grid = SE2.from_xy_yaw(float(low[0]), float(low[1]), 0.0)
-    # Pixels (column, row) of the drawing for those of the result, as OpenCV counts them.
-    A_pixel_map = column_to_xy(grid.T_frame_grid, grid.resolution).inv() @ A_map_plan.inv()
-    A_source_target = A_pixel_map @ column_to_xy(T_map_grid, grid.resolution)
+    T_map_grid, size, A_source_target = warping_of(grid, A_map_plan)
     cells = cv2.warpAffine(
         grid.cells.view(np.uint8),
         A_source_target.matrix[:2],
-        tuple(size.tolist()),
+        size,
         flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=int(np.array(UNKNOWN, dtype=np.int8).view(np.uint8)),

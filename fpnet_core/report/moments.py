@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.report.pictures import segmentation_picture
 from fpnet_core.report.record import RunRecord, best_placement_errors
 from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
-from fpnet_core.viz.segmentation import Colour, label_xy, region_colour
+from fpnet_core.viz.segmentation import label_xy, partner_colours
 
 MAX_MOMENTS = 90
 """
@@ -24,7 +25,6 @@ SHOWN_PLACEMENTS = 3
 _SUBMAP_PX = 420
 _WALL_SAMPLES = 700  # numerical
 _PATH_SAMPLES = 400  # numerical
-_UNMATCHED: Colour = (0.75, 0.75, 0.75)
 
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
@@ -68,10 +68,10 @@ def _moment(record: RunRecord, output: LocalizerOutput, error_m: float | None) -
     if output.submap is not None:
         path = output.submap.path_xy
         moment['explored_m2'] = round(output.submap.free_area_m2, 1)
-        moment['path'] = _columns(_thinned(path, _PATH_SAMPLES))
+        moment['path'] = _columns(evenly_drawn(path, _PATH_SAMPLES))
         grid = output.submap.grid
         walls = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
-        moment['walls'] = _columns(_thinned(walls, _WALL_SAMPLES))
+        moment['walls'] = _columns(evenly_drawn(walls, _WALL_SAMPLES))
     if output.segmentation is not None:
         moment |= _regions(record.plan, output.segmentation, output)
     return moment
@@ -93,11 +93,7 @@ def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
 
 def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> dict[str, Any]:
     partners = {} if output.match is None else _partners(output)
-    colours = {
-        region.id: region_colour(partners[region.id][0]) if region.id in partners else _UNMATCHED
-        for region in sub.regions
-    }
-    picture = segmentation_picture(sub, _SUBMAP_PX, colours)
+    picture = segmentation_picture(sub, _SUBMAP_PX, partner_colours(sub, output.match))
     return {
         'picture': picture.as_layout_image(),
         'rooms': len(sub.rooms),
@@ -138,13 +134,6 @@ def door_lines(segmentation: Segmentation) -> list[list[float | None]]:
         x += [x0, x1, None]
         y += [y0, y1, None]
     return [x, y]
-
-
-def _thinned(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """At most ``count`` of the points, evenly drawn, the last one among them."""
-    if len(points) <= count:
-        return points
-    return points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
 def _columns(xy: NDArray[np.float64]) -> list[list[float]]:

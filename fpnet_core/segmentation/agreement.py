@@ -19,7 +19,7 @@ from fpnet_core.raster.morphology import Mask, grown
 _NOISE_CELLS = 100
 # Chosen, not measured:
 # Rooms found and drawn are the same above this intersection over union.
-_SAME_ROOM_IOU = 0.5
+SAME_ROOM_IOU = 0.5
 # Hand-drawn rooms end this far from the middle of their doors at most [cells].
 _LABEL_GAP_CELLS = 10
 # Shorter contacts are where labels squeeze through a wall that is one cell thick [cells].
@@ -54,7 +54,7 @@ def room_agreement(found: NDArray[np.int32], truth: NDArray[np.int32]) -> Agreem
     best_true, best_found = overlap[rows, 1:].max(axis=1), overlap[1:, cols].max(axis=0)
     both = overlap[np.ix_(rows, cols)]
     iou = both / (size_true[:, None] + size_found[None, :] - both)
-    hits = np.count_nonzero(iou > _SAME_ROOM_IOU)
+    hits = np.count_nonzero(iou > SAME_ROOM_IOU)
     return Agreement(
         float(np.mean(best_found / size_found)),
         float(np.mean(best_true / size_true)),

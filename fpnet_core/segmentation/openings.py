@@ -157,7 +157,7 @@ def _slide_to_narrowest(
     unit = max(1.0, first_length)
     count = int(np.floor(2.0 * slide)) + 2
     lines = np.empty((count, 4))
-    lengths = np.full(count, 1e18)
+    lengths = np.full(count, np.inf)
     lines[0, :] = first
     lengths[0] = first_length
     for k in range(1, count):
@@ -169,7 +169,7 @@ def _slide_to_narrowest(
             lines[k, :] = chord
             lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
     shortest = min(min_length, first_length)
-    usable = (lengths >= shortest) & (lengths < 1e18)
+    usable = (lengths >= shortest) & (lengths < np.inf)
     least = lengths[usable].min()
     narrow = np.flatnonzero(usable & (lengths <= least + 1.0))
     chosen = lines[narrow[len(narrow) // 2]]

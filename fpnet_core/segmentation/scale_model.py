@@ -13,17 +13,16 @@ nominal scale, whatever that is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
+from functools import cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from fpnet_core.errors import WeightsError
-from fpnet_core.io.weights import Weights, check_shapes, read_weights
+from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
 from fpnet_core.segmentation.scale_figures import FIGURES, ScaleFigures
+from fpnet_core.small_networks import silu, standardised
 
 Array = NDArray[np.float64]
 Side = Literal['plan', 'map']
@@ -34,10 +33,7 @@ SCALE_SCHEMA = 1
 SCALE_NAME = 'scale.safetensors'
 
 CLIP = 3.0
-"""
-Numerical: figures are standardised and held to so many standard deviations: nothing unseen counts
-more.
-"""
+"""Numerical: figures are held to so many standard deviations."""
 
 COMPONENTS = 3
 """Numerical: normal densities of each network's mixture."""
@@ -80,7 +76,7 @@ class ScaleModel:
             for name, value in self.tensors.items()
             if name.startswith(f'{side}.')
         }
-        x = np.clip(np.nan_to_num((figures.values - t['mean']) / t['spread']), -CLIP, CLIP)
+        x = standardised(figures.values, t['mean'], t['spread'], CLIP)
         logs = np.array(
             [_log_density(t, m, x, figures.reference) for m in range(len(t['direct']))]
         )
@@ -90,8 +86,8 @@ class ScaleModel:
 
 def _log_density(t: dict[str, Array], m: int, x: Array, reference: float) -> Array:
     """Return one network's log density at :data:`GRID`."""
-    hidden = _silu(t['first'][m] @ x + t['first_bias'][m])
-    hidden = _silu(t['second'][m] @ hidden + t['second_bias'][m])
+    hidden = silu(t['first'][m] @ x + t['first_bias'][m])
+    hidden = silu(t['second'][m] @ hidden + t['second_bias'][m])
     out = (t['mixture'][m] @ hidden + t['mixture_bias'][m]).reshape(3, COMPONENTS)
     log_sigma = np.clip(out[2] + LOG_SIGMA_SHIFT, *LOG_SIGMA_RANGE)
     centre, unit = t['target']
@@ -114,39 +110,17 @@ def quantiles(density: Array, at: tuple[float, ...]) -> Array:
     return np.interp(at, np.cumsum(density) - 0.5 * density, GRID)
 
 
-def _silu(x: Array) -> Array:
-    return np.asarray(x / (1.0 + np.exp(-x)))
-
-
-def read_scale_model(path: Path | None = None) -> ScaleModel:
-    """
-    Read trained weights; None reads the packaged ones.
-
-    Raises
-    ------
-    WeightsError
-        If a file is missing or damaged, or was made for other figures.
-    """
-    return model_of(read_weights(path, SCALE_SCHEMA, SCALE_NAME))
-
-
-@lru_cache(maxsize=1)
+@cache
 def packaged_scale_model() -> ScaleModel:
     """Return the packaged model, read once."""
-    return read_scale_model()
+    return model_of(read_weights(None, SCALE_SCHEMA, SCALE_NAME))
 
 
 def model_of(weights: Weights) -> ScaleModel:
-    """Return the model that a checkpoint holds."""
-    network = weights.manifest['network']
-    if network.get('figures') != list(FIGURES):
-        raise WeightsError(
-            'scale weights: figures differ from those of this version; train again with '
-            'fpnet train-scale'
-        )
+    """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
+    network = network_of(weights, 'scale', {'figures': FIGURES}, 'train-scale')
     members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
-    found = {name: value.shape for name, value in weights.tensors.items()}
-    check_shapes(SCALE_NAME, found, shapes(members, width))
+    check_shapes(SCALE_NAME, weights.tensors, shapes(members, width))
     return ScaleModel(weights.tensors)
 
 

@@ -11,16 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
+from fpnet_core.raster.rays import values_at
+from fpnet_core.viz.segmentation import (
+    Colour,
+    draw_grid,
+    draw_segmentation,
+    partner_colours,
+    region_colour,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from fpnet_core.localizer import MapMatch
     from fpnet_core.types import Segmentation
 
 # Chosen, not measured:
-_UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _SUBMAP_WALLS: Colour = (0.1, 0.35, 0.8)
 _SHARED_AREA = 0.3  # a room with this share of its cells on one plan room is shown like it
 _SAME_DOOR_M = 1.0
@@ -36,10 +43,11 @@ def shared_colours(
     ``A_plan_sub`` places the submap. A room takes the colour of the plan room that lies below
     most of its cells, a door that of the nearest plan door.
     """
-    colours = {region.id: _UNMATCHED for region in sub.regions}
+    colours = partner_colours(sub, None)
     for room in sub.rooms:
         cells = np.argwhere(sub.labels == room.id + 1)[::_CELL_STRIDE]
-        below = _labels_at(plan, A_plan_sub.apply(sub.grid.rc_to_xy(cells)))
+        rc = plan.grid.xy_to_rc(A_plan_sub.apply(sub.grid.rc_to_xy(cells)))
+        below = values_at(plan.labels, rc, 0)
         counts = np.bincount(below)
         counts[0] = 0
         if len(cells) and counts.max() >= _SHARED_AREA * len(cells):
@@ -50,15 +58,6 @@ def shared_colours(
         if len(gaps) and gaps.min() <= _SAME_DOOR_M:
             colours[door.id] = region_colour(plan.doors[int(gaps.argmin())].id)
     return colours
-
-
-def _labels_at(segmentation: Segmentation, xy: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Labels below metric points (P, 2), 0 outside the raster."""
-    rc = np.round(segmentation.grid.xy_to_rc(xy)).astype(np.int64)
-    inside = ((rc >= 0) & (rc < segmentation.labels.shape)).all(axis=1)
-    labels = np.zeros(len(rc), dtype=np.int32)
-    labels[inside] = segmentation.labels[rc[inside, 0], rc[inside, 1]]
-    return labels
 
 
 def draw_walls_on_plan(
@@ -74,9 +73,16 @@ def save_map_match(result: MapMatch, path: Path) -> None:
     """Write a picture of both maps, their regions, and the submap's walls on the plan."""
     from matplotlib.figure import Figure
 
+    figure = Figure(figsize=(18, 6.5), layout='constrained')
+    draw_map_match(figure, result)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+
+
+def draw_map_match(figure: Figure, result: MapMatch) -> None:
+    """Draw both maps, their regions, and the submap's walls on the plan, side by side."""
     plan, sub = result.plan.segmentation, result.sub.segmentation
     best = result.comparison.estimates[0].A_plan_submap if result.A_plan_sub else None
-    figure = Figure(figsize=(18, 6.5), layout='constrained')
     axes = figure.subplots(1, 3)
     draw_grid(axes[0], plan.grid)
     draw_segmentation(axes[0], plan)
@@ -89,5 +95,3 @@ def save_map_match(result: MapMatch, path: Path) -> None:
     axes[2].set_title(
         f'{result.status.value}: score {result.score:.2f}, p {result.probability:.2f}'
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)

@@ -16,13 +16,18 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput, Segmentation
 from fpnet_core.viz.match import shared_colours
-from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
+from fpnet_core.viz.segmentation import (
+    Colour,
+    draw_grid,
+    draw_segmentation,
+    partner_colours,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # Chosen, not measured:
-_UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
 _SIZE_INCHES, _DPI = (16.0, 8.5), 110
 _GAP_NS = 2_000_000_000  # poses further apart than this are not joined by a line
@@ -51,6 +56,20 @@ def plot_run(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
+    draw_run(figure, plan, output, published, truth)
+    figure.suptitle(title)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+
+
+def draw_run(
+    figure: Figure,
+    plan: Segmentation,
+    output: LocalizerOutput,
+    published: PlanarTrajectory,
+    truth: PlanarTrajectory | None = None,
+) -> None:
+    """Draw floorplan, paths and submap; parameters as of :func:`plot_run`."""
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     draw_grid(left, plan.grid)
     draw_segmentation(left, plan)
@@ -64,9 +83,6 @@ def plot_run(
     left.legend(loc='best')
     left.set_title('floorplan')
     right.set_title(f'submap: {output.status.value}, p {output.probability:.2f}')
-    figure.suptitle(title)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
 
 
 def draw_matches(
@@ -99,10 +115,7 @@ def _submap_colours(
     if output.A_plan_odom is not None and output.submap is not None:
         A_plan_submap: Affine2D = output.A_plan_odom @ output.submap.T_odom_submap
         return shared_colours(plan, sub, A_plan_submap)
-    colours = dict.fromkeys(range(len(sub.regions)), _UNMATCHED)
-    if output.match is not None:
-        colours |= {sub_id: region_colour(p) for p, sub_id in output.match.pairs.tolist()}
-    return colours
+    return partner_colours(sub, output.match)
 
 
 def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory | None) -> None:

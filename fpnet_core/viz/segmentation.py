@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import shapely
 from shapely.geometry import Polygon
 
+from fpnet_core.matches import MatchResult
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Region, Segmentation
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ Colour = tuple[float, float, float]
 
 # Chosen, not measured:
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
+_UNMATCHED: Colour = (0.75, 0.75, 0.75)
 _DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 # Hues a golden angle apart stay distinct however many there are.
 _TINT = 0.55  # opacity of a room's colour
@@ -33,6 +35,14 @@ def region_colour(region_id: int) -> Colour:
     hue = (region_id * _GOLDEN) % 1.0
     value = (0.95, 0.75, 0.85)[region_id % 3]
     return colorsys.hsv_to_rgb(hue, 0.55, value)
+
+
+def partner_colours(sub: Segmentation, match: MatchResult | None) -> dict[int, Colour]:
+    """Return the colour of each submap region: its partner's on the plan, grey without one."""
+    colours = dict.fromkeys((region.id for region in sub.regions), _UNMATCHED)
+    if match is not None:
+        colours |= {sub_id: region_colour(p) for p, sub_id in match.pairs.tolist()}
+    return colours
 
 
 def label_xy(region: Region) -> tuple[float, float]:

@@ -21,7 +21,11 @@ from fpnet_core.types import (
     Submap,
 )
 from fpnet_core.viz.run import draw_matches
-from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
+from fpnet_core.viz.segmentation import (
+    draw_grid,
+    draw_segmentation,
+    partner_colours,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +44,6 @@ _PLACEMENT_COLOURS = ('tab:blue', 'tab:red', 'tab:brown')
 """Of the best placement and its rivals. Chosen."""
 
 # Chosen, not measured:
-_UNMATCHED = (0.75, 0.75, 0.75)
 _TRUTH = 'tab:green'
 _WALL_STRIDE = 8  # numerical: every so many wall cells are drawn
 _DISTANT_M = 30.0  # errors beyond are drawn at the edge
@@ -127,11 +130,8 @@ def _draw_submap(plan_axes: Axes, ax: Axes, plan: Segmentation, output: Localize
     """Draw the submap's regions in the colours of their matches, and the matches as lines."""
     sub = output.segmentation
     assert sub is not None  # moments have one
-    colours = dict.fromkeys(range(len(sub.regions)), _UNMATCHED)
-    if output.match is not None:
-        colours |= {s: region_colour(p) for p, s in output.match.pairs.tolist()}
     draw_grid(ax, sub.grid)
-    draw_segmentation(ax, sub, colours)
+    draw_segmentation(ax, sub, partner_colours(sub, output.match))
     if output.submap is not None:
         ax.plot(*output.submap.path_xy.T, color='black', linewidth=1.0)
     if output.match is not None:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, angle_between, wrap_to_pi
 from fpnet_core.pose import MapEvidence
+from fpnet_core.raster.rays import nearest_cell
 
 Array = NDArray[np.float64]
 
@@ -218,15 +219,13 @@ def _likelihoods(
     for n in range(len(xy)):
         c, s = np.cos(yaw[n]), np.sin(yaw[n])
         total = 1e-6
-        row = int(np.rint(A_rc_xy[0, 0] * xy[n, 0] + A_rc_xy[0, 1] * xy[n, 1] + A_rc_xy[0, 2]))
-        col = int(np.rint(A_rc_xy[1, 0] * xy[n, 0] + A_rc_xy[1, 1] * xy[n, 1] + A_rc_xy[1, 2]))
+        row, col = nearest_cell(A_rc_xy, xy[n, 0], xy[n, 1])
         if 0 <= row < rows and 0 <= col < cols and outside_depth[row, col] <= sigma:
             total = 1.0
             for b in range(len(beams)):
                 x = xy[n, 0] + c * beams[b, 0] - s * beams[b, 1]
                 y = xy[n, 1] + s * beams[b, 0] + c * beams[b, 1]
-                row = int(np.rint(A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]))
-                col = int(np.rint(A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]))
+                row, col = nearest_cell(A_rc_xy, x, y)
                 p = (1.0 - share_hit) / _RANGE_M
                 if 0 <= row < rows and 0 <= col < cols:
                     d = wall_distance[row, col]

@@ -100,10 +100,9 @@ def command(
         from fpnet_lab.viz.calibration import plot_reliability
 
         plot_reliability(plot, {**results, 'all': everything})
-    if json_path is not None:
-        report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
-        report['kinds'] = {name: _plain(result) for name, result in results.items()}
-        write_report(json_path, report)
+    report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
+    report['kinds'] = {name: _plain(result) for name, result in results.items()}
+    write_report(json_path, report)
 
 
 def _print(name: str, result: Reliability) -> None:

@@ -12,7 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import percent, write_report
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,10 +69,8 @@ def command(
     report: dict[str, Any] = {'half': half, 'format': file_format, **_figures(wanted, results)}
     if data is not None:
         report['bormann'] = _read_real(common.check_input(data), half, tree)
-    if str(json_path) != '-':
-        _print(report)
-    if json_path is not None:
-        write_report(json_path, report)
+    _print(report, json_path)
+    write_report(json_path, report)
 
 
 def _kinds(names: str | None) -> list[SheetKind]:
@@ -150,36 +148,26 @@ def _figures(kinds: Sequence[SheetKind], results: Sequence[SheetResult]) -> dict
     }
 
 
-def _print(report: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    console = Console()
-    columns = ('kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 'clean plan', 's')
-    table = Table(*columns, title='sheets [%]')
+def _print(report: dict[str, Any], json_path: Path | None) -> None:
+    titles = ['kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 'clean plan', 's']
+    rows = []
     for name, figures in {**report['kinds'], 'all': report['all']}.items():
         shares = [figures[key] for key in ('right', 'wrong_marked', 'good_marked', 'clean_right')]
         seconds = figures['seconds_p50']
-        cells = [*map(_percent, shares), '-' if seconds is None else f'{seconds:.2f}']
-        table.add_row(name, str(figures['sheets']), *cells)
-    console.print(table)
+        cells = [*map(percent, shares), '-' if seconds is None else f'{seconds:.2f}']
+        rows.append([name, str(figures['sheets']), *cells])
+    common.show_table(titles, rows, json_path, 'sheets [%]')
     scales = {**report['scale']['kinds'], 'all': report['scale']}
     if 'bormann' in report:
         scales['real plans'] = report['bormann']['scale']
-    table = Table('kind', 'read', 'within 10 %', 'interval holds', 'sure', 'sure and wrong')
+    titles, rows = ['kind', 'read', 'within 10 %', 'interval holds', 'sure', 'sure and wrong'], []
     for name, figures in scales.items():
         shares = [figures[key] for key in ('within_10', 'interval_holds', 'sure_and_wrong')]
-        within, holds, wrong = map(_percent, shares)
-        table.add_row(name, str(figures['sheets']), within, holds, str(figures['sure']), wrong)
-    console.print(table)
+        within, holds, wrong = map(percent, shares)
+        rows.append([name, str(figures['sheets']), within, holds, str(figures['sure']), wrong])
+    common.show_table(titles, rows, json_path)
     if 'bormann' in report:
-        table = Table(
-            'walls', 'rooms as black', 'walls as black', 'F1', 'marked', title='real plans [%]'
-        )
-        for tone, figures in report['bormann']['tones'].items():
-            table.add_row(tone, *map(_percent, figures.values()))
-        console.print(table)
-
-
-def _percent(value: float | None) -> str:
-    return '-' if value is None else f'{100.0 * value:.1f}'
+        tones = report['bormann']['tones'].items()
+        rows = [[tone, *map(percent, figures.values())] for tone, figures in tones]
+        titles = ['walls', 'rooms as black', 'walls as black', 'F1', 'marked']
+        common.show_table(titles, rows, json_path, 'real plans [%]')

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def command(
     reports: Annotated[
         list[str],
-        typer.Argument(metavar='NAME=FILE...', help='Of localization, drawings, stated_scales.'),
+        typer.Argument(metavar='NAME=FILE...', help='NAME as localization, drawings or robot.'),
     ],
     pages: Annotated[
         Path, typer.Option('--pages', metavar='DIR', help='Holds README.md and docs.')

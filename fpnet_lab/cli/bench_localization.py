@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
 
@@ -21,7 +22,7 @@ def command(
         list[str] | None,
         typer.Option('--groups', metavar='NAME', help='Only this group; repeatable.'),
     ] = None,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
+    workers: options.WorkersOption = 1,
     baselines: Annotated[
         int | None,
         typer.Option(
@@ -66,15 +67,15 @@ def command(
         with_baselines = baselines is None or number < baselines
         jobs.append(Job(case, tree, tree.seed, data, with_baselines, strip))
     minutes = estimated_minutes(jobs, workers)
-    typer.echo(f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped')
+    said = f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped'
+    common.say(said, json_path)
     with common.progress('localizing', len(jobs)) as advance:
         records, skipped = run_suite(jobs, work, workers, advance)
     if groups is not None:
         records = [record for record in records if record.group in groups]
     result = {**report(records), 'skipped': skipped}
-    _print_tables(result)
-    if json_path is not None:
-        write_report(json_path, result)
+    _print_tables(result, json_path)
+    write_report(json_path, result)
 
 
 _TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
@@ -96,18 +97,13 @@ _COLUMNS = {
 }
 
 
-def _print_tables(result: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_tables(result: dict[str, Any], json_path: Path | None) -> None:
     rows = {**result['groups'], 'total': result['total']}
     rows |= {name: table['total'] for name, table in result['baselines'].items()}
-    table = Table('', *_COLUMNS.values())
-    for name, figures in rows.items():
-        table.add_row(name, *(_shown(figures[key]) for key in _COLUMNS))
-    Console(width=_TABLE_WIDTH).print(table)
+    cells = [[name, *(_shown(found[key]) for key in _COLUMNS)] for name, found in rows.items()]
+    common.show_table(('', *_COLUMNS.values()), cells, json_path, width=_TABLE_WIDTH)
     for name, reason in result['skipped'].items():
-        typer.echo(f'skipped {name}: {reason}')
+        common.say(f'skipped {name}: {reason}', json_path)
 
 
 def _shown(value: float | int | None) -> str:

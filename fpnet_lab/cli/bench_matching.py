@@ -12,7 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import FpnetError, WeightsError
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import percent, write_report
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig, MatcherConfig
@@ -96,11 +96,10 @@ def command(
     else:
         report = _graphs(pair_set, data, plans, split, limit, methods, tree, out)
     report['set'] = pair_set.value
-    _print_table(report['methods'])
+    _print_table(report['methods'], json_path)
     if pair_set is PairSet.ROBOT:
-        _print_bands(report['methods'])
-    if json_path is not None:
-        write_report(json_path, report)
+        _print_bands(report['methods'], json_path)
+    write_report(json_path, report)
 
 
 def _graphs(
@@ -194,23 +193,17 @@ def matchers(config: MatcherConfig, names: list[str]) -> dict[str, RegionMatcher
     return made
 
 
-def _print_table(methods: dict[str, dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_table(methods: dict[str, dict[str, Any]], json_path: Path | None) -> None:
     shares = ('ts', 'ms', 'auc10', 'match_precision', 'match_recall', 'recall_1m_10deg')
     titles = ('TS', 'MS', 'AUC@10', 'precision', 'recall', '1 m 10 deg')
-    table = Table('method', *titles, 'ms per pair')
-    for name, figures in methods.items():
-        cells = [f'{100.0 * figures[key]:.1f}%' for key in shares]
-        table.add_row(name, *cells, f'{figures["ms_per_pair"]:.1f}')
-    Console().print(table)
+    rows = [
+        [name, *(f'{percent(found[key])}%' for key in shares), f'{found["ms_per_pair"]:.1f}']
+        for name, found in methods.items()
+    ]
+    common.show_table(('method', *titles, 'ms per pair'), rows, json_path)
 
 
-def _print_bands(methods: dict[str, dict[str, Any]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_bands(methods: dict[str, dict[str, Any]], json_path: Path | None) -> None:
     titles = {
         'right': 'right',
         'claimed_right': 'right claims',
@@ -219,8 +212,8 @@ def _print_bands(methods: dict[str, dict[str, Any]]) -> None:
         'foreign_same_architect_claimed': 'same architect',
     }
     for name, figures in methods.items():
-        table = Table('kept', *titles.values(), 'pairs', title=name)
-        for band, found in figures['bands'].items():
-            cells = ['-' if found[key] is None else f'{100.0 * found[key]:.0f}%' for key in titles]
-            table.add_row(band, *cells, str(found['pairs']))
-        Console().print(table)
+        rows = [
+            [band, *(percent(found[key]) for key in titles), str(found['pairs'])]
+            for band, found in figures['bands'].items()
+        ]
+        common.show_table(('kept', *titles.values(), 'pairs'), rows, json_path, f'{name} [%]')

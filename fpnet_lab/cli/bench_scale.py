@@ -36,21 +36,24 @@ def command(
 
     with common.progress('drawings', count_drawings(limit)) as advance:
         report = bench_scale(data, limit, tree.segmentation, advance)
-    if str(json_path) != '-':
-        _print(report['groups'])
-    if json_path is not None:
-        write_report(json_path, report)
+    _print(report['groups'], json_path)
+    write_report(json_path, report)
 
 
-def _print(groups: dict[str, dict[str, float]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(
-        'drawings', 'n', 'within 10 %', '90 % holds', 'sure', 'sure, wrong', 'high / low', 'ms'
+def _print(groups: dict[str, dict[str, float]], json_path: Path | None) -> None:
+    titles = (
+        'drawings',
+        'n',
+        'within 10 %',
+        '90 % holds',
+        'sure',
+        'sure, wrong',
+        'high / low',
+        'ms',
     )
+    rows = []
     for name, row in groups.items():
         shares = [f'{100 * row[k]:.0f} %' for k in ('within_10', 'held', 'sure', 'sure_wrong')]
         ms = f'{row["ms_per_drawing"]:.0f}'
-        table.add_row(name, str(row['estimates']), *shares, f'{row["spread"]:.2f}', ms)
-    Console().print(table)
+        rows.append([name, str(row['estimates']), *shares, f'{row["spread"]:.2f}', ms])
+    common.show_table(titles, rows, json_path)

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import percent, write_report
 
 
 class Split(StrEnum):
@@ -53,11 +53,9 @@ def command(
     if submap:
         report['submap'] = _bench_submaps(split, limit)
     report['split'] = split.value
-    if str(json_path) != '-':
-        _print_plans(report)
-        _print_others(report)
-    if json_path is not None:
-        write_report(json_path, report)
+    _print_plans(report, json_path)
+    _print_others(report, json_path)
+    write_report(json_path, report)
 
 
 def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:
@@ -68,37 +66,33 @@ def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:
         return bench_submaps(limit, lambda: advance(1.0), first_seed=first_seed)
 
 
-def _print_plans(report: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    title = f'{report["plans"]} floorplans, {report["split"]} half [%]'
-    table = Table('method', 'plans', 'P', 'R', 'F1', 'door P', 'door R', 's per map', title=title)
+def _print_plans(report: dict[str, Any], json_path: Path | None) -> None:
+    rows = []
     for method, figures in {'default': report, **report['baselines']}.items():
         for kind in ('clean', 'furnished'):
             *shares, seconds = figures[kind].values()
-            cells = [f'{100.0 * share:.1f}' for share in shares]
-            table.add_row(method, kind, *cells, f'{seconds:.3f}')
-    Console().print(table)
+            rows.append([method, kind, *map(percent, shares), f'{seconds:.3f}'])
+    titles = ('method', 'plans', 'P', 'R', 'F1', 'door P', 'door R', 's per map')
+    title = f'{report["plans"]} floorplans, {report["split"]} half [%]'
+    common.show_table(titles, rows, json_path, title)
 
 
-def _print_others(report: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
+def _print_others(report: dict[str, Any], json_path: Path | None) -> None:
     maps = report['robot_maps']
-    table = Table('method', 'P', 'R', 'F1', title=f'{maps["maps"]} robot maps [%]')
-    for method, figures in maps.items():
-        if isinstance(figures, dict):
-            table.add_row(method, *(f'{100.0 * share:.1f}' for share in figures.values()))
-    console = Console()
-    console.print(table)
+    rows = [
+        [method, *map(percent, figures.values())]
+        for method, figures in maps.items()
+        if isinstance(figures, dict)
+    ]
+    title = f'{maps["maps"]} robot maps [%]'
+    common.show_table(('method', 'P', 'R', 'F1'), rows, json_path, title)
     if 'submap' not in report:
         return
     submap = report['submap']
     keys = ('room_iou_mean', 'rooms_over_iou50', 'doors_precision', 'doors_recall')
-    table = Table('sensor', 'room IoU', 'IoU > 50', 'door P', 'door R', title='submaps [%]')
-    for sensor, figures in {**submap['by_sensor'], 'all': submap}.items():
-        shares = [figures[key] for key in keys]
-        table.add_row(sensor, *('-' if v is None else f'{100.0 * v:.1f}' for v in shares))
-    console.print(table)
+    rows = [
+        [sensor, *(percent(figures[key]) for key in keys)]
+        for sensor, figures in {**submap['by_sensor'], 'all': submap}.items()
+    ]
+    titles = ('sensor', 'room IoU', 'IoU > 50', 'door P', 'door R')
+    common.show_table(titles, rows, json_path, 'submaps [%]')

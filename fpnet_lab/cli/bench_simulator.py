@@ -9,11 +9,12 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
 
 def command(
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 2,
+    workers: options.WorkersOption = 2,
     blocks: Annotated[
         int, typer.Option('--blocks', min=2, help='Blocks of 40 pairs; the first ones warm up.')
     ] = 12,
@@ -28,9 +29,6 @@ def command(
 
     Example: fpnet bench simulator --json out/simulator.json
     """
-    from rich.console import Console
-    from rich.table import Table
-
     from fpnet_core.errors import ConfigError
     from fpnet_lab.sim.throughput import simulator_throughput
     from fpnet_lab.sim.writing import BLOCK_PAIRS
@@ -39,9 +37,6 @@ def command(
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
     with common.progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
         report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
-    table = Table('per second', f'{workers} workers')
-    for name in ('pairs', 'plans', 'scans'):
-        table.add_row(name, f'{report[f"{name}_per_s"]:.1f}')
-    Console().print(table)
-    if json_path is not None:
-        write_report(json_path, report)
+    rows = [(name, f'{report[f"{name}_per_s"]:.1f}') for name in ('pairs', 'plans', 'scans')]
+    common.show_table(('per second', f'{workers} workers'), rows, json_path)
+    write_report(json_path, report)

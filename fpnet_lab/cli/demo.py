@@ -82,15 +82,14 @@ def command(
 
 
 def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
-    from fpnet_lab.sim.recording import RecordingOptions, simulate_recording
+    from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
     from fpnet_lab.sim.sensors import sensor_named
 
     options = RecordingOptions(lidar=sensor_named(sensor))
     with common.progress('simulating a recording', total=1.0) as advance:
-        simulate_recording(
+        write_recording(
+            make_recording(seed, options),
             folder,
-            seed,
-            options=options,
             laser_scans=laser_scans,
             progress=lambda _, total: advance(1.0 / total),
         )

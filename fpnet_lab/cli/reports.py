@@ -18,7 +18,12 @@ def begin() -> None:
     _begun[:] = [Provenance.now()]
 
 
-def write_report(path: Path, report: dict[str, Any]) -> None:
-    """Write ``--json`` of ``fpnet bench``, with what :func:`begin` has noted."""
+def write_report(path: Path | None, report: dict[str, Any]) -> None:
+    """Write ``--json`` of ``fpnet bench`` where it is asked for, with what ``begin`` noted."""
     made = _begun[0] if _begun else Provenance.now()
     common.write_json(path, made.in_report(report))
+
+
+def percent(share: float | None) -> str:
+    """Return a share in per cent, ``-`` where there is none."""
+    return '-' if share is None else f'{100.0 * share:.1f}'

@@ -11,6 +11,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
+from fpnet_lab.cli import options
 
 if TYPE_CHECKING:
     from fpnet_lab.sim.plan_sources import GivenPlans
@@ -65,7 +66,7 @@ def command(
     shard: Annotated[
         str, typer.Option('--shard', metavar='I/N', help='Write every N-th block only, from I on.')
     ] = '0/1',
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes.')] = 1,
+    workers: options.WorkersOption = 1,
     cluster: Annotated[
         str | None,
         typer.Option(

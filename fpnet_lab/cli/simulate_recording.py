@@ -111,11 +111,11 @@ def command(
             progress=lambda _done, _total: advance(1.0),
         )
     summary = recording.summary()
-    if json_path is not None:
-        common.write_json(json_path, summary)
-    typer.echo(
+    common.write_json(json_path, summary)
+    common.say(
         f'{summary["family"]}: {summary["rooms"]} rooms, {summary["path_m"]:.0f} m through '
-        f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}'
+        f'{len(summary["tour_rooms"])} of them; {summary["scans"]} scans written to {folder}',
+        json_path,
     )
 
 

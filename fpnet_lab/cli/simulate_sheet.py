@@ -40,8 +40,7 @@ def command(
     folder = out if out is not None else Path('out') / 'sheet'
     sheet = draw_sheet(seed or 0, kind)
     truth = write_sheet(sheet, folder)
-    if json_path is not None:
-        common.write_json(json_path, truth)
+    common.write_json(json_path, truth)
     width, height = truth['size_px']
     common.say(
         f'{truth["storeys"][0]["family"]}: {truth["rooms"]} rooms, {truth["walls"]} walls, '

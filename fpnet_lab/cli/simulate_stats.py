@@ -57,10 +57,8 @@ def command(
     rows, told = compare(generated, real), two_sample(generated, real, seed or 0)
     if plot is not None:
         _plot(generated, real, plot)
-    if json_path is None or str(json_path) != '-':
-        _print_table(rows, told, len(generated), len(real))
-    if json_path is not None:
-        common.write_json(json_path, _result(rows, percentile_errors(rows), told))
+    _print_table(rows, told, f'{len(generated)} generated / {len(real)} real storeys', json_path)
+    common.write_json(json_path, _result(rows, percentile_errors(rows), told))
 
 
 def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], path: Path) -> None:
@@ -73,26 +71,22 @@ def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], pat
     save_population(values(generated), values(real), [values([floor]) for floor in real], path)
 
 
-def _print_table(rows: Sequence[Row], told: TwoSample, generated: int, real: int) -> None:
-    from rich.console import Console
-    from rich.table import Column, Table
-
+def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Path | None) -> None:
     from fpnet_lab.sim.population import FITTED, PERCENTILES
 
-    title = f'{generated} generated / {real} real storeys'
-    table = Table(
-        Column('quantity', no_wrap=True), *(f'{p} %' for p in PERCENTILES), 'error', title=title
-    )
+    cells = []
     for row in rows:
         values = zip(row.generated, row.real, strict=True)
         worst = max(map(abs, row.relative_errors))
         error = f'{100.0 * worst:.0f} %' if row.name in FITTED else ''
-        table.add_row(row.name, *(f'{_short(g)} / {_short(r)}' for g, r in values), error)
-    Console(width=110).print(table)
+        cells.append([row.name, *(f'{_short(g)} / {_short(r)}' for g, r in values), error])
+    titles = ('quantity', *(f'{p} %' for p in PERCENTILES), 'error')
+    common.show_table(titles, cells, json_path, title, width=110)
     features = sorted(told.importance, key=lambda name: -told.importance[name])
-    typer.echo(
+    common.say(
         f'a classifier tells real regions from generated ones with AUC {told.auc:.2f} '
-        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}'
+        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
+        json_path,
     )
 
 

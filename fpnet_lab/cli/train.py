@@ -12,6 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import FpnetError
+from fpnet_lab.cli import options
 
 if TYPE_CHECKING:
     from fpnet_core.io.weights import Weights
@@ -29,9 +30,6 @@ class Preset(StrEnum):
 
 DataOption = Annotated[
     Path, typer.Option('--data', metavar='DIR', help='Pairs from fpnet simulate pairs.')
-]
-RunOption = Annotated[
-    Path, typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.')
 ]
 TrainingSetOption = Annotated[
     list[str] | None,
@@ -61,7 +59,7 @@ ThreadsOption = Annotated[
 
 def command(
     data: DataOption,
-    out: RunOption,
+    out: options.RunOption,
     preset: PresetOption = Preset.FPNET,
     epochs: EpochsOption = None,
     limit: LimitOption = None,

@@ -4,25 +4,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-import sys
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
+    out: options.RunOption,
     buildings: Annotated[
         int,
         typer.Option('--buildings', min=6, help='Generated, each on five kinds of sheets.'),
     ] = 60,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that read.')] = 2,
+    workers: options.WorkersOption = 2,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
@@ -37,6 +33,7 @@ def command(
     Example: fpnet train-doubts --out runs/doubts
     """
     tree = common.load(config)
+    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.doubt_trials import FIRST_SEED, gather_trials
     from fpnet_lab.training.doubts import (
@@ -57,7 +54,7 @@ def command(
     for name, value in figures.items():
         typer.echo(f'{name}: {value:.3g}')
     drawn = {'sheets': 5 * buildings, 'first_seed': FIRST_SEED, 'readings': len(trials)}
-    facts = {'figures': figures, 'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
     path = out / 'doubts.safetensors'
     write_doubts(path, model, settings, facts)
     typer.echo(f'wrote {path}')

@@ -4,28 +4,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-import sys
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
-    data: Annotated[
-        Path,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
-    share: Annotated[
-        float, typer.Option('--share', min=0.001, max=1.0, help='Use so much of the trials.')
-    ] = 1.0,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that gather.')] = 2,
+    data: options.TuneDataOption,
+    out: options.RunOption,
+    share: options.ShareOption = 1.0,
+    workers: options.WorkersOption = 2,
     without: Annotated[
         list[str] | None,
         typer.Option('--without', help='Leave out figures named so, as rival or ben; repeatable.'),
@@ -43,15 +34,14 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
+    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
     from fpnet_lab.training.judge_figures import held_back_figures
     from fpnet_lab.training.judge_gathering import Amounts, count_blocks, gather_trials
 
-    amounts, settings = (
-        Amounts().scaled(share),
-        JudgeTraining(seed=seed or 0, without=tuple(without or ())),
-    )
+    amounts = Amounts().scaled(share)
+    settings = JudgeTraining(seed=seed or 0, without=tuple(without or ()))
     with common.progress('trials', total=count_blocks(amounts)) as advance:
         trials = gather_trials(
             out / 'trials', settings.seed, data, tree, amounts, workers, advance
@@ -62,12 +52,9 @@ def command(
         typer.echo(f'{name}: {value}')
     with common.progress('fitting', total=settings.members) as advance:
         networks = fit_judge(stack_trials(trials), settings, advance)
-    command = ' '.join(['fpnet', *sys.argv[1:]])
-    drawn = {'trials': len(trials), 'share': share, 'command': command}
+    drawn = {'trials': len(trials), 'share': share, 'command': Provenance.now().command}
     facts = {'figures': figures, 'data': drawn}
-    path = (
-        out
-        / f'{"_".join(["judge", *(f"without_{word}" for word in settings.without)])}.safetensors'
-    )
+    words = ['judge', *(f'without_{word}' for word in settings.without)]
+    path = out / f'{"_".join(words)}.safetensors'
     write_judge(path, networks, settings, facts)
     typer.echo(f'wrote {path}')

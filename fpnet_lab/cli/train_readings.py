@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
@@ -20,10 +21,7 @@ def command(
         typer.Argument(metavar='SHEETS', help='Folder of folders from fpnet simulate sheet.'),
     ],
     out: Annotated[Path, typer.Option('--out', metavar='FILE', help='The weights, as JSON.')],
-    data: Annotated[
-        Path | None,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ] = None,
+    data: options.MaybeTuneDataOption = None,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:

@@ -4,28 +4,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-import sys
-from typing import Annotated
-
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
 
 
 def command(
-    data: Annotated[
-        Path,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ],
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; its samples are kept.'),
-    ],
-    share: Annotated[
-        float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the samples.')
-    ] = 1.0,
-    workers: Annotated[int, typer.Option('--workers', min=1, help='Processes that segment.')] = 2,
+    data: options.TuneDataOption,
+    out: options.RunOption,
+    share: options.ShareOption = 1.0,
+    workers: options.WorkersOption = 2,
     seed: common.SeedOption = 0,
     config: common.ConfigOption = None,
 ) -> None:
@@ -39,6 +28,7 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
+    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.scale import (
         SIDES,
@@ -73,6 +63,6 @@ def command(
     for name, values in figures.items():
         typer.echo(f'{name}: {values}')
     drawn = {'samples': len(samples), 'share': share}
-    facts = {'figures': figures, 'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
     write_scale(out / 'scale.safetensors', fit_scale(samples, settings), settings, facts)
     typer.echo(f'wrote {out / "scale.safetensors"}')

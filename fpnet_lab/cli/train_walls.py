@@ -4,27 +4,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_lab.cli import options
+from fpnet_lab.provenance import Provenance
 
 if TYPE_CHECKING:
     from fpnet_lab.training.walls import WallTrainer
 
 
 def command(
-    out: Annotated[
-        Path,
-        typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.'),
-    ],
-    data: Annotated[
-        Path | None,
-        typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.'),
-    ] = None,
+    out: options.RunOption,
+    data: options.MaybeTuneDataOption = None,
     sheets: Annotated[
         int, typer.Option('--sheets', min=1, help='Drawings to generate and learn from.')
     ] = 1000,
@@ -59,7 +53,7 @@ def command(
 
 def _train(trainer: WallTrainer, drawn: dict[str, Any]) -> None:
     """Train to the end and say what comes out now and then."""
-    facts = {'data': drawn | {'command': ' '.join(['fpnet', *sys.argv[1:]])}}
+    facts = {'data': drawn | {'command': Provenance.now().command}}
 
     def on_saved(figures: dict[str, Any]) -> None:
         typer.echo(f'step {figures["step"]}: loss {figures["loss"]}, {figures["iou"]["all"]}')

@@ -24,6 +24,8 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.pixels import growth_at, map_points
+from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_floorplan, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation
@@ -31,7 +33,6 @@ from fpnet_lab.sim.floors import room_labels
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.files import write_picture, write_vector
-from fpnet_lab.sim.sheets.sheet import local_scale, project
 
 Reader = Callable[[Path], Reading]
 
@@ -43,7 +44,6 @@ FIRST_SEEDS = {'tune': 0, 'report': 1_000_000}
 """Numerical: of each half: readers are tuned on the one and reported on the other."""
 
 PICTURE = 'picture'
-FORMATS = (PICTURE, 'pdf', 'svg', 'dxf')
 """A picture is a PNG, of scans and phone pictures a JPEG."""
 
 _CELL_M = 0.05
@@ -177,7 +177,7 @@ def bench_sheets(
     folder : where the files are written; each is deleted again
     kinds, seeds : of the sheets, every combination
     config : of the segmentation
-    file_format : one of :data:`FORMATS`
+    file_format : :data:`PICTURE`, ``pdf``, ``svg`` or ``dxf``
     on_read : is told of each sheet as it is read
     """
     results = []
@@ -214,7 +214,7 @@ def read_sheet(
     H_plan_page = plan_from_file(reading) @ H_file_page
     rooms = compared(sheet, segmented(reading, config), H_plan_page)
     middle = np.mean([storey.on_page.extent.mean(axis=0) for storey in sheet.storeys], axis=0)
-    ratio = local_scale(H_plan_page, middle)
+    ratio = growth_at(H_plan_page, middle)
     result = SheetResult.of(sheet.kind.value, name, reading, ratio)
     return replace(result, f1=rooms.f1, clean_f1=clean_f1, seconds=seconds), rooms
 
@@ -294,11 +294,7 @@ def labels_at(
     """Return labels ``values (H', W')`` of a raster at the cells (H, W) of another, else 0."""
     rows, cols = grid.shape
     xy = grid.rc_to_xy(np.moveaxis(np.indices((rows, cols)), 0, 2))
-    rc = np.rint(source.xy_to_rc(project(H_source_grid, xy))).astype(np.int64)
-    inside = ((rc >= 0) & (rc < source.shape)).all(axis=2)
-    labels = np.zeros(grid.shape, np.int32)
-    labels[inside] = values[rc[inside, 0], rc[inside, 1]]
-    return labels
+    return values_at(values, source.xy_to_rc(map_points(H_source_grid, xy)), 0)
 
 
 def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
+from fpnet_core.raster.pixels import growth_at
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.evaluation.drawings import (
@@ -27,9 +28,9 @@ from fpnet_lab.evaluation.drawings import (
     segmented,
     share,
 )
-from fpnet_lab.evaluation.segmentation import RESOLUTION_M, read_labels
+from fpnet_lab.evaluation.segmentation import RESOLUTION_M
+from fpnet_lab.sim.floors import read_image, read_labels
 from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.sheets.sheet import local_scale
 
 TONES: dict[str, int | None] = {
     '0': 0,
@@ -95,7 +96,7 @@ def bench_plans(
     results: dict[str, list[SheetResult]] = {tone: [] for tone in TONES}
     same: dict[str, list[tuple[bool, float]]] = {tone: [] for tone in TONES}
     for name in names:
-        image = _image(data / 'bormann' / 'floorplan' / f'{name}.png')
+        image = read_image(data / 'bormann' / 'floorplan' / f'{name}.png')
         truth = read_labels(data / 'bormann' / 'room_labels' / f'{name}.png')
         black: _Found | None = None
         for label, tone in TONES.items():
@@ -112,13 +113,6 @@ def bench_plans(
         'tones': {tone: _figures(results[tone], same[tone]) for tone in TONES},
         'scale': scale_figures(results['0']),
     }
-
-
-def _image(path: Path) -> NDArray[np.uint8]:
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
-    return np.asarray(image, np.uint8)
 
 
 def _read(
@@ -146,7 +140,7 @@ def _read(
     is_wall = (reading.grid.cells == OCCUPIED).astype(np.int32)
     walls = labels_at(reading.grid, is_wall, H_plan_map, grid)
     middle = np.array([cols, rows]) * RESOLUTION_M / 2.0
-    result = SheetResult.of('real', name, reading, local_scale(H_plan_map, middle))
+    result = SheetResult.of('real', name, reading, growth_at(H_plan_map, middle))
     f1 = room_agreement(rooms, truth).f1
     return replace(result, f1=f1, seconds=seconds), _Found(rooms, walls > 0)
 

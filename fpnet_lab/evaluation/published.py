@@ -10,11 +10,11 @@ import math
 from typing import Any
 
 from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
-Rows = list[list[str]]
 
 _OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
 _PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')
@@ -204,5 +204,10 @@ MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'localization': _localization,
     'drawings': _drawings,
     'stated_scales': _stated_scales,
+    'demo': runs.demo,
+    'real_logs': runs.real_logs,
+    'robot': runs.robot,
+    'drift': runs.drift,
+    'carried_off': runs.carried_off,
 }
 """For each benchmark: its report to tables and figures, by the rest of their names."""

@@ -11,7 +11,7 @@ the product from one of the simulator.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby, zip_longest
 from typing import Any
 
@@ -58,20 +58,14 @@ _SCAN_EVERY = 3  # chosen: at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_S = 2.0  # chosen
 
 
-@dataclass(frozen=True)
-class Tolerances:
-    """What may differ and is still the same; kernels round otherwise on other processors."""
-
-    counts: float = 0.001  # of what is counted of an input
-    ticks: int = 1  # with another status
-    place_m: float = 0.1
-    yaw_deg: float = 1.0
-    probability: float = 0.05
-    area: float = 0.01
-
-
-SAME = Tolerances()
-"""What ``fpnet bench regression`` allows. Chosen: far below what a user would notice."""
+# What may differ and is still the same, as kernels round otherwise on other processors: far below
+# what a user would notice.
+# Chosen, not measured:
+_SAME_COUNTS = 0.001  # of what is counted of an input
+_SAME_TICKS = 1  # with another status
+_SAME_PLACE_M, _SAME_YAW_DEG = 0.1, 1.0
+_SAME_PROBABILITY = 0.05
+_SAME_AREA = 0.01
 
 
 def run_regression(
@@ -87,9 +81,7 @@ def run_regression(
     return found
 
 
-def differences(
-    found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes], same: Tolerances = SAME
-) -> list[str]:
+def differences(found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes]) -> list[str]:
     """Return a line for each difference between what came out and what did before."""
     lines = []
     for kind, outcomes in found.items():
@@ -98,7 +90,7 @@ def differences(
             if before is None:
                 lines.append(f'{name}: new')
             else:
-                lines += [f'{name}: {line}' for line in _compared(kind, outcome, before, same)]
+                lines += [f'{name}: {line}' for line in _compared(kind, outcome, before)]
     return lines
 
 
@@ -216,18 +208,18 @@ def _corners(grid: GridMap) -> NDArray[np.float64]:
     return grid.rc_to_xy(np.array([[top, left], [top, right], [bottom, left], [bottom, right]]))
 
 
-def _compared(kind: str, found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+def _compared(kind: str, found: Outcome, before: Outcome) -> Iterator[str]:
     """Yield what differs of one case; nothing else is said where its input does."""
-    if not _is_near(found['input'], before['input'], same.counts):
+    if not _is_near(found['input'], before['input'], _SAME_COUNTS):
         yield f'another input, {found["input"]} for {before["input"]}: what makes it has changed'
         return
-    yield from _COMPARISONS[kind](found, before, same)
+    yield from _COMPARISONS[kind](found, before)
 
 
-def _drives_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+def _drives_compared(found: Outcome, before: Outcome) -> Iterator[str]:
     now, then = _ticks(found), _ticks(before)
     changed = sum(status != was for status, was in zip_longest(now, then))
-    if changed > same.ticks or now[-1] != then[-1]:
+    if changed > _SAME_TICKS or now[-1] != then[-1]:
         yield f'statuses {_named(found)}, were {_named(before)}{_off(found, before)}'
     place, was = found['place'], before['place']
     if (place is None) != (was is None):
@@ -235,14 +227,14 @@ def _drives_compared(found: Outcome, before: Outcome, same: Tolerances) -> Itera
     elif place is not None:
         turn = abs((place[2] - was[2] + 180.0) % 360.0 - 180.0)
         moved = float(np.hypot(place[0] - was[0], place[1] - was[1]))
-        if moved > same.place_m or turn > same.yaw_deg:
+        if moved > _SAME_PLACE_M or turn > _SAME_YAW_DEG:
             yield f'place is {moved:.2f} m and {turn:.1f} deg elsewhere{_off(found, before)}'
 
 
-def _pairs_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+def _pairs_compared(found: Outcome, before: Outcome) -> Iterator[str]:
     if found['status'] != before['status']:
         yield f'{found["status"]}, was {before["status"]}{_off(found, before)}'
-    if abs(found['probability'] - before['probability']) > same.probability:
+    if abs(found['probability'] - before['probability']) > _SAME_PROBABILITY:
         yield f'probability {found["probability"]}, was {before["probability"]}'
     if MapMatchStatus.UNMATCHED in (found['status'], before['status']):
         return  # the best of many places that are none tells nothing
@@ -250,21 +242,21 @@ def _pairs_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterat
         yield f'places {found["places"]}, were {before["places"]}'
     elif found['places'] is not None:
         gaps = np.linalg.norm(np.subtract(found['places'], before['places']), axis=1)
-        if gaps.max() > same.place_m:
+        if gaps.max() > _SAME_PLACE_M:
             yield f'placement is up to {gaps.max():.2f} m elsewhere{_off(found, before)}'
 
 
-def _plans_compared(found: Outcome, before: Outcome, same: Tolerances) -> Iterator[str]:
+def _plans_compared(found: Outcome, before: Outcome) -> Iterator[str]:
     for what in ('rooms', 'doors'):
         if found[what] != before[what]:
             yield f'{found[what]} {what}, were {before[what]}'
     if found['rooms'] == before['rooms'] and not _is_near(
-        found['areas_m2'], before['areas_m2'], same.area
+        found['areas_m2'], before['areas_m2'], _SAME_AREA
     ):
         yield f'areas of rooms {found["areas_m2"]} m2, were {before["areas_m2"]} m2'
 
 
-_COMPARISONS: dict[str, Callable[[Outcome, Outcome, Tolerances], Iterator[str]]] = {
+_COMPARISONS: dict[str, Callable[[Outcome, Outcome], Iterator[str]]] = {
     'drives': _drives_compared,
     'pairs': _pairs_compared,
     'plans': _plans_compared,

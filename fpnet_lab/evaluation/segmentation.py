@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.errors import FpnetError
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
+from fpnet_lab.sim.floors import FREE_GREY, read_image, read_labels
 from fpnet_lab.sim.presets import SPLITS, Split
 
 RESOLUTION_M = 0.05
@@ -40,8 +40,8 @@ METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
 )
 
 _IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
-# Given: grey levels from which, and below which, cells are sure.
-_FREE_GREY, _OCCUPIED_GREY = 250, 100
+# Given: grey level below which cells are sure to be walls.
+_OCCUPIED_GREY = 100
 _MIN_LABEL_CELLS = 100  # colours of fewer cells are blends of two labels; chosen
 _KEYS = ('precision', 'recall', 'f1', 'doors_precision', 'doors_recall')
 
@@ -130,28 +130,14 @@ def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
 
     What is darker than white is a wall, or with ``has_unknown`` unknown down to dark grey.
     """
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
-    grey = image[::-1]
+    grey = read_image(path)[::-1]
     rest = np.where(grey < _OCCUPIED_GREY, OCCUPIED, UNKNOWN) if has_unknown else OCCUPIED
-    return GridMap(np.where(grey >= _FREE_GREY, FREE, rest), RESOLUTION_M)
-
-
-def read_labels(path: Path) -> NDArray[np.int32]:
-    """Return hand-drawn room labels (H, W), row 0 lowest, 0 outside."""
-    image = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
-    return image[::-1].astype(np.int32)
+    return GridMap(np.where(grey >= FREE_GREY, FREE, rest), RESOLUTION_M)
 
 
 def _colour_labels(path: Path) -> NDArray[np.int32]:
     """Return labels from an image with one saturated colour per region; grey is no region."""
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise FpnetError(f'{path} is missing or no image; give --data the folder of real data')
-    colours = image[::-1].astype(np.int32)
+    colours = read_image(path, cv2.IMREAD_COLOR)[::-1].astype(np.int32)
     code = (colours[..., 0] << 16) | (colours[..., 1] << 8) | colours[..., 2]
     code[colours.max(axis=2) == colours.min(axis=2)] = 0
     values, inverse, counts = np.unique(code, return_inverse=True, return_counts=True)

@@ -15,12 +15,12 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.localizer import create_localizer
+from fpnet_core.raster.pixels import map_points
 from fpnet_lab.evaluation.drawings import PICTURE, plan_from_file, written
 from fpnet_lab.evaluation.first_claims import FirstClaim, first_claim
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.sheets.sheet import project
 
 SHEETS = (
     (SheetKind.CLEAN, PICTURE), (SheetKind.OFFICE, 'dxf'), (SheetKind.OFFICE, 'pdf'),
@@ -48,14 +48,9 @@ class SheetDrive:
     doubts: tuple[str, ...] = ()
 
 
-def drives_on_sheets(
-    seed: int,
-    folder: Path,
-    config: FpnetConfig,
-    sheets: tuple[tuple[SheetKind, str], ...] = SHEETS,
-) -> list[SheetDrive]:
+def drives_on_sheets(seed: int, folder: Path, config: FpnetConfig) -> list[SheetDrive]:
     """
-    Drive one building, on its clean floorplan (``grid``) and on each of its ``sheets``.
+    Drive one building, on its clean floorplan (``grid``) and on each of :data:`SHEETS`.
 
     The sheets are written to ``folder`` and read from there.
     """
@@ -64,7 +59,7 @@ def drives_on_sheets(
     localizer.set_plan(recording.floorplan)
     claim = first_claim(recording, localizer)
     drives = [_drive(seed, 'grid', claim, recording.A_plan_building.matrix)]
-    for kind, file_format in sheets:
+    for kind, file_format in SHEETS:
         drives.append(_on_sheet(recording, kind, file_format, folder, config))
     return drives
 
@@ -97,6 +92,6 @@ def _drive(
     error_m = None
     if claim.on_plan is not None and claim.in_building is not None:
         back = np.asarray(np.linalg.inv(H_plan_building), dtype=np.float64)
-        found = project(back, claim.on_plan)
+        found = map_points(back, claim.on_plan)
         error_m = float(np.linalg.norm(found - claim.in_building))
     return SheetDrive(seed, sheet, claim.found_after_m, error_m, doubts)

@@ -15,11 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial, reduce
-from pathlib import Path
+from functools import reduce
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -29,11 +27,14 @@ import shapely
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.raster.morphology import closed
+from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_submap
+from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
 from fpnet_lab.pool import each_done
+from fpnet_lab.sim.render import paint_rings
 from fpnet_lab.sim.types import BuildingPlan
 
 Mask = NDArray[np.bool_]
@@ -54,11 +55,9 @@ REPORT_SEED = 1000
 """Numerical: first seed of reported figures; parameters are chosen on smaller ones."""
 
 # Chosen, not measured:
-_SAME_ROOM_IOU = 0.5
 _BESIDE_M = 0.4  # from a door's middle line into the rooms on both sides, walls included
 _SEEN_DOOR_SHARE = 0.5  # of the door's width that rays must have passed on both sides
 _WORKERS = 2  # numerical
-_SUBPIXEL_BITS = 4  # numerical: fixed-point coordinates of polygon corners
 
 
 class DoorCounts(NamedTuple):
@@ -87,9 +86,7 @@ class SubmapScore:
 def bench_submaps(
     limit: int | None = None,
     on_done: Callable[[], None] | None = None,
-    work: Path | None = None,
     first_seed: int = REPORT_SEED,
-    config: FpnetConfig | None = None,
 ) -> dict[str, Any]:
     """
     Drive, accumulate, segment and score partial tours with every sensor model.
@@ -98,9 +95,7 @@ def bench_submaps(
     ----------
     limit : so many drives instead of ``RECORDINGS``; drive k has sensor k modulo their number
     on_done : called after every drive
-    work : folder that keeps the registered drives between runs
     first_seed : seed of the first drive's building; one building per drive
-    config : the product's configuration; None takes the defaults
 
     Returns
     -------
@@ -109,10 +104,9 @@ def bench_submaps(
     """
     count = RECORDINGS if limit is None else limit
     names = SENSOR_NAMES
-    score = partial(_score_task, config=config or FpnetConfig(), work=work)
     tasks = [(first_seed + index, names[index % len(names)]) for index in range(count)]
     by_task: dict[_Task, SubmapScore] = {}
-    for task, result in each_done(score, tasks, _WORKERS):
+    for task, result in each_done(score_drive, tasks, _WORKERS):
         by_task[task] = result
         if on_done is not None:
             on_done()
@@ -126,22 +120,17 @@ _Task = tuple[int, str]
 """The seed of a drive, and its sensor."""
 
 
-def _score_task(task: _Task, config: FpnetConfig, work: Path | None) -> SubmapScore:
-    return score_drive(*task, config=config, work=work)
-
-
-def score_drive(
-    seed: int, sensor: str, config: FpnetConfig, work: Path | None = None
-) -> SubmapScore:
+def score_drive(task: _Task) -> SubmapScore:
     """Return the figures of the drive of one seed and sensor."""
-    drive = registered_drive(seed, sensor, config, work)
+    (seed, sensor), config = task, FpnetConfig()
+    drive = registered_drive(seed, sensor, config)
     return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
 
 
 def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
     """Return the segmentation of everything that a drive has seen."""
     builder = SubmapBuilder(config.submap)
-    for points, T_odom_sensor, stamp_ns in drive:
+    for points, T_odom_sensor, stamp_ns in drive.sweeps:
         builder.add_scan(points, T_odom_sensor, stamp_ns)
     submap = builder.take()
     assert submap is not None, 'a drive holds scans with returns'
@@ -186,7 +175,7 @@ def summary(scores: list[SubmapScore]) -> dict[str, Any]:
     counts = reduce(DoorCounts.plus, (score.doors for score in scores), DoorCounts(0, 0, 0, 0))
     return {
         'room_iou_mean': float(ious.mean()) if ious.size else 0.0,
-        'rooms_over_iou50': float((ious > _SAME_ROOM_IOU).mean()) if ious.size else 0.0,
+        'rooms_over_iou50': float((ious > SAME_ROOM_IOU).mean()) if ious.size else 0.0,
         'doors_precision': counts.true / max(counts.found, 1),
         'doors_recall': counts.recalled / max(counts.observed, 1),
         'rooms': int(ious.size),
@@ -213,8 +202,7 @@ def _drawn(
         for polygon in shapely.get_parts(room).tolist():
             corners = shapely.get_coordinates(polygon.exterior)
             rc = grid.xy_to_rc(T_odom_building.apply(corners))
-            fixed = np.rint(rc[:, ::-1] * 2**_SUBPIXEL_BITS).astype(np.int32)
-            cv2.fillPoly(labels, [fixed], label, shift=_SUBPIXEL_BITS)
+            paint_rings(labels, [rc[:, ::-1]], label)
     return labels
 
 
@@ -270,18 +258,7 @@ def _is_seen(
     line = ends[0] + shares * (ends[1] - ends[0])
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     across = _BESIDE_M * np.array([-along[1], along[0]])
-    lines = [line + offset * across for offset in (-1.0, 0.0, 1.0)]
-    passed = [(_values(grid.cells, grid, xy, UNKNOWN) == FREE).mean() for xy in lines]
-    beside = [_values(truth, grid, xy, 0) for xy in lines]
+    lines = [grid.xy_to_rc(line + offset * across) for offset in (-1.0, 0.0, 1.0)]
+    passed = [(values_at(grid.cells, rc, UNKNOWN) == FREE).mean() for rc in lines]
+    beside = [values_at(truth, rc, 0) for rc in lines]
     return bool(min(passed) >= _SEEN_DOOR_SHARE and np.isin(beside, usable).any())
-
-
-def _values(
-    raster: NDArray[np.signedinteger[Any]], grid: GridMap, xy: NDArray[np.float64], beyond: int
-) -> NDArray[np.int64]:
-    """Return the raster's values at points (K, 2), ``beyond`` outside."""
-    rc = np.rint(grid.xy_to_rc(xy)).astype(np.int64)
-    inside = ((rc >= 0) & (rc < grid.shape)).all(axis=1)
-    values = np.full(len(rc), beyond, dtype=np.int64)
-    values[inside] = raster[rc[inside, 0], rc[inside, 1]]
-    return values

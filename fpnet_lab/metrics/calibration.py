@@ -36,23 +36,23 @@ class Reliability:
 
 
 def reliability_bins(
-    probability: NDArray[np.float64], is_right: NDArray[np.bool_], bins: int = BINS
+    probability: NDArray[np.float64], is_right: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """
-    Return mean probability, share of right ones and count in ``bins`` equal parts of [0, 1].
+    Return mean probability, share of right ones and count in :data:`BINS` equal parts of [0, 1].
 
-    Each ``(bins,)``, the first two NaN where a bin is empty.
+    Each ``(BINS,)``, the first two NaN where a bin is empty.
     """
-    part = np.minimum((probability * bins).astype(np.int64), bins - 1)
-    count = np.bincount(part, minlength=bins)
+    part = np.minimum((probability * BINS).astype(np.int64), BINS - 1)
+    count = np.bincount(part, minlength=BINS)
     filled = np.where(count > 0, count, np.nan)
-    stated = np.bincount(part, weights=probability, minlength=bins) / filled
-    right = np.bincount(part, weights=is_right, minlength=bins) / filled
+    stated = np.bincount(part, weights=probability, minlength=BINS) / filled
+    right = np.bincount(part, weights=is_right, minlength=BINS) / filled
     return stated, right, count
 
 
 def expected_calibration_error(
-    probability: NDArray[np.float64], is_right: NDArray[np.bool_], bins: int = BINS
+    probability: NDArray[np.float64], is_right: NDArray[np.bool_]
 ) -> float:
     """
     Return the mean distance of stated probabilities ``(K,)`` from how often they were right.
@@ -61,5 +61,5 @@ def expected_calibration_error(
     """
     if not len(probability):
         return 0.0
-    stated, right, count = reliability_bins(probability, is_right, bins)
+    stated, right, count = reliability_bins(probability, is_right)
     return float(np.nansum(np.abs(stated - right) * count) / len(probability))

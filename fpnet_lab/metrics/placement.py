@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, angle_between
 
 TS_ROTATION = 0.08
 """Given by the paper: greatest Frobenius norm of ``R_1^T R_2 - I`` (about 3.2 degrees)."""
@@ -64,11 +64,10 @@ def placement_error(
     """Compare ``estimate`` with ``truth``, both submap to plan, at the submap's ``middle`` [m]."""
     if estimate is None:
         return PlacementError()
-    turn = _yaw(estimate) - _yaw(truth)
     ratio = np.sqrt(abs(np.linalg.det(estimate.linear) / np.linalg.det(truth.linear)))
     moved = estimate.apply(np.array(middle)) - truth.apply(np.array(middle))
     return PlacementError(
-        rotation_deg=float(np.degrees(abs(np.angle(np.exp(1j * turn))))),
+        rotation_deg=float(np.degrees(angle_between(estimate.heading, truth.heading))),
         scale=float(abs(ratio - 1.0)),
         direction_deg=_folded_angle_deg(estimate, truth),
         distance_m=float(np.linalg.norm(moved)),
@@ -87,11 +86,6 @@ def auc(errors: Sequence[PlacementError], limit_deg: float) -> float:
     worst = np.array([max(error.rotation_deg, error.direction_deg) for error in errors])
     # Every error e below the limit lifts the curve by 1 / n from e on.
     return float(np.clip(1.0 - worst / limit_deg, 0.0, None).sum() / len(worst))
-
-
-def _yaw(A: Affine2D) -> float:
-    linear = A.linear
-    return float(np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1]))
 
 
 def _folded_angle_deg(estimate: Affine2D, truth: Affine2D) -> float:

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import warp_map
@@ -105,10 +105,8 @@ def _shown(grid: GridMap, plan: BuildingPlan, rooms: list[int], A: Affine2D) -> 
     ]
     covered = _covered(grid, [A.apply(ring) for ring in rings])
     reach = int(np.ceil(plan.wall_m / grid.resolution))
-    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    near = cv2.dilate(covered.astype(np.uint8), kernel) > 0
     # Beyond a doorway the next room's floor comes into reach; only walls were meant.
-    return np.asarray(covered | (near & (grid.cells == OCCUPIED)))
+    return np.asarray(covered | (grown(covered, reach) & (grid.cells == OCCUPIED)))
 
 
 def _covered(grid: GridMap, rings: list[NDArray[np.float64]]) -> NDArray[np.bool_]:

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.io.atomic import replaced
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.sim.blocks import Block, StoredPair, matching_pair, row_offsets, stored_pair
 from fpnet_lab.sim.pairs import MatchingPair
@@ -61,9 +61,8 @@ def read_block(path: Path) -> Block:
 
 def put_file(path: Path, content: bytes) -> None:
     """Write a file in one step: nobody sees a part of it."""
-    part = path.with_name(f'.{path.stem}-{os.getpid()}.part')
-    part.write_bytes(content)
-    part.replace(path)
+    with replaced(path) as partial:
+        partial.write_bytes(content)
 
 
 def write_manifest(folder: Path, count: int, content: dict[str, Any]) -> None:

@@ -22,6 +22,7 @@ import shapely
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.warping import warping_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
 from fpnet_lab.sim.render import fill_polygons
@@ -101,22 +102,13 @@ def warp_map(grid: GridMap, A_plan_building: Affine2D) -> GridMap:
 
     Walls are kept closed; what lies outside of ``grid`` is unknown.
     """
-    rows, cols = grid.shape
-    corners = grid.rc_to_xy(
-        [[-0.5, -0.5], [-0.5, cols - 0.5], [rows - 0.5, cols - 0.5], [rows - 0.5, -0.5]]
-    )
-    seen = A_plan_building.apply(corners)
-    origin = seen.min(axis=0) - MARGIN_M
-    size = np.ceil((seen.max(axis=0) + MARGIN_M - origin) / grid.resolution).astype(int)
-    pose = SE2.from_xy_yaw(float(origin[0]), float(origin[1]), 0.0)
-    # OpenCV wants the way back, from target to source cells [x, y].
-    back = _cells_from_xy(grid) @ A_plan_building.inv() @ _xy_from_cells(pose, grid.resolution)
+    pose, size, back = warping_of(grid, A_plan_building, MARGIN_M)
 
     def warped(values: NDArray[np.generic], flags: int, outside: float) -> NDArray[np.float32]:
         image = cv2.warpAffine(
             values.astype(np.float32),
             back.matrix[:2],
-            (int(size[0]), int(size[1])),
+            size,
             flags=flags | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_CONSTANT,
             borderValue=outside,
@@ -127,17 +119,6 @@ def warp_map(grid: GridMap, A_plan_building: Affine2D) -> GridMap:
     nearest = warped(grid.cells, cv2.INTER_NEAREST, float(UNKNOWN))
     cells = np.where(wall, OCCUPIED, np.where(nearest == OCCUPIED, UNKNOWN, nearest))
     return GridMap(cells.astype(np.int8), grid.resolution, pose, 'plan')
-
-
-def _xy_from_cells(pose: SE2, cell_m: float) -> Affine2D:
-    """Return the map from cells (column, row), centres at integers, to metres."""
-    cells = Affine2D(np.eye(2) * cell_m, np.full(2, 0.5 * cell_m))
-    composed: Affine2D = pose @ cells
-    return composed
-
-
-def _cells_from_xy(grid: GridMap) -> Affine2D:
-    return _xy_from_cells(grid.T_frame_grid, grid.resolution).inv()
 
 
 def redrawn(grid: GridMap, cell_m: float) -> GridMap:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -85,6 +86,26 @@ def room_rings(plan: BuildingPlan) -> list[list[NDArray[np.float64]]]:
     return rooms
 
 
+def read_image(path: Path, flag: int = cv2.IMREAD_GRAYSCALE) -> NDArray[Any]:
+    """
+    Return an image of the shared data, row 0 at the top, as OpenCV's ``flag`` has it.
+
+    Raises
+    ------
+    MapFormatError
+        If it is missing or no image.
+    """
+    image = cv2.imread(str(path), flag) if path.is_file() else None
+    if image is None:
+        raise MapFormatError(f'{path} is missing or no image; give the folder that holds it')
+    return np.asarray(image)
+
+
+def read_labels(path: Path) -> NDArray[np.int32]:
+    """Return hand-drawn room labels (H, W), row 0 lowest, 0 outside."""
+    return read_image(path, cv2.IMREAD_UNCHANGED)[::-1].astype(np.int32)
+
+
 def read_floors(folder: Path, names: Sequence[str] = TUNE_FLOORS) -> list[LabelledFloor]:
     """
     Read human-labelled storeys: ``folder/floorplan/NAME.png`` and ``folder/room_labels/NAME.png``.
@@ -98,17 +119,11 @@ def read_floors(folder: Path, names: Sequence[str] = TUNE_FLOORS) -> list[Labell
 
 
 def _read_floor(folder: Path, name: str) -> LabelledFloor:
-    images = []
-    for kind, flag in (('floorplan', cv2.IMREAD_GRAYSCALE), ('room_labels', cv2.IMREAD_UNCHANGED)):
-        path = folder / kind / f'{name}.png'
-        image = cv2.imread(str(path), flag) if path.is_file() else None
-        if image is None:
-            raise MapFormatError(f'{path} is missing or no image; give the folder that holds it')
-        images.append(image)
-    grey, labels = images
+    grey = read_image(folder / 'floorplan' / f'{name}.png')
+    labels = read_labels(folder / 'room_labels' / f'{name}.png')[::-1]
     if grey.shape != labels.shape:
         raise MapFormatError(
             f'{name}: the drawing has {grey.shape} cells, its labels have {labels.shape}; '
             'they must be of one size'
         )
-    return LabelledFloor(name, labels.astype(np.int32), grey >= FREE_GREY)
+    return LabelledFloor(name, labels, grey >= FREE_GREY)

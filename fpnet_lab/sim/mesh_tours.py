@@ -11,6 +11,8 @@ from scipy.ndimage import gaussian_filter1d
 from skimage.graph import MCP_Geometric
 
 from fpnet_core.errors import MapFormatError
+from fpnet_core.raster.distance import clearance_of
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_lab.sim.driving import BODY_RADIUS_M, SENSOR_HEIGHT_M, Drive, Leg, Tour, drive_legs
 from fpnet_lab.sim.mesh_worlds import CELL_M, MeshWorld
 from fpnet_lab.sim.tours import TourLimits, draw_leg, leg_time_s
@@ -54,13 +56,7 @@ def plan_mesh_tour(
         If the free space is too small or too narrow for a robot, or no tour in time is found.
     """
     limits, drive = limits or TourLimits(), drive or Drive()
-    clearance = (
-        cv2.distanceTransform(
-            np.pad(world.free, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
-        )[1:-1, 1:-1]
-        * CELL_M
-        - CELL_M / 2.0
-    )
+    clearance = clearance_of(world.free) * CELL_M - CELL_M / 2.0
     coarse = clearance[::_STRIDE, ::_STRIDE]
     drivable = _largest_part(coarse > BODY_RADIUS_M + _MARGIN_M)
     area_m2 = np.count_nonzero(drivable) * (CELL_M * _STRIDE) ** 2
@@ -86,10 +82,8 @@ def plan_mesh_tour(
 
 
 def _largest_part(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(
-        mask.astype(np.uint8), connectivity=4
-    )
-    if count == 1:
+    parts, stats = pieces_of(mask, connectivity=4)
+    if len(stats) == 1:
         return mask
     return np.asarray(parts == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
 

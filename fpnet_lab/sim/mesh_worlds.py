@@ -21,6 +21,8 @@ import shapely
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.distance import clearance_of
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.meshes import TriangleMesh, horizontal_sheet, merge_meshes
 
@@ -33,7 +35,7 @@ CELL_M = 0.05
 SILL_M, ROBOT_TOP_M = 0.08, 1.2
 """Lower things are driven over, higher ones are passed below; heights above the floor. Chosen."""
 
-DEFAULT_CEILING_M = 2.8
+CEILING_M = 2.8
 """Height above the floor of the ceiling that meshes without one get. Chosen."""
 
 _SLICE_M = 0.05  # numerical: between two level cuts through the mesh
@@ -99,7 +101,7 @@ def read_mesh(path: Path | str) -> TriangleMesh:
     return TriangleMesh(vertices, triangles)
 
 
-def survey_mesh(mesh: TriangleMesh, ceiling_m: float = DEFAULT_CEILING_M) -> MeshWorld:
+def survey_mesh(mesh: TriangleMesh) -> MeshWorld:
     """
     Find a mesh's floor and the indoor space that a robot can stand in.
 
@@ -107,8 +109,6 @@ def survey_mesh(mesh: TriangleMesh, ceiling_m: float = DEFAULT_CEILING_M) -> Mes
     ----------
     mesh : TriangleMesh
         Metres, z up.
-    ceiling_m : float
-        Height of the sheet that closes a mesh without a ceiling [m].
 
     Raises
     ------
@@ -132,7 +132,7 @@ def survey_mesh(mesh: TriangleMesh, ceiling_m: float = DEFAULT_CEILING_M) -> Mes
             'the mesh has no space enclosed by walls above a floor; expected a building in '
             'metres with z up'
         )
-    return MeshWorld(lowered, _missing_ceiling(corners, low, high, ceiling_m), free, low)
+    return MeshWorld(lowered, _missing_ceiling(corners, low, high), free, low)
 
 
 def _flat(corners: Array) -> tuple[Array, Array]:
@@ -228,19 +228,17 @@ def _indoors(mesh: TriangleMesh, standing: Mask, origin: Array) -> Mask:
 
 def _roomy(free: Mask) -> Mask:
     """Drop what is nowhere wide, as the inside of hollow walls."""
-    cells = free.astype(np.uint8)
-    count, parts = cv2.connectedComponents(cells, connectivity=4)
-    clearance = cv2.distanceTransform(np.pad(cells, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    wide = (clearance[1:-1, 1:-1] * CELL_M > _ROOMY_M) & free
-    is_wide = np.zeros(count, dtype=bool)
+    parts, stats = pieces_of(free, connectivity=4)
+    wide = (clearance_of(free) * CELL_M > _ROOMY_M) & free
+    is_wide = np.zeros(len(stats), dtype=bool)
     is_wide[parts[wide]] = True
     return np.asarray(is_wide[parts])
 
 
-def _missing_ceiling(corners: Array, low: Array, high: Array, ceiling_m: float) -> TriangleMesh:
+def _missing_ceiling(corners: Array, low: Array, high: Array) -> TriangleMesh:
     """Return a sheet over the whole mesh unless it has a ceiling of its own."""
     area, height = _flat(corners)
     floor_m2 = area[np.abs(height) < SILL_M].sum()
     if area[height > _CEILING_FROM_M].sum() > _CEILING_SHARE * floor_m2:
         return merge_meshes([])
-    return horizontal_sheet(shapely.box(*low, *high), ceiling_m, faces_up=False)
+    return horizontal_sheet(shapely.box(*low, *high), CEILING_M, faces_up=False)

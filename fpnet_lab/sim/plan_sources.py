@@ -16,15 +16,12 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.io.maps import MAP_SUFFIXES, YAML_SUFFIXES
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.plans.traced import plan_from_grid
 from fpnet_lab.sim.types import BuildingPlan
-
-MAP_SUFFIXES = ('.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.yaml', '.yml')
-"""Files of a folder that are taken for floorplans."""
 
 MIN_ROOMS = 2
 """A building of fewer rooms has nothing to tell apart. Chosen."""

@@ -46,7 +46,6 @@ __all__ = [
     'Recording',
     'RecordingOptions',
     'make_recording',
-    'simulate_recording',
     'write_recording',
 ]
 
@@ -176,32 +175,6 @@ def make_recording(
     )
 
 
-def simulate_recording(
-    out_dir: Path | str,
-    seed: int,
-    *,
-    options: RecordingOptions | None = None,
-    storage: Storage = 'sqlite3',
-    laser_scans: bool = False,
-    threads: int = 0,
-    progress: Progress | None = None,
-) -> Recording:
-    """
-    Simulate a recording and write it: :func:`make_recording` and :func:`write_recording`.
-
-    Raises
-    ------
-    BagFormatError, ConfigError
-        See there.
-    """
-    _check_folder(Path(out_dir))
-    recording = make_recording(seed, options, threads)
-    write_recording(
-        recording, out_dir, storage=storage, laser_scans=laser_scans, progress=progress
-    )
-    return recording
-
-
 def write_recording(
     recording: Recording,
     out_dir: Path | str,
@@ -242,7 +215,8 @@ def write_recording(
     """
     out_dir, model = Path(out_dir), recording.lidar.model
     planar = check_planar(model) if laser_scans else None
-    _check_folder(out_dir)
+    if (out_dir / BAG_NAME).exists():
+        raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
     out_dir.mkdir(parents=True, exist_ok=True)
     write_map(recording.floorplan, out_dir / FLOORPLAN_NAME)
     poses, height_m = recording.truth(), recording.tour.sensor_height_m
@@ -268,11 +242,6 @@ def write_recording(
                 )
             if progress is not None:
                 progress(index + 1, len(recording))
-
-
-def _check_folder(out_dir: Path) -> None:
-    if (out_dir / BAG_NAME).exists():
-        raise BagFormatError(f'{out_dir / BAG_NAME} exists; remove it or choose another folder')
 
 
 def _write_cloud(bag: BagWriter, scan: SimulatedScan, period_s: float) -> None:

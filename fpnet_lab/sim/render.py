@@ -45,6 +45,7 @@ THICK_WALL_M = 0.35
 """Least thickness of outlined and of thick walls. Chosen."""
 
 # Chosen, not measured:
+_MARGIN_M = 1.0  # unknown border around a drawing
 _HATCH_PERIOD_M = 0.4
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
@@ -73,8 +74,7 @@ class _Sheet:
 
     def stroke(self, lines: Sequence[NDArray[np.float64]], is_closed: bool = False) -> None:
         """Draw polylines (V, 2), building metres."""
-        scale = 1 << _SUBPIXEL_BITS
-        corners = [np.rint((self.px(line) - 0.5) * scale).astype(np.int32) for line in lines]
+        corners = [_fixed_point(self.px(line) - 0.5) for line in lines]
         ink = self.cells.view(np.uint8)
         cv2.polylines(ink, corners, is_closed, OCCUPIED, self.line_px, shift=_SUBPIXEL_BITS)
 
@@ -90,7 +90,6 @@ def render_plan(
     resolution_m: float,
     wall_m: float | None = None,
     T_plan_building: Affine2D | None = None,
-    margin_m: float = 1.0,
     style: DrawingStyle = CLEAN,
 ) -> GridMap:
     """
@@ -102,7 +101,6 @@ def render_plan(
     resolution_m : cell edge [m]
     wall_m : drawn wall thickness; None takes the plan's. Never under 1.5 cells
     T_plan_building : where and how (rotated, stretched) the drawing shows the building
-    margin_m : unknown border around the drawing
     style : the drawing's look; its lines and letters are occupied
 
     Returns
@@ -115,8 +113,8 @@ def render_plan(
     doors = [door_outline(door, wall, plan.wall_m) for door in plan.doors]
     shell = shell_outlines(plan, wall)
     corners = A.apply(np.concatenate(shell))
-    origin = corners.min(axis=0) - margin_m
-    columns, rows = np.ceil((corners.max(axis=0) + margin_m - origin) / resolution_m).astype(int)
+    origin = corners.min(axis=0) - _MARGIN_M
+    columns, rows = np.ceil((corners.max(axis=0) + _MARGIN_M - origin) / resolution_m).astype(int)
     sheet = _Sheet(np.full((rows, columns), UNKNOWN, np.int8), resolution_m, origin, A)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in shell], OCCUPIED)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in outlines + doors], FREE)
@@ -259,8 +257,23 @@ def fill_polygons(
         polygons = shapely.buffer(polygons_from_rings(rings_px), -0.5, join_style='mitre')
         parts = shapely.get_parts(polygons).tolist()
         rings = [shapely.get_coordinates(part.exterior)[:-1] for part in parts]
-    scale = 1 << _SUBPIXEL_BITS
     for ring in rings:
-        corners = np.rint((ring - 0.5) * scale).astype(np.int32)
-        if len(corners):
-            cv2.fillPoly(cells, [corners], value, shift=_SUBPIXEL_BITS)
+        if len(ring):
+            paint_rings(cells, [ring - 0.5], value)
+
+
+def paint_rings(
+    raster: NDArray[np.integer[Any]], rings: Sequence[NDArray[np.float64]], value: int
+) -> None:
+    """
+    Set what lies in rings or is touched by them, in place; a ring within another is a hole.
+
+    ``rings (V, 2)`` are x, y in cells, whole at their centres.
+    """
+    if rings:
+        corners = [_fixed_point(ring) for ring in rings]
+        cv2.fillPoly(raster, corners, value, shift=_SUBPIXEL_BITS)
+
+
+def _fixed_point(line: NDArray[np.float64]) -> NDArray[np.int32]:
+    return np.rint(line * (1 << _SUBPIXEL_BITS)).astype(np.int32)

@@ -29,6 +29,7 @@ CLEARANCES_M = (0.7, 0.45, 0.3, 0.2)
 """Distances to walls, the first one at which a room lets the robot through is kept. Chosen."""
 
 _SNAP_M = 0.6  # how far an end of a path may lie outside the area that keeps the clearance; chosen
+_DRAWN_POINTS = 64  # numerical
 _TOLERANCE_M = 1e-6  # numerical
 _START, _GOAL = 'start', 'goal'
 
@@ -179,16 +180,26 @@ class Router:
         return None
 
 
+def draw_nearby(ways_m: Array, reach_m: float, rng: np.random.Generator) -> int:
+    """
+    Draw a goal by the lengths ``ways_m (N,)`` of the ways to all, infinite where there is none.
+
+    The chance falls by e over ``reach_m`` more way, in walks as in drives.
+    """
+    weights = np.exp(-(ways_m - ways_m.min()) / reach_m)
+    return int(rng.choice(len(weights), p=weights / weights.sum()))
+
+
 def _distance(a: Array, b: Array) -> float:
     return float(np.linalg.norm(a - b))
 
 
-def _points_inside(area: shapely.Geometry, rng: np.random.Generator, count: int = 64) -> Array:
-    """Return ``count`` or fewer, at least one, random points in an area."""
+def _points_inside(area: shapely.Geometry, rng: np.random.Generator) -> Array:
+    """Return some random points in an area, at least one."""
     x0, y0, x1, y1 = area.bounds
-    points = rng.uniform((x0, y0), (x1, y1), size=(4 * count, 2))
+    points = rng.uniform((x0, y0), (x1, y1), size=(4 * _DRAWN_POINTS, 2))
     shapely.prepare(area)
-    inside: Array = points[shapely.contains_xy(area, points)][:count]
+    inside: Array = points[shapely.contains_xy(area, points)][:_DRAWN_POINTS]
     if not len(inside):
         inside = shapely.get_coordinates(area.representative_point())
     return inside

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Fast planar ray casting in occupancy rasters, and the tours that robots take through them.
+Fast planar ray casting in occupancy rasters, and the walks that robots take through them.
 
 Rasters are indexed [row, column] with row 0 at the lowest y; positions are in cells from the
 raster's outer corner, so that cell (r, c) covers [c, c + 1) x [r, r + 1). Shape letters: ``S``

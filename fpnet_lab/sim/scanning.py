@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +11,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.io.scans import Scan
 from fpnet_core.stamps import NS_PER_S
-from fpnet_lab.sim.building import Building
 from fpnet_lab.sim.driving import Tour
 from fpnet_lab.sim.lidar import LidarSimulator
-from fpnet_lab.sim.sensors import SensorModel, sensor_named
 
 EPOCH_NS = 1_750_000_000 * NS_PER_S
 """Given: sensor time of a recording's start; ROS takes times near zero as unset."""
@@ -66,43 +63,3 @@ def cast_scan(
         intensity=sweep.intensity,
         ring=sweep.ring,
     )
-
-
-def simulate_scans(
-    building: Building,
-    tour: Tour,
-    sensor: str | SensorModel,
-    rng: np.random.Generator,
-    threads: int = 1,
-) -> Iterator[SimulatedScan]:
-    """
-    Yield the scans of a tour one after another, nothing written.
-
-    Parameters
-    ----------
-    building : Building
-    tour : Tour
-        In the building's frame.
-    sensor : str or SensorModel
-        A name of ``SENSORS``, or a model.
-    rng : numpy.random.Generator
-        Draws jitter, noise and dropouts; equal generators give equal scans.
-    threads : int
-        For ray casting, without influence on the result; 0 takes all cores.
-
-    Returns
-    -------
-    Iterator of SimulatedScan
-        Points (P, 3) in the sensor frame at each point's own time, ``T_truth_sensor`` in
-        ``building`` at the end of the sweep. A scan takes 2 (planar) to 20 ms (rosette) of one
-        core; the table in docs/recordings.md has every sensor.
-
-    Raises
-    ------
-    ConfigError
-        If there is no sensor of that name; on the call, not on the first scan.
-    """
-    model = sensor_named(sensor) if isinstance(sensor, str) else sensor
-    lidar = LidarSimulator(building, model, threads)
-    count = len(scan_stamps_ns(tour, model.period_s))
-    return (cast_scan(lidar, tour, index, rng) for index in range(count))

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import ConfigError, MapFormatError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.types import FREE, GridMap
+from fpnet_core.raster.rays import values_at
+from fpnet_core.types import FREE, UNKNOWN, GridMap
 from fpnet_lab.sim.building import Building, extrude
 from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere
 from fpnet_lab.sim.driving import Drive, Tour
@@ -230,7 +231,4 @@ def _draw_floorplan(
 
 
 def _share_on_free(grid: GridMap, xy: NDArray[np.float64]) -> float:
-    rc = np.rint(grid.xy_to_rc(xy)).astype(int)
-    inside = ((rc >= 0) & (rc < grid.shape)).all(axis=1)
-    is_free = grid.cells[rc[inside, 0], rc[inside, 1]] == FREE
-    return float(np.count_nonzero(is_free)) / len(xy)
+    return float((values_at(grid.cells, grid.xy_to_rc(xy), UNKNOWN) == FREE).mean())

@@ -17,6 +17,10 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.distance import nearest_labels
+from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.raster.windows import NEIGHBOURS, window_of
 from fpnet_lab.sim.floors import CELL_M, LabelledFloor
 
 FEATURES = (
@@ -37,7 +41,6 @@ _LABEL_GAP_M = 0.5
 """Labels end this far from the middle of a door at most. Chosen."""
 _MIN_OPENING_M = 0.5
 """Shorter contacts are where labels squeeze through a wall of a cell or two. Chosen."""
-_NEIGHBOURS = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +103,9 @@ def measure_floor(floor: LabelledFloor) -> FloorMeasures:
 
 def _shape(mask: NDArray[np.bool_]) -> tuple[float, float, float, float, float]:
     """Return area [m^2], aspect, rectangularity, solidity and compactness of a room's cells."""
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    window = mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1].astype(np.uint8)
-    window = np.pad(window, 1)
+    part = window_of(mask)
+    assert part is not None, 'only labels with cells are kept'
+    window = np.pad(mask[part].astype(np.uint8), 1)
     outlines, _ = cv2.findContours(window, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     points = np.concatenate(outlines).astype(np.float32)
     _, sides, _ = cv2.minAreaRect(points)
@@ -127,11 +130,11 @@ def _openings(labels: NDArray[np.int32]) -> Iterator[tuple[int, int, float]]:
     for pair in np.unique(contact[contact > 0]).tolist():
         rows, cols = np.nonzero(contact == pair)
         top, left = rows.min() - 1, cols.min() - 1
-        window = np.zeros((rows.max() - top + 2, cols.max() - left + 2), np.uint8)
-        window[rows - top, cols - left] = 1
-        count, pieces = cv2.connectedComponents(cv2.dilate(window, _NEIGHBOURS), connectivity=8)
-        for piece in range(1, count):
-            at = np.argwhere((pieces == piece) & (window > 0)).astype(np.float32)
+        window = np.zeros((rows.max() - top + 2, cols.max() - left + 2), np.bool_)
+        window[rows - top, cols - left] = True
+        pieces, stats = pieces_of(grown(window, 1))
+        for piece in range(1, len(stats)):
+            at = np.argwhere((pieces == piece) & window).astype(np.float32)
             width = CELL_M * (float(max(cv2.minAreaRect(at)[1])) + 1.0)
             if width >= _MIN_OPENING_M:
                 yield pair // base, pair % base, width
@@ -139,23 +142,16 @@ def _openings(labels: NDArray[np.int32]) -> Iterator[tuple[int, int, float]]:
 
 def _grown(floor: LabelledFloor) -> NDArray[np.int32]:
     """Return the labels grown over the doorways, each free cell to the nearest label."""
-    inside = floor.labels > 0
-    distance, nearest = cv2.distanceTransformWithLabels(
-        (~inside).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    label_of = np.zeros(int(nearest.max()) + 1, np.int32)
-    label_of[nearest[inside]] = floor.labels[inside]
+    distance, label = nearest_labels(floor.labels)
     near = (distance * CELL_M <= _LABEL_GAP_M) & floor.free
-    return np.asarray(np.where(near | inside, label_of[nearest], 0), np.int32)
+    return np.asarray(np.where(near | (floor.labels > 0), label, 0), np.int32)
 
 
 def _contacts(labels: NDArray[np.int32], base: int) -> NDArray[np.int64]:
     """Mark (H, W) where a label meets another to the right or above: smaller * base + larger."""
     contact = np.zeros(labels.shape, np.int64)
-    for here, there, marks in (
-        (labels[:-1], labels[1:], contact[:-1]),
-        (labels[:, :-1], labels[:, 1:], contact[:, :-1]),
-    ):
+    for first, second in NEIGHBOURS[::-1]:
+        here, there, marks = labels[first], labels[second], contact[first]
         meet = (here != there) & (here > 0) & (there > 0)
         marks[meet] = np.minimum(here, there)[meet].astype(np.int64) * base
         marks[meet] += np.maximum(here, there)[meet]

@@ -13,7 +13,7 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.driving import BODY_RADIUS_M, Drive, Leg, Tour, drive_legs
 from fpnet_lab.sim.openings import walkable_area
-from fpnet_lab.sim.routes import Place, Router
+from fpnet_lab.sim.routes import Place, Router, draw_nearby
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
@@ -133,6 +133,4 @@ def _next_room(
     fresh = sorted(set(lengths) - closed)
     if not fresh:
         return None
-    ways = np.array([lengths[room] for room in fresh])
-    weights = np.exp(-(ways - ways.min()) / _NEARNESS_M)
-    return int(rng.choice(fresh, p=weights / weights.sum()))
+    return fresh[draw_nearby(np.array([lengths[room] for room in fresh]), _NEARNESS_M, rng)]

@@ -8,20 +8,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.morphology import grown
 from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
+from fpnet_lab.sim.routes import draw_nearby
 from fpnet_lab.sim.scan2d import EMPTY, walk_field, walk_to
 
 ROBOT_RADIUS_M = 0.28  # chosen
 WALK_STRIDE = 4
-"""Numerical: world cells per cell of the raster that tours are planned in."""
+"""Numerical: world cells per cell of the raster that walks are planned in."""
 
 REACH_M = 7.0
 """Nearby rooms are visited first: the chance falls by e over this much more way. Chosen."""
 
-TINY_TOUR_ROOMS = 4
-SMALL_TOUR_SHARE = (0.1, 0.5)
-"""Most rooms of a tiny tour, and the share of the rooms that a small tour visits. Chosen."""
+TINY_WALK_ROOMS = 4
+SMALL_WALK_SHARE = (0.1, 0.5)
+"""Most rooms of a tiny walk, and the share of the rooms that a small one visits. Chosen."""
 
 
 def plan_walk(
@@ -31,13 +33,13 @@ def plan_walk(
     within: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Return positions (S, 2) of scans along a tour from a random start, building metres.
+    Return positions (S, 2) of scans along a walk from a random start, building metres.
 
-    The tour visits a random number of rooms, mostly near ones first, and stays inside the convex
+    The walk visits a random number of rooms, mostly near ones first, and stays inside the convex
     polygon ``within (V, 2)``, if there is one. Empty where the robot fits nowhere.
     """
     is_free = cv2.distanceTransform((world.body == EMPTY).astype(np.uint8), cv2.DIST_L2, 3)
-    inside = cv2.dilate((world.room_of >= 0).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+    inside = grown(world.room_of >= 0, 4)
     if within is not None:
         area = np.zeros_like(inside, dtype=np.uint8)
         cv2.fillConvexPoly(area, np.rint(world.to_cells(within)).astype(np.int32), 1)
@@ -70,7 +72,7 @@ def _visit_rooms(
     cells = cells[np.argsort(room_of.ravel()[cells], kind='stable')]
     rooms = room_of.ravel()[cells]
     ids, first = np.unique(rooms, return_index=True)
-    target = _draw_tour_rooms(len(ids), rng, config)
+    target = _draw_room_count(len(ids), rng, config)
     cols = passable.shape[1]
     here = int(rng.choice(cells))
     visited = {int(room_of.ravel()[here])}
@@ -85,8 +87,7 @@ def _visit_rooms(
             nearest[list(visited)] = np.inf
             if len(visited) >= target or not np.isfinite(nearest).any():
                 return walks
-            chance = np.exp(-(nearest - nearest.min()) * WALK_STRIDE * WORLD_CELL_M / REACH_M)
-            room = int(rng.choice(len(chance), p=chance / chance.sum()))
+            room = draw_nearby(nearest * WALK_STRIDE * WORLD_CELL_M, REACH_M, rng)
             reached = cells[(rooms == room) & np.isfinite(length[cells])]
             visited.add(room)
         here = int(rng.choice(reached))
@@ -95,12 +96,12 @@ def _visit_rooms(
         walks.append(walk[1:])
 
 
-def _draw_tour_rooms(count: int, rng: np.random.Generator, config: ScanConfig) -> int:
-    """Draw how many of ``count`` rooms a tour visits: early maps matter as much as late ones."""
+def _draw_room_count(count: int, rng: np.random.Generator, config: ScanConfig) -> int:
+    """Draw how many of ``count`` rooms a walk visits: early maps matter as much as late ones."""
     draw = rng.random()
     if draw < config.tiny_tours:
-        return int(rng.integers(1, TINY_TOUR_ROOMS + 1))
-    least, most = SMALL_TOUR_SHARE
+        return int(rng.integers(1, TINY_WALK_ROOMS + 1))
+    least, most = SMALL_WALK_SHARE
     if draw > 1.0 - config.large_tours:
         least, most = most, 1.0
     return max(1, round(float(rng.uniform(least, most)) * count))

@@ -22,6 +22,8 @@ from fpnet_core.drawings.looking import Rival, look_at
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
 from fpnet_core.errors import FpnetError
+from fpnet_core.io.arrays import read_arrays, write_arrays
+from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.pool import each_done
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
@@ -36,7 +38,6 @@ Numerical: of the sheets to learn from: seeds of the tune half that the benchmar
 
 _COMPARED_CELLS = 1200  # numerical: a side of the page: a room has hundreds of them
 # Chosen, not measured:
-_SAME_ROOM_IOU = 0.5  # as in the agreement of rooms
 _MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 
 
@@ -125,7 +126,7 @@ def trials_of(
         rooms = room_figures(look)
         H = reading.H_plan_pixel @ H_pixel_page
         truth = compared(sheet, reading.segmentation, H, _COMPARED_CELLS)
-        right = best_overlap(truth.found, truth.true, len(rooms)) > _SAME_ROOM_IOU
+        right = best_overlap(truth.found, truth.true, len(rooms)) > SAME_ROOM_IOU
         yield ReadingTrial(
             sheet.kind.value, sheet.seed, is_chosen, truth.f1, rooms, right, whole_figures(look)
         )
@@ -133,22 +134,17 @@ def trials_of(
 
 def write_trials(path: Path, trials: Sequence[ReadingTrial]) -> None:
     """Write the trials of one sheet."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    none = np.zeros((0, len(ROOM_FIGURES))), np.zeros((0, len(WHOLE_FIGURES)))
-    partial = path.with_suffix('.part.npz')
-    np.savez_compressed(
-        partial,
-        names=np.array([f'{trial.kind}-{trial.seed}' for trial in trials], dtype=np.str_),
-        chosen=np.array([trial.is_chosen for trial in trials], dtype=np.bool_),
-        f1=np.array([trial.f1 for trial in trials], dtype=np.float64),
-        counts=np.array([len(trial.right) for trial in trials], dtype=np.int64),
-        rooms=np.concatenate([none[0], *(trial.rooms for trial in trials)]),
-        right=np.concatenate([np.zeros(0, np.bool_), *(trial.right for trial in trials)]),
-        whole=np.concatenate(
-            [np.zeros((0, len(WHOLE_FIGURES))), *(t.whole[None] for t in trials)]
-        ),
-    )
-    partial.replace(path)
+    no_rooms, none = np.zeros((0, len(ROOM_FIGURES))), np.zeros((0, len(WHOLE_FIGURES)))
+    arrays = {
+        'names': np.array([f'{trial.kind}-{trial.seed}' for trial in trials], dtype=np.str_),
+        'chosen': np.array([trial.is_chosen for trial in trials], dtype=np.bool_),
+        'f1': np.array([trial.f1 for trial in trials], dtype=np.float64),
+        'counts': np.array([len(trial.right) for trial in trials], dtype=np.int64),
+        'rooms': np.concatenate([no_rooms, *(trial.rooms for trial in trials)]),
+        'right': np.concatenate([np.zeros(0, np.bool_), *(trial.right for trial in trials)]),
+        'whole': np.concatenate([none, *(trial.whole[None] for trial in trials)]),
+    }
+    write_arrays(path, arrays)
 
 
 def read_trials(path: Path) -> list[ReadingTrial]:
@@ -161,8 +157,7 @@ def read_trials(path: Path) -> list[ReadingTrial]:
         If the file is damaged or of other figures.
     """
     try:
-        with np.load(path) as stored:
-            values = dict(stored)
+        values = read_arrays(path)
     except (OSError, ValueError) as error:
         raise FpnetError(f'{path} is damaged ({error}); remove it, and run again') from None
     widths = values['rooms'].shape[1], values['whole'].shape[1]

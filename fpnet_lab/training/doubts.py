@@ -19,22 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import LogisticRegression
+from sklearn.metrics import roc_auc_score
 
-from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, SIDES, DoubtModel
+from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, NAMES, DoubtModel
 from fpnet_core.drawings.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
+from fpnet_core.small_networks import standardised
+from fpnet_lab.evaluation.drawings import GOOD_F1
 from fpnet_lab.training.doubt_trials import ReadingTrial
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-
-GOOD_F1 = 0.85
-"""
-A reading is right whose rooms agree with the truth as well as this, as the benchmark has it.
-Chosen.
-"""
-
 
 _LEAST_SPREAD = 1e-3  # numerical: of evidence that hardly varies
 _MAX_ITERATIONS = 2000  # numerical
@@ -163,7 +159,7 @@ def fit_sheets(
 ) -> dict[str, NDArray[Any]]:
     """Fit the logistic regression over ``evidence (N, D)`` that tells which readings are wrong."""
     mean, spread = np.nanmean(evidence, axis=0), np.nanstd(evidence, axis=0) + _LEAST_SPREAD
-    x = np.clip(np.nan_to_num((evidence - mean) / spread), -CLIP, CLIP)
+    x = standardised(evidence, mean, spread, CLIP)
     model = LogisticRegression(
         C=config.sheet_strength, max_iter=_MAX_ITERATIONS, random_state=config.seed
     )
@@ -206,7 +202,7 @@ def held_out_figures(
     figures = {
         'readings': float(len(p)),
         'wrong': float(wrong.mean()),
-        'auc': area_under(p, wrong),
+        'auc': float(roc_auc_score(wrong, p)),
     }
     for share in (0.03, 0.05, 0.1):
         level = threshold(p, wrong, share)
@@ -214,16 +210,8 @@ def held_out_figures(
     figures['wrong_doubted'] = float(np.mean(p[wrong] > doubted_from))
     figures['right_doubted'] = float(np.mean(p[~wrong] > doubted_from))
     rooms = np.concatenate([trial.right for trial in trials])
-    figures['rooms_auc'] = area_under(1.0 - np.concatenate(held_out.right), ~rooms)
+    figures['rooms_auc'] = float(roc_auc_score(rooms, np.concatenate(held_out.right)))
     return figures
-
-
-def area_under(score: Array, is_so: Bools) -> float:
-    """Return how often one that is so scores higher (N,) than one that is not; ties count half."""
-    order = np.sort(score[~is_so])
-    below = np.searchsorted(order, score[is_so], 'left')
-    upto = np.searchsorted(order, score[is_so], 'right')
-    return float(np.mean(0.5 * (below + upto)) / max(len(order), 1))
 
 
 def write_doubts(
@@ -232,7 +220,7 @@ def write_doubts(
     """Write the model with its manifest; ``facts`` join the manifest."""
     network: dict[str, Any] = {
         'doubted_from': model.doubted_from,
-        **{f'{side}_figures': list(figures) for side, figures in SIDES.items()},
+        **{key: list(figures) for key, figures in NAMES.items()},
         'room_forest': list(model.tensors['room.feature'].shape),
     }
     write_weights(

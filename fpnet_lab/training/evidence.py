@@ -14,13 +14,12 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from fpnet_core.config import MatcherConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, angle_between
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.consensus import (
     EVIDENCE,
     Assignments,
     EvidenceModel,
-    ScalePrior,
     find_assignments,
 )
 from fpnet_core.matching.evidence_model import evidence_entry
@@ -69,7 +68,7 @@ def calibrate(path: Path, pairs: Iterable[MatchingPair]) -> EvidenceModel:
 def _example(matcher: LearnedMatcher, pair: MatchingPair) -> PlacementExample:
     likelihood = matcher.likelihood(pair.plan_graph, pair.sub_graph)
     plan, sub = graph_geometry(pair.plan_graph), graph_geometry(pair.sub_graph)
-    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR), ScalePrior())
+    assignments = find_assignments(plan, sub, np.log(likelihood + FLOOR))
     return PlacementExample(
         assignments.evidence, judge_assignments(assignments, plan, sub, pair.A_plan_submap)
     )
@@ -82,11 +81,10 @@ def judge_assignments(
     a, b = assignments.similarity[:, 0], assignments.similarity[:, 1]
     linear = A_plan_submap.linear * (sub.unit / plan.unit)
     middle = (A_plan_submap.apply(sub.origin) - plan.origin) / plan.unit
-    yaw = np.arctan2(linear[1, 0] - linear[0, 1], linear[0, 0] + linear[1, 1])
-    turn = np.angle(np.exp(1j * (np.arctan2(b, a) - yaw)))
+    turn = angle_between(np.arctan2(b, a), A_plan_submap.heading)
     log_scale = 0.5 * np.log((a**2 + b**2) / abs(np.linalg.det(linear)))
     moved = np.linalg.norm(assignments.similarity[:, 2:] - middle, axis=1)
-    near = (np.abs(turn) < RIGHT_RAD) & (np.abs(log_scale) < RIGHT_LOG_SCALE)
+    near = (turn < RIGHT_RAD) & (np.abs(log_scale) < RIGHT_LOG_SCALE)
     return np.asarray(near & (moved < RIGHT_UNITS))
 
 

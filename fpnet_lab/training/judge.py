@@ -25,26 +25,20 @@ from fpnet_core.io.weights import write_weights
 from fpnet_core.judging import CONTEXT, FIGURES, JUDGE_SCHEMA
 from fpnet_core.judging.model import CLIP
 from fpnet_lab.training.judge_trials import Trial
+from fpnet_lab.training.members import MemberTraining, fit_member
 
 _NEVER = -1e9  # numerical
 _UNSEEN = 1e9  # numerical: spread of a figure that is not looked at
 _LEAST_SPREAD = 1e-3  # numerical: of a figure that hardly varies
+_LEAST_SHARE = 1e-6  # numerical: of own plans, or of others
 
 
 @dataclass(frozen=True)
-class JudgeTraining:
+class JudgeTraining(MemberTraining):
     """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
 
-    members: int = 5
-    width: int = 32
-    epochs: int = 40
-    batch_size: int = 256
-    learning_rate: float = 2e-3
-    weight_decay: float = 1e-3
-    dropout: float = 0.1
     thinned: float = 0.3
     """Share of trials of which up to as many placements are left out, the right one too."""
-    seed: int = 0
     without: tuple[str, ...] = ()
     """Figures whose names hold one of these words are not looked at, for comparisons."""
 
@@ -66,9 +60,7 @@ class TrialTensors:
     weight: torch.Tensor
 
 
-def stack_trials(
-    trials: Sequence[Trial], weight: NDArray[np.float64] | None = None
-) -> TrialTensors:
+def stack_trials(trials: Sequence[Trial]) -> TrialTensors:
     """Return trials padded to the largest; raises FpnetError for none."""
     if not trials:
         raise FpnetError('no trials to learn from; gather some first')
@@ -81,8 +73,8 @@ def stack_trials(
         right[row, :count] = trial.right
     context = np.stack([trial.evidence.context for trial in trials])
     own = np.array([trial.is_own for trial in trials])
-    if weight is None:
-        weight = balanced_weights(trials)
+    share = float(np.clip(own.mean(), _LEAST_SHARE, 1.0 - _LEAST_SHARE))
+    weight = np.where(own, 0.5 / share, 0.5 / (1.0 - share))  # own and others' count the same
     return TrialTensors(
         figures=torch.from_numpy(np.nan_to_num(figures)),
         context=torch.from_numpy(np.nan_to_num(context)),
@@ -91,13 +83,6 @@ def stack_trials(
         own=torch.from_numpy(own),
         weight=torch.from_numpy(weight.astype(np.float32)),
     )
-
-
-def balanced_weights(trials: Sequence[Trial]) -> NDArray[np.float64]:
-    """Return weights ``(N,)`` by which own and others' plans count the same."""
-    own = np.array([trial.is_own for trial in trials])
-    share = float(np.clip(own.mean(), 1e-6, 1.0 - 1e-6))
-    return np.where(own, 0.5 / share, 0.5 / (1.0 - share))
 
 
 class JudgeNetwork(nn.Module):
@@ -159,33 +144,21 @@ def surprise(
     return -(truth * weight).sum() / weight.sum()
 
 
-def fit_member(data: TrialTensors, config: JudgeTraining, member: int) -> JudgeNetwork:
-    """Fit one network; the same data, settings and number give the same network."""
-    generator = torch.Generator().manual_seed(config.seed * 1009 + member)
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(config.seed * 1009 + member)
+def _fit(data: TrialTensors, config: JudgeTraining, member: int) -> JudgeNetwork:
+    generator = torch.Generator().manual_seed(config.seed_of(member))
+
+    def make() -> JudgeNetwork:
         network = JudgeNetwork(config.width, config.dropout)
         network.standardise(data, config.without)
-        optimizer = torch.optim.AdamW(
-            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
-        )
-        count = len(data.own)
-        batches = -(-count // config.batch_size)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimizer, config.learning_rate, total_steps=config.epochs * batches
-        )
-        for _ in range(config.epochs):
-            order = torch.randperm(count, generator=generator)
-            for chosen in torch.split(order, config.batch_size):
-                there = _thinned(data.there[chosen], config.thinned, generator)
-                log_p = network(data.figures[chosen], data.context[chosen], there)
-                right = data.right[chosen] & there
-                loss = surprise(log_p, right, data.own[chosen], data.weight[chosen])
-                optimizer.zero_grad()
-                loss.backward()  # type: ignore[no-untyped-call]
-                optimizer.step()
-                schedule.step()
-    return network.eval()
+        return network
+
+    def loss_of(network: JudgeNetwork, chosen: torch.Tensor) -> torch.Tensor:
+        there = _thinned(data.there[chosen], config.thinned, generator)
+        log_p = network(data.figures[chosen], data.context[chosen], there)
+        right = data.right[chosen] & there
+        return surprise(log_p, right, data.own[chosen], data.weight[chosen])
+
+    return fit_member(make, loss_of, len(data.own), config, member, generator)
 
 
 def _thinned(there: torch.Tensor, share: float, generator: torch.Generator) -> torch.Tensor:
@@ -202,7 +175,7 @@ def fit_judge(
     """Fit all members."""
     networks = []
     for member in range(config.members):
-        networks.append(fit_member(data, config, member))
+        networks.append(_fit(data, config, member))
         on_member(1.0)
     return networks
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.geometry import Affine2D, Placements, angle_between
 from fpnet_core.io import read_map
-from fpnet_core.io.arrays import read_arrays
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
@@ -286,7 +286,7 @@ def right_placements(
     moved = np.median(np.linalg.norm(there - truth, axis=2), axis=1)
     middle = np.linalg.norm(there.mean(axis=1) - truth.mean(axis=0), axis=1)
     best = Affine2D.from_matrix(_fitted(points, truth))
-    turn = np.rad2deg(np.abs(np.angle(np.exp(1j * (placed.heading - best.heading)))))
+    turn = np.rad2deg(angle_between(placed.heading, best.heading))
     scale = np.abs(placed.scale / np.sqrt(abs(np.linalg.det(best.linear))) - 1.0)
     limit_m = max(RIGHT_DIAGONALS * diagonal_m, RIGHT_LEAST_M)
     is_near = (middle < limit_m) & (scale < RIGHT_SCALE)
@@ -347,22 +347,18 @@ def _floorplan(data: Path, name: str) -> Path:
 
 def write_trials(path: Path, trials: Sequence[Trial]) -> None:
     """Write trials as one ``.npz``; a reader sees the old file or the new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix('.part')
-    with part.open('wb') as file:
-        np.savez_compressed(
-            file,
-            names=np.array([*FIGURES, *CONTEXT]),
-            figures=np.concatenate([t.evidence.figures for t in trials]),
-            context=np.stack([t.evidence.context for t in trials]),
-            right=np.concatenate([t.right for t in trials]),
-            counts=np.array([len(t.right) for t in trials], dtype=np.int64),
-            is_own=np.array([t.is_own for t in trials]),
-            kind=np.array([t.kind for t in trials]),
-            building=np.array([t.building for t in trials]),
-            kept=np.array([t.kept for t in trials]),
-        )
-    part.replace(path)
+    arrays = {
+        'names': np.array([*FIGURES, *CONTEXT]),
+        'figures': np.concatenate([t.evidence.figures for t in trials]),
+        'context': np.stack([t.evidence.context for t in trials]),
+        'right': np.concatenate([t.right for t in trials]),
+        'counts': np.array([len(t.right) for t in trials], dtype=np.int64),
+        'is_own': np.array([t.is_own for t in trials]),
+        'kind': np.array([t.kind for t in trials]),
+        'building': np.array([t.building for t in trials]),
+        'kept': np.array([t.kept for t in trials]),
+    }
+    write_arrays(path, arrays)
 
 
 def read_trials(path: Path) -> list[Trial]:

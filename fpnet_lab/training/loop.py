@@ -35,7 +35,7 @@ from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.config import TrainingConfig
 from fpnet_lab.training.data import PairArrays, PairBatch, Share, collate, training_batches
 from fpnet_lab.training.losses import LossTerms, matching_loss, supervised_loss
-from fpnet_lab.training.optimizer import make_optimizer
+from fpnet_lab.training.optimizer import make_optimizer, rate_at
 
 logger = logging.getLogger(__name__)
 
@@ -73,15 +73,6 @@ def seeded_network(config: TrainingConfig) -> RegionNetwork:
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
         return make_network(config.network)
-
-
-def learning_rate_at(step: int, steps: int, config: TrainingConfig) -> float:
-    """Return the rate of ``step`` of ``steps``: linear warm-up, then half a cosine to zero."""
-    warmup = max(1, round(config.warmup_fraction * steps))
-    if step < warmup:
-        return config.learning_rate * (step + 1) / warmup
-    progress = (step - warmup) / max(1, steps - warmup)
-    return 0.5 * config.learning_rate * (1.0 + math.cos(math.pi * progress))
 
 
 class Trainer:
@@ -173,10 +164,11 @@ class Trainer:
             share,
         )
         sums, seen, rate = torch.zeros(4), 0, 0.0
+        steps = steps_per_epoch * config.epochs
         self.network.train()
         for index, batch in enumerate(batches):
             step = epoch * steps_per_epoch + index
-            rate = learning_rate_at(step, steps_per_epoch * config.epochs, config)
+            rate = rate_at(step, steps, config.learning_rate, config.warmup_fraction)
             terms = self._step(batch.to(self.fabric.device), rate)
             sums += stack_terms(terms) * len(batch.labels)
             seen += len(batch.labels)

@@ -34,6 +34,15 @@ _A, _B, _C = 3.4445, -4.7750, 2.0315
 _ADAMW_RMS = 0.2  # usual size of an AdamW step: makes one learning rate do for both
 
 
+def rate_at(step: int, steps: int, highest: float, warmup: float) -> float:
+    """Return the learning rate of a step: linear over a share ``warmup``, then half a cosine."""
+    rising = max(1, round(warmup * steps))
+    if step < rising:
+        return highest * (step + 1) / rising
+    done = (step - rising) / max(1, steps - rising)
+    return 0.5 * highest * (1.0 + math.cos(math.pi * done))
+
+
 def make_optimizer(network: nn.Module, config: TrainingConfig) -> torch.optim.Optimizer:
     """Return the optimiser that ``config.optimizer`` names, over all of ``network``."""
     kind = Muon if config.optimizer == 'muon' else torch.optim.AdamW

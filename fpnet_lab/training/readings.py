@@ -26,13 +26,10 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import GridMap
-from fpnet_lab.evaluation.segmentation import read_labels
-from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.evaluation.drawings import GOOD_F1
+from fpnet_lab.sim.floors import TUNE_FLOORS, read_labels
 
 Array = NDArray[np.float64]
-
-GOOD_F1 = 0.85
-"""A reading is right where its rooms agree with the truth as well as this. Chosen."""
 
 _STRENGTH = 0.3  # inverse of the ridge that keeps the weights of rare figures small; chosen
 _FOLDS = 5  # numerical

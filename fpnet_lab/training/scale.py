@@ -33,9 +33,11 @@ from fpnet_core.segmentation.scale_model import (
     Side,
     quantiles,
 )
+from fpnet_core.small_networks import standardised
 from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.training.members import MemberTraining, fit_member
 from fpnet_lab.training.scale_samples import SHEET, ScaleSamples
 
 Array = NDArray[np.float64]
@@ -49,16 +51,13 @@ _LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
 
 
 @dataclass(frozen=True)
-class ScaleTraining:
+class ScaleTraining(MemberTraining):
     """Settings of a fit; the defaults were chosen by leaving buildings of the tune half out."""
 
-    members: int = 5
     width: int = 24
-    epochs: int = 40
     batch_size: int = 128
     learning_rate: float = 8e-3
     weight_decay: float = 3e-2
-    dropout: float = 0.1
     noise: float = 0.25
     """Standard deviation of what is added to standardised figures."""
     other_rooms: float = 0.12
@@ -73,7 +72,6 @@ class ScaleTraining:
     tail_sigma: tuple[float, float] = (0.25, 0.3)
     folds: int = 4
     """Of generated buildings that are left out together."""
-    seed: int = 0
 
 
 class ScaleNetwork(nn.Module):
@@ -108,21 +106,21 @@ def sample_weights(samples: ScaleSamples, real_weight: float) -> Array:
 def fit_scale(samples: ScaleSamples, config: ScaleTraining) -> ScaleModel:
     """Fit both sides; the same samples and settings give the same model."""
     tensors: dict[str, NDArray[np.float32]] = {}
-    for number, side in enumerate(SIDES):
-        tail = config.tail_share[number], config.tail_sigma[number]
-        tensors |= _fit_side(samples.where(samples.side == side), side, tail, config)
+    for side in SIDES:
+        tensors |= fit_scale_side(samples.where(samples.side == side), side, config).tensors
     return ScaleModel(tensors)
 
 
-def _fit_side(
-    samples: ScaleSamples, side: Side, tail: tuple[float, float], config: ScaleTraining
-) -> dict[str, NDArray[np.float32]]:
+def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> ScaleModel:
+    """Fit one side alone."""
+    number = SIDES.index(side)
+    tail = config.tail_share[number], config.tail_sigma[number]
     samples = _with_other_rooms(samples, config)
     weight = sample_weights(samples, config.real_weight)
     mean, spread = _moments(samples.values, weight)
     answer = (samples.truth + samples.reference)[:, None]
     target = np.concatenate(_moments(answer, weight))
-    x = np.clip(np.nan_to_num((samples.values - mean) / spread), -CLIP, CLIP)
+    x = standardised(samples.values, mean, spread, CLIP)
     y = (answer[:, 0] - target[0]) / target[1]
     data = tuple(torch.from_numpy(v.astype(np.float32)) for v in (x, y, weight / weight.mean()))
     states = [_fit_member(data, config, member) for member in range(config.members)]
@@ -130,7 +128,9 @@ def _fit_side(
         'mean': mean, 'spread': spread, 'target': target, 'tail': np.array(tail),
         **{name: np.stack([state[name] for state in states]) for name in states[0]},
     }  # fmt: skip
-    return {f'{side}.{name}': np.asarray(value, np.float32) for name, value in found.items()}
+    return ScaleModel(
+        {f'{side}.{name}': np.asarray(value, np.float32) for name, value in found.items()}
+    )
 
 
 def _with_other_rooms(samples: ScaleSamples, config: ScaleTraining) -> ScaleSamples:
@@ -160,24 +160,15 @@ def _fit_member(
 ) -> dict[str, NDArray[np.float32]]:
     """Return the layers of one network."""
     x, y, weight = data
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(config.seed * 1009 + member)
-        network = ScaleNetwork(config.width, config.dropout)
-        optimizer = torch.optim.AdamW(
-            network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
-        )
-        batches = -(-len(y) // config.batch_size)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimizer, config.learning_rate, total_steps=config.epochs * batches
-        )
-        for _ in range(config.epochs):
-            for chosen in torch.split(torch.randperm(len(y)), config.batch_size):
-                seen = x[chosen] + config.noise * torch.randn(len(chosen), x.shape[1])
-                loss = -(weight[chosen] * network(seen, y[chosen])).mean()
-                optimizer.zero_grad()
-                loss.backward()
-                optimizer.step()
-                schedule.step()
+
+    def loss_of(network: ScaleNetwork, chosen: torch.Tensor) -> torch.Tensor:
+        seen = x[chosen] + config.noise * torch.randn(len(chosen), x.shape[1])
+        log_p: torch.Tensor = network(seen, y[chosen])
+        return -(weight[chosen] * log_p).mean()
+
+    network = fit_member(
+        lambda: ScaleNetwork(config.width, config.dropout), loss_of, len(y), config, member
+    )
     state = {name: value.numpy() for name, value in network.state_dict().items()}
     layers = {
         name.replace('.weight', '').replace('.bias', '_bias'): v for name, v in state.items()
@@ -206,13 +197,6 @@ def held_back_estimates(
                 errors[row] = quantiles(model.posterior(figures, side), (0.05, 0.5, 0.95))
             on_fold(1.0)
     return errors - samples.truth[:, None]
-
-
-def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> ScaleModel:
-    """Fit one side alone."""
-    number = SIDES.index(side)
-    tail = config.tail_share[number], config.tail_sigma[number]
-    return ScaleModel(_fit_side(samples, side, tail, config))
 
 
 def folds(samples: ScaleSamples, generated: int) -> list[list[str]]:

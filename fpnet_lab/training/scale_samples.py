@@ -27,6 +27,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import read_map
+from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import scale_figures
@@ -219,14 +220,12 @@ def count_maps(data: Path, amounts: Amounts) -> int:
 
 def write_samples(path: Path, samples: ScaleSamples) -> None:
     """Write samples as one ``.npz``."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savez_compressed(path, **vars(samples))
+    write_arrays(path, vars(samples))
 
 
 def read_samples(path: Path) -> ScaleSamples:
     """Read what :func:`write_samples` wrote."""
-    with np.load(path, allow_pickle=False) as arrays:
-        return ScaleSamples(**{name: arrays[name] for name in arrays.files})
+    return ScaleSamples(**read_arrays(path))
 
 
 def _drawings(data: Path) -> dict[str, list[_File]]:

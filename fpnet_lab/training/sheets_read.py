@@ -16,10 +16,10 @@ from fpnet_core.drawings.choosing import Found, choose
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
+from fpnet_core.raster.pixels import growth_at
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.drawings import written
 from fpnet_lab.sim.sheets import Sheet
-from fpnet_lab.sim.sheets.sheet import local_scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class SheetRead:
         """The floorplan that was read, its cells as large as they truly are."""
         H_plan_page = self.found.H_plan_pixel @ self.H_pixel_page
         grid = self.found.segmentation.grid
-        return replace(grid, resolution=grid.resolution / local_scale(H_plan_page, self._middle))
+        return replace(grid, resolution=grid.resolution / growth_at(H_plan_page, self._middle))
 
     @property
     def _middle(self) -> NDArray[np.float64]:

@@ -18,10 +18,10 @@ from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.morphology import grown_by, opened_by, square
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.pixels import shrinking
-from fpnet_lab.evaluation.segmentation import read_labels
 from fpnet_lab.pool import each_done
-from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS
+from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS, read_labels
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes
 
@@ -119,8 +119,8 @@ def real_samples(data: Path) -> Iterator[tuple[str, WallSample]]:
 def _real_classes(bare: Pixels, labels: NDArray[np.int32]) -> Classes:
     """Return the classes of a clean plan whose outside is not bright or is cut off by walls."""
     bright = bare.min(axis=2) >= FREE_GREY
-    count, pieces = cv2.connectedComponents(bright.astype(np.uint8), connectivity=4)
-    roomy = np.zeros(count, np.bool_)
+    pieces, stats = pieces_of(bright, connectivity=4)
+    roomy = np.zeros(len(stats), np.bool_)
     roomy[np.unique(pieces[labels > 0])] = True
     roomy[0] = False
     floor = roomy[pieces]

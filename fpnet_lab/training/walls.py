@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import asdict, dataclass
 from itertools import islice
-import math
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +30,7 @@ from fpnet_core.models.walls import (
 )
 from fpnet_lab.pool import START_METHOD
 from fpnet_lab.training.checkpoint import load_state, save_state
+from fpnet_lab.training.optimizer import rate_at
 from fpnet_lab.training.wall_patches import patches
 from fpnet_lab.training.wall_samples import WallSample, read_sample, resized, sample_stems
 
@@ -133,8 +133,9 @@ class WallTrainer:
 
     def _one_step(self, picture: Tensor, classes: Tensor, weight: Tensor) -> float:
         self.network.train()
+        config = self.config
         for group in self.optimizer.param_groups:
-            group['lr'] = rate_at(self.step, self.config)
+            group['lr'] = rate_at(self.step, config.steps, config.learning_rate, config.warmup)
         seen = picture.float().div_(255.0).contiguous(memory_format=torch.channels_last)
         loss = nn.functional.cross_entropy(self.network(seen), classes, weight=weight)
         self.optimizer.zero_grad()
@@ -191,15 +192,6 @@ def unweighted(network: WallNetwork, class_weights: tuple[float, ...]) -> WallNe
 def _stored(value: Tensor) -> NDArray[Any]:
     """Return a tensor as it is stored: floating point numbers at half precision."""
     return np.asarray((value.half() if value.is_floating_point() else value).numpy())
-
-
-def rate_at(step: int, config: WallTraining) -> float:
-    """Return the learning rate of a step: linear warm-up, then half a cosine to zero."""
-    warmup = max(1, round(config.warmup * config.steps))
-    if step < warmup:
-        return config.learning_rate * (step + 1) / warmup
-    done = (step - warmup) / max(1, config.steps - warmup)
-    return config.learning_rate * 0.5 * (1.0 + math.cos(math.pi * done))
 
 
 def held_figures(network: WallNetwork, stems: list[Path]) -> dict[str, Any]:

@@ -14,13 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 LAYERS = {
     'fpnet_core': [
         {'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
-        | {'plain_yaml', 'stamps', 'trajectory', 'kernel_cache'},
+        | {'plain_yaml', 'small_networks', 'stamps', 'trajectory', 'kernel_cache'},
         {'raster'},
-        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'} | {'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
         {'plan_check'},
         {'viz', 'report'},
+        {'api'},
         {'cli'},
     ],
     'fpnet_lab': [

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Every command of the README and the tutorial is executed: here, or by the test that is named here.
+Every command of the README is executed: here, or by the test that is named here.
 
-A command that is neither run nor named fails, and so does an entry for one that is gone.
+A command that is neither run nor named fails, and so does an entry for one that is gone. Those of
+the tutorial are followed word for word by ``test_walkthrough.py``.
 """
 
 from pathlib import Path
@@ -18,30 +19,23 @@ import pytest
 
 from fpnet_core.cli import main
 
-DOCUMENTS = ('README.md', 'docs/tutorial.md')
+DOCUMENTS = ('README.md',)
 
 _SMALL_NETWORK = '--epochs 1 --set network.width=8 --set network.layers=1'
 
 RUN = {
     'fpnet plan my_plan.png --out out/plan.yaml': '',
     'fpnet check-plan my_plan.png --out out/check': '--tours 0',
-    'fpnet check-plan drive/floorplan.yaml --tours 0 --out out/check': '',
     'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',
     'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
-    'fpnet segment drive/floorplan.yaml --plot rooms.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (
         '--plan my_plan.png --sensor planar'
-    ),
-    'fpnet simulate recording --out drive --seed 7 --sensor planar --wheels': (
-        '--plan my_plan.png'
     ),
     'fpnet simulate recording --out mine --plan my_plan.png': '--sensor planar',
     'fpnet simulate pairs --out pairs --count 2000 --seed 1': '--count 12',
     'fpnet train --data pairs --out run': _SMALL_NETWORK,
     'fpnet finetune --plan my_plan.png --out run': '--count 20 --epochs 1',
-    'fpnet localize drive/bag --floorplan drive/floorplan.yaml --truth drive/truth.tum '
-    '--out out/run': '',
 }
 """Commands that run here, with what is added to make them cheap."""
 
@@ -67,9 +61,6 @@ ELSEWHERE = {
     'test_the_benchmark_measures_what_is_packaged_and_draws_it',
     'fpnet bench simulator': 'test/unit/sim/test_sim_throughput.py::'
     'test_rates_are_what_was_made_over_the_time_that_it_took',
-    'evo_ape tum drive/truth.tum out/run/poses.tum --align --correct_scale': (
-        'test/unit/report/test_run_exports.py::test_evo_reads_the_trajectories'
-    ),
 }
 """Commands that a test or CI executes elsewhere: file and what to find in it."""
 

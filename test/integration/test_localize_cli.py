@@ -17,7 +17,7 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.io import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.lidar import LidarModel
-from fpnet_lab.sim.recording import RecordingOptions, simulate_recording
+from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
 
 pytestmark = pytest.mark.slow
 
@@ -34,7 +34,7 @@ def run_cli(*arguments):
 @pytest.fixture(scope='module')
 def localized(tmp_path_factory):
     folder = tmp_path_factory.mktemp('localize')
-    simulate_recording(folder / 'drive', 2, options=COARSE, storage='mcap')
+    write_recording(make_recording(2, COARSE), folder / 'drive', storage='mcap')
     truth = read_tum(folder / 'drive' / 'truth.tum')
     A_plan_building = Affine2D.from_matrix(
         json.loads((folder / 'drive' / 'truth.json').read_text())['A_plan_building']
@@ -122,7 +122,7 @@ def test_a_drawing_without_a_scale_is_searched_and_a_mirrored_one_is_named(
     poses = folder / 'drive' / 'truth.tum'
     out = tmp_path / 'out'
     options = ('--poses', poses, '--set', 'localizer.tick_period_s=10')
-    assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 0
+    assert run_cli('localize', bag, '--floorplan', image, *options, '--out', out) == 3
     printed = capsys.readouterr().out
     report = json.loads((out / 'run.json').read_text())
     assert not report['localized']

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording on disk: what is written reads back, and real KISS-ICP tracks it."""
 
-from dataclasses import replace
 import json
 
 import numpy as np
 import pytest
+from short_recording import start_of_recording
 
 from fpnet_core.cli import main
 from fpnet_core.config import OdometryConfig
@@ -22,7 +22,6 @@ from fpnet_lab.sim.recording import (
     TRUTH_TOPIC,
     RecordingOptions,
     make_recording,
-    simulate_recording,
     write_recording,
 )
 from fpnet_lab.sim.sensors import SENSORS, LidarModel
@@ -35,9 +34,8 @@ COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp('recording')
     seen = []
-    recording = simulate_recording(
-        folder, SEED, options=COARSE, progress=lambda done, total: seen.append((done, total))
-    )
+    recording = make_recording(SEED, COARSE)
+    write_recording(recording, folder, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(i + 1, len(recording)) for i in range(len(recording))]
     return folder, recording
 
@@ -82,23 +80,9 @@ def test_floorplan_and_truth_files_agree_with_the_recording(written):
 
 
 def test_nothing_is_overwritten(written):
-    folder, _ = written
+    folder, recording = written
     with pytest.raises(BagFormatError, match='exists'):
-        simulate_recording(folder, SEED, options=COARSE)
-
-
-def start_of_recording(seconds, lidar):
-    """Return a recording that ends after a few seconds."""
-    recording = make_recording(1, RecordingOptions(lidar=lidar), threads=1)
-    tour, count = recording.tour, round(seconds * 100.0)
-    short = replace(
-        tour,
-        time_s=tour.time_s[:count],
-        xy=tour.xy[:count],
-        yaw_rad=tour.yaw_rad[:count],
-        tilt_rad=tour.tilt_rad[:count],
-    )
-    return replace(recording, tour=short)
+        write_recording(recording, folder)
 
 
 @pytest.mark.parametrize('name', sorted(SENSORS))
@@ -139,16 +123,29 @@ def test_laser_scans_read_back_as_the_cloud_that_the_planar_sensor_saw(tmp_path)
     assert json.loads((tmp_path / 'truth.json').read_text())['scan_topic'] == LASER_TOPIC
 
 
-def test_planar_recording_runs_through_localize(tmp_path, capsys):
-    write_recording(start_of_recording(9.0, SENSORS['planar']), tmp_path / 'drive')
-    words = ['localize', str(tmp_path / 'drive' / 'bag')]
+@pytest.mark.parametrize('odometry', ['kiss', 'robot', 'both'])
+def test_planar_recording_runs_through_localize(tmp_path, capsys, odometry):
+    recording = start_of_recording(9.0, SENSORS['planar'])
+    write_recording(recording, tmp_path / 'drive', with_wheels=odometry != 'kiss')
+    words = ['localize', str(tmp_path / 'drive' / 'bag'), '--odometry', odometry]
     words += ['--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')]
     with pytest.raises(SystemExit) as end:
         main([*words, '--json', str(tmp_path / 'run.json')])
-    assert end.value.code == 0, capsys.readouterr().err
     report = json.loads((tmp_path / 'run.json').read_text())
+    is_localized = report['status'] == 'localized'
+    assert end.value.code == (0 if is_localized else 3), capsys.readouterr().err
     assert report['rejected_scans'] == 0
     assert report['path_m'] > 1.0
+
+
+@pytest.mark.parametrize('odometry', ['robot', 'both'])
+def test_odometry_that_the_recording_lacks_ends_in_one_line(tmp_path, capsys, odometry):
+    write_recording(start_of_recording(1.0, SENSORS['planar']), tmp_path / 'drive')
+    words = ['localize', str(tmp_path / 'drive' / 'bag'), '--odometry', odometry]
+    with pytest.raises(SystemExit) as end:
+        main([*words, '--floorplan', str(tmp_path / 'drive' / 'floorplan.yaml')])
+    assert end.value.code == 1
+    assert 'brings no odometry of its own' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

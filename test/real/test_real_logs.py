@@ -47,8 +47,9 @@ def localized(name, tmp_path, settings=()):
     arguments += ['--tum', str(tmp_path / 'out.tum'), '--json', str(tmp_path / 'out.json')]
     with pytest.raises(SystemExit) as ended:
         main(arguments)
-    assert ended.value.code in (0, None)
-    return json.loads((tmp_path / 'out.json').read_text()), tmp_path / 'out.tum'
+    summary = json.loads((tmp_path / 'out.json').read_text())
+    assert ended.value.code == (0 if summary['status'] == 'localized' else 3)
+    return summary, tmp_path / 'out.tum'
 
 
 # The drawing is off by more than half a metre here and there. The log is corrected: who says that

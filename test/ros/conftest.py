@@ -115,12 +115,13 @@ def _bench(folder: Path, domain_id: int, environment: dict[str, str]) -> Iterato
     rclpy.shutdown(context=context)
 
 
+SWEEP_S = 0.1
 SCANS = 300  # half a minute of the tour: a slow machine needs more of it to be localised
 
 
 @dataclass(frozen=True)
 class Excerpt:
-    """The start of a simulated recording, as ``simulate_recording`` would write it."""
+    """The start of a simulated recording, as ``write_recording`` would write it."""
 
     folder: Path
     floorplan: Path
@@ -144,7 +145,8 @@ def excerpt(tmp_path_factory: pytest.TempPathFactory) -> Excerpt:
                 scan.points,
                 scan.intensity,
                 scan.ring,
-                scan.time_s.astype(np.float32),
+                # Since the stamp, which is the end of the sweep.
+                (scan.time_s - SWEEP_S).astype(np.float32),
             )
             bag.write_pose('/ground_truth/pose', scan.stamp_ns, 'building', scan.T_truth_sensor)
     poses = recording.truth()[:SCANS]

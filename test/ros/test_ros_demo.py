@@ -36,7 +36,8 @@ def short_recording(excerpt, tmp_path_factory) -> Path:
         messages = whole.messages(['/points'])
         for _, (topic, stamp_ns, msg) in zip(range(SCANS), messages, strict=False):
             cloud = cloud_from_msg(msg)
-            bag.write_cloud(topic, stamp_ns, 'lidar', cloud.points, time_s=cloud.time_s)
+            time_s = cloud.time_s - cloud.time_s.max()
+            bag.write_cloud(topic, stamp_ns, 'lidar', cloud.points, time_s=time_s)
     return folder
 
 

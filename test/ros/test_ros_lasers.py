@@ -3,7 +3,6 @@
 """LaserScans over DDS: of one scanner to a pose on the floorplan, of two to one odometry."""
 
 from array import array
-from dataclasses import replace
 
 from geometry_msgs.msg import PoseStamped
 from laser_robot import (
@@ -19,14 +18,13 @@ from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
 from sensor_msgs.msg import LaserEcho, LaserScan, MultiEchoLaserScan, PointCloud2
+from short_recording import start_of_recording
 
 from fpnet_core.accuracy import pose_errors
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.recording import (
     LASER_TOPIC,
     ODOMETRY_TOPIC,
-    RecordingOptions,
-    make_recording,
     write_recording,
 )
 from fpnet_lab.sim.sensors import SENSORS
@@ -194,7 +192,7 @@ def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
     assert len(errors) == 2  # the first scan of either
     assert len(located) == 3  # the last two end after the newest odometry
     for scan in located:
-        assert scan.odom_frame == 'odom'
+        assert scan.placing.odom_frame == 'odom'
         np.testing.assert_allclose(scan.T_odom_sensor, base_at(scan.stamp_ns), atol=1e-3)
         cloud = scan.unpack()
         in_room = cloud.points @ scan.T_odom_sensor[:3, :3].T + scan.T_odom_sensor[:3, 3]
@@ -206,16 +204,7 @@ def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():
 def drive(tmp_path_factory):
     """The start of a simulated recording with one planar scanner and wheels."""
     folder = tmp_path_factory.mktemp('drive')
-    recording = make_recording(1, RecordingOptions(lidar=SENSORS['planar']))
-    tour, count = recording.tour, round(DRIVE_S * 100.0)
-    short = replace(
-        tour,
-        time_s=tour.time_s[:count],
-        xy=tour.xy[:count],
-        yaw_rad=tour.yaw_rad[:count],
-        tilt_rad=tour.tilt_rad[:count],
-    )
-    recording = replace(recording, tour=short)
+    recording = start_of_recording(DRIVE_S, SENSORS['planar'])
     write_recording(recording, folder, with_wheels=True, laser_scans=True)
     poses = recording.truth()
     yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])

@@ -21,7 +21,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from fpnet_core.config import FpnetConfig, OdometryConfig
+from fpnet_core.config import FpnetConfig, OdometryConfig, ScansConfig
 from fpnet_core.config_docs import config_fields
 from fpnet_ros.floorplan_server import FloorplanServerParameters
 from fpnet_ros.lifecycle import LifecycleParameters
@@ -78,6 +78,7 @@ def _parameters(executable: str) -> set[str]:
     keys = {field.key for section in SECTIONS[executable] for field in config_fields(section)}
     if executable == 'odometry':
         keys |= {field.key for field in config_fields(OdometryConfig, 'odometry.')}
+        keys |= {field.key for field in config_fields(ScansConfig, 'scans.')}
     return keys | {'use_sim_time'}
 
 
@@ -137,14 +138,18 @@ def _parameters_of(found, executable: str) -> dict[str, object]:
     given = {}
     for parameters in node['parameters']:
         given |= parameters if isinstance(parameters, dict) else {}
-    return given
+    return {
+        name: value.arguments[0] if isinstance(value, Noted) else value
+        for name, value in given.items()
+    }
 
 
 EVERYTHING = {
     'localizer': {
         'floorplan': 'a.png', 'resolution_m': '0.05', 'storey': '1', 'page': '2', 'scan': '/scan',
         'floorplan_frame': 'map', 'base_frame': 'base_link', 'use_sim_time': 'true',
-        'autostart': 'false', 'state_file': 'state.npz', 'odometry': 'true',
+        'autostart': 'false', 'state_file': 'state.npz', 'odometry': 'both', 'scan_stamp': 'end',
+        'odom_frame': 'odom', 'publish_odom_tf': 'false', 'namespace': 'robot_1',
     },
     'demo': {'bag': 'bag', 'floorplan': 'a.yaml', 'scan': '/scan'},
 }  # fmt: skip
@@ -191,7 +196,7 @@ def test_scans_go_to_our_odometry_or_else_to_the_localizer(described):
     topics = {'scan_topics': ['/front/scan', '/rear/scan']}
     assert _parameters_of(found, 'odometry') == topics
     assert _parameters_of(found, 'localizer') == {}
-    found = described('localizer', floorplan='a.yaml', scan='/scan', odometry='false')
+    found = described('localizer', floorplan='a', scan='/scan', odometry='robot', odom_topic='/o')
     assert _parameters_of(found, 'localizer') == {'scan_topics': ['/scan']}
     assert 'odometry' not in [n.keywords['executable'] for n in found['Node']]
 
@@ -205,13 +210,15 @@ def test_the_demo_plays_scans_or_else_clouds(described):
 
 def test_the_demo_sets_arguments_that_the_localizer_s_launch_file_has(described):
     (include,) = described('demo')['IncludeLaunchDescription']
-    assert set(dict(include.keywords['launch_arguments'])) <= _declared(described('localizer'))
+    assert set(dict(include.keywords['launch_arguments'])) <= _declared(
+        described('localizer', floorplan='a')
+    )
 
 
 def test_every_launch_argument_is_documented(described):
     page = (ROOT / 'docs' / 'ros.md').read_text()
     for name in ('localizer', 'demo'):
-        for argument in _declared(described(name)):
+        for argument in _declared(described(name, **EVERYTHING[name])):
             assert f'`{argument}`' in page, argument
 
 

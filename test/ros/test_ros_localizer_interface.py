@@ -101,6 +101,7 @@ class Robot:
                 'max_pending_scans': 50,
                 'state_file': str(self.state_file),
                 'autosave_period_s': 1.0,
+                'scan_timeout_s': 5.0,  # longer than a test lets the clock run without a scan
                 'localizer.tick_period_s': 0.4,
                 reliable.format('registered'): 'reliable',
                 reliable.format('kiss/odometry'): 'reliable',

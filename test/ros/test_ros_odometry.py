@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
@@ -30,6 +31,17 @@ def _sweep(rng: np.random.Generator, x: float) -> np.ndarray:
     walls = np.where(rays > 0.0, ROOM[1], ROOM[0]) - (x, 0.0, 0.0)
     ranges = (walls / rays).min(axis=1) + rng.normal(scale=0.01, size=len(rays))
     return rays * ranges[:, None]
+
+
+def _moving_sweep(rng: np.random.Generator, x: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return returns (6000, 3) and their times [s], the sensor at ``(x, 0, 0)`` at the first."""
+    time_s = np.sort(rng.uniform(0.0, PERIOD_NS / 1e9, 6000))
+    time_s[[0, -1]] = 0.0, PERIOD_NS / 1e9
+    rays = rng.normal(size=(6000, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    origins = np.outer(x + SPEED_MPS * time_s, (1.0, 0.0, 0.0))
+    ranges = ((np.where(rays > 0.0, ROOM[1], ROOM[0]) - origins) / rays).min(axis=1)
+    return rays * ranges[:, None], time_s
 
 
 def _malformed() -> PointCloud2:
@@ -117,6 +129,80 @@ def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
     moved_m = (len(readings) - 1) * SPEED_MPS * PERIOD_NS / 1e9
     np.testing.assert_allclose(last.T_odom_child[:3, 3], (-moved_m, 0.0, 0.0), atol=0.1)
     assert readings[-1].pose.covariance[0] == 0.04
+
+
+def test_pose_frame_and_velocity_are_those_of_the_sweep_s_end_though_it_is_stamped_at_its_start(
+    bench,
+):
+    readings = bench.collect(Odometry, 'kiss/odometry', STREAM)
+    frames = bench.collect(PointCloud2, 'kiss/frame', STREAM)
+    node = bench.start('odometry', {'qos_overrides./points.subscription.reliability': 'reliable'},
+                       {'pointcloud_topic': '/points'})  # fmt: skip
+    publisher = bench.node.create_publisher(PointCloud2, '/points', STREAM)
+    assert bench.wait_for(lambda: publisher.get_subscription_count() > 0, 120.0), node.log_tail()
+    rng = np.random.default_rng(8)
+    for index in range(12):
+        points, time_s = _moving_sweep(rng, index * SPEED_MPS * PERIOD_NS / 1e9)
+        start_ns = START_NS + index * PERIOD_NS
+        absolute_s = start_ns / 1e9 + time_s
+        publisher.publish(cloud_to_msg(points, start_ns, 'lidar', time_s=absolute_s))
+        assert bench.wait_for(lambda n=index: len(frames) > n, 30.0), node.log_tail()
+    ends = [START_NS + (index + 1) * PERIOD_NS for index in range(12)]
+    for messages in (readings, frames):
+        stamps = [stamp_from_msg(msg.header.stamp) for msg in messages]
+        np.testing.assert_allclose(np.subtract(stamps, ends), 0, atol=1000)
+    assert readings[0].twist.covariance[0] == -1.0
+    speeds = [msg.twist.twist.linear.x for msg in readings[4:]]
+    assert abs(np.mean(speeds) - SPEED_MPS) < 0.1
+    assert 0.0 < readings[-1].twist.covariance[0] < 0.1
+    assert 'set scans.stamp' not in node.log.read_text()
+
+
+def test_beside_the_robot_s_own_odometry_ours_keeps_out_of_tf_and_tells_when_that_breaks(bench):
+    """The launch file leaves TF to the robot; here somebody forgot to."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+    readings = bench.collect(Odometry, 'kiss/odometry', STREAM)
+    transforms = bench.collect(tf2_msgs.TFMessage, '/tf', TF)
+    diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
+    reliable = {'qos_overrides./points.subscription.reliability': 'reliable'}
+    node = bench.start(
+        'odometry',
+        {'base_frame': 'base_link', 'robot_odometry': 'tf', 'odom_frame': 'odom', **reliable},
+        {'pointcloud_topic': '/points'},
+    )
+    publisher = bench.node.create_publisher(PointCloud2, '/points', STREAM)
+    static = bench.node.create_publisher(tf2_msgs.TFMessage, '/tf_static', TF_STATIC)
+    tf = bench.node.create_publisher(tf2_msgs.TFMessage, '/tf', TF)
+    mounted = transform_to_msg(np.eye(4), 0, 'base_link', 'lidar')
+    static.publish(tf2_msgs.TFMessage(transforms=[mounted]))
+    heard = lambda: publisher.get_subscription_count() and static.get_subscription_count()  # noqa: E731
+    assert bench.wait_for(lambda: bool(heard()), 120.0), node.log_tail()
+    rng = np.random.default_rng(8)
+
+    def step(index: int, robot_x: float) -> None:
+        stamp_ns, x = START_NS + index * PERIOD_NS, index * SPEED_MPS * PERIOD_NS / 1e9
+        T_odom_base = SE2.from_xy_yaw(3.0, robot_x, np.pi / 2).as_matrix4()
+        wheels = transform_to_msg(T_odom_base, stamp_ns, 'odom', 'base_link')
+        tf.publish(tf2_msgs.TFMessage(transforms=[wheels]))
+        publisher.publish(cloud_to_msg(_sweep(rng, x), stamp_ns, 'lidar'))
+        bench.wait_for(lambda: len(readings) > index, 20.0)
+
+    for index in range(14):
+        step(index, index * SPEED_MPS * PERIOD_NS / 1e9)
+    assert 'ours from odom_lidar is withheld' in node.log.read_text(), node.log_tail()
+    transforms.clear()
+    for index in range(14, 34):
+        step(index, 1.0)  # the wheels have stopped to report a motion
+    parents = {t.header.frame_id for msg in transforms for t in msg.transforms}
+    assert parents == {'odom'}
+    last = odometry_from_msg(readings[-1])
+    travelled_m = 33 * SPEED_MPS * PERIOD_NS / 1e9
+    np.testing.assert_allclose(last.T_odom_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.12)
+    log = node.log.read_text()
+    assert log.count("the scans do not fit the robot's odometry") == 1, log
+    said = lambda: {s.message for msg in diagnostics for s in msg.status}  # noqa: E731
+    doubt = "the robot's odometry does not fit the scans"
+    assert bench.wait_for(lambda: doubt in said(), 20.0), said()
 
 
 def test_a_misspelt_parameter_ends_the_node_and_those_of_other_nodes_do_not(bench):

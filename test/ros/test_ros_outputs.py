@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry.whereabouts import Placing
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
@@ -64,7 +65,8 @@ def outputs(topics):
 
 def scan(stamp_ns=STAMP_NS):
     base, T_tf_odom = T_ODOM_BASE.as_matrix4(), T_TF_ODOM.as_matrix4()
-    return LocatedScan(lambda: None, stamp_ns, 'odom', base, base, 'wheels', T_tf_odom)
+    placing = Placing('odom', base, base, 'wheels', T_tf_odom)
+    return LocatedScan(lambda: None, stamp_ns, placing)
 
 
 def snapshot(status=Status.LOCALIZED, grid=GRID):
@@ -150,7 +152,7 @@ def test_what_does_not_belong_together_is_not_published(topics, outputs, told, f
 
 
 def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
-    inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, lost=0)
+    inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, earlier=0, lost=0)
     inputs.unlocated = 0
     scans = SimpleNamespace(dropped=2, done=7, work_ms=3.5)
     health, output = Health(inputs, scans), LocalizerOutput(0, Status.NO_PLAN)

@@ -3,6 +3,7 @@
 
 import time
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from fpnet_core.io.bags import BagWriter
-from fpnet_ros.runtime import STREAM, sensor_data
+from fpnet_core.types import Status
+from fpnet_ros.runtime import STATUS, STREAM, sensor_data
 from msg_adapters.clouds import cloud_from_msg
+from msg_adapters.diagnostics import LocalizerReport, report_to_msg
 from msg_adapters.stamps import stamp_from_msg
 
 pytestmark = pytest.mark.ros
@@ -63,6 +66,24 @@ def test_the_recording_arrives_complete_in_pace_and_alone(bench, recording):
     assert times == sorted(times)
     assert times[0] >= START_NS
     assert len(times) > COUNT
+
+
+def test_it_waits_for_a_localizer_that_has_its_floorplan(bench, recording):
+    """Whoever subscribes first may be one of several, and the last still compiles."""
+    clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
+    says = bench.node.create_publisher(DiagnosticStatus, 'localizer/status', STATUS)
+    replay = bench.start(
+        'replay',
+        {
+            'bag': str(recording), 'topics': ['/points'], 'rate': 20.0,
+            'wait_for_localizer': True, 'wait_for_subscriber_s': 60.0,
+        },
+    )  # fmt: skip
+    assert bench.wait_for(lambda: says.get_subscription_count() > 0), replay.log_tail()
+    says.publish(report_to_msg(LocalizerReport(Status.NO_PLAN, 0.0, 0), 'localizer'))
+    assert not bench.wait_for(lambda: bool(clouds), 2.0)
+    says.publish(report_to_msg(LocalizerReport(Status.WAITING, 0.0, 0), 'localizer'))
+    assert bench.wait_for(lambda: len(clouds) == COUNT), (len(clouds), replay.log_tail())
 
 
 def test_the_start_can_be_skipped(bench, recording):

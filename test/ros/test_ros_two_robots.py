@@ -218,3 +218,21 @@ def test_what_one_is_told_does_not_concern_the_other(fleet):
     }
     assert any(status is not Status.LOCALIZED for status in told['alpha'])
     assert all(status is Status.LOCALIZED for status in told['beta'])
+
+
+def test_transform_and_claim_end_with_the_scans_and_come_back(fleet):
+    """Post-dated by half a second, a transform is fresh for as long after the last one."""
+    assert fleet.step_until(lambda: fleet.beta.status is Status.LOCALIZED)
+    robot, silent_s = fleet.beta, time.monotonic()
+    starved = lambda: robot.status is Status.WAITING  # noqa: E731
+    assert fleet.bench.wait_for(starved, 10.0), robot.child.log_tail()
+    assert time.monotonic() - silent_s < 2.0
+    robot.tfs.clear()
+    assert not fleet.bench.wait_for(lambda: bool(robot.broadcasts()), 2.0)
+    report = report_from_msg(robot.statuses[-1])
+    assert 'nothing on /beta/' in report.reason
+    assert report.warning
+    log = robot.child.log.read_text()
+    assert log.count('no scan with a pose comes any more') == 1
+    found = lambda: robot.status is Status.LOCALIZED and bool(robot.broadcasts())  # noqa: E731
+    assert fleet.step_until(found), robot.child.log_tail()

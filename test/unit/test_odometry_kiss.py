@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
@@ -92,6 +93,25 @@ def test_points_come_back_as_seen_from_where_the_sweep_ends():
     assert sharp < 0.4 * smeared
 
 
+def test_a_sweep_that_sees_nothing_in_range_at_its_end_is_of_its_end_all_the_same():
+    """The last third of every sweep looks into the open; the others are brought to the stamp."""
+    rng = np.random.default_rng(14)
+    odometry = KissOdometry(CONFIG)
+    for k in range(6):
+        world = room(rng, 3000)
+        time = np.sort(rng.uniform(0.0, 0.1, len(world)))
+        time[-1] = 0.1
+        at = [motion(3 * (k + t / 0.1)) for t in time]
+        skewed = np.array([seen_from(T, p[None])[0] for T, p in zip(at, world, strict=True)])
+        is_seen = time < 0.066
+        skewed[~is_seen] *= 1e3
+        sweep = odometry.register(skewed, time, (k + 1) * 100_000_000)
+    expected = seen_from(motion(18), world[is_seen])
+    expected = expected[np.linalg.norm(skewed[is_seen], axis=1) > CONFIG.min_range]
+    assert len(sweep.points) == len(expected)
+    assert np.abs(sweep.points - expected).mean() < 0.015
+
+
 def test_times_without_spread_register_without_deskewing():
     """KISS-ICP aborts the whole process on such times; the second sweep is what does it."""
     rng = np.random.default_rng(9)
@@ -137,6 +157,20 @@ def test_reset_starts_at_identity():
         odometry.register(seen_from(motion(k), room(rng)), None)
     odometry.reset()
     np.testing.assert_array_equal(odometry.register(room(rng), None).T_odom_sensor, np.eye(4))
+
+
+def test_poses_are_level_where_a_sensor_hangs_upside_down_and_askew():
+    """They begin where the sensor is on the robot, and move as the robot does."""
+    T_base_sensor = np.eye(4)
+    T_base_sensor[:3, :3] = Rotation.from_euler('xyz', [3.1, 0.2, 0.7]).as_matrix()
+    T_base_sensor[:3, 3] = 0.2, -0.1, 0.9
+    rng, odometry = np.random.default_rng(15), KissOdometry(CONFIG)
+    for k in range(8):
+        points = seen_from(motion(k) @ T_base_sensor, room(rng)).astype(np.float32)
+        sweep = odometry.register_scan(Scan(1000 + k, points, T_base_sensor=T_base_sensor))
+        if k == 0:
+            np.testing.assert_allclose(sweep.T_odom_sensor, T_base_sensor, atol=1e-9)
+    np.testing.assert_allclose(sweep.T_odom_sensor, motion(7) @ T_base_sensor, atol=0.03)
 
 
 def test_register_scan_returns_single_precision_points():

@@ -25,6 +25,8 @@ Warp = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 SNAP_M = 0.005
 """Numerical: gaps up to twice this between touching cells are closed when cells are united."""
 
+_BENT_STEP_M = 0.6  # numerical: between the points of edges that are bent
+
 MIN_CELL_AREA_M2 = 3.0
 MIN_CELL_WIDTH_M = 1.5
 """Smaller or thinner cells are absorbed by a neighbour: nobody builds such rooms. Chosen."""
@@ -149,11 +151,11 @@ def cut_holes(polygon: Polygon) -> list[Polygon]:
     return done
 
 
-def warp_cells(cells: list[Cell], warp: Warp, step_m: float = 0.6) -> list[Cell]:
+def warp_cells(cells: list[Cell], warp: Warp) -> list[Cell]:
     """Map cells through a smooth ``warp`` of points (V, 2) -> (V, 2), with bent edges."""
     warped = []
     for cell in cells:
-        ring = shapely.get_coordinates(cell.polygon.exterior.segmentize(step_m))
+        ring = shapely.get_coordinates(cell.polygon.exterior.segmentize(_BENT_STEP_M))
         warped.append(Cell(Polygon(warp(ring)).simplify(SNAP_M), cell.kind, cell.group))
     return warped
 

@@ -23,6 +23,8 @@ from shapely.geometry.polygon import orient
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
+from fpnet_core.raster.distance import nearest_labels
+from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import GridMap, Portal, Segmentation
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
@@ -116,21 +118,11 @@ def estimate_wall_m(segmentation: Segmentation) -> float:
     Walls thinner than a plan's thickness must be widened, thicker ones stay: hence a low
     percentile of the distances between rooms across what parts them.
     """
-    outside = (segmentation.labels == 0).astype(np.uint8)
-    distance, nearest = cv2.distanceTransformWithLabels(
-        outside, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    room_of_source = np.zeros(int(nearest.max()) + 1, dtype=np.int32)
-    inside = outside == 0
-    room_of_source[nearest[inside]] = segmentation.labels[inside]
-    room = room_of_source[nearest]
+    distance, room = nearest_labels(segmentation.labels)
+    outside = segmentation.labels == 0
     widths = []
-    for axis in (0, 1):
-        here = [slice(None), slice(None)]
-        there = [slice(None), slice(None)]
-        here[axis], there[axis] = slice(None, -1), slice(1, None)
-        a, b = tuple(here), tuple(there)
-        meet = (room[a] != room[b]) & (outside[a] > 0) & (outside[b] > 0)
+    for a, b in NEIGHBOURS[::-1]:
+        meet = (room[a] != room[b]) & outside[a] & outside[b]
         # Distances reach from cell centre to cell centre; a step lies between the two cells.
         widths.append((distance[a][meet] + distance[b][meet]) * segmentation.grid.resolution)
     width = np.concatenate(widths)

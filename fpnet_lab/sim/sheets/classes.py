@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.raster.pixels import map_points
+from fpnet_lab.sim.render import paint_rings
 from fpnet_lab.sim.sheets.scene import Area, Array, Role
-from fpnet_lab.sim.sheets.sheet import Sheet, project
+from fpnet_lab.sim.sheets.sheet import Sheet
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, outlines_of, solid_parts
 
 Classes = NDArray[np.uint8]
 
 _FINER = 2  # numerical: areas are painted on a raster so many times as fine
 _HALF = 0.5  # numerical: of a pixel is wall
-_SUBPIXEL_BITS = 4  # numerical
 
 
 def sheet_classes(
@@ -67,10 +68,7 @@ class _Painter:
 
     def fill(self, rings: Sequence[Array], value: int) -> None:
         """Fill rings (V, 2) [m, page], each within another a hole."""
-        scale = 1 << _SUBPIXEL_BITS
-        corners = [np.rint(project(self.H, ring) * scale).astype(np.int32) for ring in rings]
-        if corners:
-            cv2.fillPoly(self.fine, corners, value, shift=_SUBPIXEL_BITS)
+        paint_rings(self.fine, [map_points(self.H, ring) for ring in rings], value)
 
     def classes(self) -> Classes:
         """Return what most of each pixel shows, what is solid first."""

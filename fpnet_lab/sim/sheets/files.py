@@ -113,7 +113,7 @@ def write_vector(sheet: Sheet, path: Path) -> dict[str, Any]:
     return {**known, 'A_file_page': A.matrix.tolist(), 'unit': style.unit}
 
 
-def write_sheet(sheet: Sheet, folder: Path, name: str = 'sheet') -> dict[str, Any]:
+def write_sheet(sheet: Sheet, folder: Path) -> dict[str, Any]:
     """
     Write a sheet in every format, its truth, and each storey as a clean map_server floorplan.
 
@@ -124,9 +124,9 @@ def write_sheet(sheet: Sheet, folder: Path, name: str = 'sheet') -> dict[str, An
     folder.mkdir(parents=True, exist_ok=True)
     files: dict[str, Any] = {}
     for suffix in PICTURES:
-        H_file_image = write_picture(sheet, folder / f'{name}.{suffix}')
+        H_file_image = write_picture(sheet, folder / f'sheet.{suffix}')
         files[suffix] = {'H_file_image': H_file_image.tolist()}
-    files |= {suffix: write_vector(sheet, folder / f'{name}.{suffix}') for suffix in VECTORS}
+    files |= {suffix: write_vector(sheet, folder / f'sheet.{suffix}') for suffix in VECTORS}
     truth = {**sheet.truth(), 'files': files}
     (folder / 'truth.json').write_text(json.dumps(truth, indent=1) + '\n', encoding='utf-8')
     Image.fromarray(sheet.room_labels().astype(np.uint16)).save(folder / 'rooms.png')

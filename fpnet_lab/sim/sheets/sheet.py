@@ -7,12 +7,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_lab.sim.floors import room_rings
 from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.render import paint_rings
 from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
@@ -27,7 +28,6 @@ MAX_AREA_M2 = 2500.0
 
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
-_SUBPIXEL_BITS = 4  # numerical
 _MAX_SEED = 2**31  # numerical
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
@@ -74,7 +74,7 @@ class Sheet:
         """Return the edge of a pixel [m] in the middle of a storey."""
         H = self.H_image_building(storey)
         middle = self.storeys[storey].plan.extent.mean(axis=0)
-        return 1.0 / local_scale(H, middle)
+        return 1.0 / growth_at(H, middle)
 
     def room_labels(self) -> NDArray[np.int32]:
         """Return the true rooms (H, W) in the picture: 1 and up through all storeys, 0 outside."""
@@ -85,8 +85,7 @@ class Sheet:
             for rings in room_rings(storey.plan):
                 number += 1
                 for ring in rings:
-                    corners = np.rint(project(H, ring) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-                    cv2.fillPoly(labels, [corners], number, shift=_SUBPIXEL_BITS)
+                    paint_rings(labels, [map_points(H, ring)], number)
         return labels
 
     def truth(self) -> dict[str, Any]:
@@ -106,7 +105,7 @@ class Sheet:
             'beside': [
                 {
                     'what': item.what,
-                    'outline_px': project(self.H_image_page, box_ring(item.box)).tolist(),
+                    'outline_px': map_points(self.H_image_page, box_ring(item.box)).tolist(),
                 }
                 for item in self.beside
             ],
@@ -122,18 +121,6 @@ class Sheet:
             'rooms': [[ring.tolist() for ring in rings] for rings in room_rings(plan)],
             'doors': [door.ends.tolist() for door in plan.doors if not door.is_open],
         }
-
-
-def project(H: Array, xy: Array) -> Array:
-    """Map points ``xy (..., 2)`` by a homography ``H (3, 3)``."""
-    mapped = np.asarray(xy) @ H[:, :2].T + H[:, 2]
-    return np.asarray(mapped[..., :2] / mapped[..., 2:])
-
-
-def local_scale(H: Array, at: Array) -> float:
-    """Return how much longer a homography makes short lengths around ``at (2,)``."""
-    steps = project(H, at + 1e-3 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
-    return float(np.sqrt(abs(np.linalg.det(steps[1:] - steps[0])))) * 1e3
 
 
 def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = None) -> Sheet:

@@ -77,6 +77,24 @@ def test_transforms_styles_and_uses(tmp_path):
     assert colours == [(255, 0, 0), (255, 0, 0), (0, 0, 255), (255, 255, 255)]
 
 
+@pytest.mark.parametrize('background', ['', '<rect width="400" height="300" fill="#fff"/>'])
+def test_walls_that_fill_the_sheet_are_no_background(tmp_path, background):
+    """Outer walls as one filled area with the rooms cut out, on a page hardly larger than it."""
+    walls = 'M10 10H390V290H10Z M20 20V280H190V20Z M200 20V280H380V20Z'
+    inner = '<path d="M60 100H150V110H60Z" fill="#000"/>'
+    body = f'{background}<path d="{walls}" fill="#000" fill-rule="evenodd"/>{inner}'
+    path = tmp_path / 'a.svg'
+    path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 300">{body}</svg>')
+    drawing = open_drawing(path)
+    dark = drawing.pixels.max(axis=2) < 128
+    rows, cols = np.nonzero(dark)
+    # The outer wall reaches to the margin on each side, and is as thick as drawn.
+    assert np.ptp(cols) / np.ptp(rows) == pytest.approx(380 / 280, rel=0.01)
+    assert dark.sum() / np.ptp(cols) ** 2 == pytest.approx(
+        (380 * 280 - 170 * 260 - 180 * 260 + 90 * 10) / 380**2, rel=0.03
+    )
+
+
 def test_clip_paths_and_opacity(tmp_path):
     body = (
         '<clipPath id="c"><path d="M10 10L60 10L10 60z"/></clipPath>'

@@ -29,8 +29,8 @@ from fpnet_core.models.walls import (
     WallNetwork,
     WallNetworkConfig,
     classify,
-    network_of,
     packaged_wall_network,
+    wall_network_of,
 )
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
@@ -134,7 +134,7 @@ def test_weights_for_other_classes_are_refused():
     weights = read_weights(None, WALLS_SCHEMA, WALLS_NAME)
     weights.manifest['network']['classes'] = ['wall', 'floor']
     with pytest.raises(WeightsError, match='train-walls'):
-        network_of(weights)
+        wall_network_of(weights)
 
 
 def test_folding_the_normalisation_changes_nothing():

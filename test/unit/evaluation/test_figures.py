@@ -16,6 +16,7 @@ from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_fi
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.published import MAKERS, published
+from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
 from fpnet_lab.provenance import Provenance, machine
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -64,10 +65,56 @@ def localization():
     return report([*records, record('symmetric', False, 30.0), *nothing])
 
 
+RUN = {
+    'localized': True,
+    'poses': 800,
+    'wrong_poses': 0,
+    'time_to_first_pose_s': 1.5,
+    'path_to_first_pose_m': 0.15,
+    'median_position_error_m': 0.11,
+    'median_yaw_error_deg': 0.29,
+    'tick_ms_p50': 14.9,
+    'tick_ms_p95': 95.4,
+    'status_over_time': ['searching', 'localized'],
+}
+NOTHING = dict.fromkeys(RUN) | {'poses': 0, 'status_over_time': ['searching']}
+OFF = {'p50_m': 0.1, 'p95_m': 0.2, 'max_m': 0.3, 'max_deg': 1.0}
+DRIVE = {
+    'family': 'open_plan',
+    'path_m': 225.4,
+    'exact': {'odometry': OFF, 'whole_submap': OFF, 'published': OFF},
+    'rough': {'claimed_ticks': 0},
+}
+CARRIED = {
+    'localized': 11,
+    'withheld': 4,
+    'withheld_s_median': 1.1,
+    'withheld_s_max': 3.0,
+    'wrong_poses': 111,
+    'found_again': 7,
+    'right_poses': 1031,
+}
+
+
+def robot():
+    foreign = (Foreign(is_same_architect=True, is_claimed=True), Foreign(False, False))
+    outcomes = [
+        Outcome(band, building, building == 'b', is_right, is_claimed, foreign)
+        for band in ALL_BANDS
+        for building, is_right, is_claimed in (('a', True, True), ('b', False, True))
+    ]
+    return {'methods': {'fpnet': robot_figures(outcomes)}}
+
+
 REPORTS = {
     'localization': localization,
     'drawings': lambda: DRAWINGS,
     'stated_scales': lambda: SCALES,
+    'demo': lambda: {'seeds': {'0': RUN, '1': RUN | {'wrong_poses': 2}}},
+    'real_logs': lambda: {'logs': {'intel': {'nothing': RUN, 'unknown': NOTHING}}},
+    'robot': robot,
+    'drift': lambda: {'drives': [DRIVE]},
+    'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
 }
 
 
@@ -157,6 +204,54 @@ def test_figures_of_drawings_and_stated_scales():
     figures = published('stated_scales', SCALES, MADE)
     assert (figures['stated_scales.scatter'], figures['stated_scales.times']) == ('0.010', '280')
     assert rows(figures['stated_scales'])[-1] == ['stated wrong, doubted', '33', '28', '1', '0']
+
+
+def test_figures_of_demos_and_logs():
+    figures = published('demo', REPORTS['demo'](), MADE)
+    assert figures['demo.met'] == '1 of 2'
+    assert figures['demo.latest'] == '0.1 m'
+    assert rows(figures['demo'])[2] == [
+        '0',
+        '800',
+        '0',
+        '1.50',
+        '0.15',
+        '0.11',
+        '0.29',
+        '14.90',
+        '95.40',
+    ]
+    without = published(
+        'demo', {'seeds': {'0': NOTHING | {'localized': False, 'wrong_poses': 0}}}, MADE
+    )
+    assert (without['demo.met'], without['demo.latest']) == ('0 of 1', 'never')
+    logs = rows(published('real_logs', REPORTS['real_logs'](), MADE)['real_logs'])
+    assert logs[2][2:] == ['localized', 'after 2 s, 0 m', '800', '0', '0.11 m, 0.3 deg']
+    assert logs[3] == ['intel', 'unknown', 'searching', 'none', '0', '0', '']
+
+
+def test_figures_of_robots_maps():
+    figures = published('robot', robot(), MADE)
+    assert figures['robot.pairs'] == '8'
+    table = rows(figures['robot'])
+    assert table[2] == ['all', 'whole', '50 %', '50 %', '1 of 2', '2 of 4']
+    assert table[6][:4] == ['without the three distorted drawings', 'whole', '100 %', '100 %']
+    assert rows(figures['robot.buildings'])[3] == [
+        '`b`',
+        '1',
+        '0, 0 %',
+        '0, 0 %',
+        '0, 0 %',
+        '4 of 4',
+    ]
+
+
+def test_figures_of_long_drives():
+    drift = published('drift', REPORTS['drift'](), MADE)
+    assert rows(drift['drift'])[2] == ['open plan, 225 m', '0.30 m', '0.30 m', '0.30 m']
+    assert rows(drift['drift.rough'])[2][1:] == ['never claimed', 'never claimed']
+    carried = published('carried_off', REPORTS['carried_off'](), MADE)
+    assert rows(carried['carried_off'])[2][1:] == ['11', '4', '1.1 s, 3.0 s', '111', '7', '1031']
 
 
 def test_a_table_in_a_page_stays_one_after_writing(tmp_path):

@@ -158,3 +158,17 @@ def test_given_poses_ask_for_no_mount_and_keep_viewpoints(tmp_path, topics):
     for scan in scans:
         assert off_walls(scan, scan.T_odom_sensor) < 0.08
         assert scan.viewpoints.shape == scan.points.shape
+
+
+def test_each_robot_of_a_recording_has_its_own_static_transforms(tmp_path):
+    """Frames of both have the same names, as TF is in their namespaces."""
+    rng = np.random.default_rng(3)
+    with BagWriter(tmp_path / 'bag') as bag:
+        for robot, scanner in (('one', FRONT), ('two', REAR)):
+            T = scanner.T_base_laser
+            bag.write_transform(f'/{robot}/tf_static', 0, 'base_link', 'laser', T)
+            stamp_ns, readings = scanner.readings(0, rng)
+            bag.write_laser_scan(f'/{robot}/scan', stamp_ns, 'laser', readings)
+    for robot, scanner in (('one', FRONT), ('two', REAR)):
+        scan = next(iter(open_scans(tmp_path / 'bag', topics=[f'/{robot}/scan'])))
+        assert np.allclose(scan.viewpoints[0, :2], scanner.T_base_laser[:2, 3])

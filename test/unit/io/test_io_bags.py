@@ -4,12 +4,13 @@
 
 import logging
 
+from damage import with_flipped_bytes
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from fpnet_core.cli.localize import _opened
+from fpnet_core.api.run import scans_of
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
@@ -29,13 +30,13 @@ def pose(x, yaw, y=2.0):
 def record(path, storage='sqlite3', clouds=('/points',), odometry=('/odom',), child='lidar'):
     """Three clouds, a second apart; odometry at twice that rate, turning 0.2 rad per second."""
     with BagWriter(path, storage) as bag:
-        for k in range(5):
+        for k in range(-1, 5):
             for topic in odometry:
                 stamp = START_NS + k * SECOND_NS // 2
                 bag.write_odometry(topic, stamp, 'odom', child, pose(0.5 * k, 0.1 * k))
             if k % 2 == 0:
                 for topic in clouds:
-                    time = np.linspace(0, 0.1, 50)
+                    time = np.linspace(-0.1, 0.0, 50)
                     stamp = START_NS + k * SECOND_NS // 2
                     bag.write_cloud(topic, stamp, 'lidar', POINTS + k, np.ones(50), None, time)
                 bag.write_pose('/ground_truth', stamp, 'map', pose(100.0 + k, 1.0))
@@ -47,8 +48,9 @@ def test_scans_round_trip(tmp_path, storage):
     source = open_scans(record(tmp_path / 'bag', storage), truth_topic='/ground_truth')
     scans = list(source)
     assert (source.kind, len(source), len(scans), source.has_poses) == ('bag', 3, 3, True)
-    np.testing.assert_array_equal(scans[1].points, POINTS + np.float32(2))
-    np.testing.assert_allclose(scans[1].time_s, np.linspace(0, 0.1, 50))
+    moved = np.linalg.norm(scans[1].points - (POINTS + np.float32(2)), axis=1)
+    assert moved[-1] < 1e-6 < moved[0]  # the motion during the sweep is undone, up to its end
+    assert scans[1].time_s is None
     np.testing.assert_allclose(scans[1].T_odom_sensor, pose(1.0, 0.2), atol=1e-12)
     np.testing.assert_allclose(scans[1].T_truth_sensor, pose(102.0, 1.0), atol=1e-12)
     assert scans[1].stamp_ns == START_NS + SECOND_NS
@@ -169,10 +171,27 @@ def test_sensor_mounting_comes_from_static_transforms(tmp_path):
 )
 def test_an_unknown_mounting_is_never_taken_to_coincide(tmp_path, child, reason):
     bag = record(tmp_path / 'bag', child=child)
-    with pytest.raises(OdometryError, match=reason + '.*--kiss-icp'):
-        next(iter(_opened(bag, None, False, ())))
+    with pytest.raises(OdometryError, match=reason + '.*--odometry kiss'):
+        next(iter(scans_of(bag)))
     # Without the bag's odometry nobody asks.
-    assert next(iter(_opened(bag, None, True, ()))).T_odom_sensor is None
+    assert next(iter(scans_of(bag, odometry='kiss'))).T_odom_sensor is None
+
+
+def test_odometry_that_is_in_tf_only_is_that_of_what_the_sensor_is_fixed_to(tmp_path):
+    T_base_lidar = pose(0.2, 0.5, 0.0)
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write_transform('/tf_static', START_NS, 'base', 'lidar', T_base_lidar)
+        for k in range(5):
+            stamp_ns = START_NS + k * SECOND_NS // 4
+            bag.write_transform('/tf', stamp_ns, 'map', 'odom', pose(50.0, 2.0))
+            bag.write_transform('/tf', stamp_ns, '/odom', '/base', pose(0.5 * k, 0.1 * k))
+            bag.write_cloud('/points', stamp_ns, 'lidar', POINTS)
+    assert not scans_of(tmp_path / 'bag').has_poses  # unless somebody asks
+    scans = list(scans_of(tmp_path / 'bag', odometry='robot'))
+    assert len(scans) == 5
+    np.testing.assert_allclose(scans[2].T_odom_sensor, pose(1.0, 0.2) @ T_base_lidar, atol=1e-9)
+    with pytest.raises(OdometryError, match='brings no odometry of its own'):
+        scans_of(record(tmp_path / 'without', odometry=()), odometry='both')
 
 
 def test_a_slash_before_a_frame_is_no_other_frame(tmp_path):
@@ -236,12 +255,8 @@ def test_mutated_bags_never_escape_the_error_types(tmp_path, storage):
     for file in sorted(bag.iterdir()):
         good = file.read_bytes()
         for _ in range(25):
-            data = bytearray(good)
-            for position in rng.integers(0, len(data), rng.integers(1, 6)):
-                data[position] = rng.integers(256)
-            if rng.random() < 0.3:
-                data = data[: rng.integers(1, len(data))]
-            file.write_bytes(bytes(data))
+            count, is_cut = rng.integers(1, 6), rng.random() < 0.3
+            file.write_bytes(with_flipped_bytes(good, rng, count, is_cut))
             try:
                 for scan in open_scans(bag):
                     assert np.isfinite(scan.points).all()

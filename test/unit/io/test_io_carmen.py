@@ -4,6 +4,7 @@
 
 import gzip
 
+from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -111,10 +112,7 @@ def test_mutated_logs_never_escape_the_error_type(tmp_path):
     good = (flaser(np.linspace(1, 9, 181)) * 2).encode()
     rng = np.random.default_rng(4)
     for _ in range(200):
-        data = bytearray(good)
-        for position in rng.integers(0, len(data), 3):
-            data[position] = rng.integers(256)
-        (tmp_path / 'a.log').write_bytes(bytes(data))
+        (tmp_path / 'a.log').write_bytes(with_flipped_bytes(good, rng, 3))
         try:
             for scan in open_scans(tmp_path / 'a.log'):
                 assert np.isfinite(scan.points).all()

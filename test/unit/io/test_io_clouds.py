@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Point files of every layout, written here byte by byte."""
 
+from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -142,10 +143,7 @@ def test_mutated_files_never_escape_the_error_type(tmp_path, name):
     good, path = FILES[name], tmp_path / name
     rng = np.random.default_rng(17)
     for _ in range(200):
-        data = bytearray(good)
-        for position in rng.integers(0, len(data), rng.integers(1, 5)):
-            data[position] = rng.integers(256)
-        path.write_bytes(bytes(data[: rng.integers(1, len(data) + 1)]))
+        path.write_bytes(with_flipped_bytes(good, rng, rng.integers(1, 5), is_cut=True))
         try:
             assert np.isfinite(read_cloud(path)).all()
         except CloudFormatError:

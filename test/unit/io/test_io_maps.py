@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """map_server maps and their images: values, orientation, and what is refused."""
 
+from damage import with_flipped_bytes
 import numpy as np
 from PIL import Image
 import pytest
@@ -193,10 +194,7 @@ def test_mutated_images_never_escape_the_error_type(folder, name):
     good = image.read_bytes()
     rng = np.random.default_rng(5)
     for _ in range(150):
-        data = bytearray(good)
-        for position in rng.integers(0, len(data), 4):
-            data[position] = rng.integers(256)
-        image.write_bytes(bytes(data[: rng.integers(1, len(data) + 1)]))
+        image.write_bytes(with_flipped_bytes(good, rng, 4, is_cut=True))
         for candidate in (path, image):
             try:
                 assert read_map(candidate).cells.size > 0

@@ -173,7 +173,8 @@ def test_time_fields_by_any_name(name):
     ],
 )
 def test_units_of_time_are_told_by_the_length_of_a_sweep(raw):
-    np.testing.assert_allclose(sweep_seconds(np.array(raw)), [0.0, 0.04, 0.1], atol=1e-6)
+    times = sweep_seconds(np.array(raw))
+    np.testing.assert_allclose(times.since_first_s, [0.0, 0.04, 0.1], atol=1e-6)
 
 
 @pytest.mark.parametrize('raw', [[0.0, np.nan], [0.0, 1e19]])

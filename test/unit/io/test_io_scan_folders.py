@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Folders of point files with a pose file beside them."""
 
+from damage import with_flipped_bytes
 import numpy as np
 import pytest
 
@@ -95,10 +96,7 @@ def test_mutated_archives_never_escape_the_error_type(tmp_path):
     good = (tmp_path / 'a.npz').read_bytes()
     rng = np.random.default_rng(6)
     for _ in range(150):
-        data = bytearray(good)
-        for position in rng.integers(0, len(data), 4):
-            data[position] = rng.integers(256)
-        (tmp_path / 'a.npz').write_bytes(bytes(data))
+        (tmp_path / 'a.npz').write_bytes(with_flipped_bytes(good, rng, 4))
         try:
             for scan in open_scans(tmp_path):
                 assert np.isfinite(scan.points).all()

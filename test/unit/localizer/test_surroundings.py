@@ -11,9 +11,9 @@ import pytest
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2, Placement
 from fpnet_core.localizer.belief import Belief
-from fpnet_core.localizer.surroundings import Surroundings, Vicinity
+from fpnet_core.localizer.surroundings import Surroundings, Vicinity, share_in_free_space
 from fpnet_core.pose import map_evidence
-from fpnet_core.types import Status, Submap
+from fpnet_core.types import FREE, Status, Submap
 
 ROBOT = np.zeros(2)
 
@@ -124,3 +124,50 @@ def test_what_a_rough_drawing_explains_is_the_measure(score):
 def test_a_covered_lidar_contradicts_nothing():
     belief, _ = Judging().judge(submap(walls()[:10]), claim())
     assert belief.status is Status.LOCALIZED
+
+
+def partly(share):
+    """Return the newest walls, of which a share is where it should be."""
+    rng = np.random.default_rng(0)
+    return np.where(rng.random(len(walls()))[:, None] < share, walls(), elsewhere() + 60.0)
+
+
+def test_what_was_usual_is_the_measure_not_a_claim_that_has_sunk():
+    """Walls of another place lower the claim's own score before anybody asks them."""
+    judge = Judging()
+    for _ in range(5):
+        judge.judge(submap(walls()), claim())
+    belief, _ = judge.judge(submap(partly(0.33)), claim(score=0.5))
+    assert belief.status is Status.LOST
+    belief, _ = Judging().judge(submap(partly(0.33)), claim(score=0.5))
+    assert belief.status is Status.LOCALIZED
+
+
+def in_free_space():
+    """Return returns in the middle of what the submap has seen as free."""
+    grid = submap_grid()
+    free = grid.rc_to_xy(np.argwhere(grid.cells == FREE))
+    away = np.linalg.norm(free[:, None] - walls()[None, ::5], axis=2).min(axis=1) > 0.5
+    return free[away][:: max(1, away.sum() // 400)]
+
+
+def test_returns_in_free_space_are_counted_in_the_frame_of_odometry():
+    before = submap(walls())
+    assert share_in_free_space(before, submap(walls())) < 0.02
+    assert share_in_free_space(before, submap(in_free_space())) > 0.9
+    assert share_in_free_space(before, submap(in_free_space() + 1000.0)) == 0.0
+    half = np.concatenate([in_free_space(), walls()[: len(in_free_space())]])
+    assert 0.4 < share_in_free_space(before, submap(half)) < 0.6
+
+
+def test_walls_where_nothing_stood_speak_for_another_place():
+    """What the drawing leaves open is decided by what the robot itself has seen before."""
+    some = partly(0.68)
+    for newest, expected in (
+        (some, Status.LOCALIZED),
+        (np.concatenate([some, np.tile(in_free_space(), (2, 1))]), Status.LOST),
+    ):
+        judge = Judging()
+        judge.judge(submap(walls()), claim())
+        belief, _ = judge.judge(submap(newest), claim())
+        assert belief.status is expected

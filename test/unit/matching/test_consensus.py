@@ -9,7 +9,6 @@ from fpnet_core.io.weights import Weights
 from fpnet_core.matching.consensus import (
     EVIDENCE,
     EvidenceModel,
-    ScalePrior,
     find_assignments,
     rank,
 )
@@ -24,7 +23,7 @@ MODEL = EvidenceModel(
 
 def settled(plan, sub, log_p):
     plan_side, sub_side = graph_geometry(plan), graph_geometry(sub)
-    assignments = find_assignments(plan_side, sub_side, log_p, ScalePrior())
+    assignments = find_assignments(plan_side, sub_side, log_p)
     return plan_side, sub_side, *rank(assignments, MODEL)
 
 

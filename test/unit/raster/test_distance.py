@@ -5,7 +5,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.distance import cells_to_nearest, clearance_of, nearest_labels
 
 
 def test_distances_are_those_of_a_full_search():
@@ -17,3 +17,17 @@ def test_distances_are_those_of_a_full_search():
         squared = cdist(cells, np.argwhere(mask), 'sqeuclidean').min(axis=1)
         exact = np.sqrt(squared.astype(np.float32)).reshape(shape)
         np.testing.assert_array_equal(cells_to_nearest(mask), exact)
+
+
+def test_clearance_ends_at_the_edge():
+    free = np.ones((5, 7), dtype=bool)
+    free[2, 6] = False
+    assert clearance_of(free)[2].tolist() == [1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 0.0]
+
+
+def test_every_cell_gets_the_label_nearest_to_it():
+    labels = np.zeros((3, 6), np.int32)
+    labels[1, 0], labels[1, 5] = 7, 2
+    distance, nearest = nearest_labels(labels)
+    assert nearest[1].tolist() == [7, 7, 7, 2, 2, 2]
+    assert distance[1].tolist() == [0.0, 1.0, 2.0, 2.0, 1.0, 0.0]

@@ -16,7 +16,14 @@ from fpnet_core.raster.pixels import (
     shrinking,
     xy_to_rc,
 )
-from fpnet_core.raster.rays import cells_at, draw_line, is_inside, nearest_cell, run_length
+from fpnet_core.raster.rays import (
+    cells_at,
+    draw_line,
+    is_inside,
+    nearest_cell,
+    run_length,
+    values_at,
+)
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -115,3 +122,11 @@ def test_no_path_of_neighbours_crosses_a_line(ends):
     draw_line(cells, np.array([low - 60 * along, high + 60 * along]))
     count, _ = cv2.connectedComponents(1 - cells, connectivity=8)
     assert count == 3  # the line and both sides of it
+
+
+def test_values_are_those_of_the_nearest_cells_and_one_value_beyond():
+    values = np.arange(6, dtype=np.int32).reshape(2, 3)
+    rc = np.array([[[0.4, 1.6], [1.4, -0.4]], [[-0.6, 0.0], [0.0, 2.6]]])
+    found = values_at(values, rc, -1)
+    assert found.dtype == np.int32
+    assert found.tolist() == [[2, 3], [-1, -1]]

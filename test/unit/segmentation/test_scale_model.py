@@ -15,8 +15,8 @@ from fpnet_core.segmentation.scale_model import (
     SCALE_NAME,
     SCALE_SCHEMA,
     model_of,
+    packaged_scale_model,
     quantiles,
-    read_scale_model,
     smeared,
 )
 from fpnet_core.types import (
@@ -85,7 +85,7 @@ def test_another_nominal_scale_moves_the_reference_only():
 
 @pytest.mark.parametrize('side', ['plan', 'map'])
 def test_a_posterior_is_a_distribution_that_moves_with_the_reference(side):
-    model, figures = read_scale_model(), scale_figures(two_rooms())
+    model, figures = packaged_scale_model(), scale_figures(two_rooms())
     moved = replace(figures, reference=figures.reference + 0.3)
     one, other = (model.posterior(f, side) for f in (figures, moved))
     assert one.sum() == pytest.approx(1.0)
@@ -95,7 +95,7 @@ def test_a_posterior_is_a_distribution_that_moves_with_the_reference(side):
 
 
 def test_wider_doors_are_a_smaller_true_scale():
-    model = read_scale_model()
+    model = packaged_scale_model()
     narrow, wide = (
         quantiles(model.posterior(scale_figures(two_rooms(widths)), 'plan'), (0.5,))[0]
         for widths in ((0.7,) * 6, (1.2,) * 6)
@@ -105,14 +105,14 @@ def test_wider_doors_are_a_smaller_true_scale():
 
 def test_what_lies_far_beyond_the_grid_is_at_its_edge():
     figures = scale_figures(two_rooms(), 60.0)
-    posterior = read_scale_model().posterior(figures, 'plan')
+    posterior = packaged_scale_model().posterior(figures, 'plan')
     assert np.isfinite(posterior).all()
     assert quantiles(posterior, (0.5,))[0] < -1.2
 
 
 def test_nothing_measured_is_anything_possible():
     nothing = ScaleFigures(np.full(len(FIGURES), np.nan), None)
-    posterior = read_scale_model().posterior(nothing, 'plan')
+    posterior = packaged_scale_model().posterior(nothing, 'plan')
     np.testing.assert_allclose(posterior, 1.0 / len(GRID))
 
 

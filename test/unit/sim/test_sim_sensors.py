@@ -8,8 +8,9 @@ import pytest
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.fittings import BuildingStyle
+from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.scanning import simulate_scans
+from fpnet_lab.sim.scanning import cast_scan, scan_stamps_ns
 from fpnet_lab.sim.sensors import SENSORS, sensor_named
 from fpnet_lab.sim.tours import TourLimits, plan_tour
 
@@ -73,17 +74,16 @@ def test_spinning_rings_are_stacked():
 def test_every_sensor_scans_a_building(name, building_and_tour):
     building, tour = building_and_tour
     model = sensor_named(name)
-    scans = simulate_scans(building, tour, name, np.random.default_rng(3))
-    scan = next(scans)
+    lidar, rng = LidarSimulator(building, model), np.random.default_rng(3)
+    scan, second = (cast_scan(lidar, tour, index, rng) for index in range(2))
     assert 0.6 * model.beams * model.columns < len(scan.points) <= model.beams * model.columns
     assert np.isfinite(scan.points).all()
     assert (np.diff(scan.time_s) >= 0.0).all()
     assert 0.9 * model.period_s < np.ptp(scan.time_s) < model.period_s
     if name == 'planar':
         assert not scan.points[:, 2].any()
-    second = next(scans)
     assert second.stamp_ns - scan.stamp_ns == 100_000_000
-    again = next(simulate_scans(building, tour, model, np.random.default_rng(3), threads=2))
+    again = cast_scan(LidarSimulator(building, model, 2), tour, 0, np.random.default_rng(3))
     assert again.points.tobytes() == scan.points.tobytes()
 
 
@@ -95,7 +95,7 @@ def test_rays_pass_glass_unless_it_faces_them(building_and_tour):
         building.plan, rng, is_furnished=False, style=BuildingStyle(windows=1.0, glass_fronts=1.0)
     )
     first, second = (
-        next(simulate_scans(b, tour, 'beams32', np.random.default_rng(2)))
+        cast_scan(LidarSimulator(b, SENSORS['beams32']), tour, 0, np.random.default_rng(2))
         for b in (opaque, glazed)
     )
     assert 0.5 * len(first.points) < len(second.points) < 0.99 * len(first.points)
@@ -103,12 +103,13 @@ def test_rays_pass_glass_unless_it_faces_them(building_and_tour):
 
 def test_scans_last_as_long_as_the_tour(building_and_tour):
     building, tour = building_and_tour
-    scans = list(simulate_scans(building, tour, 'planar', np.random.default_rng(3)))
-    assert len(scans) == int(tour.duration_s * 10.0)
-    end = scans[-1].T_truth_sensor[:2, 3]
+    lidar = LidarSimulator(building, SENSORS['planar'])
+    count = len(scan_stamps_ns(tour, lidar.model.period_s))
+    assert count == int(tour.duration_s * 10.0)
+    end = cast_scan(lidar, tour, count - 1, np.random.default_rng(3)).T_truth_sensor[:2, 3]
     assert end == pytest.approx(tour.xy[-1], abs=0.15)
 
 
-def test_unknown_sensor_is_refused(building_and_tour):
+def test_unknown_sensor_is_refused():
     with pytest.raises(ConfigError, match='sonar'):
-        simulate_scans(*building_and_tour, 'sonar', np.random.default_rng(0))
+        sensor_named('sonar')

@@ -15,6 +15,7 @@ import pytest
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import read_map
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE
 from fpnet_lab.sim.sheets import draw_sheet
 from fpnet_lab.sim.sheets.dxf import UNITS, DxfStyle, draw_dxf_style, write_dxf
@@ -22,7 +23,6 @@ from fpnet_lab.sim.sheets.files import write_picture, write_sheet, write_vector
 from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES
 from fpnet_lab.sim.sheets.looks import Trait
 from fpnet_lab.sim.sheets.scene import Arcs, Letters, Role
-from fpnet_lab.sim.sheets.sheet import project
 from fpnet_lab.sim.sheets.svg import write_svg
 
 SVG = '{http://www.w3.org/2000/svg}'
@@ -175,7 +175,7 @@ def test_phones_held_on_their_side_say_so(tmp_path):
         with Image.open(path) as stored:
             seen.add(stored.getexif().get(0x0112, 1))
             upright = np.array(ImageOps.exif_transpose(stored).convert('L'), float)
-            x, y = np.rint(project(H, np.array([104.5, 24.5]))).astype(int).tolist()
+            x, y = np.rint(map_points(H, np.array([104.5, 24.5]))).astype(int).tolist()
             assert np.mean(stored.getpixel((x, y))) < 60
         assert np.abs(upright - pixels[..., 0]).mean() < 6.0
     assert seen == {1, 3, 6, 8}

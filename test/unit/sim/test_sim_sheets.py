@@ -9,6 +9,7 @@ import pytest
 import shapely
 
 from fpnet_core.geometry import SE2
+from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets import sheet as sheet_module
@@ -16,7 +17,6 @@ from fpnet_lab.sim.sheets.lettering import dimension_marks
 from fpnet_lab.sim.sheets.looks import Trait, draw_look
 from fpnet_lab.sim.sheets.paper import weather
 from fpnet_lab.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
-from fpnet_lab.sim.sheets.sheet import local_scale, project
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, hatch, storey_marks
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
@@ -39,7 +39,7 @@ WALL = np.array([5.1, 2.0])
 
 def brightness(sheet, xy):
     """Mean grey level of 3 x 3 pixels at a place in the building."""
-    x, y = np.rint(project(sheet.H_image_building(), xy)).astype(int)
+    x, y = np.rint(map_points(sheet.H_image_building(), xy)).astype(int)
     return float(sheet.pixels[y - 1 : y + 2, x - 1 : x + 2, :3].mean())
 
 
@@ -81,7 +81,7 @@ def test_room_labels_lie_in_the_rooms(kind):
     labels = sheet.room_labels()
     assert labels.shape == sheet.pixels.shape[:2]
     for number, room in enumerate(PLAN.rooms, start=1):
-        x, y = np.rint(project(sheet.H_image_building(), room.polygon.mean(axis=0))).astype(int)
+        x, y = np.rint(map_points(sheet.H_image_building(), room.polygon.mean(axis=0))).astype(int)
         assert labels[y, x] == number
     area_m2 = np.count_nonzero(labels) * sheet.resolution_m() ** 2
     assert area_m2 == pytest.approx(PLAN.floor_area_m2, rel=0.12)
@@ -90,11 +90,10 @@ def test_room_labels_lie_in_the_rooms(kind):
 def test_a_metre_has_as_many_pixels_as_the_resolution_says():
     sheet = draw_sheet(1, 'phone', PLAN)
     middle = PLAN.extent.mean(axis=0)
-    ends = project(sheet.H_image_building(), middle + np.array([[-0.5, 0.0], [0.5, 0.0]]))
+    ends = map_points(sheet.H_image_building(), middle + np.array([[-0.5, 0.0], [0.5, 0.0]]))
     pixels = np.linalg.norm(ends[1] - ends[0])
     # A perspective shortens one direction more than the other, by a quarter at most.
     assert 1.0 / pixels == pytest.approx(sheet.resolution_m(), rel=0.25)
-    assert local_scale(np.diag([3.0, 3.0, 1.0]), np.array([5.0, -2.0])) == pytest.approx(3.0)
 
 
 def test_sheets_have_a_usual_number_of_pixels():
@@ -184,7 +183,7 @@ def test_paper_goes_where_the_homography_says(kind):
     drawn[80:100, 120:140] = 0
     for seed in range(5):
         shown, H = weather(drawn, kind, np.random.default_rng(seed))
-        x, y = np.rint(project(H, np.array([129.5, 89.5]))).astype(int)
+        x, y = np.rint(map_points(H, np.array([129.5, 89.5]))).astype(int)
         dark = shown[y - 4 : y + 5, x - 4 : x + 5].mean()
         around = shown[y - 30 : y - 18, x - 30 : x + 30].mean()
         assert dark < 0.55 * around

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpnet_core.drawings.doubt_model import read_doubt_model
+from fpnet_core.drawings.doubt_model import DOUBT_SCHEMA, model_of
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES
 from fpnet_core.errors import FpnetError
+from fpnet_core.io.weights import read_weights
 from fpnet_lab.training.doubt_trials import ReadingTrial, read_trials, write_trials
 from fpnet_lab.training.doubts import (
     DoubtTraining,
-    area_under,
     fit_doubts,
     held_out_figures,
     threshold,
@@ -48,7 +48,7 @@ def test_what_was_planted_is_found_in_buildings_left_out(tmp_path):
     assert figures['wrong_doubted'] > 0.9
     assert figures['right_doubted'] == pytest.approx(0.1, abs=0.05)
     write_doubts(tmp_path / 'doubts.safetensors', model, SETTINGS, {})
-    again = read_doubt_model(tmp_path / 'doubts.safetensors')
+    again = model_of(read_weights(tmp_path / 'doubts.safetensors', DOUBT_SCHEMA))
     assert again.doubted_from == model.doubted_from
     for trial in trials[:5]:
         assert again.wrong(trial.whole, trial.rooms) == model.wrong(trial.whole, trial.rooms)
@@ -81,7 +81,5 @@ def test_trials_come_back_from_their_file(tmp_path):
         read_trials(path)
 
 
-def test_figures_of_a_ranking():
-    score, is_so = np.array([0.1, 0.4, 0.4, 0.9]), np.array([False, False, True, True])
-    assert area_under(score, is_so) == pytest.approx(0.875)
+def test_the_threshold_leaves_a_share_of_the_right_ones_above():
     assert threshold(np.linspace(0, 1, 101), np.zeros(101, np.bool_), 0.05) == pytest.approx(0.95)

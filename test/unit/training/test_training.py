@@ -23,13 +23,12 @@ from fpnet_lab.training import (
     Hooks,
     PairArrays,
     Trainer,
-    TrainingConfig,
     parse_training_config,
     split_by_plan,
 )
 from fpnet_lab.training.config import AugmentationConfig
 from fpnet_lab.training.data import augment, batch_order, collate
-from fpnet_lab.training.loop import learning_rate_at, make_fabric
+from fpnet_lab.training.loop import make_fabric
 
 NO_CHANGE = AugmentationConfig(
     mirror_probability=0.0,
@@ -148,15 +147,6 @@ def test_dropping_regions_keeps_labels_on_the_same_regions():
         (changed.sub_edges, changed.sub_feat),
     ):
         assert edges.max(initial=0) < len(rows)
-
-
-def test_learning_rate_rises_then_falls_to_zero():
-    config = TrainingConfig(learning_rate=0.01, warmup_fraction=0.1)
-    rates = [learning_rate_at(step, 100, config) for step in range(100)]
-    assert rates[0] == pytest.approx(0.001)
-    assert max(rates) == pytest.approx(0.01)
-    assert int(np.argmax(rates)) in (9, 10)
-    assert rates[-1] < 1e-5
 
 
 def test_run_folder_holds_what_the_matcher_loads(tmp_path):

@@ -9,7 +9,7 @@ from torch import nn
 
 from fpnet_lab.training.checkpoint import load_state, save_state
 from fpnet_lab.training.config import TrainingConfig, parse_training_config
-from fpnet_lab.training.optimizer import Muon, make_optimizer, orthogonalized
+from fpnet_lab.training.optimizer import Muon, make_optimizer, orthogonalized, rate_at
 
 
 @pytest.mark.parametrize('shape', [(3, 40, 40), (2, 32, 64), (1, 96, 48)])
@@ -113,3 +113,11 @@ def test_a_run_names_its_optimizer(name, kind):
 
     assert type(optimizer) is kind
     assert np.isclose(optimizer.param_groups[0]['lr'], config.learning_rate)
+
+
+def test_the_rate_rises_and_falls():
+    rates = [rate_at(step, 100, 1.0, 0.1) for step in range(101)]
+    assert rates[0] == pytest.approx(0.1)
+    assert max(rates) == rates[10] == 1.0
+    assert rates[55] == pytest.approx(0.5)
+    assert rates[100] == pytest.approx(0.0, abs=1e-9)

@@ -11,7 +11,8 @@ import torch
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import CLASSES, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.models.walls import WallNetwork, WallNetworkConfig, read_wall_network
+from fpnet_core.io.weights import read_weights
+from fpnet_core.models.walls import WALLS_SCHEMA, WallNetwork, WallNetworkConfig, wall_network_of
 from fpnet_lab.evaluation.drawings import FIRST_SEEDS as BENCH_SEEDS
 from fpnet_lab.sim.sheets import SheetKind
 from fpnet_lab.training.wall_patches import patch, patches
@@ -25,7 +26,7 @@ from fpnet_lab.training.wall_samples import (
     sample_stems,
     sheet_sample,
 )
-from fpnet_lab.training.walls import WallTrainer, WallTraining, rate_at, unweighted
+from fpnet_lab.training.walls import WallTrainer, WallTraining, unweighted
 
 SMALL = WallNetworkConfig(widths=(4, 8, 8, 8, 8), down_blocks=(1, 1, 1, 1))
 QUICK = WallTraining(steps=4, batch_size=2, side_px=64, save_every=2)
@@ -104,15 +105,6 @@ def test_equal_seeds_give_equal_patches(samples):
             np.testing.assert_array_equal(a, b)
 
 
-def test_the_rate_rises_and_falls():
-    config = WallTraining(steps=100, warmup=0.1, learning_rate=1.0)
-    rates = [rate_at(step, config) for step in range(101)]
-    assert rates[0] == pytest.approx(0.1)
-    assert max(rates) == rates[10] == 1.0
-    assert rates[55] == pytest.approx(0.5)
-    assert rates[100] == pytest.approx(0.0, abs=1e-9)
-
-
 def test_a_run_writes_weights_and_goes_on_where_it_was(samples):
     told = []
     first = WallTrainer(samples, SMALL, replace(QUICK, steps=2))
@@ -127,7 +119,7 @@ def test_a_run_writes_weights_and_goes_on_where_it_was(samples):
     manifest = json.loads((samples / 'walls.json').read_text())
     assert manifest['figures'] == told[-1]
     assert manifest['data'] == 'test'
-    network = read_wall_network(samples / 'walls.safetensors')
+    network = wall_network_of(read_weights(samples / 'walls.safetensors', WALLS_SCHEMA))
     x = torch.rand(1, 3, 64, 96)
     mean = unweighted(again.mean, QUICK.class_weights).eval()
     with torch.no_grad():

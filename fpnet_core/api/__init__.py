@@ -1,0 +1,250 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The Python interface: a dozen names, which ``import fpnet_core as fpnet`` offers.
+
+    plan = fpnet.read_plan('plan.pdf')
+    fpnet.segment(plan).plot()
+    fpnet.match(plan, 'robot_map.yaml')
+    for output in fpnet.localize(plan, 'drive.bag'):
+        print(output)
+
+What these functions return are the values of the core with a short ``repr`` and a picture; they
+go wherever the core takes theirs. The ``fpnet`` command does its work through the same functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from fpnet_core.api.run import Run, scans_of
+from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
+from fpnet_core.config import FpnetConfig, OdometryChoice, load_config
+from fpnet_core.drawings.read import read_plan as _read_plan
+from fpnet_core.drawings.scaling import with_scale_of
+from fpnet_core.drawings.types import Reading, ReadOptions
+from fpnet_core.errors import CloudFormatError, FpnetError
+from fpnet_core.io import open_scans, read_cloud, read_map, states_scale
+from fpnet_core.io.clouds import CLOUD_SUFFIXES
+from fpnet_core.io.recordings import is_recording
+from fpnet_core.judging.causes import Asked
+from fpnet_core.localizer import match_maps
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.plan_check import PlanCheck
+from fpnet_core.plan_check import check_plan as _check_plan
+from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
+from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
+from fpnet_core.types import Status, Submap
+
+
+def read_plan(
+    path: str | Path,
+    *,
+    resolution: float | None = None,
+    length: tuple[float, float, float, float, float] | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    storey: int | None = None,
+    page: int | None = None,
+    layers: Sequence[str] = (),
+    mirrored: bool = False,
+    config: FpnetConfig | None = None,
+) -> Plan:
+    """
+    Read a drawing of a building, in any format that ``fpnet plan`` reads.
+
+    Parameters
+    ----------
+    path : image, PDF, SVG, DXF, IFC, or the YAML of a map_server map
+    resolution : metres per pixel, where the drawing does not say it
+    length : (x1, y1, x2, y2, metres): two places in pixels and the metres between them
+    crop : (left, top, right, bottom) in pixels: read this part only
+    storey : which of several on one sheet, from 1
+    page : of a PDF, or storey of an IFC, from 1
+    layers : of a DXF that hold walls; none to guess
+    mirrored : the drawing is a mirror image: flip it
+    config : the defaults if None
+
+    Raises
+    ------
+    MapFormatError
+        If the file cannot be read, an option does not fit it, or it shows no building.
+    """
+    options = ReadOptions(resolution, length, crop, storey, page, tuple(layers))
+    reading = _read_plan(path, options, config)
+    return shown_as(Plan, reading.flipped() if mirrored else reading)
+
+
+def read_robot_map(path: str | Path, config: FpnetConfig | None = None) -> RobotMap:
+    """
+    Read what a robot has seen: a map image or YAML, a point cloud, or a whole recording.
+
+    Raises
+    ------
+    FpnetError
+        If the file cannot be read, or nothing usable is in it.
+    """
+    path, config = Path(path), config or FpnetConfig()
+    if not path.exists():
+        raise FpnetError(f'{path} does not exist; give an existing file or folder')
+    if path.suffix.lower() in CLOUD_SUFFIXES:
+        return RobotMap(submap_from_cloud(read_cloud(path), config.submap), True)
+    if is_recording(path):
+        return RobotMap(submap_of(path, config), True)
+    return RobotMap(submap_from_grid(read_map(path)), states_scale(path))
+
+
+def submap_of(
+    recording: str | Path, config: FpnetConfig, advance: Callable[[], None] = lambda: None
+) -> Submap:
+    """
+    Return the submap of a whole recording; ``advance`` is called after each scan.
+
+    Raises
+    ------
+    CloudFormatError
+        If it holds no usable scan.
+    """
+    builder, odometry = SubmapBuilder(config.submap), KissOdometry(config.odometry)
+    scans = open_scans(Path(recording))
+    for scan in scans:
+        sweep = scan if scans.has_poses else odometry.register_scan(scan)
+        assert sweep.T_odom_sensor is not None  # a source with poses gives one for each scan
+        builder.add_scan(sweep.points, sweep.T_odom_sensor, scan.stamp_ns, sweep.viewpoints)
+        advance()
+    submap = builder.take()
+    if submap is None:
+        raise CloudFormatError(f'{recording} holds no usable scan; check the range limits')
+    return submap
+
+
+def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None = None) -> Rooms:
+    """
+    Cut a floorplan, or what a robot has seen, into rooms and doors.
+
+    Parameters
+    ----------
+    subject : of :func:`read_plan`, :func:`read_robot_map`, or a file that is read as a plan, or as
+        a recording or point cloud where it is one
+
+    Returns
+    -------
+    Its rooms and doors, in the metres that the plan or map states or is estimated to have; none
+    with a reason where there are none.
+    """
+    config = config or FpnetConfig()
+    if isinstance(subject, str | Path):
+        is_seen = is_recording(Path(subject)) or Path(subject).suffix.lower() in CLOUD_SUFFIXES
+        subject = read_robot_map(subject, config) if is_seen else read_plan(subject, config=config)
+    if isinstance(subject, Reading):
+        return shown_as(Rooms, segment_floorplan(subject.grid, config.segmentation))
+    if subject.is_metric:
+        return shown_as(Rooms, segment_submap(subject.submap))
+    found, _ = segment_unknown_scale(subject.submap, config.segmentation)
+    return shown_as(Rooms, found)
+
+
+def match(
+    plan: Reading | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
+) -> Match:
+    """
+    Place what a robot has seen on a floorplan.
+
+    Parameters
+    ----------
+    plan, robot_map : as read, or files
+    config : the defaults if None
+
+    Raises
+    ------
+    FpnetError
+        If a file cannot be read, or the plan holds no room.
+    """
+    config = config or FpnetConfig()
+    reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
+    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
+    found = match_maps(
+        reading.grid,
+        seen.submap,
+        LearnedMatcher(config.matcher),
+        config,
+        reading.scale.is_known,
+        seen.is_metric,
+        reading.estimate,
+    )
+    return shown_as(Match, found)
+
+
+def localize(
+    plan: Reading | str | Path,
+    recording: str | Path,
+    *,
+    poses: str | Path | None = None,
+    odometry: OdometryChoice | None = None,
+    topics: Sequence[str] = (),
+    config: FpnetConfig | None = None,
+) -> Run:
+    """
+    Localise a recording on a floorplan; see :class:`Run`.
+
+    Parameters
+    ----------
+    plan : as read, or a file
+    recording : ROS 2 bag, CARMEN log, or folder of scans
+    poses : of the scans, used as odometry: TUM, KITTI or .npy
+    odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
+    topics : of a bag: a PointCloud2, or LaserScans; none to choose
+    config : the defaults if None
+
+    Raises
+    ------
+    FpnetError
+        If a file cannot be read.
+    """
+    config = config or FpnetConfig()
+    reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
+    source = scans_of(
+        recording,
+        poses=poses,
+        odometry=odometry,
+        topics=topics,
+        scan_stamp=config.scans.stamp,
+    )
+    return Run(reading, source, with_scale_of(reading, config), odometry=odometry)
+
+
+def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> PlanCheck:
+    """
+    Tell whether a floorplan will serve: how it was read, what looks alike, what to do.
+
+    ``fpnet check-plan`` drives simulated robots through it beside that.
+    """
+    config = config or FpnetConfig()
+    reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
+    asked = Asked(('fpnet', 'check-plan'), reading.drawing.name)
+    return _check_plan(reading, config, range(0), _no_drive, asked, lambda _: None)
+
+
+def _no_drive(*_: object) -> NoReturn:
+    raise AssertionError('no drive was asked for')
+
+
+__all__ = [
+    'FpnetConfig',
+    'FpnetError',
+    'Match',
+    'Plan',
+    'RobotMap',
+    'Rooms',
+    'Run',
+    'Status',
+    'check_plan',
+    'load_config',
+    'localize',
+    'match',
+    'read_plan',
+    'read_robot_map',
+    'segment',
+]

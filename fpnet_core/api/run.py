@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A recording on its way over a floorplan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fpnet_core.accuracy import RunSummary, summarize_run
+from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
+from fpnet_core.drawings.types import Reading
+from fpnet_core.errors import BagFormatError, OdometryError
+from fpnet_core.geometry import Affine2D
+from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
+from fpnet_core.io.bag_scans import TF_TOPIC
+from fpnet_core.judging.causes import Asked
+from fpnet_core.localizer import Localizer, Replay, ReplayResult
+from fpnet_core.localizer.diagnosis import explain_run
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.odometry_check import GuidedOdometry
+from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
+from fpnet_core.viz.pictures import figure_of, html_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def scans_of(
+    recording: str | Path,
+    *,
+    poses: str | Path | None = None,
+    odometry: OdometryChoice | None = None,
+    topics: Sequence[str] = (),
+    scan_stamp: ScanStamp = 'auto',
+) -> ScanSource:
+    """
+    Open the scans of a recording, with the odometry that was asked for.
+
+    Raises
+    ------
+    OdometryError
+        If the recording has no odometry of its own, and that was asked for.
+    """
+    # With poses of the sensor itself, nobody asks where it sits on the robot.
+    unread = '' if odometry == 'kiss' or poses is not None else None
+    path = Path(recording)
+    source = open_scans(path, topics=topics, odometry_topic=unread, scan_stamp=scan_stamp)
+    if poses is not None:
+        return PosedScans(source, read_poses(Path(poses)))
+    if odometry in ('robot', 'both') and not source.has_poses:
+        source = _with_poses_of_tf(path, topics, scan_stamp)
+    return source
+
+
+def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) -> ScanSource:
+    with suppress(BagFormatError):
+        source = open_scans(path, topics=topics, odometry_topic=TF_TOPIC, scan_stamp=scan_stamp)
+        if source.has_poses:
+            return source
+    raise OdometryError(
+        f'{path} brings no odometry of its own; record its nav_msgs/Odometry, or its /tf and '
+        '/tf_static, as well, or leave the choice of odometry out'
+    )
+
+
+class Run:
+    """
+    A recording on its way over a floorplan.
+
+    Iterating yields what each tick says, as the recording is read; everything else reads on to
+    its end first. Poses are of the floorplan's frame.
+
+    Parameters
+    ----------
+    plan : the floorplan as it was read
+    scans : of the recording, see :func:`scans_of`
+    config : of the localizer
+    advance : called after each scan
+    odometry : both: KISS-ICP registers scans with poses as well, which help and check it
+    """
+
+    def __init__(
+        self,
+        plan: Reading,
+        scans: ScanSource,
+        config: FpnetConfig,
+        advance: Callable[[], None] = lambda: None,
+        odometry: OdometryChoice | None = None,
+    ) -> None:
+        self.plan, self.config = plan, config
+        self._matcher = LearnedMatcher(config.matcher)
+        self._localizer = Localizer(config, self._matcher)
+        self._localizer.set_plan(plan.grid, plan.estimate)
+        self._replay = Replay(
+            scans,
+            self._localizer,
+            config.localizer.tick_period_s,
+            GuidedOdometry(config.odometry).register_scan,
+            advance,
+            registers_all=odometry == 'both',
+        )
+
+    def __iter__(self) -> Iterator[LocalizerOutput]:
+        """Yield the outputs of the ticks that nobody has asked for yet."""
+        return iter(self._replay)
+
+    @cached_property
+    def result(self) -> ReplayResult:
+        """All ticks, all published poses and the odometry."""
+        for _ in self._replay:
+            pass
+        return self._replay.result()
+
+    @property
+    def last(self) -> LocalizerOutput:
+        """What the last tick said."""
+        return self.result.outputs[-1] if self.result.outputs else self._localizer.output
+
+    @property
+    def status(self) -> Status:
+        """The status at the end."""
+        return self.last.status
+
+    @property
+    def poses(self) -> PlanarTrajectory:
+        """Every published pose: stamps, positions [m] and yaw [rad] in the plan's frame."""
+        return self.result.published
+
+    @property
+    def segmentation(self) -> Segmentation:
+        """The floorplan's rooms and doors, at the scale that was found."""
+        self.result  # noqa: B018 - the scale is that of the end
+        assert self._localizer.plan is not None  # it was set at the beginning
+        return self._localizer.plan.segmentation
+
+    def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
+        """
+        Return why there is no answer in the end, the likeliest cause first; none where there is.
+
+        ``asked`` is what was typed, from which the next commands are made; ``storey`` of the
+        sheet, as it was asked for.
+        """
+        if self.status is Status.LOCALIZED:
+            return ()
+        plan, outputs = self.plan, self.result.outputs
+        return explain_run(outputs, plan.grid, self._matcher, self.config, plan, asked, storey)
+
+    def summary(
+        self, truth: PlanarTrajectory | None = None, A_plan_truth: Affine2D | None = None
+    ) -> RunSummary:
+        """Return the run's figures, against true poses where somebody knows them."""
+        run = self.result
+        A = Affine2D.identity() if A_plan_truth is None else A_plan_truth
+        return summarize_run(run.published, run.odometry, run.tick_ms, truth, A)
+
+    def __repr__(self) -> str:
+        """Say how it ended, once it has been read to its end."""
+        if 'result' not in self.__dict__:
+            return f'<Run on {self.plan.drawing.name}, not read to its end yet>'
+        return f'<Run on {self.plan.drawing.name}: {self.last.said}; {self.summary()}>'
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Draw the plan with the published poses, and the submap at the end."""
+        from fpnet_core.viz.run import draw_run
+
+        figure = figure_of(figure, (16.0, 8.5))
+        draw_run(figure, self.segmentation, self.last, self.poses)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html_of(self, self.plot if 'result' in self.__dict__ else None)

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of their own where nobody brings one, and values as notebooks show them."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from html import escape
+import io
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SIZE_INCHES = (8.0, 8.0)  # chosen
+_NOTEBOOK_DPI = 80  # chosen: a page's width
+
+
+def figure_of(figure: Figure | None, size_inches: tuple[float, float] = _SIZE_INCHES) -> Figure:
+    """Return ``figure``, or a new one of pyplot's, which scripts show with ``pyplot.show()``."""
+    if figure is not None:
+        return figure
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=size_inches, layout='constrained')
+
+
+def axes_of(ax: Axes | None) -> Axes:
+    """Return ``ax``, or that of a new figure."""
+    return figure_of(None).add_subplot() if ax is None else ax
+
+
+def html_of(value: object, draw: Callable[[Figure], object] | None) -> str:
+    """Return a value's ``repr`` and what ``draw`` makes of a figure, as HTML on its own."""
+    said = escape(repr(value))
+    if draw is None:
+        return f'<p>{said}</p>'
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
+    draw(figure)
+    picture = io.BytesIO()
+    figure.savefig(picture, format='png', dpi=_NOTEBOOK_DPI, bbox_inches='tight')
+    encoded = base64.b64encode(picture.getvalue()).decode('ascii')
+    return f'<p>{said}</p><img src="data:image/png;base64,{encoded}" alt="{said}">'

@@ -1,0 +1,21 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Options that several subcommands of ``fpnet train-*`` and ``fpnet bench`` share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_TUNE_DATA = typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.')
+TuneDataOption = Annotated[Path, _TUNE_DATA]
+MaybeTuneDataOption = Annotated[Path | None, _TUNE_DATA]
+RunOption = Annotated[
+    Path, typer.Option('--out', metavar='DIR', help='Folder of the run; continued if it exists.')
+]
+ShareOption = Annotated[
+    float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the data.')
+]
+WorkersOption = Annotated[int, typer.Option('--workers', min=1, help='Processes.')]

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The robot's own odometry, as a first guess for scan matching: from a topic or from TF."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Condition
+import time
+from typing import Any, Literal
+
+from nav_msgs.msg import Odometry
+from pydantic import Field
+from rclpy.node import Node
+
+from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.pose_track import Array
+from fpnet_core.geometry.whereabouts import Whereabouts
+from fpnet_ros.inputs import NO_TF, TFMessage
+from fpnet_ros.lasers import LaserParameters
+from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, sensor_data
+from msg_adapters.odometry import odometry_from_msg
+from msg_adapters.transforms import transform_from_msg
+
+# Chosen, not measured:
+_LATE_S = 0.15  # wheels and their fusion report ten times a second and more
+_SILENT_S = 0.5  # whoever has said nothing for so long is not waited for
+
+
+class RobotOdometryParameters(LaserParameters):
+    """Where the robot's own odometry comes from."""
+
+    robot_odometry: Literal['none', 'topic', 'tf'] = Field(
+        'none',
+        description="First guess of every registration, and a check: the robot's own odometry, "
+        'from the topic odom, or from odom_frame in TF.',
+    )
+    odom_frame: str = Field('', description="Frame of the robot's own odometry in TF.")
+
+
+class RobotOdometry:
+    """
+    Poses of the robot's own odometry, for another thread than the executor's.
+
+    Parameters
+    ----------
+    subscribe
+        Makes a subscription: message class, topic, callback, QoS.
+    parameters
+        Where poses come from.
+    report
+        Takes what is wrong with a message.
+    """
+
+    def __init__(
+        self,
+        subscribe: Callable[[type, str, Callable[[Any], None], Any], Any],
+        parameters: RobotOdometryParameters,
+        report: Callable[[FpnetError], None],
+    ) -> None:
+        source = parameters.robot_odometry
+        if source == 'tf' and not parameters.odom_frame:
+            raise ConfigError(
+                'parameter odom_frame is empty; with robot_odometry tf it names the frame of the '
+                "robot's own odometry in TF, as odom"
+            )
+        self.where = Whereabouts(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
+        self._source, self._report = source, report
+        self._changed = Condition()
+        self._heard_s = time.monotonic()
+        if source == 'topic':
+            subscribe(Odometry, 'odom', self._on_odometry, sensor_data(ODOMETRY_QUEUE))
+        elif source == 'tf':
+            if TFMessage is None:
+                raise ConfigError(NO_TF)
+            subscribe(TFMessage, '/tf', self._on_tf, TF)
+
+    @property
+    def is_used(self) -> bool:
+        """Whether there is one."""
+        return self._source != 'none'
+
+    def topic(self, node: Node) -> str:
+        """Return the topic that it comes from."""
+        return '/tf' if self._source == 'tf' else node.resolve_topic_name('odom')
+
+    @property
+    def silence_s(self) -> float:
+        """Time since the robot's odometry was last heard [s]."""
+        return time.monotonic() - self._heard_s
+
+    def pose(self, frame: str, stamp_ns: int) -> Array | None:
+        """Return ``T_odom_frame (4, 4)`` at a time; waits a moment, but not for the dead."""
+        if not self.is_used:
+            return None
+        deadline_s = time.monotonic() + _LATE_S
+        with self._changed:
+            while (T_odom_frame := self.where.pose(frame, stamp_ns)) is None:
+                left_s = deadline_s - time.monotonic()
+                if left_s <= 0.0 or self.silence_s > _SILENT_S:
+                    return None
+                self._changed.wait(left_s)
+        return T_odom_frame
+
+    def add_fixed(self, parent: str, child: str, T_parent_child: Array) -> None:
+        """Take a transform that never changes."""
+        with self._changed:
+            self.where.tree.add_fixed(parent, child, T_parent_child)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        try:
+            reading = odometry_from_msg(msg)
+        except OdometryError as error:
+            self._report(error)
+            return
+        with self._changed:
+            self._heard_s = time.monotonic()
+            self.where.add_pose(
+                reading.frame_id, reading.child_frame_id, reading.T_odom_child, reading.stamp_ns
+            )
+            self._changed.notify()
+
+    def _on_tf(self, msg: Any) -> None:
+        try:
+            transforms = [transform_from_msg(transform) for transform in msg.transforms]
+        except OdometryError as error:
+            self._report(error)
+            return
+        with self._changed:
+            self._heard_s = time.monotonic()
+            for t in transforms:
+                self.where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+            self._changed.notify()

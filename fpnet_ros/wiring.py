@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which nodes a robot needs, with which parameters and topics: the launch file's arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from fpnet_core.errors import ConfigError
+
+ARGUMENTS = (
+    ('floorplan', '', 'Map YAML or drawing of the floorplan.'),
+    ('map', '', 'Topic of an OccupancyGrid in place of a floorplan, as of map_server.'),
+    ('resolution_m', '', 'Metres per pixel of a drawing; 0: as it says, or estimated.'),
+    ('storey', '', 'Of several on one sheet, from 1; 0: the largest.'),
+    ('page', '', 'Of a PDF, from 1; 0: the first one.'),
+    ('floorplan_frame', '', 'Frame of the drawing; map: its scale is trusted.'),
+    ('points', '/points', 'Topic of the lidar clouds.'),
+    ('scan', '', 'Topic of LaserScans in place of clouds; several: commas between them.'),
+    ('scan_stamp', '', 'What of a sweep stamps are of: auto, start, middle or end.'),
+    ('base_frame', '', 'Frame whose pose is wanted; empty: what the sensor is fixed to.'),
+    ('odometry', 'kiss', "kiss: KISS-ICP; robot: the robot's own; both: one helps the other."),
+    ('odom_topic', '', "Topic of the robot's own odometry; empty: odom_frame in TF."),
+    ('odom_frame', '', "Frame of the odometry in TF; the robot's own is odom unless named."),
+    ('publish_odom_tf', '', 'Our odometry publishes TF; false: the robot has its own.'),
+    ('namespace', '', 'Namespace of all nodes and their relative topics.'),
+    ('shared_tf', 'false', 'TF is one tree for all robots, not in the namespace.'),
+    ('use_sim_time', '', 'Follow /clock.'),
+    ('autostart', '', 'Configure and activate without a lifecycle manager.'),
+    ('state_file', '', 'Where the state is saved and restored; empty: nowhere.'),
+)
+"""Name, default and description of every argument. Given: they are the interface."""
+
+_ROBOT_ODOM = 'odom'  # given: REP-105
+_TF_IN_NAMESPACE = {'/tf': 'tf', '/tf_static': 'tf_static'}
+
+
+@dataclass(frozen=True)
+class NodeSpec:
+    """
+    A node of this package.
+
+    ``parameters`` are those that somebody set; ``remappings`` lead from the node's names to the
+    robot's.
+    """
+
+    executable: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    remappings: dict[str, str] = field(default_factory=dict)
+
+
+def wired(given: Mapping[str, str]) -> list[NodeSpec]:
+    """
+    Return the nodes for the arguments that were given; those left out have their defaults.
+
+    Raises
+    ------
+    ConfigError
+        If arguments contradict each other, or one has a value of another kind.
+    """
+    arguments = {name: default for name, default, _ in ARGUMENTS} | dict(given)
+    _check(arguments)
+    nodes = [] if arguments['map'] else [_floorplan_server(arguments)]
+    if arguments['odometry'] != 'robot':
+        nodes.append(_odometry(arguments))
+    return [*nodes, _localizer(arguments)]
+
+
+def _check(arguments: Mapping[str, str]) -> None:
+    choice = arguments['odometry']
+    if choice not in ('kiss', 'robot', 'both'):
+        raise ConfigError(f'odometry:={choice} is unknown; choose kiss, robot or both')
+    if bool(arguments['map']) == bool(arguments['floorplan']):
+        raise ConfigError('set either floorplan:=FILE or map:=TOPIC')
+    if choice == 'robot' and arguments['publish_odom_tf'] == 'true':
+        raise ConfigError('publish_odom_tf:=true needs odometry of ours; choose kiss or both')
+    if choice == 'kiss' and arguments['odom_topic']:
+        raise ConfigError('odom_topic is read with odometry:=robot or odometry:=both only')
+    if _publishes_tf(arguments) and choice == 'both' and not arguments['odom_topic']:
+        raise ConfigError(
+            "odometry:=both takes the robot's odometry from TF unless odom_topic names it; then "
+            'publish_odom_tf:=true would give the base a second parent'
+        )
+
+
+def _publishes_tf(arguments: Mapping[str, str]) -> bool:
+    """Tell whether our odometry is the one in TF: the base has one parent."""
+    return arguments['publish_odom_tf'] == 'true' or (
+        not arguments['publish_odom_tf'] and arguments['odometry'] == 'kiss'
+    )
+
+
+def _floorplan_server(arguments: Mapping[str, str]) -> NodeSpec:
+    parameters = _typed(arguments, use_sim_time=bool, autostart=bool, floorplan=str)
+    parameters |= _typed(arguments, resolution_m=float, storey=int, page=int)
+    if arguments['floorplan_frame']:
+        parameters['frame_id'] = arguments['floorplan_frame']
+    return NodeSpec('floorplan_server', parameters)
+
+
+def _odometry(arguments: Mapping[str, str]) -> NodeSpec:
+    parameters = _typed(arguments, use_sim_time=bool, base_frame=str) | _scans(arguments)
+    remappings = {'pointcloud_topic': arguments['points'], **_tf(arguments)}
+    if not _publishes_tf(arguments):
+        parameters['publish_odom_tf'] = False
+    elif arguments['odom_frame']:
+        parameters['lidar_odom_frame'] = arguments['odom_frame']
+    if arguments['odometry'] == 'both':
+        if arguments['odom_topic']:
+            parameters['robot_odometry'] = 'topic'
+            remappings['odom'] = arguments['odom_topic']
+        else:
+            parameters |= {'robot_odometry': 'tf', 'odom_frame': _robot_odom(arguments)}
+    return NodeSpec('odometry', parameters, remappings)
+
+
+def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
+    parameters = _typed(arguments, use_sim_time=bool, autostart=bool, base_frame=str)
+    parameters |= _typed(arguments, state_file=str)
+    remappings = _tf(arguments)
+    if arguments['map']:
+        remappings['floorplan'] = arguments['map']
+    if arguments['odometry'] == 'robot':
+        # Our odometry hands on what it registered; another's leaves the scans to the localizer.
+        parameters |= _scans(arguments)
+        remappings['kiss/frame'] = arguments['points']
+        if arguments['odom_topic']:
+            remappings['kiss/odometry'] = arguments['odom_topic']
+            parameters |= _typed(arguments, odom_frame=str)
+        else:
+            parameters |= {'odometry_source': 'tf', 'odom_frame': _robot_odom(arguments)}
+    elif not _publishes_tf(arguments):
+        parameters['odom_frame'] = _robot_odom(arguments)
+    return NodeSpec('localizer', parameters, remappings)
+
+
+def _robot_odom(arguments: Mapping[str, str]) -> str:
+    return arguments['odom_frame'] or _ROBOT_ODOM
+
+
+def _scans(arguments: Mapping[str, str]) -> dict[str, Any]:
+    topics = [word.strip() for word in arguments['scan'].split(',') if word.strip()]
+    parameters: dict[str, Any] = {'scan_topics': topics} if topics else {}
+    if arguments['scan_stamp']:
+        parameters['scans.stamp'] = arguments['scan_stamp']
+    return parameters
+
+
+def _tf(arguments: Mapping[str, str]) -> dict[str, str]:
+    is_own = arguments['namespace'] and not _boolean('shared_tf', arguments['shared_tf'])
+    return dict(_TF_IN_NAMESPACE) if is_own else {}
+
+
+def _typed(arguments: Mapping[str, str], **kinds: type) -> dict[str, Any]:
+    """Return parameters for those arguments that somebody set: of the others a file decides."""
+    return {
+        name: _value(name, arguments[name], kind)
+        for name, kind in kinds.items()
+        if arguments[name]
+    }
+
+
+def _value(name: str, text: str, kind: type) -> Any:
+    if kind is bool:
+        return _boolean(name, text)
+    try:
+        return kind(text)
+    except ValueError:
+        raise ConfigError(f'{name}:={text} is no {kind.__name__}') from None
+
+
+def _boolean(name: str, text: str) -> bool:
+    if text.lower() not in ('true', 'false'):
+        raise ConfigError(f'{name}:={text} is neither true nor false')
+    return text.lower() == 'true'

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The tutorial, word for word: every command with its own input gives what the page promises."""
+
+import importlib.util
+from pathlib import Path
+import sys
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+_spec = importlib.util.spec_from_file_location('walkthrough', ROOT / 'tools' / 'walkthrough.py')
+walkthrough = importlib.util.module_from_spec(_spec)
+sys.modules['walkthrough'] = walkthrough
+_spec.loader.exec_module(walkthrough)
+
+TUTORIAL = walkthrough.steps((ROOT / 'docs' / 'tutorial.md').read_text(encoding='utf-8'))
+PROMISE = 'localized (p 1.00): 78 % of 508 m of wall explained in 316 ms'
+
+
+@pytest.mark.parametrize(
+    ('printed', 'is_kept'),
+    [
+        (PROMISE, True),
+        ('localized (p 0.99): 74 % of 530 m of wall explained in 2 ms', True),
+        ('searching (p 0.25): 78 % of 508 m of wall explained in 316 ms', False),
+        ('localized (p 0.25): 78 % of 508 m of wall explained in 316 ms', False),
+        ('localized (p 1.00): 78 % of 208 m of wall explained in 316 ms', False),
+    ],
+)
+def test_outputs_are_compared_by_words_and_figures(printed, is_kept):
+    assert (walkthrough.missing((PROMISE,), ['first', printed]) == []) is is_kept
+
+
+def test_a_step_that_fails_or_writes_nothing_is_noticed(tmp_path):
+    plain = walkthrough.Step('false --out missing', ('promised line',))
+    exit_status, not_written, promised = walkthrough.follow(plain, tmp_path)
+    assert exit_status.startswith('exit status 1')
+    assert not_written == 'missing was not written'
+    assert promised == 'promised: promised line'
+
+
+def test_the_tutorials_steps_are_found_with_their_promises():
+    names = [step.words[:2] for step in TUTORIAL]
+    assert names[:4] == [
+        ['fpnet', 'simulate'], ['fpnet', 'segment'], ['fpnet', 'check-plan'], ['fpnet', 'localize']
+    ]  # fmt: skip
+    assert all(step.promised for step in TUTORIAL)
+
+
+@pytest.mark.slow
+def test_the_tutorial_gives_what_it_promises(tmp_path):
+    ours = [step for step in TUTORIAL if step.words[0] == 'fpnet']
+    found = {step.command: walkthrough.follow(step, tmp_path) for step in ours}
+    assert {command: wrong for command, wrong in found.items() if wrong} == {}
