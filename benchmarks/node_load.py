@@ -203,7 +203,7 @@ class Load:
             self.heard.unlocalized_ns.append(time.time_ns())
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
-        self.heard.reports += map(report_from_msg, msg.status)
+        self.heard.reports.append(report_from_msg(msg.status[0]))
 
     def _resident_mib(self) -> float:
         pages = Path(f'/proc/{self._child.process.pid}/statm').read_text().split()[1]

@@ -10,6 +10,9 @@ used, so that importing the package costs nothing.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+# Before any kernel is compiled.
+from fpnet_core import kernel_cache as kernel_cache
+
 if TYPE_CHECKING:
     from fpnet_core.api import (
         FpnetConfig,

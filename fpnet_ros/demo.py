@@ -27,7 +27,8 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 from fpnet_core.errors import BagFormatError, FpnetError
-from fpnet_core.io.bags import LASER_SCAN, POINT_CLOUD, BagReader
+from fpnet_core.io.bags import BagReader
+from fpnet_core.io.message_types import LASER_SCAN, POINT_CLOUD
 from fpnet_ros.monitor import Monitor
 from fpnet_ros.processes import (
     Child,

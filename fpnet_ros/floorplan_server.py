@@ -8,20 +8,22 @@ from collections.abc import Sequence
 from pathlib import Path
 import sys
 
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from pydantic import Field
 from std_srvs.srv import Trigger
 
 from fpnet_core.config import Section
 from fpnet_core.drawings.read import read_plan
-from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.errors import ConfigError, FpnetError
-from fpnet_core.types import GridMap
+from fpnet_ros.floorplans import SCALE_TOPIC
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import LATCHED, one_line
 from msg_adapters.grids import grid_to_msg
+from msg_adapters.scales import GridScale, scale_to_msg
 
 
 class FloorplanServerParameters(Section):
@@ -55,7 +57,8 @@ class FloorplanServer(ManagedNode):
 
     def configure(self) -> None:
         """Read the floorplan; a missing or bad one is an FpnetError."""
-        self._grid = self._read()
+        self._reading = self._read()
+        self._scale_publisher = self.add_publisher(DiagnosticArray, SCALE_TOPIC, LATCHED)
         self._publisher = self.add_publisher(OccupancyGrid, 'floorplan', LATCHED)
         self.add_service(Trigger, '~/reload', self._on_reload)
 
@@ -63,7 +66,7 @@ class FloorplanServer(ManagedNode):
         """Publish it."""
         self._publish()
 
-    def _read(self) -> GridMap:
+    def _read(self) -> Reading:
         parameters = self._settings.value
         if not parameters.floorplan:
             raise ConfigError('parameter floorplan is empty; set it to a map YAML or a drawing')
@@ -77,24 +80,29 @@ class FloorplanServer(ManagedNode):
             self.get_logger().warning(f'doubt about how {reading.drawing.name} was read: {doubt}')
         if not reading.scale.is_known:
             self.get_logger().warning(
-                f'{said_of_scale(reading.scale)}: nobody states it, so set localizer.scale_policy '
-                'of the localizer to unknown'
+                f'{said_of_scale(reading.scale)}: nobody states it, and the localizer is told so; '
+                'resolution_m states it'
             )
-        return reading.grid
+        return reading
 
     def _publish(self) -> None:
         parameters = self._settings.value
         stamp_ns = self.get_clock().now().nanoseconds
-        self._publisher.publish(grid_to_msg(self._grid, stamp_ns, parameters.frame_id))
-        height, width = self._grid.shape
+        grid, estimate = self._reading.grid, self._reading.estimate
+        said = said_of_scale(self._reading.scale)
+        scale = GridScale(stamp_ns, said=said)
+        if estimate is not None:
+            scale = GridScale(stamp_ns, estimate.low, estimate.high, said)
+        self._scale_publisher.publish(scale_to_msg(scale))
+        self._publisher.publish(grid_to_msg(grid, stamp_ns, parameters.frame_id))
+        height, width = grid.shape
         self.get_logger().info(
-            f'serving {parameters.floorplan}: {width} x {height} cells of '
-            f'{self._grid.resolution:g} m'
+            f'serving {parameters.floorplan}: {width} x {height} cells of {grid.resolution:g} m'
         )
 
     def _on_reload(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            self._grid = self._read()
+            self._reading = self._read()
         except FpnetError as error:
             response.message = one_line(error)
             self.get_logger().error(f'{response.message}; the old floorplan stays')

@@ -22,11 +22,13 @@ from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.whereabouts import Placing, Whereabouts
 from fpnet_core.io.laser_sweeps import LaserSweep
+from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.pointcloud2 import CloudArrays
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
 from fpnet_ros.work import Numbering
 from msg_adapters.clouds import carries_times, cloud_from_msg
@@ -125,6 +127,7 @@ class ScanInput:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
         self._resolve = node.resolve_topic_name
+        self._node = node
         self._from_tf = parameters.odometry_source == 'tf'
         self._where = Whereabouts(
             from_tf=self._from_tf,
@@ -173,6 +176,23 @@ class ScanInput:
         poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
         scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
         return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
+
+    def topics(self) -> dict[str, str]:
+        """Return the message type of each topic that scans and poses come on, scans first."""
+        settings = self._settings
+        found = dict.fromkeys(settings.topics, LASER_SCAN)
+        found = found or {self._resolve('kiss/frame'): POINT_CLOUD}
+        if settings.odometry_source == 'topic':
+            found[self._resolve('kiss/odometry')] = ODOMETRY
+        return found
+
+    def odometry_run(self) -> OdometryRun:
+        """Return which run of the odometry publishes now; in TF nobody can tell."""
+        if self._settings.odometry_source == 'tf':
+            return OdometryRun()
+        found = self._node.get_publishers_info_by_topic('kiss/odometry')
+        publishers = frozenset(bytes(each.endpoint_gid).hex() for each in found)
+        return OdometryRun(publishers, self._odometry.newest)
 
     @property
     def lost(self) -> int:

@@ -6,21 +6,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import ExitStack
 from typing import Any
 
 from pydantic import Field
 import rclpy
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future as ExecutorFuture
 
 from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError
-from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import one_line, run_node
+from fpnet_ros.params import OwnValues, ParameterTree
+from fpnet_ros.runtime import described, run_node
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+ERROR = TransitionCallbackReturn.ERROR
+
+
+class TransitionError(FpnetError):
+    """A step of the lifecycle failed; the message says which one and why."""
 
 
 class LifecycleParameters(Section):
@@ -31,12 +38,13 @@ class LifecycleParameters(Section):
     )
 
 
-class ManagedNode(LifecycleNode):
+class ManagedNode(OwnValues, LifecycleNode):
     """
     A lifecycle node whose transitions are four methods to override.
 
-    ``configure`` raises FpnetError on bad input: the transition fails, with the error logged, and
-    the node stays unconfigured. What it makes with the ``add_...`` methods is destroyed when
+    Each may raise. Bad input (an FpnetError) fails the transition, and the node stays where it
+    was; anything else is a defect: the node gives up everything and is unconfigured again. Either
+    is logged once. What ``configure`` makes with the ``add_...`` methods is destroyed when
     the node is cleaned up, and publishes only while active.
     """
 
@@ -45,8 +53,11 @@ class ManagedNode(LifecycleNode):
         self.is_active = False
         self._autostart = ParameterTree(self, LifecycleParameters).value.autostart
         self._undo: list[Callable[[], Any]] = []
-        self._error: FpnetError | None = None
+        self._error: TransitionError | None = None
         self._is_starting = False
+        # rclpy lets a request that does not fit the state end the process.
+        self._change_state = self._service_change_state.callback
+        self._service_change_state.callback = self._on_change_state
 
     def configure(self) -> None:
         """Read parameters, load, and make publishers, subscriptions, services and timers."""
@@ -67,16 +78,15 @@ class ManagedNode(LifecycleNode):
         Raises
         ------
         FpnetError
-            If the node cannot be configured.
+            If the node cannot be configured or activated.
         """
         if not self._autostart:
             return
         self._is_starting = True
-        self.trigger_configure()
+        for trigger in (self.trigger_configure, self.trigger_activate):
+            if trigger() != SUCCESS:
+                raise self._error or TransitionError('the node could not be started')
         self._is_starting = False
-        if self._error is not None:
-            raise self._error
-        self.trigger_activate()
 
     def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
         """Return a publisher that is silent unless the node is active."""
@@ -140,55 +150,84 @@ class ManagedNode(LifecycleNode):
         return timer
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Run ``configure``; on an error give up what was made."""
-        self._error = None
-        try:
-            self.configure()
-        except FpnetError as error:
-            self._error = error
-            if not self._is_starting:
-                self.get_logger().error(one_line(error))
-            self._release()
-            return FAILURE
-        result: TransitionCallbackReturn = super().on_configure(state)
-        return result
+        """Run ``configure``; on bad input give up what was made."""
+        result = self._guarded('configure', self.configure)
+        if result == FAILURE and self._guarded('cleanup', self._release) != SUCCESS:
+            return ERROR
+        return result if result != SUCCESS else super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the publishers, then run ``activate``."""
-        result: TransitionCallbackReturn = super().on_activate(state)
+        super().on_activate(state)
         self.is_active = True
-        self.activate()
-        self.get_logger().info('active')
+        result = self._guarded('activate', self.activate)
+        if result == SUCCESS:
+            self.get_logger().info('active')
+            return result
+        self.is_active = False
+        super().on_deactivate(state)
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run ``deactivate``, then close the publishers."""
         self.is_active = False
-        self.deactivate()
-        self.get_logger().info('inactive')
-        result: TransitionCallbackReturn = super().on_deactivate(state)
+        result = self._guarded('deactivate', self.deactivate)
+        if result == SUCCESS:
+            self.get_logger().info('inactive')
+        elif result == FAILURE:  # it stays active
+            self.is_active = True
+            return result
+        super().on_deactivate(state)
         return result
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Give up everything that ``configure`` made."""
-        self._release()
-        return SUCCESS
+        # What is half given up cannot be used: a failure is an error here.
+        return SUCCESS if self._guarded('cleanup', self._release) == SUCCESS else ERROR
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Give up everything; a node in this state is never used again."""
-        self._release()
-        return SUCCESS
+        return FAILURE if self._guarded('shutdown', self._release) != SUCCESS else SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give up everything after a defect: unconfigured, or finalized where that fails, too."""
+        return FAILURE if self._guarded('error', self._release) != SUCCESS else SUCCESS
 
     def destroy_node(self) -> None:
         """Give up everything, in whatever state."""
-        self._release()
+        self._guarded('cleanup', self._release)
         super().destroy_node()
 
+    def _guarded(self, step: str, run: Callable[[], None]) -> TransitionCallbackReturn:
+        """Run a step; log what it raises, once: the first error of a start is the caller's."""
+        try:
+            run()
+        except Exception as error:  # rclpy drops them in silence
+            said = f'{step} failed: {described(error)}'
+            is_first, self._error = self._error is None, self._error or TransitionError(said)
+            if not (is_first and self._is_starting):
+                self.get_logger().error(said)
+            return FAILURE if isinstance(error, FpnetError) else ERROR
+        return SUCCESS
+
+    def _on_change_state(self, request: Any, response: Any) -> Any:
+        self._error = None
+        try:
+            return self._change_state(request, response)
+        except rclpy_implementation.RCLError:
+            wanted = request.transition.label or request.transition.id
+            label = self._state_machine.current_state[1]
+            self.get_logger().warning(f'no transition {wanted} from state {label}; ignored')
+            response.success = False
+            return response
+
     def _release(self) -> None:
+        """Give up everything, one after the other, whatever one of them raises."""
         self.is_active = False
-        self.cleanup()
-        while self._undo:
-            self._undo.pop()()
+        with ExitStack() as steps:
+            while self._undo:
+                steps.callback(self._undo.pop(0))
+            steps.callback(self.cleanup)
 
 
 def run_managed(make_node: Callable[[], ManagedNode], arguments: Sequence[str] | None) -> int:

@@ -6,33 +6,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from pathlib import Path
 import sys
 from threading import Lock
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Empty, Trigger
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError, HintError
-from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.stamps import NS_PER_S
-from fpnet_core.types import GridMap
+from fpnet_ros.checkup import Checkup
+from fpnet_ros.floorplans import FloorplanInput, ServedPlan
 from fpnet_ros.health import Health
 from fpnet_ros.inputs import NO_TF, LocatedScan, ScanInput, TFMessage
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.outputs import LocalizerOutputs, Moment
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import LATCHED, STREAM, SilenceLog, StatusLog, error_reporter, one_line
+from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one_line
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
-from fpnet_ros.state_file import StateFile
+from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.work import DroppingWorker, Worker
-from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import uncertain_pose_from_msg
 
 _DIAGNOSTICS_PERIOD_S = 1.0  # chosen
@@ -78,8 +75,6 @@ class LocalizerNode(ManagedNode):
         self._localizer = create_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
-        self._state_file = StateFile(parameters.state_file, self._localizer, self.get_logger())
-        self._state_file.restore()
         if TFMessage is None and parameters.tf_broadcast:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
@@ -89,8 +84,14 @@ class LocalizerNode(ManagedNode):
         self._input = ScanInput(
             self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
         )
+        self._state_file = StateFile(
+            parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
+        )
+        self._state_file.restore()
+        self._checkup = Checkup(self, self._input.topics())
+        self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
-        self.add_subscription(OccupancyGrid, 'floorplan', self._on_floorplan, LATCHED)
+        self._plans = FloorplanInput(self, self._on_floorplan, self._report)
         self.add_subscription(
             PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, STREAM
         )
@@ -103,22 +104,22 @@ class LocalizerNode(ManagedNode):
         self._publish_tick()
 
     def deactivate(self) -> None:
-        """Let the running tick end, so that nothing is published afterwards."""
-        self._ticks.finish()
-        self._out.forget_tf()
+        """Publish nothing from now on: a running tick ends unheard."""
+        with self._publish_lock:
+            self._out.forget_tf()
 
     def cleanup(self) -> None:
-        """End the threads, save the state, write the last tick."""
+        """Save the state, before anything that may take long; end the threads."""
         if not self._is_configured:
             return
         self._scans.close()
-        self._ticks.close()
-        parameters = self._settings.value
-        if parameters.run_dir:
-            write_output(Path(parameters.run_dir) / 'last_tick.npz', self._localizer.output)
-        if self._state_file.path and self._newest is not None:
-            self._state_file.save()
-        self._forget()
+        try:
+            if self._state_file.path and self._newest is not None:
+                self._state_file.save()
+        finally:
+            self._ticks.close()
+            self._run_folder.write('last_tick.npz', self._localizer.output)
+            self._forget()
 
     def _add_services(self) -> None:
         self.add_service(Trigger, '~/relocalize', self._on_relocalize)
@@ -144,19 +145,15 @@ class LocalizerNode(ManagedNode):
 
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
+            self._state_file.before_scan()
             self._scans.put(scan)
 
     def _on_restart(self) -> None:
         self.get_logger().warning('another process publishes the odometry now')
         self._localizer.restart_odometry()
 
-    def _on_floorplan(self, msg: OccupancyGrid) -> None:
-        try:
-            grid = grid_from_msg(msg)
-        except FpnetError as error:
-            self.get_logger().error(one_line(error))
-            return
-        self._ticks.submit(self._take_floorplan, grid, msg.header.frame_id)
+    def _on_floorplan(self, plan: ServedPlan) -> None:
+        self._ticks.submit(self._take_floorplan, plan)
 
     def _on_initial_pose(self, msg: PoseWithCovarianceStamped) -> None:
         frame, scan = self._frame, self._newest
@@ -168,7 +165,7 @@ class LocalizerNode(ManagedNode):
             pose = given.pose
             hint = frame.hint(pose.T_frame_body, pose.frame_id, given.cov, scan.T_odom_base)
         except FpnetError as error:
-            self.get_logger().error(f'initialpose was rejected: {one_line(error)}')
+            self.get_logger().warning(f'initialpose was rejected: {one_line(error)}')
             return
         self._localizer.suggest(hint)
         self.get_logger().info('took the initial pose; it counts once the walls agree')
@@ -223,10 +220,12 @@ class LocalizerNode(ManagedNode):
 
     def _publish_diagnostics(self) -> None:
         output, stale_s = self._localizer.output, self._settings.value.stale_input_s
+        self._state_file.follow_odometry()
         if self.is_active:
             self._silence.follow(self._input.silence_s, stale_s)
         now_ns = self.get_clock().now().nanoseconds
-        self._out.publish_diagnostics(self._health.news(output, stale_s), now_ns)
+        news = self._health.news(output, stale_s)
+        self._out.publish_diagnostics(news, self._checkup.findings(), now_ns)
 
     def _autosave(self) -> None:
         if self.is_active and self._newest is not None:
@@ -236,6 +235,7 @@ class LocalizerNode(ManagedNode):
 
     def _add_scan(self, scan: LocatedScan) -> None:
         cloud = scan.unpack()
+        self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
         self._newest = scan
         self._health.saw_scan(self.get_clock().now().nanoseconds)
@@ -245,7 +245,8 @@ class LocalizerNode(ManagedNode):
         """Publish where the robot is, by what holds now, and return that."""
         with self._publish_lock:  # of two threads the later one publishes the later moment
             moment = Moment.of(self._localizer.snapshot, self._frame, self._newest)
-            self._out.publish_pose(moment)
+            if self.is_active:
+                self._out.publish_pose(moment)
         return moment
 
     # ---- ticks: their own thread
@@ -254,9 +255,8 @@ class LocalizerNode(ManagedNode):
         before = self._localizer.output
         output = self._localizer.tick(self.get_clock().now().nanoseconds)
         self._publish_tick()
-        if self._settings.value.run_dir and output is not before:
-            name = f'ticks/{output.stamp_ns:020d}.npz'
-            write_output(Path(self._settings.value.run_dir) / name, output)
+        if output is not before:
+            self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
 
     def _publish_tick(self) -> None:
         frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom
@@ -268,15 +268,15 @@ class LocalizerNode(ManagedNode):
         self._out.publish_status(report)
         self._out.publish_tick(moment)
 
-    def _take_floorplan(self, grid: GridMap, frame_id: str) -> None:
+    def _take_floorplan(self, plan: ServedPlan) -> None:
         try:
-            self._localizer.set_plan(grid)
+            plan.give_to(self._localizer, self._config.value.localizer.scale_policy)
         except FpnetError as error:
             self.get_logger().error(one_line(error))
             return
         self._out.forget_path()
-        self.get_logger().info(f'took the floorplan in frame {frame_id}')
-        self._show(MapFrame(grid, frame_id, self._settings.value.map_frame))
+        self.get_logger().info(f'took the floorplan in frame {plan.frame_id}{plan.said_of_scale}')
+        self._show(MapFrame(plan.grid, plan.frame_id, self._settings.value.map_frame))
         self._publish_tick()
 
     def _show(self, frame: MapFrame) -> None:

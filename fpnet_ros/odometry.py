@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
@@ -30,9 +29,10 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import GuidedOdometry, Verdict
 from fpnet_core.stamps import NS_PER_S
+from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput
-from fpnet_ros.params import ParameterTree
+from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.robot_odometry import RobotOdometry, RobotOdometryParameters
 from fpnet_ros.runtime import (
     STALE_INPUT_S,
@@ -112,7 +112,7 @@ def _sweep_of_cloud(data: bytes, stamps: SweepStamps) -> _Sweep:
     return _Sweep(scan, msg.header.frame_id.lstrip('/'))
 
 
-class OdometryNode(Node):
+class OdometryNode(OwnValues):
     """
     Registers every cloud on ``pointcloud_topic``, in a thread of its own.
 
@@ -148,6 +148,8 @@ class OdometryNode(Node):
             self._register, self._settings.max_pending_scans, self._report, 'registration'
         )
         self._lasers: LaserInput | None = None
+        clouds = self.resolve_topic_name('pointcloud_topic')
+        self._checkup = SweepCheckup(clouds, self.get_logger().warning)
         if self._settings.topics:
             self._listen_to_lasers(self._settings.topics)
         else:
@@ -238,6 +240,8 @@ class OdometryNode(Node):
     def _register(self, unpack: Callable[[], _Sweep]) -> None:
         sweep = unpack()
         scan, sensor = sweep.scan, sweep.frame_id
+        if self._lasers is None:
+            self._checkup.look(scan.points, scan.time_s)
         # A sensor that is fixed to something has a parent already.
         tree = self._robot.where.tree
         self._moving = moving = self._settings.base_frame or tree.body(sensor)
@@ -306,7 +310,8 @@ class OdometryNode(Node):
         name = f'{self.get_fully_qualified_name()}: registration'
         status = health_to_msg(name, warning, values)
         now_ns = self.get_clock().now().nanoseconds
-        self._diagnostics.publish(diagnostics_to_msg([status], now_ns))
+        wiring = findings_to_msg(self.get_fully_qualified_name(), self._checkup.findings or ())
+        self._diagnostics.publish(diagnostics_to_msg([status, wiring], now_ns))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,12 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import MarkerArray
 
+from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.whereabouts import Placing
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import GridMap, LocalizerOutput
+from fpnet_ros.checkup import findings_to_msg
 from fpnet_ros.inputs import LocatedScan, TFMessage
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
@@ -167,10 +170,13 @@ class LocalizerOutputs:
         """Publish what the last tick said."""
         self._status.publish(report_to_msg(report, self._name))
 
-    def publish_diagnostics(self, report: LocalizerReport, stamp_ns: int) -> None:
-        """Publish the node's health for the robot's monitor."""
-        msg = report_to_msg(report, f'{self._name}: localization')
-        self._diagnostics.publish(diagnostics_to_msg([msg], stamp_ns))
+    def publish_diagnostics(
+        self, report: LocalizerReport, findings: Sequence[Finding], stamp_ns: int
+    ) -> None:
+        """Publish the node's health for the robot's monitor, and what is wrong around it."""
+        health = report_to_msg(report, f'{self._name}: localization')
+        wiring = findings_to_msg(self._name, findings)
+        self._diagnostics.publish(diagnostics_to_msg([health, wiring], stamp_ns))
 
     def publish_scaled(self, frame: MapFrame, stamp_ns: int) -> None:
         """Publish the floorplan at its true scale, in ``map``."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 import math
 import sys
 from typing import Any, Generic, TypeVar
@@ -40,6 +40,34 @@ _LIST_TYPES = {
     str: ParameterType.PARAMETER_STRING_ARRAY,
 }
 _INT64_MAX = 2**63 - 1  # given
+
+
+class OwnValues(Node):
+    """
+    A node that accepts its own values at any time: what ``ros2 param dump`` wrote, ``load`` reads.
+
+    A dump holds what is read-only or read at the start only, and its types get lost on the way:
+    an empty list comes back as one of truth values, ``1e-05`` as a text.
+    """
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter[Any]]) -> Any:
+        """Set those that change anything."""
+        changed = [each for each in parameter_list if not self._has(each)]
+        if not changed:
+            return SetParametersResult(successful=True)
+        return super().set_parameters_atomically(changed)
+
+    def _has(self, given: Parameter[Any]) -> bool:
+        if not self.has_parameter(given.name):
+            return False
+        own = self.get_parameter_or(given.name).value
+        return _dumped(own) == _dumped(given.value)
+
+
+def _dumped(value: Any) -> str:
+    """Return a value as a dump has it; nothing and an empty list are the same there."""
+    plain = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
+    return '' if plain in ([], None, 'None') else str(plain)
 
 
 class ParameterTree(Generic[AnySection]):
@@ -141,7 +169,8 @@ def _declare(node: Node, field: ConfigField) -> Any:
             f'parameter {field.key}: {error}; expected {field.kind.__name__}'
             + (f' {field.constraint}' if field.constraint else '')
         ) from None
-    if parameter.type_ is Parameter.Type.NOT_SET:
+    if parameter.type_ is Parameter.Type.NOT_SET:  # one without a value ends a dump of all
+        node.set_parameters([Parameter(field.key, Parameter.Type(descriptor.type), [])])
         return field.default
     return parameter.value
 

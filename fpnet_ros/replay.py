@@ -16,17 +16,17 @@ from nav_msgs.msg import Odometry
 from pydantic import Field
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rosgraph_msgs.msg import Clock as ClockMsg
 
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
-from fpnet_core.io.bags import LASER_SCANS, POINT_CLOUD, BagReader
+from fpnet_core.io.bags import BagReader
+from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
-from fpnet_ros.params import ParameterTree
+from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.runtime import STATUS, STREAM, run_node
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
@@ -66,7 +66,7 @@ class ReplayParameters(Section):
     )
 
 
-class Replay(Node):
+class Replay(OwnValues):
     """Publishes recorded messages on their topics at the recorded pace."""
 
     def __init__(self) -> None:

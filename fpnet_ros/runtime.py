@@ -8,8 +8,14 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 import logging
 import math
+import os
+from pathlib import Path
+import signal
 import sys
+import tempfile
+import threading
 import time
+import traceback
 from typing import Any, TypeVar
 
 import rclpy
@@ -23,7 +29,9 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
+from fpnet_core import kernel_cache
 from fpnet_core.errors import ConfigError, FpnetError
+from fpnet_core.kernel_cache import is_writable
 from fpnet_core.types import Status
 from fpnet_ros.known_parameters import refuse_unknown
 from msg_adapters.diagnostics import LocalizerReport
@@ -115,7 +123,8 @@ def run_node(
     Make a node, run it until it ends or is interrupted, and return the process's exit status.
 
     Bad input at the start (FpnetError, a malformed parameter file, an unknown parameter) is
-    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0.
+    logged in one line and gives 1; SIGINT and SIGTERM end the node cleanly and give 0. More of
+    them, as a launch file and a terminal send both, do not interrupt the end.
     """
     node: AnyNode | None = None
     try:
@@ -135,10 +144,18 @@ def run_node(
         # The signal arrived within a callback, whose publishers were gone from then on.
         return 0
     finally:
+        _ignore_signals()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _ignore_signals() -> None:
+    """Let nothing but SIGKILL interrupt what follows: the state is saved there."""
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
 
 
 class _ToRos(logging.Handler):
@@ -157,13 +174,27 @@ class _ToRos(logging.Handler):
 
 
 def _enter_ros(arguments: Sequence[str] | None) -> None:
+    log_dir = _keep_logs_where_possible()
     try:
         rclpy.init(args=None if arguments is None else list(arguments))
     except RuntimeError as error:
         # rcl raises its own child for unreadable parameter files and malformed --ros-args.
         raise ConfigError(f'{error}; check the arguments after --ros-args') from None
     logging.basicConfig(level=logging.INFO, handlers=[_ToRos()])
+    for said in (log_dir, kernel_cache.SAID):
+        if said:
+            get_logger('fpnet_ros').warning(said)
     sys.setswitchinterval(_SWITCH_S)
+
+
+def _keep_logs_where_possible() -> str:
+    """Move log files that ROS cannot write, which would end the node; returns what to say."""
+    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
+    wanted = Path(os.environ.get('ROS_LOG_DIR') or home / 'log')
+    if is_writable(wanted):
+        return ''
+    os.environ['ROS_LOG_DIR'] = kept = tempfile.mkdtemp(prefix='fpnet_log_')
+    return f'{wanted} is not writable: log files are in {kept}; set ROS_LOG_DIR to keep them'
 
 
 class ErrorLog:
@@ -206,7 +237,7 @@ def error_reporter(node: Node) -> Callable[[BaseException], None]:
         if isinstance(error, FpnetError):
             errors.report(error)
         elif node.context.ok():  # else the publishers were gone, which is no defect
-            node.get_logger().error(f'internal error, please report it: {error!r}')
+            node.get_logger().error(described(error))
 
     return report
 
@@ -262,6 +293,21 @@ class SilenceLog:
                 self._info(f'{topic} is heard again')
 
 
-def one_line(error: Exception) -> str:
+def one_line(error: BaseException) -> str:
     """Return the message of an error without line breaks."""
     return ' '.join(str(error).split())
+
+
+def described(error: BaseException) -> str:
+    """Return an error in one line: bad input as it says, a defect with type, place and cause."""
+    if isinstance(error, FpnetError):
+        return one_line(error)
+    where = traceback.extract_tb(error.__traceback__)[-1:]
+    place = ''.join(f' in {Path(at.filename).name}:{at.lineno} ({at.name})' for at in where)
+    before = error.__cause__ or error.__context__
+    cause = '' if before is None else f'; before that: {_typed(before)}'
+    return f'internal error, please report it: {_typed(error)}{place}{cause}'
+
+
+def _typed(error: BaseException) -> str:
+    return f'{type(error).__name__}: {one_line(error)}'

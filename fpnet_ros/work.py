@@ -30,6 +30,11 @@ class Numbering:
         self._last: int | None = None
         self.lost = self.earlier = 0
 
+    @property
+    def newest(self) -> int:
+        """Number of the newest message, 0 where nobody counts."""
+        return self._last or 0
+
     def follow(self, info: Mapping[str, Any]) -> bool:
         """Take a message's information; True where another process publishes from now on."""
         number = int(info.get(_NUMBER, _NO_NUMBER))
@@ -66,10 +71,6 @@ class Worker:
         future = self._pool.submit(work, *arguments)
         future.add_done_callback(self._report)
         return future
-
-    def finish(self) -> None:
-        """Wait for all that was queued so far."""
-        self._pool.submit(lambda: None).result()
 
     def close(self) -> None:
         """Finish the work at hand and end the thread; what waits is dropped."""

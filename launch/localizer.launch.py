@@ -3,13 +3,19 @@
 """
 Localise a robot on a floorplan: floorplan server, lidar odometry and localizer.
 
-Ends when one of them does.
+Ends when one of them cannot start.
 
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=/lidar/points
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml scan:=/scan
 """
 
-from launch.actions import DeclareLaunchArgument, GroupAction, OpaqueFunction, Shutdown
+from launch.actions import (
+    DeclareLaunchArgument,
+    GroupAction,
+    LogInfo,
+    OpaqueFunction,
+    Shutdown,
+)
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, PushRosNamespace
@@ -49,8 +55,18 @@ def _node(spec):
         parameters=[LaunchConfiguration('params_file'), *_parameters(spec.parameters)],
         remappings=list(spec.remappings.items()),
         output='screen',
-        on_exit=Shutdown(reason=f'{spec.executable} has ended'),
+        on_exit=_on_exit,
     )
+
+
+def _on_exit(event, _):
+    """End everything where a node was given something it cannot use; else say who is gone."""
+    name = event.process_name
+    if event.returncode == 1:
+        return [Shutdown(reason=f'{name} cannot start; its last line says why')]
+    if event.returncode:
+        return [LogInfo(msg=f'{name} has died ({event.returncode}); the others go on')]
+    return []
 
 
 def _nodes(context):

@@ -102,7 +102,7 @@ def report_to_msg(report: LocalizerReport, name: str) -> Any:
     if report.warning or report.is_mirrored:
         level = max(level, WARN)
     message = '; '.join(filter(None, (report.said, report.warning)))
-    return _status_msg(level, name, message, {**entries, **_figures(report.values)})
+    return named_status_to_msg(level, name, message, {**entries, **_figures(report.values)})
 
 
 def report_from_msg(msg: Any) -> LocalizerReport:
@@ -143,7 +143,7 @@ def _causes_from_json(text: str) -> tuple[Cause, ...]:
 def health_to_msg(name: str, warning: str, values: Mapping[str, float]) -> Any:
     """Return the DiagnosticStatus of a node that claims nothing: OK unless there is a warning."""
     level = WARN if warning else OK
-    return _status_msg(level, name, warning or 'running', _figures(values))
+    return named_status_to_msg(level, name, warning or 'running', _figures(values))
 
 
 def diagnostics_to_msg(statuses: list[Any], stamp_ns: int) -> Any:
@@ -157,7 +157,8 @@ def _figures(values: Mapping[str, float]) -> dict[str, str]:
     return {key: f'{value:.3f}' for key, value in values.items()}
 
 
-def _status_msg(level: bytes, name: str, message: str, entries: Mapping[str, str]) -> Any:
+def named_status_to_msg(level: bytes, name: str, message: str, entries: Mapping[str, str]) -> Any:
+    """Return a DiagnosticStatus with its entries."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
     return DiagnosticStatus(

@@ -69,6 +69,9 @@ COMMANDS = {
     'check-plan': Subcommand(
         'fpnet_core.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
     ),
+    'doctor': Subcommand(
+        'fpnet_core.cli.doctor', 'Find what is wrong with a recording or a running robot.'
+    ),
     'localize': Subcommand(
         'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
     ),

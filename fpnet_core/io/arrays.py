@@ -10,7 +10,6 @@ sizes are compared with what the file holds first. Nothing is unpickled.
 from __future__ import annotations
 
 from collections.abc import Mapping
-import os
 from pathlib import Path
 from typing import Any, Literal, Self
 from zipfile import ZipFile
@@ -63,12 +62,10 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         return {name: archive.read(name) for name in archive.names}
 
 
-def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write arrays by name as a compressed ``.npz``: whole and on the disk, or not at all."""
-    with replaced(path) as partial, partial.open('wb') as file:
+def write_arrays(path: Path, arrays: Mapping[str, Any], is_durable: bool = False) -> None:
+    """Write arrays by name as a compressed ``.npz``, as :func:`replaced`: whole or not at all."""
+    with replaced(path, is_durable) as partial, partial.open('wb') as file:
         np.savez_compressed(file, **arrays)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 class ArrayArchive:

@@ -19,14 +19,13 @@ from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import (
+from fpnet_core.io.bags import BagReader, stamp_to_ns
+from fpnet_core.io.message_types import (
     LASER_SCANS,
     ODOMETRY,
     POINT_CLOUD,
     POSE,
     TRANSFORMS,
-    BagReader,
-    stamp_to_ns,
 )
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
@@ -38,7 +37,7 @@ TF_TOPIC = '/tf'
 """Where a robot's own odometry is, if on no topic of its own. Given."""
 
 _TF_STATIC = '/tf_static'
-_TRUTH_NAME = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
+TRUTH_TOPICS = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
 _KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
 
@@ -168,7 +167,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
     if wanted:
         in_tf = [topic for topic, msgtype in topics.items() if msgtype == TRANSFORMS]
         return _require(wanted, odometry + in_tf, topics, path)
-    usable = [topic for topic in odometry if not _TRUTH_NAME.search(topic)]
+    usable = [topic for topic in odometry if not TRUTH_TOPICS.search(topic)]
     usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
     if not usable:
         return None

@@ -27,21 +27,21 @@ from rosbags.typesys import Stores, get_typestore
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid
 from fpnet_core.io.laserscan import LaserScanLike
+from fpnet_core.io.message_types import (
+    GRID,
+    LASER_SCAN,
+    NUMBER,
+    ODOMETRY,
+    POINT_CLOUD,
+    POSE,
+    TEXT,
+    TRANSFORMS,
+    UNCERTAIN_POSE,
+)
 from fpnet_core.io.pointcloud2 import encode_points
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
-
-POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
-LASER_SCAN = 'sensor_msgs/msg/LaserScan'
-LASER_SCANS = (LASER_SCAN, 'sensor_msgs/msg/MultiEchoLaserScan')
-ODOMETRY = 'nav_msgs/msg/Odometry'
-POSE = 'geometry_msgs/msg/PoseStamped'
-UNCERTAIN_POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
-GRID = 'nav_msgs/msg/OccupancyGrid'
-TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-NUMBER = 'std_msgs/msg/Float64'
-TEXT = 'std_msgs/msg/String'
 
 Storage = Literal['sqlite3', 'mcap']
 
@@ -70,6 +70,7 @@ def _qos(depth: int, durability: QosDurability) -> Qos:
 # Chosen, not measured:
 _STREAM_QOS = _qos(10, QosDurability.VOLATILE)
 _LATCHED_QOS = _qos(1, QosDurability.TRANSIENT_LOCAL)
+_STATIC_QOS = _qos(100, QosDurability.TRANSIENT_LOCAL)  # every mount is a message of its own
 
 
 class BagWriter:
@@ -237,7 +238,8 @@ class BagWriter:
             child_frame_id,
             _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
         )
-        self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]))
+        qos = _STATIC_QOS if topic == '/tf_static' else _STREAM_QOS
+        self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:
         """Write a Float64, which viewers plot over time."""
@@ -304,6 +306,19 @@ class BagReader:
     def count(self, topic: str) -> int:
         """Return the number of messages on ``topic``, 0 if there is no such topic."""
         return sum(c.msgcount for c in self._open_reader().connections if c.topic == topic)
+
+    def offers(self, topic: str) -> list[tuple[bool, bool]]:
+        """Return of each recorded publisher whether it was reliable, and transient local."""
+        return [
+            (
+                qos.reliability is not QosReliability.BEST_EFFORT,
+                qos.durability is QosDurability.TRANSIENT_LOCAL,
+            )
+            for connection in self._open_reader().connections
+            if connection.topic == topic
+            for qos in getattr(connection.ext, 'offered_qos_profiles', ())
+            if not isinstance(qos, str)
+        ]
 
     def messages(self, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
         """

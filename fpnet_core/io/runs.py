@@ -13,8 +13,18 @@ from fpnet_core.types import LocalizerOutput
 
 
 def write_output(path: Path | str, output: LocalizerOutput) -> None:
-    """Write a tick, whole, as compressed arrays (.npz), creating the folder."""
-    write_arrays(Path(path), to_arrays(output))
+    """
+    Write a tick, whole, as compressed arrays (.npz), creating the folder.
+
+    Raises
+    ------
+    FpnetError
+        If it cannot be written; nothing of it is left.
+    """
+    try:
+        write_arrays(Path(path), to_arrays(output))
+    except OSError as error:
+        raise FpnetError(f'cannot write {path}: {error.strerror}') from None
 
 
 def read_output(path: Path | str) -> LocalizerOutput:

@@ -60,9 +60,10 @@ class Continuity:
         if self.last is None:
             return None
         last_ns, last_pose = self.last
-        back_s = self._clock.back_s(stamp_ns, last_ns)
-        if back_s is not None:
-            return Break(f'the clock went back by {back_s:.3f} s')
+        if not self._is_replaced:  # a new frame may come with another clock
+            back_s = self._clock.back_s(stamp_ns, last_ns)
+            if back_s is not None:
+                return Break(f'the clock went back by {back_s:.3f} s')
         step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
         elapsed_s = max((stamp_ns - last_ns) / NS_PER_S, 0.1)
         if step_m <= self._config.max_speed_mps * elapsed_s and not self._is_replaced:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.localizer.sides import (
@@ -49,19 +49,25 @@ class Floorplan:
 
     @classmethod
     def prepared(
-        cls, grid: GridMap, config: FpnetConfig, estimate: ScaleEstimate | None = None
+        cls,
+        grid: GridMap,
+        config: FpnetConfig,
+        estimate: ScaleEstimate | None = None,
+        policy: ScalePolicy | None = None,
     ) -> Floorplan:
         """
         Return a drawing cut into rooms.
 
         ``estimate`` is what is known of the scale where it is unknown; None asks rooms and doors.
+        ``policy`` is how far this floorplan's is trusted; None: as configured.
 
         Raises
         ------
         MapFormatError
             If the drawing holds no room.
         """
-        if config.localizer.scale_policy != 'unknown':
+        policy = policy or config.localizer.scale_policy
+        if policy != 'unknown':
             estimate = STATED_SCALE
         if estimate is None:
             estimate = segment_unknown_scale(grid, config.segmentation)[1]
@@ -72,7 +78,7 @@ class Floorplan:
             rooms = rescaled_rooms(working.segmentation, 1.0 / factor)
             given = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
             nominal = plan_side(replace(rooms, grid=given))
-        scale = ScaleHistory.begun(config.localizer.scale_policy, config.pose, estimate)
+        scale = ScaleHistory.begun(policy, config.pose, estimate)
         return cls(grid, nominal, working, factor, scale)
 
     @property

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import logging
 
 import numpy as np
@@ -24,12 +24,23 @@ _LEAST_YAW_RAD = np.deg2rad(30.0)
 
 @dataclass(frozen=True, eq=False)
 class PoseHint:
-    """The robot at ``T_odom_base`` is at ``T_plan_base``, give or take the standard deviations."""
+    """
+    The robot at ``T_odom_base`` is at ``T_plan_base``, give or take the standard deviations.
+
+    ``is_doubted`` once a tick found nothing near it: it was said, and it counts for nothing but
+    the choice between placements.
+    """
 
     T_plan_base: SE2
     T_odom_base: SE2
     position_sigma_m: float = 0.0
     yaw_sigma_rad: float = 0.0
+    is_doubted: bool = False
+
+    @property
+    def radius_m(self) -> float:
+        """How far off it may be."""
+        return max(_SIGMAS * self.position_sigma_m, _LEAST_RADIUS_M)
 
     @property
     def A_plan_odom(self) -> SE2:
@@ -43,15 +54,19 @@ class PoseHint:
         yaw = A_plan_odom.apply_yaw(self.T_odom_base.yaw)
         distance_m = float(np.linalg.norm(at - self.T_plan_base.translation))
         turn_rad = abs(angle_between(yaw, self.T_plan_base.yaw))
-        return distance_m <= max(_SIGMAS * self.position_sigma_m, _LEAST_RADIUS_M) and bool(
+        return distance_m <= self.radius_m and bool(
             turn_rad <= max(_SIGMAS * self.yaw_sigma_rad, _LEAST_YAW_RAD)
         )
 
     def agreeing(self, estimates: Placements, A_submap_odom: SE2) -> NDArray[np.int64]:
-        """Return the indices of the estimates that agree; of all where none does."""
+        """Return the indices of the estimates that agree."""
         agrees = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
-        if any(agrees):
-            return np.flatnonzero(agrees)
-        if estimates:
+        return np.flatnonzero(agrees)
+
+    def after(self, is_heeded: bool) -> PoseHint:
+        """Return what is left of it after a tick; that nothing fits near it is said once."""
+        if is_heeded == (not self.is_doubted):
+            return self
+        if not is_heeded:
             _log.warning('no placement fits near the given pose; looking everywhere')
-        return np.arange(len(estimates))
+        return replace(self, is_doubted=not is_heeded)

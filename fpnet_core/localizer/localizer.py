@@ -12,7 +12,7 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
@@ -90,23 +90,28 @@ class Localizer:
         """The newest output and the plan that it is on."""
         return self._said
 
-    def set_plan(self, grid: GridMap, scale: ScaleEstimate | None = None) -> None:
+    def set_plan(
+        self,
+        grid: GridMap,
+        scale: ScaleEstimate | None = None,
+        policy: ScalePolicy | None = None,
+    ) -> None:
         """
         Take a floorplan, replacing the old one; the submap is kept.
 
-        ``scale`` is what is known of its scale, and asked where the configuration calls that
-        unknown; None takes what its rooms and doors say.
+        ``scale`` is what is known of its scale, and asked where that is unknown; None takes what
+        its rooms and doors say. ``policy`` is how far it is trusted, None: as configured.
 
         Raises
         ------
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = Floorplan.prepared(grid, self._config, scale)
+        plan = Floorplan.prepared(grid, self._config, scale, policy)
         with self._lock:
             state = self._state.on(plan)
             if self._restored and self._restored.plan == plan_fingerprint(grid):
-                state = replace(state, tracked=self._restored.placements)
+                state = _remembering(state, plan, self._restored)
             self._restored = None
             self._begin(state)
 
@@ -188,9 +193,11 @@ class Localizer:
         with self._lock:
             self._continuity.expect_new_frame()
 
-    def save_state(self, path: Path | str) -> None:
+    def save_state(self, path: Path | str, odometry: str = '') -> None:
         """
-        Write submap and placements for :meth:`load_state`.
+        Write submap, placements and scale for :meth:`load_state`.
+
+        ``odometry`` names the run of the odometry that the scans came with; empty: unknown.
 
         Raises
         ------
@@ -207,15 +214,19 @@ class Localizer:
                 self._state.tracked,
                 '' if plan is None else plan_fingerprint(plan.given),
                 self._builder.arrays(),
+                {} if plan is None else plan.scale.arrays(plan.factor),
+                odometry,
             )
         write_state(path, saved)
 
-    def load_state(self, path: Path | str) -> None:
+    def load_state(self, path: Path | str) -> str:
         """
         Go on where a saved localizer was; its placements count once their floorplan is set.
 
-        Claims are not restored: they need fresh scans that agree. Odometry must have gone on
-        meanwhile; a scan that is too far from the last one starts a new submap.
+        Claims are not restored: they need fresh scans that agree. Returns the run of the odometry
+        that it was saved with: unless that has gone on meanwhile, say so before the next scan
+        (:meth:`restart_odometry`), and a new submap begins, the last placements tried first. A
+        scan that is too far from the last one begins a new submap as well.
 
         Raises
         ------
@@ -236,6 +247,7 @@ class Localizer:
             self._start_anew()
             self._builder, self._restored = builder, saved
             self._continuity.go_on_from(saved.stamp_ns, saved.T_odom_sensor)
+        return saved.odometry
 
     def _keep(self, state: TickState, output: LocalizerOutput) -> None:
         """Take what a tick has led to."""
@@ -249,14 +261,17 @@ class Localizer:
     def _bridge(self, broken: Break) -> None:
         """Start anew, with the placements where they would be in the new frame."""
         _log.warning('%s; starting anew', broken.reason)
-        tracked = self._state.tracked
+        tracked, restored = self._state.tracked, self._restored
         self._start_anew(broken.reason)
         if broken.T_old_new is not None:
             self._state = replace(self._state, tracked=tracked @ broken.T_old_new)
+            if restored is not None:
+                moved = restored.placements @ broken.T_old_new
+                self._restored = replace(restored, placements=moved)
 
     def _start_anew(self, why: str = '') -> None:
         self._builder.reset()
-        self._submap = None
+        self._submap = self._restored = None
         self._continuity.forget()
         self._begin(self._state.without_submap(), anew(why) if why else NOT_LOOKED)
 
@@ -266,3 +281,9 @@ class Localizer:
         status, why = (Status.NO_PLAN, NO_PLAN) if state.plan is None else (Status.WAITING, why)
         output = LocalizerOutput(self._said.output.stamp_ns, status, reason=why)
         self._said = Snapshot(output, state.plan)
+
+
+def _remembering(state: TickState, plan: Floorplan, saved: LocalizerState) -> TickState:
+    """Return the beginning on a floorplan that a saved localizer knew."""
+    scale = plan.scale.remembered(saved.scale, plan.factor)
+    return replace(state, plan=replace(plan, scale=scale), tracked=saved.placements)

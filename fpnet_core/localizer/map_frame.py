@@ -124,7 +124,7 @@ class MapFrame:
         Raises
         ------
         HintError
-            If the frame is neither the floorplan's nor the map's.
+            If the frame is neither the floorplan's nor the map's, or the place is off the drawing.
         """
         if frame_id not in (self.map_id, self.plan_id):
             known = ' or '.join(repr(name) for name in dict.fromkeys((self.map_id, self.plan_id)))
@@ -132,9 +132,19 @@ class MapFrame:
         is_in_plan = frame_id == self.plan_id
         T_plan_base = T_frame_base if is_in_plan else self.to_plan(T_frame_base)
         sigma = np.sqrt(np.maximum(np.diag(cov), 0.0))
-        return PoseHint(
+        hint = PoseHint(
             T_plan_base, SE2.from_matrix4(T_odom_base), float(sigma[:2].max()), float(sigma[2])
         )
+        if (off_m := self._off_plan_m(T_plan_base)) > hint.radius_m:
+            x, y = T_frame_base.translation
+            raise HintError(f'({x:.1f}, {y:.1f}) is {off_m:.0f} m off the floorplan')
+        return hint
+
+    def _off_plan_m(self, T_plan_base: SE2) -> float:
+        """Return how far outside of the drawing a place lies [m]."""
+        at = self.plan.xy_to_rc(T_plan_base.translation)
+        inside = np.clip(at, 0.0, self.plan.shape)
+        return float(np.linalg.norm(at - inside)) * self.plan.resolution
 
     def covariance(self, cov_plan: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a covariance ``(3, 3)`` of x, y [m] and yaw [rad] on the plan as in ``map``."""

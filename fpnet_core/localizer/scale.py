@@ -190,6 +190,40 @@ class ScaleHistory:
         """Return the beginning: a claim was lost, and it may be the scale that was wrong."""
         return ScaleHistory(self.first, self.is_fixed)
 
+    def arrays(self, factor: float) -> dict[str, Array]:
+        """
+        Return what claims have said, for a file.
+
+        ``factor`` is working metres per nominal one: what is stored is in nominal metres.
+        """
+        seen = np.array(self.seen).reshape(-1, 2, 2) / factor
+        sigma, is_locked = (0.0, False) if self.estimate is None else (
+            self.estimate.sigma, self.estimate.is_locked
+        )  # fmt: skip
+        return {'seen': seen, 'known': np.array([sigma, is_locked, self.is_misstated], float)}
+
+    @staticmethod
+    def check(arrays: dict[str, Array]) -> None:
+        """Raise ValueError or KeyError where arrays are neither none nor those of a history."""
+        if not arrays:
+            return
+        seen, known = arrays['seen'], arrays['known']
+        if seen.shape[1:] != (2, 2) or known.shape != (3,):
+            raise ValueError(f'scale: got {seen.shape} and {known.shape}')
+        if not (np.isfinite(seen).all() and np.isfinite(known).all()):
+            raise ValueError('scale: not finite')
+        if (np.linalg.det(seen) <= 0.0).any():
+            raise ValueError('scale: not a stretch')
+
+    def remembered(self, arrays: dict[str, Array], factor: float) -> ScaleHistory:
+        """Return the history that goes on from :meth:`arrays` of the same floorplan."""
+        seen = tuple(arrays['seen'] * factor) if arrays else ()
+        if self.is_fixed or not seen:
+            return self
+        sigma, is_locked, is_misstated = arrays['known']
+        estimate = PlanScale(np.mean(seen, axis=0), float(sigma), bool(is_locked))
+        return replace(self, seen=seen, estimate=estimate, is_misstated=bool(is_misstated))
+
     def followed(self, A_plan_submap: Affine2D, walls: Array, bend_m: float = 0.0) -> ScaleHistory:
         """
         Return the history with a tick's claimed placement.

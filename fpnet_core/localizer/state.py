@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from fpnet_core.errors import StateError
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.io.arrays import read_arrays, write_arrays
+from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.types import GridMap
 
-_VERSION = 1  # given
-_SUBMAP = 'submap_'  # prefix of the submap builder's arrays
-_KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan'}
+_VERSION = 2  # given
+_SUBMAP, _SCALE = 'submap_', 'scale_'  # prefixes of the builder's and the scale's arrays
+_KEYS = {'version', 'resolution_m', 'stamp_ns', 'T_odom_sensor', 'placements', 'plan', 'odometry'}
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +30,9 @@ class LocalizerState:
 
     ``resolution_m`` is the submap's, ``T_odom_sensor (4, 4)`` and ``stamp_ns`` are those of the
     last scan, ``placements`` are ``A_plan_odom``, best first, on the floorplan with the
-    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's.
+    fingerprint ``plan`` (empty without one), and ``submap`` is the builder's. ``scale`` is what
+    was known of that floorplan's (:meth:`ScaleHistory.arrays`). ``odometry`` names the run of the
+    odometry in whose frame all this is, in the words of whoever saved it; empty: unknown.
     """
 
     resolution_m: float
@@ -38,6 +41,8 @@ class LocalizerState:
     placements: Placements
     plan: str
     submap: dict[str, NDArray[Any]]
+    scale: dict[str, NDArray[Any]]
+    odometry: str = ''
 
 
 def plan_fingerprint(grid: GridMap) -> str:
@@ -64,10 +69,12 @@ def write_state(path: Path | str, state: LocalizerState) -> None:
         'T_odom_sensor': state.T_odom_sensor,
         'placements': state.placements.matrix,
         'plan': np.array(state.plan),
+        'odometry': np.array(state.odometry),
+        **{_SCALE + name: array for name, array in state.scale.items()},
         **{_SUBMAP + name: array for name, array in state.submap.items()},
     }
     try:
-        write_arrays(Path(path), arrays)
+        write_arrays(Path(path), arrays, is_durable=True)
     except OSError as error:
         raise StateError(f'cannot write the state to {path}: {error.strerror}') from None
 
@@ -90,16 +97,16 @@ def read_state(path: Path | str) -> LocalizerState:
 
 
 def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
-    submap = {
-        name.removeprefix(_SUBMAP): a for name, a in arrays.items() if name.startswith(_SUBMAP)
-    }
     if (version := int(arrays['version'])) != _VERSION:
         raise ValueError(f'version {version}, expected {_VERSION}')
-    if unknown := {name for name in arrays if not name.startswith(_SUBMAP)} ^ _KEYS:
+    submap, scale = (_below(prefix, arrays) for prefix in (_SUBMAP, _SCALE))
+    ours = {name for name in arrays if not name.startswith((_SUBMAP, _SCALE))}
+    if unknown := ours ^ _KEYS:
         raise ValueError(f'unexpected or missing {", ".join(sorted(unknown))}')
     pose = np.array(arrays['T_odom_sensor'], dtype=np.float64)
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         raise ValueError(f'T_odom_sensor: expected a finite (4, 4) matrix, got {pose.shape}')
+    ScaleHistory.check(scale)
     return LocalizerState(
         float(arrays['resolution_m']),
         int(arrays['stamp_ns']),
@@ -107,4 +114,11 @@ def _from_arrays(arrays: dict[str, NDArray[Any]]) -> LocalizerState:
         Placements.of(map(Affine2D.from_matrix, arrays['placements'])),
         str(arrays['plan']),
         submap,
+        scale,
+        str(arrays['odometry']),
     )
+
+
+def _below(prefix: str, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    names = [name for name in arrays if name.startswith(prefix)]
+    return {name.removeprefix(prefix): arrays[name] for name in names}

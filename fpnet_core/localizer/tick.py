@@ -182,9 +182,12 @@ class _Tick:
         doubts, search = tracker.wants_mirror(state.standing), self.plan.scale.search
         search = search if doubts else search.as_stated
         found = self._placed(search)
-        sub, verdict = found.searched.sub, self._narrowed(found.comparison.verdict)
+        sub = found.searched.sub
+        verdict, hint = self._narrowed(found.comparison.verdict)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
-        standing, belief = tracker.update(state.standing, verdict, self._sight(sub), mirrored)
+        standing, belief = tracker.update(
+            state.standing, verdict, self._sight(sub, hint), mirrored
+        )
         plan = replace(plan, scale=_scale_after(plan, belief, sub))
         vicinity, told, A = Surroundings(config).judge(
             state.vicinity, plan.working.evidence, submap, belief, self.robot_xy
@@ -197,7 +200,7 @@ class _Tick:
             vicinity=vicinity,
             tracked=belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
             searched=found.searched if tracker.is_settled(standing) else None,
-            hint=state.hint,
+            hint=hint,
             spread=spread,
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
         )
@@ -236,21 +239,27 @@ class _Tick:
             )
         return plan, mirrored.verdict
 
-    def _narrowed(self, verdict: Verdict) -> Verdict:
-        """Return the verdict on the placements that agree with what someone has said."""
-        hint = self.state.hint
-        if hint is None:
-            return verdict
-        agreeing = hint.agreeing(verdict.placements, self.submap.T_odom_submap.inv())
-        return self.finder.judge.narrowed(verdict, agreeing)
+    def _narrowed(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:
+        """
+        Return the verdict on the placements that agree with what someone has said, and that.
 
-    def _sight(self, sub: MapSide) -> Sight:
+        Where none does, all count, as if nothing had been said.
+        """
+        hint = self.state.hint
+        if hint is None or not verdict.placements:
+            return verdict, hint
+        agreeing = hint.agreeing(verdict.placements, self.submap.T_odom_submap.inv())
+        if not len(agreeing):
+            return verdict, hint.after(is_heeded=False)
+        return self.finder.judge.narrowed(verdict, agreeing), hint.after(is_heeded=True)
+
+    def _sight(self, sub: MapSide, hint: PoseHint | None) -> Sight:
         is_little = self.submap.free_area_m2 < self.plan.half_area_m2
         return Sight(
             sub.evidence,
             self.submap.T_odom_submap.inv(),
             self.robot_xy,
-            needs_news=self.state.hint is None and is_little,
+            needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
         )
 

@@ -169,6 +169,27 @@ class HeightTracker:
         )
 
 
+def floor_and_ceiling(heights: NDArray[np.float64]) -> tuple[float | None, float | None]:
+    """
+    Return the lowest plane below the sensor and the highest above it; None where none is seen.
+
+    Parameters
+    ----------
+    heights : (P,) of returns, above the sensor [m]
+    """
+    count = round(2.0 * _REACH_M / _BIN_M)
+    counts, edges = np.histogram(heights, count, (-_REACH_M, _REACH_M))
+    centre = (edges[:-1] + edges[1:]) / 2.0
+    smooth = np.convolve(counts.astype(np.float64), np.ones(3), mode='same')
+    below = np.flatnonzero(_planes(smooth, _PLANE_SHARE) & (centre < -_CLEAR_OF_SENSOR_M))
+    above = np.flatnonzero(
+        _planes(smooth[::-1], _PLANE_SHARE)[::-1] & (centre > _CLEAR_OF_SENSOR_M)
+    )
+    floor = float(centre[_peak(counts, below[0])]) if below.size else None
+    ceiling = float(centre[_peak(counts, above[-1])]) if above.size else None
+    return floor, ceiling
+
+
 def _planes(smooth: NDArray[np.float64], share: NDArray[np.float64] | float) -> NDArray[np.bool_]:
     """
     Tell which bins hold a horizontal plane with walls above it; of no returns none does.

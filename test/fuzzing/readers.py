@@ -228,6 +228,13 @@ def _read_scans(path: Path) -> object:
     return list(open_scans(path))
 
 
+def _examine(path: Path) -> object:
+    from fpnet_core.doctor.bag import observe_bag
+    from fpnet_core.doctor.examine import examine
+
+    return examine(observe_bag(path, 10.0))
+
+
 def _bag_writer(storage: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         from fpnet_core.io import BagWriter
@@ -621,6 +628,14 @@ READERS: tuple[Reader, ...] = (
         *('bags', 'laser scans', _write_laser_bag, _read_scans),
         (damage_bytes, _message_writer('mcap')),
         '*.mcap',
+    ),
+    *(
+        Reader(
+            *('doctor', storage, write, _examine),
+            (damage_bytes, _message_writer('mcap')),
+            '*.mcap',
+        )
+        for storage, write in (('clouds', _bag_writer('mcap')), ('laser scans', _write_laser_bag))
     ),
     Reader('CARMEN logs', '.log', _write_carmen, _read_scans, _TEXT),
     Reader(

@@ -89,7 +89,12 @@ class Seen:
         self._check_tf(twins[-1].pose)
         self._check_markers(twins[-1].pose)
         names = {status.name for msg in self.diagnostics for status in msg.status}
-        assert names == {'/localizer: localization', '/odometry: registration'}
+        assert names == {
+            '/localizer: localization',
+            '/localizer: doctor',
+            '/odometry: doctor',
+            '/odometry: registration',
+        }
         scales = [
             report_from_msg(status).values['scale']
             for msg in self.diagnostics

@@ -3,6 +3,7 @@
 
 import math
 
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import OccupancyGrid
@@ -18,6 +19,8 @@ from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.types import FREE, GridMap
 from fpnet_ros.runtime import LATCHED
 from msg_adapters.grids import grid_from_msg
+from msg_adapters.scales import scale_from_msg
+from msg_adapters.stamps import stamp_from_msg
 
 pytestmark = pytest.mark.ros
 
@@ -42,6 +45,10 @@ def test_a_late_joiner_gets_the_floorplan(bench, tmp_path):
     np.testing.assert_array_equal(grid.cells, stored.cells)
     np.testing.assert_allclose(grid.T_frame_grid.matrix, stored.T_frame_grid.matrix, atol=1e-9)
     assert grid.resolution == 0.1
+    scales = bench.collect(DiagnosticArray, 'floorplan_scale', LATCHED)
+    assert bench.wait_for(lambda: bool(scales)), server.log_tail()
+    assert scale_from_msg(scales[0]).is_stated
+    assert scales[0].header.stamp == received[0].header.stamp
 
 
 def test_it_reloads_the_file_and_keeps_the_old_floorplan_where_that_fails(bench, tmp_path):
@@ -86,7 +93,12 @@ def test_a_drawing_without_a_scale_is_read_as_every_command_does_and_warned_of(b
     np.testing.assert_array_equal(grid.cells, read.cells)
     assert grid.resolution == pytest.approx(read.resolution, rel=1e-6)
     assert 'nobody states it' in server.log_tail()
-    assert 'localizer.scale_policy' in server.log_tail()
+    scales = bench.collect(DiagnosticArray, 'floorplan_scale', LATCHED)
+    assert bench.wait_for(lambda: bool(scales)), server.log_tail()
+    scale, estimate = scale_from_msg(scales[0]), read_plan(path).estimate
+    assert scale.stamp_ns == stamp_from_msg(received[0].header.stamp)
+    assert (scale.low, scale.high) == pytest.approx((estimate.low, estimate.high))
+    assert not scale.is_stated
 
 
 def test_bad_parameters_end_the_node_with_one_line(bench):

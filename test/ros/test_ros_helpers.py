@@ -163,8 +163,7 @@ class TestWorker:
         worker.submit(done.append, 1)
         failed = worker.submit(fail)
         last = worker.submit(lambda: done.append(2) or 'result')
-        worker.finish()
-        assert (done, last.result()) == ([1, 2], 'result')
+        assert (last.result(20), done) == ('result', [1, 2])
         assert [str(error) for error in errors] == ['bad scan']
         assert isinstance(failed.exception(), CloudFormatError)
         worker.close()

@@ -169,7 +169,7 @@ def test_scans_without_odometry_are_dropped_and_named_and_late_odometry_is_welco
     robot = _Robot(bench)
 
     def reports():
-        return [report_from_msg(status) for msg in diagnostics for status in msg.status]
+        return [report_from_msg(msg.status[0]) for msg in diagnostics]
 
     def last(name: str) -> float:
         return reports()[-1].values[name] if diagnostics else math.nan
@@ -204,7 +204,7 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     assert bench.wait_for(ready, 180.0), node.log_tail()
 
     def reports():
-        return [report_from_msg(status) for msg in diagnostics for status in msg.status]
+        return [report_from_msg(msg.status[0]) for msg in diagnostics]
 
     for index in range(burst):  # as fast as they can be sent: no machine keeps up
         robot.send_large(index)

@@ -47,6 +47,14 @@ def test_an_announced_frame_breaks_once_however_near_it_is():
     assert continuity.check(3 * SECOND, pose(0.0)) is None
 
 
+def test_a_new_frame_may_come_with_an_earlier_clock():
+    continuity = after(x=3.0)
+    continuity.expect_new_frame()
+    broken = continuity.check(SECOND // 2, pose(0.0))
+    assert 'restarted' in broken.reason
+    assert broken.T_old_new.translation == pytest.approx([3.0, 0.0])
+
+
 def test_before_the_first_scan_there_is_no_frame_to_replace():
     continuity = Continuity(CONFIG)
     continuity.expect_new_frame()

@@ -7,6 +7,7 @@ import pytest
 
 from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.spread import Growth, PoseSpread, Signs
@@ -104,6 +105,26 @@ def test_a_word_in_either_frame_is_the_same_hint():
         np.testing.assert_allclose(hint.T_plan_base.matrix, in_plan.matrix, atol=1e-9)
         np.testing.assert_allclose(hint.T_odom_base.matrix, T_odom_base.matrix, atol=1e-12)
         assert (hint.position_sigma_m, hint.yaw_sigma_rad) == pytest.approx((0.5, 0.3))
+
+
+def test_a_word_on_a_place_off_the_drawing_is_refused():
+    frame = MapFrame(plan_grid(), 'drawing', 'map')
+    corner = plan_grid().rc_to_xy([0, 0])
+    outward = corner - plan_grid().rc_to_xy(np.array(plan_grid().shape) / 2.0)
+    outward /= np.linalg.norm(outward)
+    near, far = (SE2.from_xy_yaw(*(corner + d * outward), 0.0) for d in (1.5, 30.0))
+    frame.hint(near, 'drawing', np.zeros((3, 3)), np.eye(4))
+    with pytest.raises(HintError, match='m off the floorplan'):
+        frame.hint(far, 'drawing', np.zeros((3, 3)), np.eye(4))
+    frame.hint(far, 'drawing', np.diag([400.0, 400.0, 0.1]), np.eye(4))
+
+
+def test_that_nothing_fits_near_a_word_is_said_once_until_something_does(caplog):
+    hint = PoseHint(SE2.identity(), SE2.identity())
+    for heeded in (True, False, False, True, False):
+        hint = hint.after(heeded)
+        assert hint.is_doubted is not heeded
+    assert caplog.text.count('no placement fits near the given pose') == 2
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Collects what is heard, message by message: those of rclpy and of a bag's reader alike."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.doctor.observed import (
+    TF,
+    TF_STATIC,
+    Observed,
+    Offer,
+    SeenScan,
+    Topic,
+    Transform,
+    plain,
+    rigid,
+    transforms_of,
+)
+from fpnet_core.errors import FpnetError
+from fpnet_core.geometry.pose_track import PoseTrack
+from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
+from fpnet_core.io.bags import stamp_to_ns
+from fpnet_core.io.laserscan import decode_laser
+from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
+from fpnet_core.io.pointcloud2 import decode_points
+
+MOST_SWEEPS = 150
+"""Sweeps that are kept; a check needs no more. Chosen."""
+
+_MOST_POINTS = 20_000  # of each, evenly chosen; numerical: KISS-ICP thins them out as well
+
+
+@dataclass(eq=False)
+class _Heard:
+    """What came on one topic."""
+
+    msgtype: str
+    stamps_ns: list[int] = field(default_factory=list)
+    heard_ns: list[int] = field(default_factory=list)
+    frames: dict[str, None] = field(default_factory=dict)
+    children: dict[str, None] = field(default_factory=dict)
+
+
+class Observer:
+    """
+    Listens to a robot for a while.
+
+    Parameters
+    ----------
+    types
+        Message type of every topic that there is.
+    scans, odometry
+        Topics that are meant; empty: the likeliest of their kind, None of ``odometry``: none.
+    """
+
+    def __init__(self, types: dict[str, str], scans: str = '', odometry: str | None = '') -> None:
+        self.scans = scans or likeliest_scans(types)
+        self.odometry = '' if odometry is None else odometry or likeliest_odometry(types)
+        self._types = dict(types)
+        self._heard = {name: _Heard(msgtype) for name, msgtype in types.items()}
+        self._transforms: dict[tuple[str, str, bool], Transform] = {}
+        self._sweeps: list[SeenScan] = []
+        self._track = PoseTrack()
+        self._unreadable: list[str] = []
+
+    @property
+    def topics(self) -> list[str]:
+        """Topics that have to be listened to."""
+        wanted = dict.fromkeys((self.scans, self.odometry, TF, TF_STATIC))
+        return [name for name in wanted if name in self._types]
+
+    def wanted(self, msgtypes: Collection[str], names: Collection[str]) -> list[str]:
+        """Return the topics whose QoS matters: scans, of some types, and some others."""
+        of_types = [name for name, msgtype in self._types.items() if msgtype in msgtypes]
+        found = dict.fromkeys((self.scans, *of_types, *names))
+        return [name for name in found if name in self._types]
+
+    def hear(self, name: str, heard_ns: int, message: Any) -> None:
+        """Take a message that arrived at a time [ns]."""
+        heard = self._heard[name]
+        if heard.msgtype == TRANSFORMS:
+            self._take_transforms(heard, name, heard_ns, message)
+            return
+        if not hasattr(message, 'header'):
+            return
+        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain(message.header.frame_id)
+        heard.stamps_ns.append(stamp_ns)
+        heard.heard_ns.append(heard_ns)
+        heard.frames[frame] = None
+        if heard.msgtype == ODOMETRY:
+            self._take_pose(heard, name, stamp_ns or heard_ns, message)
+        elif name == self.scans and len(self._sweeps) < MOST_SWEEPS:
+            self._take_scan(heard.msgtype, stamp_ns or heard_ns, frame, message)
+
+    def observed(
+        self,
+        seconds: float,
+        offers: dict[str, tuple[Offer, ...]],
+        requests: dict[str, tuple[Offer, ...]] | None = None,
+        is_live: bool = False,
+    ) -> Observed:
+        """Return everything, with the QoS of publishers and subscribers by topic."""
+        asked = defaultdict(tuple, requests or {})
+        topics = [
+            Topic(
+                name,
+                heard.msgtype,
+                np.array(heard.stamps_ns, dtype=np.int64),
+                np.array(heard.heard_ns, dtype=np.int64),
+                tuple(heard.frames),
+                tuple(heard.children),
+                offers.get(name, ()),
+                asked[name],
+            )
+            for name, heard in sorted(self._heard.items())
+        ]
+        return Observed(
+            seconds,
+            tuple(topics),
+            self.scans,
+            self.odometry,
+            tuple(self._transforms.values()),
+            tuple(self._sweeps),
+            self._track,
+            tuple(self._unreadable),
+            is_live,
+        )
+
+    def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
+        try:
+            for each in transforms_of(message, is_static=name.endswith(TF_STATIC)):
+                self._transforms[each.parent, each.child, each.is_static] = each
+        except ValueError as error:
+            self._unreadable.append(f'{name}: {error}')
+        for stamped in message.transforms:
+            heard.stamps_ns.append(stamp_to_ns(stamped.header.stamp))
+            heard.heard_ns.append(heard_ns)
+
+    def _take_pose(self, heard: _Heard, name: str, stamp_ns: int, message: Any) -> None:
+        if child := plain(message.child_frame_id):
+            heard.children[child] = None
+        if name != self.odometry:
+            return
+        pose = message.pose.pose
+        try:
+            self._track.add(stamp_ns, rigid(pose.position, pose.orientation))
+        except ValueError as error:
+            self._unreadable.append(f'{name}: {error}')
+
+    def _take_scan(self, msgtype: str, stamp_ns: int, frame: str, message: Any) -> None:
+        try:
+            self._sweeps.append(_scan(msgtype, stamp_ns, frame, message))
+        except FpnetError as error:
+            self._unreadable.append(str(error))
+
+
+def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any) -> SeenScan:
+    if msgtype in LASER_SCANS:
+        seen = decode_laser(message)
+        return SeenScan(frame, stamp_ns, seen.points, seen.time_s, is_planar=True)
+    names = tuple(each.name for each in message.fields)
+    cloud = decode_points(
+        message.fields,
+        message.data,
+        message.point_step,
+        message.row_step,
+        message.width,
+        message.height,
+        message.is_bigendian,
+    )
+    step = max(1, len(cloud.points) // _MOST_POINTS)
+    times = None if cloud.time_s is None else cloud.time_s[::step]
+    return SeenScan(frame, stamp_ns, cloud.points[::step], times, names)
+
+
+def likeliest_scans(types: dict[str, str]) -> str:
+    """Return the topic of the scans that are meant, clouds before planar scans; empty: none."""
+    clouds = usable_clouds(types)
+    lasers = [topic for topic, msgtype in types.items() if msgtype in LASER_SCANS]
+    return next(iter(sorted(clouds) or sorted(lasers)), '')
+
+
+def likeliest_odometry(types: dict[str, str]) -> str:
+    """Return the topic of the odometry that is meant, KISS-ICP's if there; empty: none."""
+    found = [name for name, msgtype in types.items() if msgtype == ODOMETRY]
+    usable: Iterable[str] = [name for name in found if not TRUTH_TOPICS.search(name)]
+    return min(usable, key=lambda name: (not name.endswith('kiss/odometry'), name), default='')

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""How a scanner sits on the robot, from the floor and the ceiling that it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from fpnet_core.doctor.findings import Finding, Problem
+from fpnet_core.doctor.observed import Observed, SeenScan
+from fpnet_core.submaps.heights import floor_and_ceiling
+
+Array = NDArray[np.float64]
+
+HIGHEST_MOUNT_M = 1.6
+"""Physical: no robot that fits through doors carries its lidar higher above the floor."""
+
+HIGHEST_BASE_M = 0.4
+"""Physical: base frames lie on the ground or in the wheels' axle, no higher than this."""
+
+# Chosen, not measured:
+_TOLERANCE_M = 0.15  # of a mount that somebody has measured
+_NEAR_M = 1.2  # a plane so near above the sensor, and none below it, is the floor
+_TILT_RAD = math.radians(6.0)
+_SHARPER = 1.05  # times as many pairs of returns at one height as without the tilt
+# Numerical:
+_POINTS = 4000  # of all sweeps together
+_STEP_RAD = math.radians(4.0)  # between tilts that are tried
+_RINGS, _FINER = 8, 4  # of them, and of finer ones around the best
+_BIN_M = 0.1  # of heights
+
+
+def check_point_times(seen: Observed) -> Iterator[Finding]:
+    """Yield clouds whose points have no time of their own."""
+    sweep = next((each for each in seen.sweeps if not each.is_planar and len(each.points)), None)
+    if sweep is None or seen.scans.endswith('kiss/frame'):  # its motion is undone already
+        return
+    if sweep.time_s is not None and np.ptp(sweep.time_s) > 0.0:
+        return
+    has_field = sweep.time_s is not None
+    fields = f'; its fields are {", ".join(sweep.fields)}' if sweep.fields else ''
+    what = 'its times are all the same' if has_field else f'no usable time field{fields}'
+    yield Finding(
+        Problem.POINT_TIMES,
+        seen.scans,
+        f'{what}: the motion during a sweep cannot be undone, so that walls smear in turns',
+        'choose a point format with t, time or timestamp in the driver (point type XYZIRT or '
+        'similar), or feed odometry of the wheels and drive slowly round corners',
+    )
+
+
+def check_mount(seen: Observed) -> Iterator[Finding]:
+    """Yield a scanner that is tilted, upside down, or not as high as its transform says."""
+    sweeps = [each for each in seen.sweeps if not each.is_planar and len(each.points)]
+    if not sweeps:
+        return
+    mount = _mount(seen, sweeps[0])
+    rotation, height_m = (np.eye(3), None) if mount is None else (mount[:3, :3], mount[2, 3])
+    frame = sweeps[0].frame
+    points = _some(sweeps) @ rotation.T
+    tilt_rad = tilt(points)
+    if tilt_rad > _TILT_RAD:
+        yield Finding(
+            Problem.TILTED,
+            frame,
+            f'floor and ceiling are level only after a turn of {math.degrees(tilt_rad):.0f} '
+            f'degrees{_as_mounted(mount)}',
+            'put its tilt (--roll, --pitch) into the static transform from the base to it',
+        )
+        return
+    floor, ceiling = floor_and_ceiling(points[:, 2])
+    if is_upside_down(floor, ceiling, height_m):
+        below = 'none' if floor is None else f'one {-floor:.2f} m'
+        yield Finding(
+            Problem.UPSIDE_DOWN,
+            frame,
+            f'it sees a plane {ceiling:.2f} m above itself and {below} below, as if the floor '
+            f'were above it{_as_mounted(mount)}',
+            'put --roll 3.14159 into the static transform from the base to it, or the option of '
+            'its driver',
+        )
+    elif height_m is not None and floor is not None:
+        yield from _wrong_height(frame, -floor, float(height_m))
+
+
+def _wrong_height(frame: str, seen_m: float, told_m: float) -> Iterator[Finding]:
+    if not -_TOLERANCE_M < seen_m - told_m < HIGHEST_BASE_M + _TOLERANCE_M:
+        yield Finding(
+            Problem.HEIGHT,
+            frame,
+            f'the floor is {seen_m:.2f} m below it, /tf_static puts it {told_m:.2f} m above the '
+            'base',
+            f'mend --z of the static transform to it: {seen_m:.2f} where the base frame lies on '
+            'the floor',
+        )
+
+
+def is_upside_down(floor: float | None, ceiling: float | None, told_m: float | None) -> bool:
+    """
+    Tell whether what looks like the ceiling is the floor.
+
+    Parameters
+    ----------
+    floor, ceiling
+        Heights of the planes below and above the sensor, from it [m]; None: not seen.
+    told_m
+        The sensor above its base, as its transform says; None: nobody says it.
+    """
+    if ceiling is None:
+        return False
+    if floor is None:
+        return ceiling < _NEAR_M
+    if -floor <= ceiling:
+        return False
+    if told_m is not None:  # the plane that is where the floor should be is the floor
+        return abs(ceiling - told_m) < abs(-floor - told_m) and ceiling < HIGHEST_MOUNT_M
+    return -floor > HIGHEST_MOUNT_M > ceiling
+
+
+def tilt(points: Array) -> float:
+    """
+    Return by how much the vertical of the seen planes is off the z axis [rad].
+
+    Parameters
+    ----------
+    points : (P, 3), seen from the sensor [m]
+    """
+    level = _sharpness(points[:, 2])
+    coarse, sharp = _sharpest(points, np.eye(3), _STEP_RAD, _RINGS)
+    up, sharp = _sharpest(points, _turned_to(coarse), _STEP_RAD / _FINER, _FINER)
+    return 0.0 if sharp < _SHARPER * level else float(np.arccos(np.clip(up[2], -1.0, 1.0)))
+
+
+def _sharpest(points: Array, turned: Array, step_rad: float, rings: int) -> tuple[Array, float]:
+    """Return the direction (3,), of those around the z axis of ``turned``, and its sharpness."""
+    ups = _directions(step_rad, rings) @ turned.T
+    sharp = np.array([_sharpness(points @ up) for up in ups])
+    best = int(sharp.argmax())
+    return ups[best], float(sharp[best])
+
+
+def _turned_to(up: Array) -> Array:
+    """Return a rotation (3, 3) that takes z to ``up``."""
+    rotation = Rotation.align_vectors(up[None], [[0.0, 0.0, 1.0]])[0]
+    return np.asarray(rotation.as_matrix(), dtype=np.float64)
+
+
+def _directions(step_rad: float, rings: int) -> Array:
+    """Return unit vectors ``(D, 3)`` in rings around z, which comes first."""
+    found = [(0.0, 0.0, 1.0)]
+    for ring in range(1, rings + 1):
+        angle = ring * step_rad
+        for turn in np.linspace(0.0, 2.0 * np.pi, 6 * ring, endpoint=False):
+            x, y = math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn)
+            found.append((x, y, math.cos(angle)))
+    return np.array(found)
+
+
+def _sharpness(heights: Array) -> float:
+    """Return the share of pairs of returns that are at one height."""
+    bins = np.floor(heights / _BIN_M).astype(np.int64)
+    counts = np.bincount(bins - bins.min())
+    return float(np.sum(counts.astype(np.float64) ** 2)) / len(heights) ** 2
+
+
+def _some(sweeps: list[SeenScan]) -> Array:
+    """Return points of all sweeps, evenly chosen ``(P, 3)``."""
+    share = max(1, sum(len(each.points) for each in sweeps) // _POINTS)
+    points = np.concatenate([each.points[::share] for each in sweeps])
+    return points.astype(np.float64)
+
+
+def _mount(seen: Observed, sweep: SeenScan) -> Array | None:
+    """Return ``T_base_sensor (4, 4)``, None where nobody tells it."""
+    base = seen.child_frame or seen.tree.root(sweep.frame)
+    return None if base == sweep.frame else seen.tree.lookup(base, sweep.frame, 0)
+
+
+def _as_mounted(mount: Array | None) -> str:
+    return '' if mount is None else ', mounted as /tf_static says'

@@ -1,0 +1,14 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Names of the ROS 2 message types that recordings hold and robots send."""
+
+POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
+LASER_SCAN = 'sensor_msgs/msg/LaserScan'
+LASER_SCANS = (LASER_SCAN, 'sensor_msgs/msg/MultiEchoLaserScan')
+ODOMETRY = 'nav_msgs/msg/Odometry'
+POSE = 'geometry_msgs/msg/PoseStamped'
+UNCERTAIN_POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
+GRID = 'nav_msgs/msg/OccupancyGrid'
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+NUMBER = 'std_msgs/msg/Float64'
+TEXT = 'std_msgs/msg/String'

@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The doctor inside a running node: checks of what passes through it anyway."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+import math
+from threading import Lock
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
+from fpnet_core.doctor.clocks import check_clocks
+from fpnet_core.doctor.frames import check_tree
+from fpnet_core.doctor.observed import SeenScan, transforms_of
+from fpnet_core.doctor.sensor import check_mount, check_point_times
+from fpnet_core.doctor.topics import check_published, check_qos
+from fpnet_core.io.message_types import GRID
+from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
+from fpnet_ros.runtime import sensor_data
+from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
+
+DOCTOR = 'fpnet_doctor'
+"""Name of the node that only listens."""
+
+# Chosen, not measured:
+_DISCOVERY_S = 5.0  # until publishers that are there are known
+_SWEEPS = 5  # that tell how the scanner is mounted
+_POINTS = 2000  # of each
+_STAMPS = 10
+_TF_QUEUE = 100  # messages of TF that may wait
+_TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two that are looked at; of what was heard
+_BASE, _SENSOR = 'base', 'sensor'
+
+
+class SweepCheckup:
+    """
+    Looks at the first cloud that odometry registers: it alone sees times of points.
+
+    Parameters
+    ----------
+    topic
+        Of the clouds.
+    tell
+        Takes a line for the log.
+    """
+
+    def __init__(self, topic: str, tell: Callable[[str], Any]) -> None:
+        self._topic, self._tell = topic, tell
+        self.findings: list[Finding] | None = None  # until a cloud was seen
+
+    def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
+        """Take a cloud ``(P, 3)`` [m] and its times ``(P,)``."""
+        if self.findings is None and len(points):
+            sweep = SeenScan(_SENSOR, 0, points, time_s)
+            seen = Observed(0.0, (), self._topic, sweeps=(sweep,))
+            self.findings = list(check_point_times(seen))
+            for finding in self.findings:
+                self._tell(f'{finding.said}; next: {finding.next}')
+
+
+class Checkup:
+    """
+    Looks at topics, clocks, TF and the scanner of one localizer, and says each fault once.
+
+    Parameters
+    ----------
+    node
+        Whose topics these are; its publishers and QoS are looked up.
+    inputs
+        Topics and message types of scans and poses, as resolved; the first is the scans'.
+    """
+
+    def __init__(self, node: ManagedNode, inputs: dict[str, str]) -> None:
+        self._node = node
+        self._topics = {**inputs, node.resolve_topic_name('floorplan'): GRID}
+        self._scans = next(iter(inputs))
+        self._begun_s = time.monotonic()
+        self._told: set[tuple[str, str]] = set()
+        self._lock = Lock()  # scans come in another thread
+        self._sweeps: list[SeenScan] = []
+        self._mount: NDArray[np.float64] | None = None
+        self._on_mount: list[Finding] | None = None
+        self._stamps: deque[tuple[int, int]] = deque(maxlen=_STAMPS)
+        self._transforms: dict[tuple[str, str], tuple[Transform, float]] = {}
+        self._looked_s = -math.inf
+        if TFMessage is not None:
+            add = partial(node.add_subscription, TFMessage, raw=True)
+            add('/tf', self._on_tf, sensor_data(_TF_QUEUE))
+            add('/tf_static', self._on_static, TF_STATIC_QOS)
+
+    def look(self, scan: LocatedScan, points: NDArray[np.float32]) -> None:
+        """Take a scan: its stamp, and the points of the first ones."""
+        now_ns = self._node.get_clock().now().nanoseconds
+        with self._lock:
+            if now_ns:  # else nobody has published /clock yet
+                self._stamps.append((scan.stamp_ns, now_ns))
+            if len(self._sweeps) < _SWEEPS and len(points):
+                step = max(1, len(points) // _POINTS)
+                is_planar = float(np.ptp(points[:, 2])) == 0.0
+                kept = points[::step].copy()
+                self._sweeps.append(
+                    SeenScan(_SENSOR, scan.stamp_ns, kept, None, is_planar=is_planar)
+                )
+                self._mount = np.linalg.inv(scan.T_odom_base) @ scan.T_odom_sensor
+
+    def findings(self) -> list[Finding]:
+        """Return what is wrong by now; what is new is logged with what to do."""
+        seen = self._observed()
+        checks = (check_qos, check_tree, check_clocks)
+        found = [finding for check in checks for finding in check(seen)]
+        found += self._found_of_mount(seen)
+        found += self._unpublished(seen)
+        for finding in found:
+            if (key := (finding.problem, finding.where)) not in self._told:
+                self._told.add(key)
+                self._node.get_logger().warning(f'{finding.said}; next: {finding.next}')
+        return found
+
+    def _found_of_mount(self, seen: Observed) -> list[Finding]:
+        """Return what is wrong with the scanner's mount: it is looked at once."""
+        if self._on_mount is None:
+            if len(seen.sweeps) < _SWEEPS:
+                return []
+            self._on_mount = list(check_mount(seen))
+        return self._on_mount
+
+    def _unpublished(self, seen: Observed) -> list[Finding]:
+        """Return the inputs that nobody publishes, each with what there is of its kind."""
+        missing = [topic for topic in seen.topics if not topic.offers]
+        if not missing or time.monotonic() - self._begun_s < _DISCOVERY_S:
+            return []
+        node, none = self._node, np.zeros(0, dtype=np.int64)
+        kinds = {name: kind for name, (kind, *_) in node.get_topic_names_and_types()}
+        others = [
+            Topic(name, kind, none, none)
+            for name, kind in kinds.items()
+            if name not in self._topics and not name.startswith(node.get_fully_qualified_name())
+            if node.count_publishers(name)
+        ]
+        everything = replace(seen, topics=(*seen.topics, *others))
+        return list(check_published(everything, [topic.name for topic in missing]))
+
+    def _observed(self) -> Observed:
+        with self._lock:
+            stamps, sweeps, mount = list(self._stamps), list(self._sweeps), self._mount
+        times = np.array(stamps, dtype=np.int64).reshape(-1, 2)
+        topics = [self._topic(name, kind, times) for name, kind in self._topics.items()]
+        transforms = self._heard_transforms()
+        if mount is not None and not np.array_equal(mount, np.eye(4)):
+            transforms.append(Transform(_BASE, _SENSOR, mount, is_static=True))
+        return Observed(
+            0.0,
+            tuple(topics),
+            self._scans,
+            transforms=tuple(transforms),
+            sweeps=tuple(sweeps),
+            is_live=True,
+        )
+
+    def _topic(self, name: str, kind: str, times: NDArray[np.int64]) -> Topic:
+        node, is_scans = self._node, name == self._scans
+        own = [s for s in node.get_subscriptions_info_by_topic(name) if self._is_own(s)]
+        return Topic(
+            name,
+            kind,
+            times[:, 0] if is_scans else np.zeros(0, dtype=np.int64),
+            times[:, 1] if is_scans else np.zeros(0, dtype=np.int64),
+            offers=offers_of(node.get_publishers_info_by_topic(name)),
+            requests=offers_of(own),
+        )
+
+    def _is_own(self, endpoint: Any) -> bool:
+        node = self._node
+        whose = endpoint.node_namespace, endpoint.node_name
+        return whose == (node.get_namespace(), node.get_name())
+
+    def _on_static(self, data: bytes) -> None:
+        self._take_transforms(data, is_static=True)
+
+    def _on_tf(self, data: bytes) -> None:
+        # Some of many: whoever overwrites a frame does so again and again.
+        now_s = time.monotonic()
+        if now_s - self._looked_s >= _TF_PERIOD_S:
+            self._looked_s = now_s
+            self._take_transforms(data, is_static=False)
+
+    def _take_transforms(self, data: bytes, is_static: bool) -> None:
+        try:
+            for each in transforms_of(deserialize_message(data, TFMessage), is_static):
+                self._transforms[each.parent, each.child] = each, time.monotonic()
+        except ValueError:
+            return  # whoever looks it up says so
+
+    def _heard_transforms(self) -> list[Transform]:
+        """Return those that are static, or came lately."""
+        oldest_s = time.monotonic() - _TF_MEMORY_S
+        return [
+            each
+            for each, heard_s in list(self._transforms.values())
+            if each.is_static or heard_s > oldest_s
+        ]
+
+
+def offers_of(endpoints: Iterable[TopicEndpointInfo]) -> tuple[Offer, ...]:
+    """Return the QoS of publishers or subscribers, each with the name of its node."""
+    return tuple(_offer(each) for each in endpoints if each.node_name != DOCTOR)
+
+
+def _offer(endpoint: TopicEndpointInfo) -> Offer:
+    qos: QoSProfile = endpoint.qos_profile
+    is_latched = qos.durability is QoSDurabilityPolicy.TRANSIENT_LOCAL
+    is_reliable = qos.reliability is not QoSReliabilityPolicy.BEST_EFFORT
+    return Offer(endpoint.node_name, is_reliable, is_latched)
+
+
+def findings_to_msg(name: str, findings: Sequence[Finding]) -> Any:
+    """Return the DiagnosticStatus of a node's doctor: what is wrong, each with what to do."""
+    return named_status_to_msg(
+        WARN if findings else OK,
+        f'{name}: doctor',
+        '; '.join(finding.said for finding in findings) or 'nothing is wrong',
+        {finding.said: finding.next for finding in findings},
+    )

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet doctor`` on a running robot: listen for a while, hand over what was heard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+import time
+from typing import Any
+
+from nav_msgs.msg import Odometry
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
+
+from fpnet_core.doctor import Observed
+from fpnet_core.doctor.observed import TF, TF_STATIC
+from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
+from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
+from fpnet_ros.checkup import DOCTOR, offers_of
+from fpnet_ros.inputs import TFMessage
+from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
+from fpnet_ros.runtime import sensor_data
+
+_DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # until everybody has found everybody, and scans; chosen
+_POLL_S = 0.1  # numerical
+_QUEUE = 10  # messages; chosen
+_KINDS = {
+    POINT_CLOUD: PointCloud2,
+    **dict(zip(LASER_SCANS, (LaserScan, MultiEchoLaserScan), strict=True)),
+    ODOMETRY: Odometry,
+    TRANSFORMS: TFMessage,
+}
+
+
+def listen(seconds: float, scans: str = '', odometry: str = '') -> Observed:
+    """Return what is heard of scans, odometry and TF; empty names take what nodes listen to."""
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    try:
+        node = Node(DOCTOR, context=context)
+        listener = Listener(node)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        _spin(executor, _DISCOVERY_S)
+        _spin(executor, _PATIENCE_S - _DISCOVERY_S, listener.sees_scans)
+        listener.start(scans, odometry)
+        _spin(executor, seconds)
+        return listener.observed(seconds)
+    finally:
+        context.try_shutdown()
+
+
+def _spin(
+    executor: SingleThreadedExecutor, seconds: float, is_enough: Callable[[], bool] = lambda: False
+) -> None:
+    deadline = time.monotonic() + seconds
+    while (left_s := deadline - time.monotonic()) > 0.0 and not is_enough():
+        executor.spin_once(timeout_sec=min(left_s, _POLL_S))
+
+
+class Listener:
+    """
+    Subscribes through a node, as undemandingly as can be: everybody can be heard.
+
+    Parameters
+    ----------
+    node
+        Follows ``/clock`` where somebody publishes it, as the robot's nodes then should.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._observer = Observer({})
+
+    def start(self, scans: str, odometry: str) -> None:
+        """Begin to listen, once the graph is known."""
+        node = self._node
+        types = self._types()
+        if node.count_publishers('/clock'):
+            node.set_parameters([Parameter('use_sim_time', value=True)])
+        asked = {name: kind for name, kind in types.items() if self._is_asked_for(name)}
+        self._observer = Observer(
+            types,
+            scans or likeliest_scans(asked) or likeliest_scans(types),
+            odometry or likeliest_odometry(asked) or likeliest_odometry(types) or None,
+        )
+        for name in self._observer.topics:
+            qos = TF_STATIC_QOS if name == TF_STATIC else sensor_data(_QUEUE)
+            take = partial(self._take, name)
+            if (kind := _KINDS.get(types[name])) is not None:  # without tf2_msgs there is no TF
+                node.create_subscription(kind, name, take, qos)
+
+    def sees_scans(self) -> bool:
+        """Tell whether somebody publishes scans."""
+        return any(
+            likeliest_scans({name: kind}) and self._node.count_publishers(name)
+            for name, kind in self._types().items()
+        )
+
+    def observed(self, seconds: float) -> Observed:
+        """Return what was heard by now."""
+        wanted = self._observer.wanted((ODOMETRY, GRID), (TF, TF_STATIC))
+        offers = {n: offers_of(self._node.get_publishers_info_by_topic(n)) for n in wanted}
+        asked = {n: offers_of(self._node.get_subscriptions_info_by_topic(n)) for n in wanted}
+        return self._observer.observed(seconds, offers, asked, is_live=True)
+
+    def _types(self) -> dict[str, str]:
+        return {name: kinds[0] for name, kinds in self._node.get_topic_names_and_types()}
+
+    def _is_asked_for(self, name: str) -> bool:
+        return bool(offers_of(self._node.get_subscriptions_info_by_topic(name)))
+
+    def _take(self, name: str, message: Any) -> None:
+        self._observer.hear(name, self._node.get_clock().now().nanoseconds, message)

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Floorplans as they come, each with what its publisher knows of its scale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import OccupancyGrid
+
+from fpnet_core.config import ScalePolicy
+from fpnet_core.errors import FpnetError
+from fpnet_core.localizer import Localizer
+from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.types import GridMap
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.runtime import LATCHED
+from msg_adapters.grids import grid_from_msg
+from msg_adapters.scales import GridScale, scale_from_msg
+from msg_adapters.stamps import stamp_from_msg
+
+SCALE_TOPIC = 'floorplan_scale'
+"""Given: of the companion to ``floorplan``."""
+
+
+class ServedPlan(NamedTuple):
+    """A floorplan, the frame that it is in, and what is known of its scale."""
+
+    grid: GridMap
+    frame_id: str
+    scale: GridScale
+
+    @property
+    def said_of_scale(self) -> str:
+        """Return what goes behind the news of it: nothing where its scale is stated."""
+        return '' if self.scale.is_stated else f'; {self.scale.said}'
+
+    def give_to(self, localizer: Localizer, policy: ScalePolicy) -> None:
+        """
+        Set the floorplan; one whose scale nobody states is searched for it, unless it is trusted.
+
+        Raises
+        ------
+        MapFormatError
+            If it holds no room; the old one stays in force.
+        """
+        if self.scale.is_stated or policy == 'trusted':
+            localizer.set_plan(self.grid)
+            return
+        estimate = ScaleEstimate(1.0, self.scale.low, self.scale.high)
+        localizer.set_plan(self.grid, estimate, 'unknown')
+
+
+class FloorplanInput:
+    """
+    Pairs the grids on ``floorplan`` with the scales on ``floorplan_scale``, by their stamps.
+
+    The scale may come first or second, or never: then the grid's is a stated one.
+
+    Parameters
+    ----------
+    take
+        Takes a floorplan; the same one again where its scale was late.
+    report
+        Takes what is wrong with a message.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        take: Callable[[ServedPlan], None],
+        report: Callable[[FpnetError], None],
+    ) -> None:
+        self._take, self._report = take, report
+        self._taken: ServedPlan | None = None
+        self._scale = GridScale(0)
+        node.add_subscription(DiagnosticArray, SCALE_TOPIC, self._on_scale, LATCHED)
+        node.add_subscription(OccupancyGrid, 'floorplan', self._on_grid, LATCHED)
+
+    def _on_grid(self, msg: OccupancyGrid) -> None:
+        try:
+            grid = grid_from_msg(msg)
+        except FpnetError as error:
+            self._report(error)
+            return
+        stamp_ns = stamp_from_msg(msg.header.stamp)
+        is_its = self._scale.stamp_ns == stamp_ns
+        scale = self._scale if is_its else GridScale(stamp_ns)
+        self._hand_on(ServedPlan(grid, msg.header.frame_id, scale))
+
+    def _on_scale(self, msg: DiagnosticArray) -> None:
+        try:
+            self._scale = scale = scale_from_msg(msg)
+        except FpnetError as error:
+            self._report(error)
+            return
+        taken = self._taken
+        if taken and taken.scale.stamp_ns == scale.stamp_ns and taken.scale != scale:
+            self._hand_on(taken._replace(scale=scale))
+
+    def _hand_on(self, plan: ServedPlan) -> None:
+        self._taken = plan
+        self._take(plan)

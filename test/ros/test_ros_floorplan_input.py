@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A floorplan and what is known of its scale come on two topics, in whatever order."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import OccupancyGrid
+from planted import plan_grid
+import pytest
+
+from fpnet_core.errors import FpnetError
+from fpnet_ros.floorplans import FloorplanInput
+from msg_adapters.grids import grid_to_msg
+from msg_adapters.scales import GridScale, scale_to_msg
+
+pytestmark = pytest.mark.ros
+
+SCALE = GridScale(7, 0.8, 1.2, 'about 0.05 m per pixel')
+
+
+class _Node:
+    """Hands messages to who has subscribed."""
+
+    def __init__(self):
+        self.callbacks = {}
+
+    def add_subscription(self, kind, topic, callback, qos):
+        self.callbacks[kind] = callback
+
+    def send(self, msg):
+        self.callbacks[type(msg)](msg)
+
+
+class _Localizer:
+    def __init__(self):
+        self.told = []
+
+    def set_plan(self, grid, scale=None, policy=None):
+        self.told.append((scale and (scale.low, scale.high), policy))
+
+
+@pytest.fixture
+def heard():
+    node, plans, errors = _Node(), [], []
+    FloorplanInput(node, plans.append, errors.append)
+    return node, plans, errors
+
+
+@pytest.mark.parametrize('order', [(0, 1), (1, 0)])
+def test_an_estimated_scale_ends_with_its_grid_whichever_comes_first(heard, order):
+    node, plans, _ = heard
+    messages = grid_to_msg(plan_grid(), 7, 'drawing'), scale_to_msg(SCALE)
+    for index in order:
+        node.send(messages[index])
+    assert plans[-1].scale == SCALE
+    assert plans[-1].frame_id == 'drawing'
+    assert 'about 0.05' in plans[-1].said_of_scale
+    localizer = _Localizer()
+    plans[-1].give_to(localizer, 'approximate')
+    plans[-1].give_to(localizer, 'trusted')
+    assert localizer.told == [((0.8, 1.2), 'unknown'), (None, None)]
+
+
+def test_a_grid_that_no_scale_goes_with_is_stated(heard):
+    node, plans, _ = heard
+    node.send(scale_to_msg(SCALE))
+    node.send(grid_to_msg(plan_grid(), 8, 'map'))
+    assert plans[-1].scale.is_stated
+    assert plans[-1].said_of_scale == ''
+    localizer = _Localizer()
+    plans[-1].give_to(localizer, 'approximate')
+    assert localizer.told == [(None, None)]
+
+
+def test_a_stated_scale_that_comes_late_changes_nothing(heard):
+    node, plans, _ = heard
+    node.send(grid_to_msg(plan_grid(), 7, 'map'))
+    node.send(scale_to_msg(GridScale(7, said='stated by plan.yaml')))
+    assert len(plans) == 1
+
+
+def test_bad_messages_are_told_and_the_floorplan_stays(heard):
+    node, plans, errors = heard
+    node.send(DiagnosticArray())
+    node.send(OccupancyGrid())
+    assert plans == []
+    assert [isinstance(error, FpnetError) for error in errors] == [True, True]

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``ros2 param dump`` and ``load`` of a node's own values."""
+
+import pytest
+import rclpy
+from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from std_msgs.msg import String
+import yaml
+
+from fpnet_core.config import FpnetConfig
+from fpnet_ros.params import OwnValues, ParameterTree
+from fpnet_ros.processes import free_domain_id
+from fpnet_ros.settings import LIVE, LocalizerParameters
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def node(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    given = ['--ros-args', '-p', 'path_spacing_m:=1e-05', '-p', 'base_frame:=base_link']
+    rclpy.init(args=given, domain_id=free_domain_id())
+    node = OwnValues('finder')
+    ParameterTree(node, LocalizerParameters, live=LIVE)
+    ParameterTree(node, FpnetConfig)
+    overriding = QoSOverridingOptions.with_default_policies()
+    node.create_subscription(String, 'words', print, 1, qos_overriding_options=overriding)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def dumped(node) -> dict:
+    """Return a node's parameters as ``ros2 param dump`` writes them."""
+    names = node.list_parameters([], 0).names
+    found = {}
+    for name in names:
+        value = node.get_parameter_or(name).value
+        found[name] = list(value) if hasattr(value, 'typecode') else value
+    return found
+
+
+def loaded(node, values: dict, path) -> dict[str, str]:
+    """Load a dump as ``ros2 param load`` does; return why, by name, of what was refused."""
+    path.write_text(yaml.dump({'/finder': {'ros__parameters': values}}))
+    refused = {}
+    for message in parameter_dict_from_yaml_file(str(path)).values():
+        result = node.set_parameters_atomically([Parameter.from_parameter_msg(message)])
+        if not result.successful:
+            refused[message.name] = result.reason
+    return refused
+
+
+def test_a_nodes_own_dump_is_accepted_and_changes_nothing(node, tmp_path):
+    values = dumped(node)
+    assert values['path_spacing_m'] == 1e-05
+    assert any(name.startswith('qos_overrides') for name in values), 'read-only ones'
+    assert values['scan_topics'] == []
+    assert loaded(node, values, tmp_path / 'dump.yaml') == {}
+    assert dumped(node) == values
+
+
+def test_what_a_dump_was_edited_to_say_is_set_or_refused_with_its_reason(node, tmp_path):
+    values = dumped(node) | {'transform_tolerance': 0.25, 'base_frame': 'base', 'tf_rate_hz': 5.0}
+    refused = loaded(node, values, tmp_path / 'dump.yaml')
+    assert set(refused) == {'base_frame', 'tf_rate_hz'}
+    assert 'is read when the node is configured' in refused['base_frame']
+    assert node.get_parameter('transform_tolerance').value == 0.25

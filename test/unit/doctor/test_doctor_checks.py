@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Single checks, on values made up for them."""
+
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
+from fpnet_core.doctor.clocks import check_clocks
+from fpnet_core.doctor.examine import examine
+from fpnet_core.doctor.frames import check_tree
+from fpnet_core.doctor.motion import Motion
+from fpnet_core.doctor.sensor import is_upside_down, tilt
+from fpnet_core.doctor.topics import check_published, check_qos, mismatch
+from fpnet_core.io.message_types import GRID, POINT_CLOUD
+from fpnet_lab.sim.recording import make_recording
+from fpnet_lab.sim.scenes import RecordingOptions
+from fpnet_lab.sim.sensors import SENSORS
+
+NONE = np.zeros(0, dtype=np.int64)
+RELIABLE, BEST_EFFORT = Offer(), Offer(is_reliable=False)
+LATCHED = Offer(is_latched=True)
+
+
+def topic(name, kind, stamps_ns=NONE, heard_ns=None, **more):
+    stamps = np.asarray(stamps_ns, dtype=np.int64)
+    return Topic(name, kind, stamps, stamps if heard_ns is None else heard_ns, **more)
+
+
+@pytest.mark.parametrize(
+    ('floor', 'ceiling', 'told_m', 'expected'),
+    [
+        (-0.9, 1.8, None, False),
+        (-0.9, 1.8, 0.9, False),
+        (-0.9, None, None, False),
+        (None, 1.8, None, False),  # a dome sees no floor
+        (None, None, 0.9, False),
+        (-1.8, 0.9, None, True),
+        (-1.8, 0.9, 0.9, True),
+        (None, 0.9, None, True),  # a dome that looks down
+        (-1.5, 0.9, None, False),  # a tall robot below a low ceiling, as far as anybody can tell
+        (-1.5, 0.9, 1.5, False),
+        (-1.5, 0.9, 0.9, True),
+    ],
+)
+def test_the_floor_is_told_from_the_ceiling(floor, ceiling, told_m, expected):
+    assert is_upside_down(floor, ceiling, told_m) is expected
+
+
+@pytest.mark.parametrize('sensor', ['beams16', 'beams32', 'beams64', 'dome', 'rosette'])
+def test_the_tilt_of_every_kind_of_lidar_is_measured(sensor):
+    recording = make_recording(1, RecordingOptions(lidar=SENSORS[sensor]))
+    points = np.concatenate([recording.scan(i).points[::8] for i in range(0, 40, 10)])
+    for degrees in (0.0, 12.0):
+        turned = Rotation.from_euler('yx', [0.8 * degrees, 0.6 * degrees], degrees=True)
+        found = tilt(points.astype(np.float64) @ turned.as_matrix().T)
+        assert np.rad2deg(found) == pytest.approx(degrees, abs=2.0)
+
+
+@pytest.mark.parametrize(
+    ('offer', 'request_', 'expected'),
+    [
+        (RELIABLE, RELIABLE, None),
+        (RELIABLE, BEST_EFFORT, None),
+        (BEST_EFFORT, BEST_EFFORT, None),
+        (LATCHED, RELIABLE, None),
+        (LATCHED, LATCHED, None),
+        (BEST_EFFORT, RELIABLE, ('best effort', 'reliable')),
+        (RELIABLE, LATCHED, ('volatile', 'transient local')),
+    ],
+)
+def test_who_hears_whom_is_as_in_dds(offer, request_, expected):
+    assert mismatch(offer, request_) == expected
+
+
+def test_a_map_that_is_not_latched_is_found_and_a_costmap_is_nobodys_business():
+    topics = [
+        topic(name, GRID, offers=(RELIABLE,)) for name in ('/map', '/ns/floorplan', '/costmap')
+    ]
+    found = list(check_qos(Observed(1.0, tuple(topics))))
+    assert [finding.where for finding in found] == ['/map', '/ns/floorplan']
+    assert {finding.problem for finding in found} == {Problem.QOS}
+
+
+def test_of_missing_inputs_what_there_is_of_their_kind_is_named():
+    seen = Observed(
+        1.0, (topic('/points', POINT_CLOUD), topic('/lidar', POINT_CLOUD, offers=(RELIABLE,)))
+    )
+    (finding,) = check_published(seen, ['/points', '/lidar', '/absent'])
+    assert finding.where == '/points'
+    assert 'there is /lidar' in finding.evidence
+
+
+def _tree(edges):
+    transforms = [Transform(parent, child, np.eye(4), False) for parent, child in edges]
+    return list(check_tree(Observed(1.0, (), transforms=tuple(transforms))))
+
+
+names = st.sampled_from('abcdefg')
+
+
+@given(st.lists(st.tuples(names, names), max_size=12))
+def test_a_tree_is_healthy_exactly_where_every_frame_leads_to_a_root(edges):
+    parents = {}
+    for parent, child in edges:
+        parents.setdefault(child, set()).add(parent)
+    problems = {finding.problem for finding in _tree(edges)}
+    assert (Problem.PARENTS in problems) == any(len(above) > 1 for above in parents.values())
+    if Problem.PARENTS not in problems:
+        single = {child: next(iter(above)) for child, above in parents.items()}
+
+        def circles(frame):
+            for _ in range(len(single) + 1):
+                if frame not in single:
+                    return False
+                frame = single[frame]
+            return True
+
+        assert (Problem.LOOP in problems) == any(circles(child) for child in single)
+
+
+def test_every_loop_is_told_once():
+    found = _tree([('a', 'b'), ('b', 'a'), ('x', 'y'), ('y', 'x'), ('a', 'leaf'), ('root', 'far')])
+    assert [finding.where for finding in found] == ['a', 'x']
+
+
+def test_stamps_of_zero_and_another_clock_than_the_nodes_are_found():
+    stamps = np.arange(20) * 10**8
+    late = topic('/points', POINT_CLOUD, stamps, stamps + 5 * 10**9)
+    seen = Observed(2.0, (late,), '/points')
+    assert not list(check_clocks(seen)), 'a bag may have been recorded by any clock'
+    (finding,) = check_clocks(replace(seen, is_live=True))
+    assert '5.0 s behind' in finding.evidence
+    (finding,) = check_clocks(replace(seen, topics=(topic('/points', POINT_CLOUD, [0, 0, 0]),)))
+    assert 'all zero' in finding.evidence
+
+
+def test_nothing_at_all_is_a_missing_topic_and_no_more():
+    (finding,) = examine(Observed(1.0, ()))
+    assert (finding.problem, finding.where) == (Problem.TOPIC, 'scans')
+
+
+def _moved(x, degrees):
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_euler('z', degrees, degrees=True).as_matrix()
+    T[0, 3] = x
+    return T
+
+
+@pytest.mark.parametrize(
+    ('by_odometry', 'by_scans', 'drives', 'turns'),
+    [
+        ((0.5, 2.0), (0.53, 4.0), False, False),
+        ((0.8, 2.0), (0.5, 2.0), True, False),
+        ((-0.5, 0.0), (0.5, 0.0), True, False),
+        ((0.0, 20.0), (0.0, -20.0), False, True),
+        ((0.0, 0.0), (0.0, 20.0), False, True),
+    ],
+)
+def test_drift_is_no_disagreement(by_odometry, by_scans, drives, turns):
+    motion = Motion(_moved(*by_odometry), _moved(*by_scans))
+    assert (motion.drives_elsewhere, motion.turns_otherwise) == (drives, turns)
