@@ -29,7 +29,7 @@ _SPAN = 3  # sweeps over which turns are compared
 
 
 def check_lag(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
-    """Yield scans whose stamps are earlier or later than odometry's by a part of a sweep."""
+    """Yield scans that nodes take for earlier or later than they are, by a part of a sweep."""
     lag_s = lag(poses, seen.track)
     if lag_s is None or abs(lag_s) < _LEAST_LAG_S:
         return
@@ -38,8 +38,9 @@ def check_lag(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
         Problem.LAG,
         seen.scans,
         f'its turns fit those of {seen.odometry} best if its stamps are {abs(lag_s):.2f} s {when}',
-        'stamps of the start of a sweep are early by its duration: let the driver stamp the end, '
-        'or send times of points; late ones are of arrival: let it stamp by the sensor',
+        'say what they are of with scans.stamp (scan_stamp:=start, middle or end): taken for '
+        'another end of the sweep they are early or late by its duration. Stamps of arrival are '
+        'late: let the driver stamp by the sensor',
     )
 
 

@@ -77,7 +77,7 @@ class Transform:
 @dataclass(frozen=True, eq=False)
 class SeenScan:
     """
-    One scan: ``points (P, 3)`` [m] in ``frame``, at ``stamp_ns``.
+    One scan: ``points (P, 3)`` [m] in ``frame``; ``stamp_ns`` is what its pose is of.
 
     ``time_s (P,)`` None: without times; ``fields`` are the names in the message; ``is_planar``:
     of a LaserScan.

@@ -30,6 +30,8 @@ from fpnet_core.io.bags import stamp_to_ns
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
 from fpnet_core.io.pointcloud2 import decode_points
+from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.stamps import NS_PER_S
 
 MOST_SWEEPS = 150
 """Sweeps that are kept; a check needs no more. Chosen."""
@@ -68,6 +70,7 @@ class Observer:
         self._transforms: dict[tuple[str, str, bool], Transform] = {}
         self._sweeps: list[SeenScan] = []
         self._track = PoseTrack()
+        self._stamps = SweepStamps(say=in_silence)
         self._unreadable: list[str] = []
 
     @property
@@ -156,15 +159,17 @@ class Observer:
 
     def _take_scan(self, msgtype: str, stamp_ns: int, frame: str, message: Any) -> None:
         try:
-            self._sweeps.append(_scan(msgtype, stamp_ns, frame, message))
+            self._sweeps.append(_scan(msgtype, stamp_ns, frame, message, self._stamps))
         except FpnetError as error:
             self._unreadable.append(str(error))
 
 
-def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any) -> SeenScan:
+def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepStamps) -> SeenScan:
+    """Return a scan, at the end of its sweep as nodes find it."""
     if msgtype in LASER_SCANS:
         seen = decode_laser(message)
-        return SeenScan(frame, stamp_ns, seen.points, seen.time_s, is_planar=True)
+        last_ns = stamp_ns + round(float(seen.time_s.max(initial=0.0)) * NS_PER_S)
+        return SeenScan(frame, last_ns, seen.points, seen.time_s, is_planar=True)
     names = tuple(each.name for each in message.fields)
     cloud = decode_points(
         message.fields,
@@ -177,7 +182,7 @@ def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any) -> SeenScan:
     )
     step = max(1, len(cloud.points) // _MOST_POINTS)
     times = None if cloud.time_s is None else cloud.time_s[::step]
-    return SeenScan(frame, stamp_ns, cloud.points[::step], times, names)
+    return SeenScan(frame, stamps.pose_ns(cloud, stamp_ns), cloud.points[::step], times, names)
 
 
 def likeliest_scans(types: dict[str, str]) -> str:

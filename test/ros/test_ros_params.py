@@ -12,6 +12,7 @@ import yaml
 from fpnet_core.config import FpnetConfig
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.processes import free_domain_id
+from fpnet_ros.replay import Replay
 from fpnet_ros.settings import LIVE, LocalizerParameters
 
 pytestmark = pytest.mark.ros
@@ -21,6 +22,7 @@ pytestmark = pytest.mark.ros
 def node(monkeypatch):
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     given = ['--ros-args', '-p', 'path_spacing_m:=1e-05', '-p', 'base_frame:=base_link']
+    given += ['-p', 'bag:=drive']
     rclpy.init(args=given, domain_id=free_domain_id())
     node = OwnValues('finder')
     ParameterTree(node, LocalizerParameters, live=LIVE)
@@ -60,6 +62,15 @@ def test_a_nodes_own_dump_is_accepted_and_changes_nothing(node, tmp_path):
     assert values['scan_topics'] == []
     assert loaded(node, values, tmp_path / 'dump.yaml') == {}
     assert dumped(node) == values
+
+
+def test_the_player_accepts_its_own_dump(node, tmp_path):
+    replay = Replay()
+    values = dumped(replay)
+    assert (values['bag'], values['topics']) == ('drive', [])
+    assert loaded(replay, values, tmp_path / 'dump.yaml') == {}
+    assert loaded(replay, values | {'rate': 2.0}, tmp_path / 'dump.yaml').keys() == {'rate'}
+    replay.destroy_node()
 
 
 def test_what_a_dump_was_edited_to_say_is_set_or_refused_with_its_reason(node, tmp_path):
