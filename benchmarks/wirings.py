@@ -42,7 +42,8 @@ from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.motion import twist
-from fpnet_core.io.bags import BagReader, BagWriter
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status

@@ -13,7 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fpnet_core.io.bags import BagReader, BagWriter
+    from fpnet_core.io.bag_writer import BagWriter
+    from fpnet_core.io.bags import BagReader
     from fpnet_core.io.clouds import read_cloud
     from fpnet_core.io.maps import read_map, states_scale, write_map
     from fpnet_core.io.outside import outside_as_unknown
@@ -54,7 +55,7 @@ __all__ = [
 
 _MODULE_OF = {
     'BagReader': 'bags',
-    'BagWriter': 'bags',
+    'BagWriter': 'bag_writer',
     'CloudArrays': 'pointcloud2',
     'PointField': 'pointcloud2',
     'PosedScans': 'posed_scans',

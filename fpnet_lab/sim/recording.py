@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.bags import BagWriter, Storage
+from fpnet_core.io.bag_writer import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.io.truth import TRUTH_NAME, TRUTH_POSES_NAME

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fpnet_core.geometry import SE2, angle_between
-from fpnet_core.io.bags import BagWriter
+from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drift import wheel_odometry
 from fpnet_lab.sim.laser_scans import laser_readings

@@ -13,7 +13,8 @@ import time
 
 import pytest
 
-from fpnet_core.io.bags import BagReader, BagWriter
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.runs import read_output
 from fpnet_core.types import Status
 from fpnet_lab.evaluation.demo import TICK_NAME, judge_demo

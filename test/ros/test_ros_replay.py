@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from fpnet_core.io.bags import BagWriter
+from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.types import Status
 from fpnet_ros.runtime import STATUS, STREAM, sensor_data
 from msg_adapters.clouds import cloud_from_msg

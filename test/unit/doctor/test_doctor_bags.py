@@ -15,7 +15,7 @@ from fpnet_core.doctor import Problem
 from fpnet_core.doctor.bag import observe_bag
 from fpnet_core.doctor.examine import examine
 from fpnet_core.io import bags
-from fpnet_core.io.bags import BagWriter
+from fpnet_core.io.bag_writer import BagWriter
 from fpnet_lab.sim.recording import make_recording
 from fpnet_lab.sim.scenes import RecordingOptions
 from fpnet_lab.sim.sensors import SENSORS
