@@ -8,13 +8,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Self
 
-import numpy as np
 from rosbags.interfaces import (
     QosDurability,
     QosReliability,
-    QosTime,
 )
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
@@ -23,14 +21,7 @@ from fpnet_core.errors import BagFormatError
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 
-Storage = Literal['sqlite3', 'mcap']
-
-_BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
-_NO_LIMIT = QosTime(0, 0)  # given
 _TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
-_MSG = _TYPESTORE.types
-# Given: where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
-_PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 
 
 class BagReader:
