@@ -271,8 +271,9 @@ class Listener:
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         for status in msg.status:
-            name = self._names.get(status.name.partition(':')[0])
-            if name is not None:
+            node, _, part = status.name.partition(': ')
+            name = self._names.get(node)
+            if name is not None and part != 'doctor':
                 self.values[name] = {
                     entry.key: float(entry.value)
                     for entry in status.values

@@ -25,6 +25,7 @@ _SMALL_NETWORK = '--epochs 1 --set network.width=8 --set network.layers=1'
 
 RUN = {
     'fpnet plan my_plan.png --out out/plan.yaml': '',
+    'fpnet doctor drive.bag': '',
     'fpnet check-plan my_plan.png --out out/check': '--tours 0',
     'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',
     'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
