@@ -76,9 +76,10 @@ class StateFile:
 
     def before_scan(self) -> None:
         """Compare the restored run with the first scan's: another one has another frame."""
-        if not self._run.publishers:
-            self.follow_odometry()
         saved, self._saved_run = self._saved_run, None
+        if saved is not None or not self._run.publishers:
+            # Publishers are known before their first message is, and with it its number.
+            self.follow_odometry()
         if saved is None:
             return
         goes_on = self._run.goes_on_from(saved)
