@@ -14,7 +14,7 @@ from fpnet_core.cli import main
 from fpnet_core.doctor import Problem
 from fpnet_core.doctor.bag import observe_bag
 from fpnet_core.doctor.examine import examine
-from fpnet_core.io import bags
+from fpnet_core.io import bag_writer
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_lab.sim.recording import make_recording
 from fpnet_lab.sim.scenes import RecordingOptions
@@ -77,7 +77,7 @@ def record(path: Path, drive, robot: Robot) -> Path:
     start_ns = scans[0].stamp_ns
     with pytest.MonkeyPatch.context() as monkeypatch, BagWriter(path) as bag:
         if not robot.is_static_latched:
-            monkeypatch.setattr(bags, '_STATIC_QOS', bags._STREAM_QOS)
+            monkeypatch.setattr(bag_writer, '_STATIC_QOS', bag_writer._STREAM_QOS)
         bag.write_transform('/tf_static', start_ns, 'base_link', robot.mount_child, told)
         for parent, child in robot.more_transforms:
             bag.write_transform('/tf', start_ns, parent, child, np.eye(4))
