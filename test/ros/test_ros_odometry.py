@@ -229,9 +229,12 @@ def test_the_parameters_carry_their_documentation(bench):
     def call(kind, service, request):
         client = bench.node.create_client(kind, f'/odometry/{service}')
         assert bench.wait_for(client.service_is_ready), node.log_tail()
-        future = client.call_async(request)
-        assert bench.wait_for(future.done), node.log_tail()
-        return future.result()
+        # A response that is sent before DDS has found this client's reader is lost: ask again.
+        for _ in range(6):
+            future = client.call_async(request)
+            if bench.wait_for(future.done, 5.0):
+                return future.result()
+        raise AssertionError(node.log_tail())
 
     names = ['odometry.voxel_size']
     (descriptor,) = call(
