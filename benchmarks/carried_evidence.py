@@ -26,7 +26,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.localizer.surroundings import Surroundings, share_in_free_space
+from fpnet_core.localizer.surroundings import Surroundings, signs_of
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.evaluation.localization.drives import Drive, run_product
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
@@ -53,8 +53,7 @@ class Watching:
         usual, before = self.frozen
         self.after += is_after
         if support is not None and before is not None and self.after <= FIRST_LOOKS:
-            in_free = share_in_free_space(before, submap)
-            self.rows.append((is_after, support / max(usual, 0.05), in_free))
+            self.rows.append((is_after, *signs_of(support, usual, before, submap)))
         return False
 
 

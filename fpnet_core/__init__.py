@@ -14,23 +14,12 @@ from typing import TYPE_CHECKING, Any
 from fpnet_core import kernel_cache as kernel_cache
 
 if TYPE_CHECKING:
-    from fpnet_core.api import (
-        FpnetConfig,
-        FpnetError,
-        Match,
-        Plan,
-        RobotMap,
-        Rooms,
-        Run,
-        Status,
-        check_plan,
-        load_config,
-        localize,
-        match,
-        read_plan,
-        read_robot_map,
-        segment,
-    )
+    from fpnet_core.api import check_plan, localize, match, read_plan, read_robot_map, segment
+    from fpnet_core.api.run import Run
+    from fpnet_core.api.values import Match, Plan, RobotMap, Rooms
+    from fpnet_core.config import FpnetConfig, load_config
+    from fpnet_core.errors import FpnetError
+    from fpnet_core.types import Status
 
 __all__ = [
     'FpnetConfig',
@@ -50,12 +39,30 @@ __all__ = [
     'segment',
 ]
 
+_MODULE_OF = {
+    'FpnetConfig': 'config',
+    'FpnetError': 'errors',
+    'Match': 'api.values',
+    'Plan': 'api.values',
+    'RobotMap': 'api.values',
+    'Rooms': 'api.values',
+    'Run': 'api.run',
+    'Status': 'types',
+    'check_plan': 'api',
+    'load_config': 'config',
+    'localize': 'api',
+    'match': 'api',
+    'read_plan': 'api',
+    'read_robot_map': 'api',
+    'segment': 'api',
+}
+
 
 def __getattr__(name: str) -> Any:
     """Load a name of the interface."""
-    if name not in __all__:
+    if name not in _MODULE_OF:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    return getattr(import_module('fpnet_core.api'), name)
+    return getattr(import_module(f'fpnet_core.{_MODULE_OF[name]}'), name)
 
 
 def __dir__() -> list[str]:

@@ -21,7 +21,7 @@ from typing import NoReturn
 
 from fpnet_core.api.run import Run, scans_of
 from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
-from fpnet_core.config import FpnetConfig, OdometryChoice, load_config
+from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
@@ -37,7 +37,7 @@ from fpnet_core.plan_check import PlanCheck
 from fpnet_core.plan_check import check_plan as _check_plan
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
 from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
-from fpnet_core.types import Status, Submap
+from fpnet_core.types import Submap
 
 
 def read_plan(
@@ -239,22 +239,3 @@ def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) ->
 
 def _no_drive(*_: object) -> NoReturn:
     raise AssertionError('no drive was asked for')
-
-
-__all__ = [
-    'FpnetConfig',
-    'FpnetError',
-    'Match',
-    'Plan',
-    'RobotMap',
-    'Rooms',
-    'Run',
-    'Status',
-    'check_plan',
-    'load_config',
-    'localize',
-    'match',
-    'read_plan',
-    'read_robot_map',
-    'segment',
-]

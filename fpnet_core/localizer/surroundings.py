@@ -121,12 +121,18 @@ class Surroundings:
         """
         if support is None:
             return False
-        before, wanted = vicinity.before, self.config.doubt_probability
-        in_free = 0.0 if before is None else share_in_free_space(before, submap)
-        signs = (1.0, support / max(usual, _LEAST_USUAL), in_free)
-        return float(expit(np.dot(_WEIGHTS, signs))) > (
-            1.0 - wanted if vicinity.doubts else wanted
-        )
+        signs = signs_of(support, usual, vicinity.before, submap)
+        elsewhere = float(expit(np.dot(_WEIGHTS, (1.0, *signs))))
+        wanted = self.config.doubt_probability
+        return elsewhere > (1.0 - wanted if vicinity.doubts else wanted)
+
+
+def signs_of(
+    support: float, usual: float, before: Submap | None, submap: Submap
+) -> tuple[float, float]:
+    """Return the support beside its usual one, and the share of returns in what was free."""
+    in_free = 0.0 if before is None else share_in_free_space(before, submap)
+    return support / max(usual, _LEAST_USUAL), in_free
 
 
 def share_in_free_space(before: Submap, submap: Submap) -> float:
