@@ -88,6 +88,7 @@ class Checkup:
         self._topics = {**inputs, node.resolve_topic_name('floorplan'): GRID}
         self._scans = next(iter(inputs))
         self._begun_s = time.monotonic()
+        self._published: set[str] = set()  # topics that somebody has published
         self._told: set[tuple[str, str]] = set()
         self._lock = Lock()  # scans come in another thread
         self._sweeps: list[SeenScan] = []
@@ -139,8 +140,14 @@ class Checkup:
 
     def _unpublished(self, seen: Observed) -> list[Finding]:
         """Return the inputs that nobody publishes, each with what there is of its kind."""
-        missing = [topic for topic in seen.topics if not topic.offers]
-        if not missing or time.monotonic() - self._begun_s < _DISCOVERY_S:
+        self._published |= {topic.name for topic in seen.topics if topic.offers}
+        is_settled = time.monotonic() - self._begun_s >= _DISCOVERY_S
+        missing = [
+            topic
+            for topic in seen.topics
+            if not topic.offers and (is_settled or topic.name in self._published)
+        ]
+        if not missing:
             return []
         node, none = self._node, np.zeros(0, dtype=np.int64)
         kinds = {name: kind for name, (kind, *_) in node.get_topic_names_and_types()}

@@ -298,8 +298,7 @@ def test_without_its_server_the_floorplan_stays_and_diagnostics_say_so(running):
         statuses = [status for msg in running.diagnostics for status in msg.status]
         return any('/floorplan' in status.message for status in statuses)
 
-    # Diagnostics come once a second, and topics are looked at now and then.
-    assert running.bench.wait_for(told, 8.0), running.tail()
+    assert running.bench.wait_for(told, 3.0), running.tail()
     assert running.says('topic missing (/floorplan)') == 1
     ticks = len(running.statuses)
     assert running.send_until(lambda: len(running.statuses) > ticks + 3)
