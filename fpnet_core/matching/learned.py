@@ -1,16 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The trained network as a region matcher; importing this module loads torch."""
+"""The trained network as a region matcher."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import torch
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.io.weights import read_weights
@@ -21,7 +19,7 @@ from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 from fpnet_core.matching.thresholds import graded_threshold
 from fpnet_core.matching.types import mutual_pairs
-from fpnet_core.models import GraphBatch, load_network
+from fpnet_core.models.inference import inference_of
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 Probability = NDArray[np.float64]
@@ -43,10 +41,10 @@ class LearnedMatcher:
     def __init__(self, config: MatcherConfig, settle: bool = True) -> None:
         self._config = config
         weights = read_weights(Path(config.weights) if config.weights else None, FEATURE_SCHEMA)
-        self._network = load_network(weights)
+        self._network = inference_of(weights)
         self._model: EvidenceModel | None = evidence_model(weights) if settle else None
         self._plan: RegionGraph | None = None
-        self._plan_batch: GraphBatch | None = None
+        self._prepared: Any = None
         self._plan_geometry: GraphGeometry | None = None
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
@@ -67,18 +65,13 @@ class LearnedMatcher:
 
     def likelihood(self, plan: RegionGraph, sub: RegionGraph) -> Probability:
         """Return the network's own assignment ``(M, N)`` of two graphs that are not empty."""
-        with _one_thread(), torch.inference_mode():
-            plan_batch = self._batch_of(plan)
-            log_assignment = self._network(plan_batch, self._network.batch([sub]))
-            probability: Probability = log_assignment[0, :-1, :-1].double().exp().numpy()
-        return probability
-
-    def _batch_of(self, plan: RegionGraph) -> GraphBatch:
-        if self._plan is not plan or self._plan_batch is None:
-            self._plan_batch = self._network.prepared(self._network.batch([plan]))
+        if self._plan is not plan:
+            self._prepared, self._plan_geometry = (
+                self._network.prepared(plan),
+                graph_geometry(plan),
+            )
             self._plan = plan
-            self._plan_geometry = graph_geometry(plan)
-        return self._plan_batch
+        return self._network.likelihood(self._prepared, sub)
 
     def _settled(
         self, base: Probability, sub: RegionGraph, model: EvidenceModel
@@ -91,19 +84,3 @@ class LearnedMatcher:
         assignments, posterior = rank(assignments, model)
         probability = pair_probability(base, assignments, posterior, sub_side)
         return probability, hypotheses_of(assignments, posterior, plan_side, sub_side)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """
-    Let tensor operations run on the calling thread.
-
-    The graphs are too small to gain from more, and a team of threads waits at every operation for
-    its last one: beside other busy programs a match took many times as long.
-    """
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)

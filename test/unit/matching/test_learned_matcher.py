@@ -11,7 +11,9 @@ from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import PaperConfig, PaperNetwork, load_network
+from fpnet_core.models.config import PaperConfig
+from fpnet_core.models.loading import load_network
+from fpnet_core.models.paper import PaperNetwork
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 NETWORK = PaperConfig(width=8, blocks=1, position_widths=(6,))

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a network is written with that arrays and tensors do not share; here for NumPy.
+
+Importing PyTorch takes longer than matching two maps, and for graphs of a few hundred nodes its
+calls cost more than NumPy's. So networks that robots run are written for a :class:`Library`, of
+which training has another (:mod:`fpnet_core.models.tensors`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = Any
+"""An array of NumPy or a tensor of PyTorch; what both have in common is used of it."""
+
+Floats = NDArray[np.floating[Any]]
+
+MASKED = -1e4
+"""
+Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
+"""
+
+_SINGLE_THREAD = 2**18
+"""
+Numerical: multiplications up to which OpenBLAS keeps a product on the calling thread.
+
+Graphs are too small to gain from more, and a team of threads waits for its last one at every
+product: beside other busy programs a match took a hundred times as long.
+"""
+
+# Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one unit
+# of single precision in the last place.
+_ERF_P = 0.3275911
+_ERF_A = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)  # given: same
+_EPSILON = 1e-5  # given: what layer normalisation adds to a variance, as in training
+
+
+@dataclass(frozen=True)
+class Library:
+    """
+    Arrays of one kind: their ``module``, and what has no name or form in common.
+
+    ``linear(x, weight, bias)`` maps the last axis; ``mixed(x, weight, bias)`` the last but one
+    of ``x (B, F, K)``; ``attention(query, key, value, bias)`` are softmax-weighted sums of
+    ``value (B, heads, S, d)`` with ``bias (B, heads, T, S)`` added to the scaled products.
+    """
+
+    module: ModuleType
+    product: Callable[[Array, Array], Array]
+    linear: Callable[[Array, Array, Array], Array]
+    mixed: Callable[[Array, Array, Array], Array]
+    layer_norm: Callable[[Array, Array, Array], Array]
+    gelu: Callable[[Array], Array]
+    attention: Callable[[Array, Array, Array, Array], Array]
+    log_softmax: Callable[[Array, int], Array]
+    log_sigmoid: Callable[[Array], Array]
+    identity_like: Callable[[Array], Array]
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Return ``a (..., T, K) @ b (..., K, S)``, computed by the calling thread alone."""
+    rows = _rows_at_once(*b.shape[-2:])
+    if a.shape[-2] <= rows:
+        return np.asarray(a @ b)
+    lead = np.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    out = np.empty((*lead, a.shape[-2], b.shape[-1]), dtype=np.result_type(a, b))
+    for start in range(0, a.shape[-2], rows):
+        part = slice(start, start + rows)
+        np.matmul(a[..., part, :], b, out=out[..., part, :])
+    return out
+
+
+def _rows_at_once(inner: int, columns: int) -> int:
+    return max(1, _SINGLE_THREAD // max(inner * columns, 1))
+
+
+def _linear(x: Floats, weight: Floats, bias: Floats) -> Floats:
+    out = product(x, weight.T)
+    out += bias
+    return out
+
+
+def _mixed(x: Floats, weight: Floats, bias: Floats) -> Floats:
+    # Transposed views: the many columns of x are the rows that are taken in turn.
+    out = product(x.swapaxes(-1, -2), weight.T)
+    out += bias
+    return out.swapaxes(-1, -2)
+
+
+def _layer_norm(x: Floats, weight: Floats, bias: Floats) -> Floats:
+    centred = x - x.mean(axis=-1, keepdims=True)
+    variance = np.square(centred).mean(axis=-1, keepdims=True)
+    centred /= np.sqrt(variance + _EPSILON)
+    return np.asarray(centred * weight + bias)
+
+
+def gelu(x: Floats) -> Floats:
+    """Return the Gaussian error linear unit ``x Phi(x)`` (...) of ``x (...)``."""
+    z = np.abs(x) * math.sqrt(0.5)
+    t = 1.0 / (1.0 + _ERF_P * z)
+    tail = np.zeros_like(t)
+    for coefficient in _ERF_A:
+        tail += coefficient
+        tail *= t
+    tail *= np.exp(-z * z)
+    # Half the tail of |x|: x Phi(x) is that much below x above zero, and is it below.
+    tail *= 0.5 * np.abs(x)
+    return np.asarray(np.maximum(x, 0.0) - tail)
+
+
+def _attention(query: Floats, key: Floats, value: Floats, bias: Floats) -> Floats:
+    out = np.empty_like(query)
+    ahead = np.ascontiguousarray((key / math.sqrt(key.shape[-1])).swapaxes(-1, -2))
+    rows = _rows_at_once(*ahead.shape[-2:])
+    for start in range(0, query.shape[-2], rows):
+        part = slice(start, start + rows)
+        weight = query[..., part, :] @ ahead
+        weight += bias[..., part, :]
+        weight -= weight.max(axis=-1, keepdims=True)
+        np.exp(weight, out=weight)
+        np.matmul(weight, value, out=out[..., part, :])
+        out[..., part, :] /= weight.sum(axis=-1, keepdims=True)
+    return out
+
+
+def _log_softmax(x: Floats, axis: int) -> Floats:
+    lowered = x - x.max(axis=axis, keepdims=True)
+    return np.asarray(lowered - np.log(np.exp(lowered).sum(axis=axis, keepdims=True)))
+
+
+def _log_sigmoid(x: Floats) -> Floats:
+    return np.asarray(-np.logaddexp(np.zeros((), dtype=x.dtype), -x))
+
+
+def _identity_like(square: Floats) -> Floats:
+    return np.eye(square.shape[-1], dtype=square.dtype)
+
+
+NUMPY = Library(
+    np, product, _linear, _mixed, _layer_norm, gelu, _attention, _log_softmax, _log_sigmoid,
+    _identity_like,
+)  # fmt: skip
+"""On NumPy's arrays."""
