@@ -37,8 +37,8 @@ Graphs are too small to gain from more, and a team of threads waits for its last
 product: beside other busy programs a match took a hundred times as long.
 """
 
-# Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one unit
-# of single precision in the last place.
+# Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one
+# unit of single precision in the last place.
 _ERF_P = 0.3275911
 _ERF_A = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)  # given: same
 _EPSILON = 1e-5  # given: what layer normalisation adds to a variance, as in training
