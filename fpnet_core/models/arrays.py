@@ -44,6 +44,21 @@ _ERF_A = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)  # 
 _EPSILON = 1e-5  # given: what layer normalisation adds to a variance, as in training
 
 
+@dataclass(frozen=True, eq=False)
+class JointBias:
+    """
+    What is added to attention among the nodes of two graphs, ``(B, heads, M+N, M+N)`` in blocks.
+
+    ``ours (B, heads, M, M)`` and ``theirs (B, heads, N, N)`` within the graphs, ``across
+    (heads,)`` between them; ``mask (B, M+N)`` is True for real nodes.
+    """
+
+    ours: Array
+    theirs: Array
+    across: Array
+    mask: Array
+
+
 @dataclass(frozen=True)
 class Library:
     """
@@ -51,7 +66,7 @@ class Library:
 
     ``linear(x, weight, bias)`` maps the last axis; ``mixed(x, weight, bias)`` the last but one
     of ``x (B, F, K)``; ``attention(query, key, value, bias)`` are softmax-weighted sums of
-    ``value (B, heads, S, d)`` with ``bias (B, heads, T, S)`` added to the scaled products.
+    ``value (B, heads, M+N, d)`` with a :class:`JointBias` added to the scaled products.
     """
 
     module: ModuleType
@@ -60,7 +75,7 @@ class Library:
     mixed: Callable[[Array, Array, Array], Array]
     layer_norm: Callable[[Array, Array, Array], Array]
     gelu: Callable[[Array], Array]
-    attention: Callable[[Array, Array, Array, Array], Array]
+    attention: Callable[[Array, Array, Array, JointBias], Array]
     log_softmax: Callable[[Array, int], Array]
     log_sigmoid: Callable[[Array], Array]
     identity_like: Callable[[Array], Array]
@@ -117,18 +132,26 @@ def gelu(x: Floats) -> Floats:
     return np.asarray(np.maximum(x, 0.0) - tail)
 
 
-def _attention(query: Floats, key: Floats, value: Floats, bias: Floats) -> Floats:
+def _attention(query: Floats, key: Floats, value: Floats, bias: JointBias) -> Floats:
     out = np.empty_like(query)
     ahead = np.ascontiguousarray((key / math.sqrt(key.shape[-1])).swapaxes(-1, -2))
-    rows = _rows_at_once(*ahead.shape[-2:])
-    for start in range(0, query.shape[-2], rows):
-        part = slice(start, start + rows)
-        weight = query[..., part, :] @ ahead
-        weight += bias[..., part, :]
-        weight -= weight.max(axis=-1, keepdims=True)
-        np.exp(weight, out=weight)
-        np.matmul(weight, value, out=out[..., part, :])
-        out[..., part, :] /= weight.sum(axis=-1, keepdims=True)
+    padding = None if bias.mask.all() else np.where(bias.mask, 0.0, MASKED)[:, None, None, :]
+    step, plan_count = _rows_at_once(*ahead.shape[-2:]), bias.ours.shape[-1]
+    plan, sub = slice(None, plan_count), slice(plan_count, None)
+    for home, away, within in ((plan, sub, bias.ours), (sub, plan, bias.theirs)):
+        for start in range(0, within.shape[-1], step):
+            rows = slice(start, start + step)
+            # A whole bias would be copied together for every layer; its blocks are added in place.
+            weight = query[..., home, :][..., rows, :] @ ahead
+            weight[..., home] += within[..., rows, :]
+            weight[..., away] += bias.across[:, None, None]
+            if padding is not None:
+                weight += padding
+            weight -= weight.max(axis=-1, keepdims=True)
+            np.exp(weight, out=weight)
+            part = out[..., home, :][..., rows, :]
+            np.matmul(weight, value, out=part)
+            part /= weight.sum(axis=-1, keepdims=True)
     return out
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from fpnet_core.graphs.invariant import AXIS, INVARIANT_LAYOUT, POSITION_UNITS
 from fpnet_core.graphs.layout import POSITION
-from fpnet_core.models.arrays import MASKED, Array, Library
+from fpnet_core.models.arrays import MASKED, Array, JointBias, Library
 from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.config import InvariantConfig
 
@@ -95,12 +95,12 @@ class JointAttention:
         states = []
         for layer in range(self.config.layers):
             ours, theirs = (side[:, layer] for side in logits)
-            bias = self._bias(layer, ours, theirs, mask)
+            bias = JointBias(ours, theirs, self.parameters['across'][layer], mask)
             state = self._layer(f'layers.{layer}', state, bias)
             states.append(state)
         return states
 
-    def _layer(self, name: str, state: Array, bias: Array) -> Array:
+    def _layer(self, name: str, state: Array, bias: JointBias) -> Array:
         """Attention among the nodes of both graphs, then a residual two-layer update."""
         linear = self.library.linear
         nodes = self.library.layer_norm(state, *self._of(f'{name}.normalise'))
@@ -113,18 +113,6 @@ class JointAttention:
         both = self.library.module.concatenate([nodes, message], axis=-1)
         hidden = self.library.gelu(linear(both, *self._of(f'{name}.update')))
         return state + linear(hidden, *self._of(f'{name}.out'))
-
-    def _bias(self, layer: int, ours: Array, theirs: Array, mask: Array) -> Array:
-        """Return ``(B, heads, M+N, M+N)``: relations at home, constants across."""
-        xp = self.library.module
-        across = self.parameters['across'][None, layer, :, None, None]
-        away = xp.broadcast_to(across, (*ours.shape[:-1], theirs.shape[-1]))
-        back = xp.broadcast_to(across, (*theirs.shape[:-1], ours.shape[-1]))
-        rows = [xp.concatenate(row, axis=-1) for row in ((ours, away), (back, theirs))]
-        joint = xp.concatenate(rows, axis=-2)
-        if not bool(mask.all()):
-            joint = joint + xp.where(mask, 0.0, MASKED)[:, None, None, :]
-        return joint
 
     def _assignment(self, state: Array, plan_mask: Array, sub_mask: Array) -> Array:
         projected = self.library.layer_norm(state, *self._of('normalise'))

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from fpnet_core.models.arrays import Library
+from fpnet_core.models.arrays import MASKED, JointBias, Library
 from fpnet_core.models.batch import GraphBatch
 
 
@@ -31,8 +31,19 @@ def _layer_norm(x: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
     return functional.layer_norm(x, weight.shape, weight, bias)
 
 
-def _attention(query: Tensor, key: Tensor, value: Tensor, bias: Tensor) -> Tensor:
-    return functional.scaled_dot_product_attention(query, key, value, attn_mask=bias)
+def _attention(query: Tensor, key: Tensor, value: Tensor, bias: JointBias) -> Tensor:
+    return functional.scaled_dot_product_attention(query, key, value, attn_mask=_joined(bias))
+
+
+def _joined(bias: JointBias) -> Tensor:
+    """Return the whole bias ``(B, heads, M+N, M+N)``."""
+    ours, theirs, across = bias.ours, bias.theirs, bias.across[None, :, None, None]
+    away = across.expand(*ours.shape[:-1], theirs.shape[-1])
+    back = across.expand(*theirs.shape[:-1], ours.shape[-1])
+    joint = torch.cat([torch.cat([ours, away], -1), torch.cat([back, theirs], -1)], -2)
+    if not bool(bias.mask.all()):
+        joint = joint + (~bias.mask * MASKED)[:, None, None, :]
+    return joint
 
 
 def _identity_like(square: Tensor) -> Tensor:

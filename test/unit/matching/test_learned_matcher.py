@@ -144,3 +144,19 @@ def test_manifest_that_is_no_json_is_refused(checkpoint):
     checkpoint.with_suffix('.json').write_text('{')
     with pytest.raises(WeightsError, match='not valid JSON'):
         LearnedMatcher(MatcherConfig(weights=str(checkpoint)))
+
+
+def test_two_plans_in_turn_are_prepared_once_each(monkeypatch):
+    matcher = LearnedMatcher(MatcherConfig())
+    rng = np.random.default_rng(5)
+    (plan, sub, _), (mirror, _, _), (other, _, _) = (toy_pair(rng, rooms=n) for n in (6, 7, 8))
+    prepared = []
+    prepare = type(matcher._network).prepared
+    monkeypatch.setattr(
+        type(matcher._network),
+        'prepared',
+        lambda self, graph: prepared.append(graph) or prepare(self, graph),
+    )
+    for graph in (plan, mirror, plan, mirror, other, mirror):
+        matcher.match(graph, sub, 100.0)
+    assert [id(graph) for graph in prepared] == [id(graph) for graph in (plan, mirror, other)]
