@@ -167,8 +167,9 @@ def _straight(
     turn = placements.heading + _axis_yaw(sub) - _axis_yaw(plan)
     agrees = np.cos(looked.normal + 2.0 * turn[:, None] - normal[at]) * coherence[at] * is_on_plan
     return {
-        'straight_support': likelihood @ weight / total,
-        'straight_aligned': (likelihood * agrees) @ weight / total,
+        # Not by BLAS, whose threads would wait for each other over these few numbers.
+        'straight_support': np.einsum('cp,p->c', likelihood, weight) / total,
+        'straight_aligned': np.einsum('cp,cp,p->c', likelihood, agrees, weight) / total,
     }
 
 

@@ -17,24 +17,15 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fpnet_core.small_networks import Floats, product, rows_at_once
 
 Array = Any
 """An array of NumPy or a tensor of PyTorch; what both have in common is used of it."""
 
-Floats = NDArray[np.floating[Any]]
-
 MASKED = -1e4
 """
 Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
-"""
-
-_SINGLE_THREAD = 2**18
-"""
-Numerical: multiplications up to which OpenBLAS keeps a product on the calling thread.
-
-Graphs are too small to gain from more, and a team of threads waits for its last one at every
-product: beside other busy programs a match took a hundred times as long.
 """
 
 # Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one
@@ -81,23 +72,6 @@ class Library:
     identity_like: Callable[[Array], Array]
 
 
-def product(a: Floats, b: Floats) -> Floats:
-    """Return ``a (..., T, K) @ b (..., K, S)``, computed by the calling thread alone."""
-    rows = _rows_at_once(*b.shape[-2:])
-    if a.shape[-2] <= rows:
-        return np.asarray(a @ b)
-    lead = np.broadcast_shapes(a.shape[:-2], b.shape[:-2])
-    out = np.empty((*lead, a.shape[-2], b.shape[-1]), dtype=np.result_type(a, b))
-    for start in range(0, a.shape[-2], rows):
-        part = slice(start, start + rows)
-        np.matmul(a[..., part, :], b, out=out[..., part, :])
-    return out
-
-
-def _rows_at_once(inner: int, columns: int) -> int:
-    return max(1, _SINGLE_THREAD // max(inner * columns, 1))
-
-
 def _linear(x: Floats, weight: Floats, bias: Floats) -> Floats:
     out = product(x, weight.T)
     out += bias
@@ -136,7 +110,7 @@ def _attention(query: Floats, key: Floats, value: Floats, bias: JointBias) -> Fl
     out = np.empty_like(query)
     ahead = np.ascontiguousarray((key / math.sqrt(key.shape[-1])).swapaxes(-1, -2))
     padding = None if bias.mask.all() else np.where(bias.mask, 0.0, MASKED)[:, None, None, :]
-    step, plan_count = _rows_at_once(*ahead.shape[-2:]), bias.ours.shape[-1]
+    step, plan_count = rows_at_once(*ahead.shape[-2:]), bias.ours.shape[-1]
     plan, sub = slice(None, plan_count), slice(plan_count, None)
     for home, away, within in ((plan, sub, bias.ours), (sub, plan, bias.theirs)):
         for start in range(0, within.shape[-1], step):
