@@ -37,6 +37,7 @@ RELATIONS = 12
 RELATION_WIDTH = 16
 """Hidden units between relations and attention logits. Chosen."""
 
+_PAIRS_AT_ONCE = 2**16  # numerical: a storey of 2,000 regions would take gigabytes at once
 _NEAR_UNITS = 1.0  # distances enter by their logarithm from about here on; chosen
 _TINY = float(np.finfo(np.float32).tiny)  # numerical: no division by zero
 
@@ -71,12 +72,23 @@ class JointAttention:
 
     def _relation_logits(self, batch: GraphBatch) -> Array:
         """Return what relations add to attention, ``(B, layers, heads, R, R)``."""
+        size = batch.mask.shape[1]
+        step = max(1, _PAIRS_AT_ONCE // size)
+        parts = [
+            self._logits_of_rows(batch, slice(start, start + step))
+            for start in range(0, size, step)
+        ]
+        return parts[0] if len(parts) == 1 else self.library.module.concatenate(parts, axis=-2)
+
+    def _logits_of_rows(self, batch: GraphBatch, rows: slice) -> Array:
         xp, mixed = self.library.module, self.library.mixed
-        count, size = batch.mask.shape
-        pairs = relations(self.library, batch).reshape(count, RELATIONS, size * size)
+        seen = relations(self.library, batch, rows)
+        pairs = seen.reshape(len(seen), RELATIONS, -1)
         hidden = xp.clip(mixed(pairs, *self._of('relation_bias.hidden')), 0.0, None)
-        logits = mixed(xp.concatenate([hidden, pairs], axis=1), *self._of('relation_bias.out'))
-        return logits.reshape(count, self.config.layers, self.config.heads, size, size)
+        both = xp.concatenate([hidden, pairs], axis=1)
+        logits = mixed(both, *self._of('relation_bias.out'))
+        heads = (self.config.layers, self.config.heads)
+        return logits.reshape(len(seen), *heads, *seen.shape[2:])
 
     def _of(self, name: str) -> tuple[Array, Array]:
         return self.parameters[f'{name}.weight'], self.parameters[f'{name}.bias']
@@ -126,16 +138,18 @@ class JointAttention:
         return double_softmax(self.library, scores, *sides)
 
 
-def relations(library: Library, batch: GraphBatch) -> Array:
+def relations(library: Library, batch: GraphBatch, rows: slice = slice(None)) -> Array:
     """
     Return what node a sees of node b, ``(B, 12, R, R)``, for all pairs within each graph.
+
+    ``rows`` are the nodes a that are asked for.
 
     Directions are doubled angles, because an axis has no sign; they stay apart from their mirror
     images. A square room, whose axis is arbitrary, contributes nothing by its elongation of zero.
     """
     xp = library.module
     position = batch.node_feat[..., POSITION] * POSITION_UNITS
-    offset = position[..., None, :, :] - position[..., :, None, :]
+    offset = position[..., None, :, :] - position[..., rows, None, :]
     x, y = offset[..., 0], offset[..., 1]
     squared = x * x + y * y
     log_distance = 0.5 * xp.log(squared + _NEAR_UNITS**2)
@@ -143,17 +157,17 @@ def relations(library: Library, batch: GraphBatch) -> Array:
     inverse = 1.0 / (squared + _TINY)
     cos, sin = (x * x - y * y) * inverse, 2.0 * x * y * inverse
     axis_cos, axis_sin = batch.node_feat[..., AXIS.start], batch.node_feat[..., AXIS.start + 1]
-    a_cos, a_sin = axis_cos[..., :, None], axis_sin[..., :, None]
+    a_cos, a_sin = axis_cos[..., rows, None], axis_sin[..., rows, None]
     b_cos, b_sin = axis_cos[..., None, :], axis_sin[..., None, :]
-    linked = batch.adjacency
-    own = library.identity_like(linked)
+    linked = batch.adjacency[..., rows, :]
+    own = library.identity_like(batch.adjacency)[rows]
     return xp.stack(
         [
             log_distance - 1.5,
             xp.exp(-0.5 * xp.clip(squared, None, 50.0)),
             xp.clip(0.05 * xp.sqrt(squared + 1e-12), None, 2.0),
             linked,
-            xp.clip(library.product(linked, linked), None, 1.0) * (1.0 - own),
+            xp.clip(library.product(linked, batch.adjacency), None, 1.0) * (1.0 - own),
             xp.broadcast_to(own, linked.shape),
             cos * a_cos + sin * a_sin,
             sin * a_cos - cos * a_sin,
