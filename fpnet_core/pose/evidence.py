@@ -10,8 +10,10 @@ saw (see :mod:`fpnet_core.pose.verify`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -22,6 +24,8 @@ from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import xy_to_rc
 from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
+
+Made = TypeVar('Made')
 
 _DISTANCE_CAP_M = 3.0  # numerical
 _FIELD_CELL_M = 0.1  # numerical
@@ -115,6 +119,17 @@ class MapEvidence:
 
     @cached_property
     def _likelihoods(self) -> dict[float, NDArray[np.float32]]:
+        return {}
+
+    def kept(self, make: Callable[[MapEvidence], Made]) -> Made:
+        """Return what ``make`` makes of this map; made once, as long as the map lives."""
+        if make not in self._kept:
+            self._kept[make] = make(self)
+        found: Made = self._kept[make]
+        return found
+
+    @cached_property
+    def _kept(self) -> dict[Callable[[MapEvidence], Any], Any]:
         return {}
 
     @property
