@@ -4,13 +4,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation
 
 _NO_TURN_RAD = 1e-12  # numerical: below, a rotation has no axis
 
@@ -37,11 +33,11 @@ def carried(
     points, share = np.asarray(points, dtype=np.float64), np.asarray(share, dtype=np.float64)
     if not len(points):
         return points
-    turn = _turn(T_a_b)
+    turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
     velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
     angle = share * np.linalg.norm(turn)
     axis = turn / max(float(np.linalg.norm(turn)), _NO_TURN_RAD)
-    turned: NDArray[np.float64] = _rotations(share[:, None] * turn).apply(points)
+    turned: NDArray[np.float64] = Rotation.from_rotvec(share[:, None] * turn).apply(points)
     straight, aside = np.sinc(angle / np.pi), np.sinc(angle / (2.0 * np.pi)) ** 2 * angle / 2.0
     moved = (
         straight[:, None] * velocity
@@ -58,7 +54,7 @@ def twist(T_a_b: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
 
     Along x, y and z [m/s] and about them [rad/s], in the moving frame itself.
     """
-    turn = _turn(T_a_b)
+    turn = Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec()
     velocity = np.linalg.solve(_integral(turn), T_a_b[:3, 3])
     return np.concatenate([velocity, turn]) / seconds
 
@@ -72,16 +68,3 @@ def _integral(turn: NDArray[np.float64]) -> NDArray[np.float64]:
     aside = float(np.sinc(angle / (2.0 * np.pi))) ** 2 * angle / 2.0
     whole: NDArray[np.float64] = np.eye(3) + aside * cross + (1.0 - straight) * (cross @ cross)
     return whole
-
-
-def _turn(T_a_b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation vector ``(3,)`` of a rigid motion [rad]."""
-    from scipy.spatial.transform import Rotation  # slow to load, and maps alone need none
-
-    return np.asarray(Rotation.from_matrix(T_a_b[:3, :3]).as_rotvec())
-
-
-def _rotations(vectors: NDArray[np.float64]) -> Rotation:
-    from scipy.spatial.transform import Rotation  # as above
-
-    return Rotation.from_rotvec(vectors)

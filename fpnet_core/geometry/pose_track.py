@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
 from fpnet_core.stamps import NS_PER_S
 
@@ -92,8 +93,6 @@ class PoseTrack:
 
 def _between(start: Array, end: Array, share: float) -> Array:
     """Return the pose at ``share`` of the way: straight, and turning evenly."""
-    from scipy.spatial.transform import Rotation, Slerp  # slow to load
-
     m = np.eye(4)
     turn = Slerp([0.0, 1.0], Rotation.from_matrix([start[:3, :3], end[:3, :3]]))
     m[:3, :3] = turn(share).as_matrix()

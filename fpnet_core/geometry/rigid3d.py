@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from fpnet_core.errors import OdometryError
 
@@ -66,8 +67,6 @@ def rigid_from_quaternion(xyz: ArrayLike, xyzw: ArrayLike) -> NDArray[np.float64
         raise ValueError('pose holds NaN or infinity')
     if np.linalg.norm(xyzw) < _LEAST_NORM:
         raise ValueError('quaternion is zero: the orientation was never set')
-    from scipy.spatial.transform import Rotation  # slow to load, and maps alone need none
-
     m = np.eye(4)
     m[:3, :3] = Rotation.from_quat(xyzw).as_matrix()
     m[:3, 3] = xyz
@@ -79,7 +78,5 @@ def quaternion_from_rigid(matrix: ArrayLike) -> NDArray[np.float64]:
     m = np.asarray(matrix, dtype=np.float64)
     if not is_rigid(m):
         raise ValueError(f'not a rigid (4, 4) transform: {m.tolist()}')
-    from scipy.spatial.transform import Rotation  # as above
-
     quaternion: NDArray[np.float64] = Rotation.from_matrix(m[:3, :3]).as_quat(canonical=True)
     return quaternion
