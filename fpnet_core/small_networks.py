@@ -4,11 +4,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
 Array = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
+
+_SINGLE_THREAD = 2**18
+"""
+Numerical: multiplications up to which OpenBLAS keeps a product on the calling thread.
+
+Graphs are too small to gain from more, and a team of threads waits for its last one at every
+product: beside other busy programs a match took a hundred times as long.
+"""
 
 
 def standardised(values: NDArray[np.floating], mean: Array, spread: Array, most: float) -> Array:
@@ -23,3 +34,21 @@ def standardised(values: NDArray[np.floating], mean: Array, spread: Array, most:
 def silu(x: Array) -> Array:
     """Return the sigmoid-weighted linear unit (...) of ``x (...)`` (Elfwing et al., 2018)."""
     return np.asarray(x * expit(x))
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Return ``a (..., T, K) @ b (..., K, S)``, computed by the calling thread alone."""
+    rows = rows_at_once(*b.shape[-2:])
+    if a.shape[-2] <= rows:
+        return np.asarray(a @ b)
+    lead = np.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    out = np.empty((*lead, a.shape[-2], b.shape[-1]), dtype=np.result_type(a, b))
+    for start in range(0, a.shape[-2], rows):
+        part = slice(start, start + rows)
+        np.matmul(a[..., part, :], b, out=out[..., part, :])
+    return out
+
+
+def rows_at_once(inner: int, columns: int) -> int:
+    """Return how many rows times ``(inner, columns)`` stay with the calling thread."""
+    return max(1, _SINGLE_THREAD // max(inner * columns, 1))

@@ -17,27 +17,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-from fpnet_core.api.run import Run, scans_of
 from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
 from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError
-from fpnet_core.io import open_scans, read_cloud, read_map, states_scale
+from fpnet_core.io import read_cloud, read_map, states_scale
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.recordings import is_recording
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.plan_check import PlanCheck
 from fpnet_core.plan_check import check_plan as _check_plan
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
 from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
 from fpnet_core.types import Submap
+
+if TYPE_CHECKING:
+    from fpnet_core.api.run import Run
 
 
 def read_plan(
@@ -117,6 +118,9 @@ def submap_of(
     CloudFormatError
         If it holds no usable scan.
     """
+    from fpnet_core.io import open_scans  # with odometry, slower to load than all maps need
+    from fpnet_core.odometry import KissOdometry
+
     builder, odometry = SubmapBuilder(config.submap), KissOdometry(config.odometry)
     scans = open_scans(Path(recording))
     for scan in scans:
@@ -213,6 +217,8 @@ def localize(
     FpnetError
         If a file cannot be read.
     """
+    from fpnet_core.api.run import Run, scans_of  # as above
+
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
     source = scans_of(

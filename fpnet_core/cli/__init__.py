@@ -130,6 +130,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
     """
+    # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     subcommand = _subcommand(arguments or _words_to_complete())
     try:

@@ -13,7 +13,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points
 
@@ -129,6 +128,8 @@ def _refined(start: Array, lines: Array, size: Array, width: float, with_tilt: b
         if (np.abs(angles) > _LIMITS).any():
             return 0.0
         return -_aligned(angles, lines, size, width)
+
+    from scipy.optimize import minimize  # slow to load, and few sheets lie askew
 
     found = minimize(
         loss, steps[0], method='Nelder-Mead', options={'initial_simplex': steps, 'maxfev': 300}

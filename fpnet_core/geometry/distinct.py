@@ -25,7 +25,7 @@ def first_of_each(placed: NDArray[np.float64], distance_m: float, limit: int) ->
             for corner in range(placed.shape[1]):
                 dx = placed[k, corner, 0] - placed[index, corner, 0]
                 dy = placed[k, corner, 1] - placed[index, corner, 1]
-                moved += np.hypot(dx, dy)
+                moved += np.sqrt(dx * dx + dy * dy)
             if moved <= distance_m * placed.shape[1]:
                 is_new = False
                 break

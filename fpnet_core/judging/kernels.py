@@ -35,13 +35,14 @@ def shift_table(
     rows, cols = likelihood.shape
     table = np.zeros((len(A), patches, len(offsets)), dtype=np.float32)
     for c in range(len(A)):
+        to_cell = A[c]
         for k in range(len(walls)):
-            row, col = nearest_cell(A[c], walls[k, 0], walls[k, 1])
-            into = table[c, patch[k]]
+            row, col = nearest_cell(to_cell, walls[k, 0], walls[k, 1])
+            b = patch[k]
             for s in range(len(offsets)):
                 r, q = row + offsets[s, 0], col + offsets[s, 1]
                 if 0 <= r < rows and 0 <= q < cols:
-                    into[s] += likelihood[r, q]
+                    table[c, b, s] += likelihood[r, q]
     return table
 
 
@@ -107,10 +108,10 @@ def wall_distances(
     cell = np.full((len(A), len(walls)), -1, dtype=np.int64)
     for c in range(len(A)):
         for k in range(len(walls)):
-            x, y = walls[k, 0], walls[k, 1]
-            shift = shift_cells[c, patch[k]]
-            row = int(np.floor(A[c, 0, 0] * x + A[c, 0, 1] * y + A[c, 0, 2] + shift[0] + 0.5))
-            col = int(np.floor(A[c, 1, 0] * x + A[c, 1, 1] * y + A[c, 1, 2] + shift[1] + 0.5))
+            x, y, b = walls[k, 0], walls[k, 1], patch[k]
+            down, along = shift_cells[c, b, 0], shift_cells[c, b, 1]
+            row = int(np.floor(A[c, 0, 0] * x + A[c, 0, 1] * y + A[c, 0, 2] + down + 0.5))
+            col = int(np.floor(A[c, 1, 0] * x + A[c, 1, 1] * y + A[c, 1, 2] + along + 0.5))
             if 0 <= row < rows and 0 <= col < cols:
                 found[c, k] = distance[row, col]
                 cell[c, k] = row * cols + col
@@ -124,8 +125,9 @@ def look_up(A: Array, points: Array, raster: NDArray[Any], beyond: Any) -> NDArr
     found = np.empty((len(A), len(points)), dtype=raster.dtype)
     found[:] = beyond
     for c in range(len(A)):
+        to_cell = A[c]
         for k in range(len(points)):
-            row, col = nearest_cell(A[c], points[k, 0], points[k, 1])
+            row, col = nearest_cell(to_cell, points[k, 0], points[k, 1])
             if 0 <= row < rows and 0 <= col < cols:
                 found[c, k] = raster[row, col]
     return found
@@ -156,14 +158,15 @@ def drawn_walls(
     bins = len(edges_m) + 1
     plain, shifted = np.zeros((len(A), bins)), np.zeros((len(A), bins))
     for c in range(len(A)):
+        to_cell = A[c]
         for k in range(len(walls)):
-            row, col = nearest_cell(A[c], walls[k, 0], walls[k, 1])
+            row, col = nearest_cell(to_cell, walls[k, 0], walls[k, 1])
             if not (0 <= row < rows and 0 <= col < cols and observed[row, col]):
                 continue
-            plain[c, np.searchsorted(edges_m, distance[row, col])] += 1.0
-            shift = shift_cells[c, patch_of[row, col]]
-            r, q = int(np.floor(row + shift[0] + 0.5)), int(np.floor(col + shift[1] + 0.5))
-            d = distance[row, col]
+            d, b = distance[row, col], patch_of[row, col]
+            plain[c, np.searchsorted(edges_m, d)] += 1.0
+            r = int(np.floor(row + shift_cells[c, b, 0] + 0.5))
+            q = int(np.floor(col + shift_cells[c, b, 1] + 0.5))
             if 0 <= r < rows and 0 <= q < cols:
                 d = distance[r, q]
             shifted[c, np.searchsorted(edges_m, d)] += 1.0

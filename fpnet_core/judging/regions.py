@@ -96,8 +96,9 @@ def _share(part: Array, whole: Array) -> Array:
 
 def _doors_apart(plan: MapSide, sub: MapSide, placements: Placements) -> Array:
     """Distances [m] of every seen door from every drawn one, ``(C, doors, drawn doors)``."""
-    placed = placements.apply(sub.door_points)
-    return np.asarray(np.linalg.norm(placed[:, :, None] - plan.door_points, axis=3))
+    placed, drawn = placements.apply(sub.door_points), plan.door_points
+    x, y = (placed[:, :, None, axis] - drawn[:, axis] for axis in (0, 1))
+    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def _doors(plan: MapSide, sub: MapSide, looked: LookedAt, apart: Array) -> Figures:

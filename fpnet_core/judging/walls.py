@@ -14,6 +14,7 @@ from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.judging import kernels
 from fpnet_core.judging.deform import Deformation, Patches, deform, patches_of
 from fpnet_core.pose import MapEvidence, MapSide
+from fpnet_core.raster.rays import cells_at
 
 Array = NDArray[np.float64]
 Figures = dict[str, Array]
@@ -48,7 +49,8 @@ class LookedAt:
     The submap's samples under each of ``C`` placements.
 
     ``walls (P, 2)`` and ``free (F, 2)`` are samples [m], a wall sample stands for ``metres``;
-    ``straight (P,)`` is how straight its wall runs. ``to_plan`` and ``to_sub (C, 2, 3)`` map
+    ``straight (P,)`` is how straight its wall runs, ``normal (P,)`` twice the direction of its
+    normal in the raster's axes [rad]. ``to_plan`` and ``to_sub (C, 2, 3)`` map
     metres of one side to the raster of the other. ``distance (C, P)`` is that to the nearest
     drawn wall [m], in the raster's ``cell (C, P)``, and ``bent_distance`` the same on the bent
     drawing.
@@ -58,6 +60,7 @@ class LookedAt:
     free: Array
     metres: float
     straight: NDArray[np.float32]
+    normal: NDArray[np.float32]
     to_plan: Array
     to_sub: Array
     patches: Patches
@@ -92,11 +95,13 @@ def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> Look
     bent_distance, _ = kernels.wall_distances(
         to_plan, walls, patches.of_wall, bent.shift_cells, field, BEYOND_M
     )
+    straight, normal = sub.straightness_at(_cells_under(sub, walls))
     return LookedAt(
         walls=walls,
         free=free,
         metres=sub.wall_length_m / len(walls),
-        straight=_sampled(sub, walls, sub.straightness[0]),
+        straight=straight,
+        normal=normal,
         to_plan=to_plan,
         to_sub=_chained(sub.A_rc_xy, inverse, back),
         patches=patches,
@@ -130,10 +135,10 @@ def _chained(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
     return np.concatenate([A_rc_xy[:, :2] @ linear, moved[:, :, None]], axis=2)
 
 
-def _sampled(side: MapEvidence, points: Array, raster: NDArray[np.float32]) -> NDArray[np.float32]:
-    rc = np.rint(points @ side.A_rc_xy[:, :2].T + side.A_rc_xy[:, 2]).astype(np.int64)
-    rc = np.clip(rc, 0, np.array(raster.shape) - 1)
-    return raster[rc[:, 0], rc[:, 1]]
+def _cells_under(side: MapEvidence, points: Array) -> NDArray[np.int64]:
+    """Return the flat indices ``(P,)`` of the raster's cells nearest to ``points (P, 2)``."""
+    rows, cols = cells_at(points @ side.A_rc_xy[:, :2].T + side.A_rc_xy[:, 2], side.observed.shape)
+    return np.asarray(rows * side.observed.shape[1] + cols)
 
 
 def _forward(looked: LookedAt) -> Figures:
@@ -160,11 +165,11 @@ def _straight(
     at = np.where(is_on_plan, looked.cell, 0)
     # Twice a direction: a wall has no front and no back.
     turn = placements.heading + _axis_yaw(sub) - _axis_yaw(plan)
-    here = _sampled(sub, looked.walls, sub.straightness[1])
-    agrees = np.cos(here + 2.0 * turn[:, None] - normal[at]) * coherence[at] * is_on_plan
+    agrees = np.cos(looked.normal + 2.0 * turn[:, None] - normal[at]) * coherence[at] * is_on_plan
     return {
-        'straight_support': likelihood @ weight / total,
-        'straight_aligned': (likelihood * agrees) @ weight / total,
+        # Not by BLAS, whose threads would wait for each other over these few numbers.
+        'straight_support': np.einsum('cp,p->c', likelihood, weight) / total,
+        'straight_aligned': np.einsum('cp,cp,p->c', likelihood, agrees, weight) / total,
     }
 
 

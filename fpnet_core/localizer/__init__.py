@@ -9,6 +9,7 @@ from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import Replay, ReplayResult, replay
 from fpnet_core.localizer.sides import prepare_plan
+from fpnet_core.matching.learned import LearnedMatcher
 
 __all__ = [
     'Finder',
@@ -34,8 +35,6 @@ def create_localizer(config: FpnetConfig) -> Localizer:
     WeightsError
         If the weights are missing, corrupt, or made for another feature schema.
     """
-    from fpnet_core.matching.learned import LearnedMatcher  # loads torch
-
     return Localizer(config, LearnedMatcher(config.matcher))
 
 
@@ -48,6 +47,4 @@ def create_finder(config: FpnetConfig) -> Finder:
     WeightsError
         If the weights are missing, corrupt, or made for another schema.
     """
-    from fpnet_core.matching.learned import LearnedMatcher  # loads torch
-
     return Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)

@@ -22,7 +22,7 @@ from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.maps import MapMatch
 from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
-from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, prepare_submap
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import SubmapSegmenter
@@ -164,7 +164,7 @@ def _of_tests(found: Findings, look: Compared, finder: Finder) -> Findings:
     """Return ``found`` with what wider scales and the mirror image lead to."""
     factors = allowed_scales(_WIDEST)
     wide = ScaleSearch.of_factors(factors, finder.config.pose.strain_sigma)
-    mirror = prepare_plan(look.plan.segmentation.grid.mirrored(), finder.config)
+    mirror = plan_side(mirrored_rooms(look.plan.segmentation))
     sub, area_m2 = look.sub, look.area_m2
     rescaled = finder.find(look.plan, sub, area_m2, wide, StageTimer()).verdict
     mirrored = finder.find(mirror, sub, area_m2, look.search, StageTimer()).verdict

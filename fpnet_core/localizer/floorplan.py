@@ -18,6 +18,7 @@ from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.localizer.sides import (
+    mirrored_rooms,
     plan_side,
     prepare_plan,
     rescaled,
@@ -86,12 +87,11 @@ class Floorplan:
         """Half of the free area: who has seen so much need not see more to be sure."""
         return 0.5 * self.working.evidence.free_area_m2
 
-    def with_mirror(self, config: FpnetConfig) -> Floorplan:
+    def with_mirror(self) -> Floorplan:
         """Return the floorplan with its ``mirror``."""
         if self.mirror is not None:
             return self
-        grid = self.working.segmentation.grid
-        return replace(self, mirror=prepare_plan(grid.mirrored(), config))
+        return replace(self, mirror=plan_side(mirrored_rooms(self.working.segmentation)))
 
     def to_working(self, T_plan_base: SE2) -> SE2:
         """Return a pose in nominal metres as one in working metres."""

@@ -89,6 +89,30 @@ def rescaled_rooms(segmentation: Segmentation, factor: float) -> Segmentation:
     return replace(segmentation, grid=grid, regions=tuple(regions), portals=tuple(portals))
 
 
+def mirrored_rooms(segmentation: Segmentation) -> Segmentation:
+    """Return the same rooms and doors on the mirrored grid; nothing is cut again."""
+    grid = segmentation.grid
+    to_grid, width_m = grid.T_frame_grid.inv(), grid.shape[1] * grid.resolution
+
+    def mirrored(xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        own = to_grid.apply(xy) * np.array([-1.0, 1.0]) + np.array([width_m, 0.0])
+        return grid.T_frame_grid.apply(own)
+
+    regions = (
+        # A mirror turns outlines clockwise; they are told the other way round.
+        replace(r, polygon=mirrored(r.polygon)[::-1], centroid=mirrored(r.centroid))
+        for r in segmentation.regions
+    )
+    portals = (replace(portal, ends=mirrored(portal.ends)) for portal in segmentation.portals)
+    return replace(
+        segmentation,
+        grid=grid.mirrored(),
+        labels=segmentation.labels[:, ::-1],
+        regions=tuple(regions),
+        portals=tuple(portals),
+    )
+
+
 def plan_side(segmentation: Segmentation) -> MapSide:
     """Return graph and evidence of a segmented plan; only its rooms count as free space."""
     grid = segmentation.grid

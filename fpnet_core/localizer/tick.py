@@ -231,7 +231,7 @@ class _Tick:
         # A drawing both flipped and misstated matters only as a misstated one's rival.
         alike = search.as_stated if search.is_within(scale).all() else search
         with self.timer.stage('mirror'):
-            plan = self.plan.with_mirror(self.finder.config)
+            plan = self.plan.with_mirror()
             assert plan.mirror is not None  # it was asked for
             # Its stages are not the drawing's.
             mirrored = self.finder.find(

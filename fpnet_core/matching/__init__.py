@@ -3,8 +3,8 @@
 """
 Region matching: protocol, graded thresholds, selection of matches.
 
-The learned matcher is in :mod:`fpnet_core.matching.learned`, which loads torch; this package
-does not.
+The learned matcher is in :mod:`fpnet_core.matching.learned`, which loads compiled kernels and
+the network; this package does not.
 """
 
 from fpnet_core.matching.thresholds import graded_threshold

@@ -25,6 +25,7 @@ from fpnet_core.matching.kernels import (
     keep_one_per_plan_region,
     propose_similarities,
 )
+from fpnet_core.small_networks import product
 
 Array = NDArray[np.float64]
 
@@ -279,6 +280,6 @@ def _plan_door_misses(
     seen[rows, np.where(well_seen, partner, len(plan))] = 1.0
     taken[rows, np.where(partner >= 0, partner, len(plan))] = 1.0
     doors = np.flatnonzero(plan.is_door)
-    expected = seen[:, :-1] @ plan.linked[:, doors].astype(np.float32) > 0.0
+    expected = product(seen[:, :-1], plan.linked[:, doors].astype(np.float32)) > 0.0
     misses: Array = (expected & (taken[:, doors] == 0.0)).sum(axis=1).astype(np.float64)
     return misses

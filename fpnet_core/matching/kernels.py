@@ -25,6 +25,7 @@ Chosen.
 DOOR_TURN_SIN = 0.35
 """Sine of the angle between two doors' lines that still agree (20 degrees). Chosen."""
 
+_TILE = 3.0  # numerical: plan units; side of tiles in which partners are looked for
 _SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at no cost; chosen
 
 
@@ -140,8 +141,9 @@ def fit_regions(
     among plan regions of the same label the one with the greatest fit times
     ``weight (M, N)`` wins.
     """
-    rooms, doors = np.flatnonzero(~plan_door), np.flatnonzero(plan_door)
     cos, sin = np.cos(plan_box[:, 4]), np.sin(plan_box[:, 4])
+    low, across, starts, near = _within_reach(plan_point, plan_box, plan_door)
+    down = len(starts) // (2 * across)
     for c in range(similarity.shape[0]):
         a, b, x0, y0 = similarity[c, 0], similarity[c, 1], similarity[c, 2], similarity[c, 3]
         scale, yaw = np.sqrt(a * a + b * b), np.arctan2(b, a)
@@ -150,8 +152,14 @@ def fit_regions(
             y = b * sub_point[j, 0] + a * sub_point[j, 1] + y0
             half_long, half_short = scale * sub_box[j, 2], scale * sub_box[j, 3]
             best, best_fit, best_index = 0.0, 0.0, -1
+            u, v = np.floor((x - low[0]) / _TILE), np.floor((y - low[1]) / _TILE)
+            if not (0 <= u < across and 0 <= v < down):
+                partner[c, j], fit[c, j] = -1, 0.0
+                continue
+            tile = 2 * (int(v) * across + int(u)) + sub_door[j]
             # Scalars only from here on: a slice in the innermost loop costs more than its maths.
-            for i in doors if sub_door[j] else rooms:
+            for place in range(starts[tile], starts[tile + 1]):
+                i = near[place]
                 if sub_door[j]:
                     dx, dy = x - plan_point[i, 0], y - plan_point[i, 1]
                     value = _door_fit(dx, dy, plan_box[i, 4] - sub_box[j, 4] - yaw)
@@ -168,6 +176,56 @@ def fit_regions(
                 if value * weight[i, j] > best:
                     best, best_fit, best_index = value * weight[i, j], value, int(i)
             partner[c, j], fit[c, j] = best_index, best_fit
+
+
+@numba.njit(cache=True, nogil=True)
+def _within_reach(
+    point: NDArray[np.float64], box: NDArray[np.float64], is_door: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], int, NDArray[np.int64], NDArray[np.int64]]:
+    """
+    Return which regions something in each square tile may fit.
+
+    The tiles' lower corner (2,), how many lie side by side, and regions: those of a tile are
+    ``near[starts[k]:starts[k + 1]]``, in their order; rooms of tile t at ``k = 2 t``, doors next.
+    """
+    reach = _reaches(point, box, is_door)
+    low = np.array([reach[:, 0].min(), reach[:, 1].min()])
+    across = int((reach[:, 2].max() - low[0]) / _TILE) + 1
+    down = int((reach[:, 3].max() - low[1]) / _TILE) + 1
+    tiles = np.empty(reach.shape, dtype=np.int64)
+    for k in range(4):
+        tiles[:, k] = (reach[:, k] - low[k % 2]) / _TILE
+    starts = np.zeros(2 * across * down + 1, dtype=np.int64)
+    for i in range(len(box)):
+        for v in range(tiles[i, 1], tiles[i, 3] + 1):
+            for u in range(tiles[i, 0], tiles[i, 2] + 1):
+                starts[2 * (v * across + u) + is_door[i] + 1] += 1
+    starts = np.cumsum(starts)
+    near, filled = np.empty(starts[-1], dtype=np.int64), starts.copy()
+    for i in range(len(box)):
+        for v in range(tiles[i, 1], tiles[i, 3] + 1):
+            for u in range(tiles[i, 0], tiles[i, 2] + 1):
+                k = 2 * (v * across + u) + is_door[i]
+                near[filled[k]] = i
+                filled[k] += 1
+    return low, across, starts, near
+
+
+@numba.njit(cache=True, nogil=True)
+def _reaches(
+    point: NDArray[np.float64], box: NDArray[np.float64], is_door: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return lowest x and y and highest x and y ``(R, 4)`` at which something fits each region."""
+    reach = np.empty((len(box), 4))
+    for i in range(len(box)):
+        cos, sin = abs(np.cos(box[i, 4])), abs(np.sin(box[i, 4]))
+        x, y = box[i, 0], box[i, 1]
+        wide = cos * box[i, 2] + sin * box[i, 3] + ROOM_MARGIN
+        high = sin * box[i, 2] + cos * box[i, 3] + ROOM_MARGIN
+        if is_door[i]:
+            x, y, wide, high = point[i, 0], point[i, 1], DOOR_RADIUS, DOOR_RADIUS
+        reach[i, 0], reach[i, 1], reach[i, 2], reach[i, 3] = x - wide, y - high, x + wide, y + high
+    return reach
 
 
 @numba.njit(cache=True, nogil=True)

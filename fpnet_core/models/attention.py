@@ -9,10 +9,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-MASKED = -1e4
-"""
-Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
-"""
+from fpnet_core.models.arrays import MASKED
 
 
 class Attention(nn.Module):

@@ -1,22 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Region graphs as padded tensors with masks."""
+"""Region graphs as padded arrays with masks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import torch
-from torch import Tensor
+
+from fpnet_core.models.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
 class GraphBatch:
     """
-    ``B`` graphs padded to ``R`` nodes.
+    ``B`` graphs padded to ``R`` nodes, as arrays or tensors.
 
     Parameters
     ----------
@@ -27,13 +28,13 @@ class GraphBatch:
         Attention logits within the graph, where a network has prepared them; else None.
     """
 
-    node_feat: Tensor
-    adjacency: Tensor
-    mask: Tensor
-    relations: Tensor | None = None
+    node_feat: Array
+    adjacency: Array
+    mask: Array
+    relations: Array | None = None
 
-    def to(self, device: torch.device) -> GraphBatch:
-        """Return the graphs, without prepared relations, on ``device``."""
+    def to(self, device: Any) -> GraphBatch:
+        """Return the graphs, as tensors without prepared relations, on a device of torch."""
         return GraphBatch(
             self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
         )
@@ -51,7 +52,7 @@ def pad_graphs(
     node_feat: Sequence[NDArray[np.float32]], edges: Sequence[NDArray[np.int64]]
 ) -> GraphBatch:
     """
-    Stack graphs given as ``node_feat (R_b, D)`` and ``edges (E_b, 2)`` into one batch.
+    Stack graphs given as ``node_feat (R_b, D)`` and ``edges (E_b, 2)`` into one batch of arrays.
 
     The padded size is that of the largest graph, and at least one, so that a batch of empty
     graphs has valid shapes and masks without a True.
@@ -66,6 +67,4 @@ def pad_graphs(
         features[index, : len(rows)] = rows
         adjacency[index, : len(rows), : len(rows)] = adjacency_matrix(pairs, len(rows))
         mask[index, : len(rows)] = True
-    return GraphBatch(
-        torch.from_numpy(features), torch.from_numpy(adjacency), torch.from_numpy(mask)
-    )
+    return GraphBatch(features, adjacency, mask)

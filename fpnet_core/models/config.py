@@ -7,9 +7,11 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from fpnet_core.config import Section
+from fpnet_core.errors import WeightsError
+from fpnet_core.io.weights import Weights
 
 
 class EdgeMapping(StrEnum):
@@ -61,3 +63,16 @@ class InvariantConfig(_AttentionConfig):
 
 NetworkConfig = Annotated[PaperConfig | InvariantConfig, Field(discriminator='kind')]
 """Either network; ``kind`` tells which."""
+
+_CONFIG: TypeAdapter[NetworkConfig] = TypeAdapter(NetworkConfig)
+
+
+def network_config(weights: Weights) -> NetworkConfig:
+    """Return which network ``weights`` are of; raises WeightsError for an unknown one."""
+    try:
+        return _CONFIG.validate_python(weights.manifest['network'])
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise WeightsError(
+            f'weights manifest: network.{".".join(map(str, first["loc"][1:]))}: {first["msg"]}'
+        ) from None

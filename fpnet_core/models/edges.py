@@ -33,7 +33,7 @@ Values of the distance variant: the node itself, non-adjacent nodes, bound of th
 
 def pair_distances(batch: GraphBatch) -> Tensor:
     """Return distances ``(B, R, R)`` between node positions, in ``POSITION_UNIT_M``."""
-    position = batch.node_feat[..., POSITION]
+    position: Tensor = batch.node_feat[..., POSITION]
     offset = position.unsqueeze(-2) - position.unsqueeze(-3)
     return (offset.square().sum(dim=-1) + torch.finfo(offset.dtype).tiny).sqrt()
 

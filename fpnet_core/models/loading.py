@@ -1,20 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""From checked weights to a network."""
+"""From checked weights to a network of tensors."""
 
 from __future__ import annotations
 
-from pydantic import TypeAdapter, ValidationError
 import torch
 
-from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, check_shapes
-from fpnet_core.models.config import NetworkConfig, PaperConfig
+from fpnet_core.models.config import NetworkConfig, PaperConfig, network_config
 from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.models.network import RegionNetwork
 from fpnet_core.models.paper import PaperNetwork
-
-_CONFIG: TypeAdapter[NetworkConfig] = TypeAdapter(NetworkConfig)
 
 
 def make_network(config: NetworkConfig) -> RegionNetwork:
@@ -36,14 +32,7 @@ def load_network(weights: Weights) -> RegionNetwork:
     WeightsError
         If the manifest's network is unknown or its tensors do not fit the network.
     """
-    try:
-        config = _CONFIG.validate_python(weights.manifest['network'])
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise WeightsError(
-            f'weights manifest: network.{".".join(map(str, first["loc"][1:]))}: {first["msg"]}'
-        ) from None
-    network = make_network(config)
+    network = make_network(network_config(weights))
     load_tensors(network, weights)
     return network.eval().requires_grad_(False)
 

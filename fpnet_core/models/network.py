@@ -14,6 +14,7 @@ from torch import Tensor, nn
 
 from fpnet_core.graphs.layout import FeatureLayout
 from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.models.tensors import tensors_of
 from fpnet_core.types import RegionGraph
 
 
@@ -28,12 +29,9 @@ class RegionNetwork(nn.Module, ABC):
         """Return the node rows ``(R, layout.size)`` that the network takes."""
 
     def batch(self, graphs: Sequence[RegionGraph]) -> GraphBatch:
-        """Return the graphs as one padded batch."""
-        return pad_graphs([self.rows(graph) for graph in graphs], [g.edges for g in graphs])
-
-    def prepared(self, batch: GraphBatch) -> GraphBatch:
-        """Return the batch with whatever can be computed before the other side is known."""
-        return batch
+        """Return the graphs as one padded batch of tensors."""
+        rows = [self.rows(graph) for graph in graphs]
+        return tensors_of(pad_graphs(rows, [graph.edges for graph in graphs]))
 
     def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Tensor]:
         """Return every log-assignment that training supervises, the final one last."""

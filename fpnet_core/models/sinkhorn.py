@@ -7,7 +7,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from fpnet_core.models.attention import MASKED
+from fpnet_core.models.arrays import MASKED
 
 
 def log_assignment(

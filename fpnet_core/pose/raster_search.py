@@ -74,7 +74,7 @@ def search_placements(
     """
     if not (len(plan.walls) and len(sub.walls) and len(sub.free)):
         return Placements.empty()
-    field = _field(plan)
+    field = plan.kept(_field)
     walls, free = _thinned(sub.walls, _MAX_WALLS), _thinned(sub.free, _MAX_FREE)
     found = [_of_turn(field, walls, free, yaw, factors) for yaw in wall_turns(plan, sub)]
     linear, translation, worth = (np.concatenate(part) for part in zip(*found, strict=True))
@@ -95,7 +95,7 @@ def wall_turns(plan: MapEvidence, sub: MapEvidence) -> Array:
     Directions are compared modulo a right angle. A building of one direction gives four
     rotations, one with oblique wings more.
     """
-    plan_spectrum, sub_spectrum = (fft.rfft(_directions(side)) for side in (plan, sub))
+    plan_spectrum, sub_spectrum = (fft.rfft(side.kept(_directions)) for side in (plan, sub))
     match = fft.irfft(plan_spectrum * np.conj(sub_spectrum), n=_BINS)
     match -= match.mean()
     is_peak = (match >= np.roll(match, 1)) & (match > np.roll(match, -1))

@@ -121,6 +121,7 @@ def _align(
 ) -> None:
     mid = np.array([points[:, 0].mean(), points[:, 1].mean()])
     limit = STRAIN_LIMIT * strain_sigma
+    residuals = np.empty((8, len(points)))
     for c in range(len(linear)):
         start, strain = _split_strain(linear[c], stretch)
         least, most = scales / np.sqrt(np.linalg.det(start))
@@ -133,7 +134,10 @@ def _align(
         H = np.eye(6)
         for width in widths:
             for _ in range(steps):
-                H, g = _normal_equations(params, start, centre, mid, points, field, A_rc_xy, width)
+                count = _residuals(
+                    params, start, centre, mid, points, field, A_rc_xy, width, residuals
+                )
+                H, g = _normal_equations(residuals, count)
                 prior = (sigma / strain_sigma) ** 2
                 for a in range(3, 6):
                     H[a, a] += prior
@@ -200,7 +204,7 @@ def _strained(params: Array, start: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _normal_equations(
+def _residuals(
     params: Array,
     start: Array,
     centre: Array,
@@ -209,16 +213,17 @@ def _normal_equations(
     field: NDArray[np.float32],
     A_rc_xy: Array,
     width: float,
-) -> tuple[Array, Array]:
-    """Welsch-weighted Gauss-Newton system (6, 6), (6,) of the wall distances."""
+    out: Array,
+) -> int:
+    """
+    Fill columns of ``out (8, P)`` with Welsch weights, wall distances and their six derivatives.
+
+    Returns how many of the points are near enough to walls to say anything.
+    """
     rows, cols = field.shape
     linear = _strained(params, start)
     x0, y0 = centre[0] + params[0], centre[1] + params[1]
-    H, g = np.zeros((6, 6)), np.zeros(6)
-    # Twenty-seven scalars: sums in an array would be loaded and stored for every point.
-    g0 = g1 = g2 = g3 = g4 = g5 = 0.0
-    h00 = h10 = h11 = h20 = h21 = h22 = h30 = h31 = h32 = h33 = 0.0
-    h40 = h41 = h42 = h43 = h44 = h50 = h51 = h52 = h53 = h54 = h55 = 0.0
+    n = 0
     for k in range(len(points)):
         px, py = points[k, 0] - mid[0], points[k, 1] - mid[1]
         qx = linear[0, 0] * px + linear[0, 1] * py
@@ -228,45 +233,52 @@ def _normal_equations(
         col = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
-        d, d_row, d_col = _sample(field, row, col)
-        if d_row == 0.0 and d_col == 0.0:  # too far from walls to say anything
+        # Bilinear; a function of its own would count references to the field at every call.
+        r, c = int(row), int(col)
+        fr, fc = row - r, col - c
+        here, right, down, across = (
+            field[r, c],
+            field[r, c + 1],
+            field[r + 1, c],
+            field[r + 1, c + 1],
+        )
+        d_row = (down - here) * (1 - fc) + (across - right) * fc
+        d_col = (right - here) * (1 - fr) + (across - down) * fr
+        if d_row == 0.0 and d_col == 0.0:
             continue
-        w = np.exp(-0.5 * d * d / (width * width))
-        j0 = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
-        j1 = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        d = (here * (1 - fc) + right * fc) * (1 - fr) + (down * (1 - fc) + across * fc) * fr
+        jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
+        jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        out[0, n], out[1, n] = np.exp(-0.5 * d * d / (width * width)), d
         # To first order the small strain and rotation act on the placed offset (qx, qy).
-        j2, j3, j4, j5 = j1 * qx - j0 * qy, j0 * qx, j1 * qy, j0 * qy + j1 * qx
-        w0, w1, w2, w3, w4, w5 = w * j0, w * j1, w * j2, w * j3, w * j4, w * j5
-        g0, g1, g2 = g0 + w0 * d, g1 + w1 * d, g2 + w2 * d
-        g3, g4, g5 = g3 + w3 * d, g4 + w4 * d, g5 + w5 * d
-        h00, h10, h11 = h00 + w0 * j0, h10 + w1 * j0, h11 + w1 * j1
-        h20, h21, h22 = h20 + w2 * j0, h21 + w2 * j1, h22 + w2 * j2
-        h30, h31, h32, h33 = h30 + w3 * j0, h31 + w3 * j1, h32 + w3 * j2, h33 + w3 * j3
-        h40, h41, h42, h43 = h40 + w4 * j0, h41 + w4 * j1, h42 + w4 * j2, h43 + w4 * j3
-        h44, h50, h51, h52 = h44 + w4 * j4, h50 + w5 * j0, h51 + w5 * j1, h52 + w5 * j2
-        h53, h54, h55 = h53 + w5 * j3, h54 + w5 * j4, h55 + w5 * j5
-    g[:] = (g0, g1, g2, g3, g4, g5)
-    H[0, 0] = h00
-    H[1, :2] = (h10, h11)
-    H[2, :3] = (h20, h21, h22)
-    H[3, :4] = (h30, h31, h32, h33)
-    H[4, :5] = (h40, h41, h42, h43, h44)
-    H[5] = (h50, h51, h52, h53, h54, h55)
+        out[2, n], out[3, n], out[4, n] = jx, jy, jy * qx - jx * qy
+        out[5, n], out[6, n], out[7, n] = jx * qx, jy * qy, jx * qy + jy * qx
+        n += 1
+    return n
+
+
+@numba.njit(cache=True, nogil=True, fastmath={'reassoc', 'contract'})
+def _normal_equations(residuals: Array, count: int) -> tuple[Array, Array]:
+    """
+    Gauss-Newton system (6, 6), (6,) of the first ``count`` columns of :func:`_residuals`.
+
+    Its sums may be taken in any order, by several at once.
+    """
+    H, g = np.zeros((6, 6)), np.zeros(6)
+    weight, d = residuals[0], residuals[1]
+    j0, j1, j2 = residuals[2], residuals[3], residuals[4]
+    j3, j4, j5 = residuals[5], residuals[6], residuals[7]
     for a in range(6):
-        for b in range(a):
-            H[b, a] = H[a, b]
+        own = residuals[2 + a]
+        total = h0 = h1 = h2 = h3 = h4 = h5 = 0.0
+        for k in range(count):
+            w = weight[k] * own[k]
+            total += w * d[k]
+            h0, h1, h2 = h0 + w * j0[k], h1 + w * j1[k], h2 + w * j2[k]
+            h3, h4, h5 = h3 + w * j3[k], h4 + w * j4[k], h5 + w * j5[k]
+        g[a] = total
+        H[a] = (h0, h1, h2, h3, h4, h5)
     return H, g
-
-
-@numba.njit(cache=True, nogil=True)
-def _sample(field: NDArray[np.float32], row: float, col: float) -> tuple[float, float, float]:
-    """Bilinear value and its derivatives along row and col."""
-    r0, c0 = int(np.floor(row)), int(np.floor(col))
-    fr, fc = row - r0, col - c0
-    a, b = field[r0, c0], field[r0, c0 + 1]
-    d, e = field[r0 + 1, c0], field[r0 + 1, c0 + 1]
-    value = (a * (1 - fc) + b * fc) * (1 - fr) + (d * (1 - fc) + e * fc) * fr
-    return value, (d - a) * (1 - fc) + (e - b) * fc, (b - a) * (1 - fr) + (e - d) * fr
 
 
 @numba.njit(cache=True, nogil=True)

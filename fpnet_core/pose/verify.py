@@ -105,7 +105,13 @@ def agreement(
         inverse = np.asarray(np.linalg.inv(candidates.linear), dtype=np.float64)
         back = -np.einsum('cij,cj->ci', inverse, candidates.translation)
         _backward(
-            inverse, back, plan.walls, sub.wall_distance, sub.observed, sub.A_rc_xy, sigma_m, seen
+            inverse,
+            back,
+            plan.walls,
+            sub.wall_likelihood(sigma_m),
+            sub.observed,
+            sub.A_rc_xy,
+            seen,
         )
     return Agreement(support, seen, violation)
 
@@ -134,19 +140,20 @@ def _forward(
     support: Array,
     violation: Array,
 ) -> None:
+    rows, cols = wall_likelihood.shape
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
         total = 0.0
         for k in range(len(walls)):
             row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
-            if _inside(wall_likelihood, row, col):
+            if _inside(rows, cols, row, col):
                 total += wall_likelihood[row, col]
         support[c] = total / max(len(walls), 1)
         outside = 0.0
         for k in range(len(free)):
             row, col = nearest_cell(A, free[k, 0], free[k, 1])
             depth = _OUTSIDE_FULL_M
-            if _inside(outside_depth, row, col):
+            if _inside(rows, cols, row, col):
                 depth = outside_depth[row, col]
             share = (depth - _OUTSIDE_TOLERANCE_M) / (_OUTSIDE_FULL_M - _OUTSIDE_TOLERANCE_M)
             outside += min(max(share, 0.0), 1.0)
@@ -158,22 +165,20 @@ def _backward(
     inverse: Array,
     back: Array,
     walls: Array,
-    wall_distance: NDArray[np.float32],
+    wall_likelihood: NDArray[np.float32],
     observed: NDArray[np.bool_],
     A_rc_xy: Array,
-    sigma: float,
     seen: Array,
 ) -> None:
-    inv2 = -0.5 / (sigma * sigma)
+    rows, cols = wall_likelihood.shape
     for c in range(len(inverse)):
         A = _chain(A_rc_xy, inverse[c], back[c])
         total = 0.0
         count = 0
         for k in range(len(walls)):
             row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
-            if _inside(wall_distance, row, col) and observed[row, col]:
-                d = wall_distance[row, col]
-                total += np.exp(inv2 * d * d)
+            if _inside(rows, cols, row, col) and observed[row, col]:
+                total += wall_likelihood[row, col]
                 count += 1
         seen[c] = total / max(count, 1)
 
@@ -190,5 +195,6 @@ def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True, inline='always')
-def _inside(raster: NDArray[np.float32], row: int, col: int) -> bool:
-    return bool(0 <= row < raster.shape[0] and 0 <= col < raster.shape[1])
+def _inside(rows: int, cols: int, row: int, col: int) -> bool:
+    # Not the raster itself: every call would count the references to it, at thrice the time.
+    return bool(0 <= row < rows and 0 <= col < cols)

@@ -66,12 +66,13 @@ def _block_sums(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:
     """Return sums of rows and of columns, and counts of True cells, by block (h, w, 3)."""
     rows, cols = mask.shape
     sums = np.zeros((int(rows / spacing) + 1, int(cols / spacing) + 1, 3))
+    across = (np.arange(cols) / spacing).astype(np.int64)
     for row in range(rows):
-        block_row = int(row / spacing)
+        r = int(row / spacing)
         for col in range(cols):
             if mask[row, col]:
-                block = sums[block_row, int(col / spacing)]
-                block[0] += row
-                block[1] += col
-                block[2] += 1
+                c = across[col]
+                sums[r, c, 0] += row
+                sums[r, c, 1] += col
+                sums[r, c, 2] += 1
     return sums

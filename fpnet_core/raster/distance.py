@@ -8,16 +8,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.blocks import block_middles
 
-def cells_to_nearest(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+
+def cells_to_nearest(mask: NDArray[np.bool_], step: int = 1) -> NDArray[np.float32]:
     """
     Return the distance (H, W) float32 from each cell to the nearest True cell, in cells.
+
+    With a ``step`` only of the cells in the middle of blocks of that side, as
+    :func:`~fpnet_core.raster.blocks.block_middles` chooses them.
 
     OpenCV's last digit depends on where its arrays lie in memory, so that equal maps would be
     cut differently once in a while. Squared distances are whole numbers, which settles them.
     """
     cells = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    distance = np.asarray(cells, dtype=np.float32)
+    distance = block_middles(np.asarray(cells, dtype=np.float32), step)
     for settle in (np.square, np.rint, np.sqrt):
         settle(distance, out=distance)
     return distance

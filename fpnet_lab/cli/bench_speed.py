@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +14,7 @@ from fpnet_core.cli import common
 from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
+    from fpnet_lab.evaluation.speed.growth import Grown
     from fpnet_lab.evaluation.speed.timing import Figure
 
 
@@ -26,6 +27,7 @@ class Part(StrEnum):
     MATCHER = 'matcher'
     JUDGE = 'judge'
     SHELL = 'shell'
+    GROWTH = 'growth'
 
 
 def command(
@@ -39,35 +41,61 @@ def command(
         float | None,
         typer.Option('--seconds', min=20.0, help='Drive so long; else seven minutes.'),
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option('--plot', metavar='PNG', help='Draw the curve of growth.')
+    ] = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
     Time plans, robot maps, a drive, the matcher, the judge and the shell; medians of five.
 
     Each figure stands beside its aim, which is stated for two cores with nothing else to do.
-    Real plans and robot maps are left out where --data is absent.
+    Real plans and robot maps are left out where --data is absent. Storeys of 300 to 50,000 m2,
+    which take some minutes, are timed where --only growth asks for them.
 
     Example: fpnet bench speed --json out/speed.json
 
     Example: fpnet bench speed --only matcher --only shell
+
+    Example: fpnet bench speed --only growth --plot out/growth.png
     """
     import cv2
 
     cv2.setNumThreads(1)
     figures: list[Figure] = []
-    with common.progress('timing', len(only or Part)) as advance:
-        for part in only or Part:
+    storeys: list[Grown] = []
+    parts = only or [part for part in Part if part is not Part.GROWTH]
+    with common.progress('timing', len(parts)) as advance:
+        for part in parts:
+            if part is Part.GROWTH:
+                storeys = _grown()
             figures += _measured(part, data, seconds)
             advance(1.0)
+    figures += [figure for storey in storeys for figure in storey.figures()]
     _print(figures)
+    if plot is not None and storeys:
+        from fpnet_lab.viz.growth import save_growth
+
+        save_growth(storeys, plot)
+    report: dict[str, Any] = {'figures': {each.name: each.as_json() for each in figures}}
+    if storeys:
+        report['growth'] = [storey.as_json() for storey in storeys]
     if json_path is not None:
-        write_report(json_path, {'figures': {each.name: each.as_json() for each in figures}})
+        write_report(json_path, report)
+
+
+def _grown() -> list[Grown]:
+    from fpnet_lab.evaluation.speed.growth import AREAS_M2, growth
+
+    return [growth(area_m2) for area_m2 in AREAS_M2]
 
 
 def _measured(part: Part, data: Path, seconds: float | None) -> list[Figure]:
     from fpnet_lab.evaluation.speed import maps
     from fpnet_lab.evaluation.speed.drive import drive_figures
 
+    if part is Part.GROWTH:
+        return []
     if part is Part.DRIVE:
         return drive_figures(seconds)[0]
     if part is Part.PAIRS:

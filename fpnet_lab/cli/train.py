@@ -100,7 +100,8 @@ def fit_and_calibrate(
     by_plan: bool = True,
 ) -> None:
     """Train in ``out``; for an invariant network also fit its evidence model."""
-    from fpnet_core.models import InvariantConfig, network_type
+    from fpnet_core.models.config import InvariantConfig
+    from fpnet_core.models.loading import network_type
     from fpnet_lab.training import (
         WEIGHTS_FILE,
         Hooks,

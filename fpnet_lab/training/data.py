@@ -14,7 +14,9 @@ from torch import Tensor
 
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.matches import IGNORE, UNMATCHED
-from fpnet_core.models import GraphBatch, RegionNetwork, pad_graphs
+from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.models.network import RegionNetwork
+from fpnet_core.models.tensors import tensors_of
 from fpnet_lab.sim.dataset import PairDataset
 from fpnet_lab.sim.pairs import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig
@@ -115,8 +117,8 @@ def split_by_pair(
 
 def collate(pairs: Sequence[PairArrays]) -> PairBatch:
     """Pad pairs into one batch."""
-    plan = pad_graphs([p.plan_feat for p in pairs], [p.plan_edges for p in pairs])
-    sub = pad_graphs([p.sub_feat for p in pairs], [p.sub_edges for p in pairs])
+    plan = tensors_of(pad_graphs([p.plan_feat for p in pairs], [p.plan_edges for p in pairs]))
+    sub = tensors_of(pad_graphs([p.sub_feat for p in pairs], [p.sub_edges for p in pairs]))
     labels = np.full(sub.mask.shape, IGNORE, dtype=np.int64)
     for row, pair in zip(labels, pairs, strict=True):
         row[: len(pair.labels)] = pair.labels

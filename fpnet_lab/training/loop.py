@@ -28,7 +28,8 @@ from torch import Tensor, nn
 from fpnet_core.errors import ConfigError
 from fpnet_core.io.weights import Weights, write_weights
 from fpnet_core.matching import mutual_pairs
-from fpnet_core.models import RegionNetwork, load_tensors, make_network
+from fpnet_core.models.loading import load_tensors, make_network
+from fpnet_core.models.network import RegionNetwork
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.metrics import MatchCounts, count_matches
 from fpnet_lab.training.checkpoint import load_state, save_state

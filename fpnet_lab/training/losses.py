@@ -26,7 +26,7 @@ import torch
 from torch import Tensor
 
 from fpnet_core.matches import UNMATCHED
-from fpnet_core.models import GraphBatch
+from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.edges import pair_distances
 from fpnet_lab.training.config import LossConfig
 

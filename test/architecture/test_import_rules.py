@@ -43,7 +43,7 @@ ROS_PACKAGES = (
     'visualization_msgs', 'diagnostic_msgs', 'builtin_interfaces', 'rosidl_runtime_py',
 )  # fmt: skip
 TORCH = ('torch', 'lightning_fabric')
-TORCH_HOMES = ('fpnet_core.models', 'fpnet_core.matching.learned', 'fpnet_lab.training')
+TORCH_HOMES = ('fpnet_core.models', 'fpnet_lab.training')
 ROBOT = ('fpnet_core', 'msg_adapters', 'fpnet_ros')
 HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 'ifcopenshell')
 STAGES = tuple(f'fpnet_core.{stage}' for stage in ('submaps', 'segmentation', 'graphs', 'pose'))
@@ -229,6 +229,20 @@ def test_importing_leaves_heavy_libraries_unloaded(module):
         [sys.executable, '-c', code], capture_output=True, text=True, check=True, cwd=ROOT
     )
     assert result.stdout.strip() == '[]'
+
+
+def test_a_localizer_on_the_packaged_weights_needs_no_torch():
+    """Its import takes longer than matching two maps."""
+    code = (
+        'import sys, fpnet_core.api, fpnet_core.api.run;'
+        'from fpnet_core.config import FpnetConfig;'
+        'from fpnet_core.localizer import create_localizer; create_localizer(FpnetConfig());'
+        'print("torch" in sys.modules)'
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert result.stdout.strip() == 'False'
 
 
 def test_public_names_of_io_all_resolve():

@@ -16,7 +16,9 @@ from fpnet_core.geometry import Similarity2D
 from fpnet_core.graphs import edge_features, node_features
 from fpnet_core.graphs.invariant import invariant_rows
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import GraphBatch, InvariantConfig, InvariantNetwork
+from fpnet_core.models.batch import GraphBatch
+from fpnet_core.models.config import InvariantConfig
+from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.types import RegionGraph
 
 SIMILARITIES = st.builds(

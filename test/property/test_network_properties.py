@@ -12,15 +12,12 @@ import pytest
 import torch
 
 from fpnet_core.graphs.layout import POSITION
-from fpnet_core.models import (
-    EdgeMapping,
-    GraphBatch,
-    PaperConfig,
-    PaperNetwork,
-    log_assignment,
-    pad_graphs,
-)
+from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.models.config import EdgeMapping, PaperConfig
 from fpnet_core.models.edges import edge_weights
+from fpnet_core.models.paper import PaperNetwork
+from fpnet_core.models.sinkhorn import log_assignment
+from fpnet_core.models.tensors import tensors_of
 
 SMALL = {'width': 8, 'heads': 2, 'blocks': 2, 'position_widths': (6,)}
 
@@ -77,7 +74,9 @@ def test_padding_and_batch_neighbours_change_nothing(mapping, seed):
     rng = np.random.default_rng(seed)
     pairs = [toy_pair(rng, rooms, seen)[:2] for rooms, seen in ((5, 2), (9, 6))]
     together_plan, together_sub = (
-        doubled(pad_graphs([p[i].node_feat for p in pairs], [p[i].edges for p in pairs]))
+        doubled(
+            tensors_of(pad_graphs([p[i].node_feat for p in pairs], [p[i].edges for p in pairs]))
+        )
         for i in (0, 1)
     )
     with torch.inference_mode():

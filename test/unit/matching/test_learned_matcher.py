@@ -11,7 +11,9 @@ from fpnet_core.config import MatcherConfig
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import read_weights, write_weights
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import PaperConfig, PaperNetwork, load_network
+from fpnet_core.models.config import PaperConfig
+from fpnet_core.models.loading import load_network
+from fpnet_core.models.paper import PaperNetwork
 from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 NETWORK = PaperConfig(width=8, blocks=1, position_widths=(6,))
@@ -142,3 +144,19 @@ def test_manifest_that_is_no_json_is_refused(checkpoint):
     checkpoint.with_suffix('.json').write_text('{')
     with pytest.raises(WeightsError, match='not valid JSON'):
         LearnedMatcher(MatcherConfig(weights=str(checkpoint)))
+
+
+def test_two_plans_in_turn_are_prepared_once_each(monkeypatch):
+    matcher = LearnedMatcher(MatcherConfig())
+    rng = np.random.default_rng(5)
+    (plan, sub, _), (mirror, _, _), (other, _, _) = (toy_pair(rng, rooms=n) for n in (6, 7, 8))
+    prepared = []
+    prepare = type(matcher._network).prepared
+    monkeypatch.setattr(
+        type(matcher._network),
+        'prepared',
+        lambda self, graph: prepared.append(graph) or prepare(self, graph),
+    )
+    for graph in (plan, mirror, plan, mirror, other, mirror):
+        matcher.match(graph, sub, 100.0)
+    assert [id(graph) for graph in prepared] == [id(graph) for graph in (plan, mirror, other)]

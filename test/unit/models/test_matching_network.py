@@ -6,15 +6,9 @@ from pydantic import ValidationError
 import pytest
 import torch
 
-from fpnet_core.models import (
-    EdgeMapping,
-    PaperConfig,
-    PaperNetwork,
-    log_assignment,
-    pad_graphs,
-)
 from fpnet_core.models.attention import Attention
-from fpnet_core.models.batch import adjacency_matrix
+from fpnet_core.models.batch import adjacency_matrix, pad_graphs
+from fpnet_core.models.config import EdgeMapping, PaperConfig
 from fpnet_core.models.edges import (
     CONNECTED,
     FAR_WEIGHT,
@@ -24,12 +18,15 @@ from fpnet_core.models.edges import (
     connectivity_weights,
     distance_weights,
 )
+from fpnet_core.models.paper import PaperNetwork
+from fpnet_core.models.sinkhorn import log_assignment
+from fpnet_core.models.tensors import tensors_of
 
 
 def batch_of(positions, edges):
     rows = np.zeros((len(positions), 28), np.float32)
     rows[:, :2] = positions
-    return pad_graphs([rows], [np.array(edges, dtype=np.int64).reshape(-1, 2)])
+    return tensors_of(pad_graphs([rows], [np.array(edges, dtype=np.int64).reshape(-1, 2)]))
 
 
 def test_defaults_are_the_papers():
@@ -80,7 +77,7 @@ def test_padding_marks_real_nodes_and_symmetric_edges():
 
 
 def test_empty_graphs_make_a_valid_batch():
-    batch = pad_graphs([np.zeros((0, 28), np.float32)], [np.zeros((0, 2), np.int64)])
+    batch = tensors_of(pad_graphs([np.zeros((0, 28), np.float32)], [np.zeros((0, 2), np.int64)]))
     assert batch.mask.tolist() == [[False]]
     output = PaperNetwork(PaperConfig(blocks=1))(batch, batch)
     assert torch.isfinite(output[..., -1, -1]).all()

@@ -83,3 +83,16 @@ def test_no_candidates_give_no_estimates():
     sides = plan_evidence(), room_evidence()
     found = estimates_across_scales(*sides, Placements.empty(), Freedom(0.03))
     assert len(found) == 0
+
+
+def test_what_a_search_derives_of_a_plan_is_made_once(monkeypatch):
+    made = []
+    evidence = map_evidence(plan_grid())
+    count = lambda side: made.append(side) or len(made)  # noqa: E731
+    assert [evidence.kept(count), evidence.kept(count)] == [1, 1]
+    assert map_evidence(plan_grid()).kept(count) == 2
+    first = search_placements(evidence, room_evidence(), FACTORS, 30)
+    monkeypatch.setattr('fpnet_core.pose.raster_search.block_means', None)
+    again = search_placements(evidence, room_evidence(), FACTORS, 30)
+    assert np.array_equal(first.linear, again.linear)
+    assert np.array_equal(first.translation, again.translation)

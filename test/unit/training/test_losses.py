@@ -7,8 +7,9 @@ import pytest
 import torch
 
 from fpnet_core.matches import IGNORE, UNMATCHED
-from fpnet_core.models import GraphBatch, log_assignment
+from fpnet_core.models.batch import GraphBatch
 from fpnet_core.models.edges import pair_distances
+from fpnet_core.models.sinkhorn import log_assignment
 from fpnet_lab.training.config import LossConfig
 from fpnet_lab.training.losses import (
     match_loss,

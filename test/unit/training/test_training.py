@@ -15,7 +15,7 @@ from fpnet_core.graphs.layout import POSITION
 from fpnet_core.io.weights import read_weights
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.models import InvariantNetwork
+from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.baselines import NearestNeighborMatcher
 from fpnet_lab.metrics import MatchCounts, count_matches

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Networks of tensors as a matcher asks them; importing this loads torch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+
+from fpnet_core.models.batch import GraphBatch
+from fpnet_core.models.network import RegionNetwork
+from fpnet_core.types import RegionGraph
+
+
+@dataclass(frozen=True, eq=False)
+class OnTensors:
+    """A network of tensors, asked for one pair of graphs."""
+
+    network: RegionNetwork
+
+    def prepared(self, plan: RegionGraph) -> GraphBatch:
+        """Return the plan as a batch."""
+        return self.network.batch([plan])
+
+    def likelihood(self, plan: GraphBatch, sub: RegionGraph) -> NDArray[np.float64]:
+        """Return the assignment ``(M, N)``; neither graph is empty."""
+        with _one_thread(), torch.inference_mode():
+            log_assignment = self.network(plan, self.network.batch([sub]))
+            found: NDArray[np.float64] = log_assignment[0, :-1, :-1].double().exp().numpy()
+        return found
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """
+    Let tensor operations run on the calling thread.
+
+    The graphs are too small to gain from more, and a team of threads waits at every operation for
+    its last one: beside other busy programs a match took many times as long.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
