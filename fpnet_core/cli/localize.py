@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
+    from fpnet_core.report import RunRecord
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
 
@@ -68,6 +69,10 @@ _TumOption = Annotated[
     Path | None,
     typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
 ]
+_FilmOption = Annotated[
+    Path | None,
+    typer.Option('--film', metavar='GIF', help='Write the run as a moving picture.'),
+]
 
 
 @common.reads_drawing
@@ -80,6 +85,7 @@ def command(
     odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
+    film: _FilmOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -126,8 +132,8 @@ def command(
     ended = _Ended(run, known, run.causes(asked, said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
-    if out is not None:
-        _write_folder(out, f'{recording.name} on {floorplan.name}', ended)
+    if film is not None or out is not None:
+        _write_pictures(ended, f'{recording.name} on {floorplan.name}', film, out)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
 
@@ -181,6 +187,17 @@ class _Ended:
             **self.summary.as_json(),
         }
 
+    def record(self, title: str) -> RunRecord:
+        """Return the run as reports and films are made of it."""
+        from fpnet_core.report import RunRecord
+
+        run, known = self.run, self.known
+        return RunRecord(
+            title, f'{run.last.said}. {self.summary}', run.segmentation, run.result.outputs,
+            run.poses, known.reference, known.A_plan_truth, self.figures(), self.causes,
+            run.result.odometry,
+        )  # fmt: skip
+
 
 def _ended(
     reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
@@ -210,28 +227,16 @@ def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> Non
     common.write_json(json_path, ended.figures())
 
 
-def _write_folder(out: Path, name: str, ended: _Ended) -> None:
-    from fpnet_core.report import RunRecord, write_run_exports, write_run_report
+def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | None) -> None:
+    from fpnet_core.report import write_run_exports, write_run_report
+    from fpnet_core.report.film import write_film
 
-    run, known = ended.run, ended.known
-    record = RunRecord(
-        name,
-        f'{run.last.said}. {ended.summary}',
-        run.segmentation,
-        run.result.outputs,
-        run.poses,
-        known.reference,
-        known.A_plan_truth,
-        ended.figures(),
-        ended.causes,
-    )
-    write_run_exports(
-        out,
-        record.plan.grid,
-        record.outputs,
-        run.poses,
-        run.covariances,
-        run.result.odometry,
-    )
-    common.write_json(out / 'run.json', record.figures)
-    write_run_report(out / _REPORT_NAME, record)
+    record, run = ended.record(title), ended.run
+    if film is not None:
+        write_film(film, record)
+    if out is not None:
+        write_run_exports(
+            out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
+        )
+        common.write_json(out / 'run.json', record.figures)
+        write_run_report(out / _REPORT_NAME, record)

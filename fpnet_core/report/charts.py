@@ -16,16 +16,18 @@ from plotly.subplots import make_subplots
 
 from fpnet_core.report.moments import SHOWN_PLACEMENTS, door_lines
 from fpnet_core.report.pictures import Picture, segmentation_picture
-from fpnet_core.report.record import RunRecord, best_placement_errors, published_errors
+from fpnet_core.report.record import (
+    PLACEMENT_COLOURS,
+    RunRecord,
+    best_placement_errors,
+    published_errors,
+)
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.segmentation import label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
-
-PLACEMENT_COLOURS = ('#1f77b4', '#d62728', '#8c564b')
-"""Of the best placement and its rivals."""
 
 _TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
 # Chosen, not measured:

@@ -11,14 +11,13 @@ import numpy as np
 
 from fpnet_core.report.charts import (
     HEX_OF_STATUS,
-    PLACEMENT_COLOURS,
     plan_figure,
     submap_figure,
     timeline_figure,
 )
 from fpnet_core.report.moments import moments
 from fpnet_core.report.page import write_page
-from fpnet_core.report.record import RunRecord
+from fpnet_core.report.record import PLACEMENT_COLOURS, RunRecord
 
 _PUBLISHED_SAMPLES = 3000  # numerical
 _ELSEWHERE = ('reason', 'causes')  # sentences, which have their own place on the page
