@@ -22,6 +22,11 @@ _STEP_M = 0.2  # chosen: a shorter step says little of the direction
 PLACEMENT_COLOURS = ('#1f77b4', '#8e3fb0', '#00796b')
 """Of the best placement and its rivals. Chosen: neither is the red of doors."""
 
+PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
+"""Of their walls in plotly's words, and as signs in a text: colours alone do not tell them."""
+
+PLACEMENT_SIGNS = ('●', '✕', '△')
+
 
 def _nowhere() -> PlanarTrajectory:
     return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
@@ -113,16 +118,12 @@ def published_errors(record: RunRecord) -> TimedErrors:
     return TimedErrors(record.seconds(metric.stamps_ns[known]), position, np.rad2deg(yaw))
 
 
-def best_placement_errors(record: RunRecord) -> list[float | None]:
+def best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
     """
-    Error [m] of the robot's position as each tick's best placement has it, claimed or not.
+    Error [m] of the robot's position as a tick's best placement has it, claimed or not.
 
     None for a tick without a placement, and without a truth near in time.
     """
-    return [_best_placement_error(record, output) for output in record.outputs]
-
-
-def _best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
     submap, truth = output.submap, record.truth
     if truth is None or len(truth) < 2 or submap is None or not output.estimates:
         return None
