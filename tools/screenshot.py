@@ -4,7 +4,7 @@
 Take the picture of a report, as the documentation shows it.
 
 Run: python tools/screenshot.py out/run/report.html docs/images/report.png
-     [--width 1500] [--upto SELECTOR] [--at SECONDS] [--colours 255]
+     [--width 1500] [--upto SELECTOR] [--at SECONDS]
 
 Needs Chromium with its driver (apt-get install chromium chromium-driver). ``--upto`` ends the
 picture below the first element that a CSS selector finds, ``--at`` shows that time of a run.
@@ -46,20 +46,16 @@ def take(page: Path, width: int, upto: str, at: float | None) -> Image.Image:
 
 
 def main() -> None:
-    """Take the picture and save it in few colours."""
+    """Take the picture and save it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('page', type=Path)
     parser.add_argument('picture', type=Path)
     parser.add_argument('--width', type=int, default=1500)
     parser.add_argument('--upto', default='body')
     parser.add_argument('--at', type=float)
-    parser.add_argument('--colours', type=int, default=255)
     arguments = parser.parse_args()
     image = take(arguments.page, arguments.width, arguments.upto, arguments.at)
-    reduced = image.quantize(
-        arguments.colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-    )
-    reduced.save(arguments.picture, optimize=True)
+    image.save(arguments.picture, optimize=True)
 
 
 if __name__ == '__main__':
