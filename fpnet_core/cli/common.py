@@ -32,6 +32,14 @@ if TYPE_CHECKING:
 
 Item = TypeVar('Item')
 
+
+def complete_setting(incomplete: str) -> list[str]:
+    """Return what may be meant by the beginning of ``--set``."""
+    from fpnet_core.config import config_keys
+
+    return [f'{key}=' for key in config_keys() if key.startswith(incomplete)]
+
+
 ConfigOption = Annotated[
     Path | None,
     typer.Option('--config', metavar='FILE', help='Configuration YAML; default: built in.'),
@@ -42,6 +50,7 @@ SetOption = Annotated[
         '--set',
         metavar='KEY=VALUE',
         help='Override a key, as submap.resolution_m=0.1; repeatable.',
+        autocompletion=complete_setting,
     ),
 ]
 OutOption = Annotated[

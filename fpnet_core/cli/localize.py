@@ -121,7 +121,7 @@ def command(
 
     reading = said.read(floorplan, tree)
     common.say_reading(reading, json_path)
-    known = _known(truth)
+    known = _known(truth, reading)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
     source = scans_of(
@@ -146,11 +146,14 @@ class _Known:
     A_plan_truth: Affine2D
 
 
-def _known(truth: Path | None) -> _Known:
+def _known(truth: Path | None, reading: Reading) -> _Known:
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io.truth import read_truth
+    from fpnet_core.io.truth import check_truth, read_truth
 
-    return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
+    if truth is None:
+        return _Known(None, Affine2D.identity())
+    check_truth(truth, reading.grid.resolution)
+    return _Known(*read_truth(truth))
 
 
 def _typed_source(
