@@ -88,6 +88,10 @@ COMMANDS = {
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
     ),
+    'view': Subcommand(
+        'fpnet_core.cli.view',
+        'Show a run while it goes on, or a recorded one again, in a browser.',
+    ),
 }
 """What the core brings."""
 

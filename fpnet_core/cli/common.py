@@ -67,6 +67,16 @@ JsonOption = Annotated[
     typer.Option('--json', metavar='FILE', help='Write the result as JSON; - for stdout.'),
 ]
 
+DEFAULT_PORT = 8123
+"""Chosen: of the page that shows a run while it goes on."""
+
+PortOption = Annotated[
+    int,
+    typer.Option(
+        '--port', min=0, max=65535, help='Of 127.0.0.1, where the page is; 0 takes a free one.'
+    ),
+]
+
 DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
 
 

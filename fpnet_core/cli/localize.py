@@ -73,6 +73,9 @@ _FilmOption = Annotated[
     Path | None,
     typer.Option('--film', metavar='GIF', help='Write the run as a moving picture.'),
 ]
+_ViewOption = Annotated[
+    bool, typer.Option('--view', help='Show the run while it goes on, on a page of this machine.')
+]
 
 
 @common.reads_drawing
@@ -86,6 +89,8 @@ def command(
     topics: _TopicsOption = None,
     tum: _TumOption = None,
     film: _FilmOption = None,
+    view: _ViewOption = False,
+    port: common.PortOption = common.DEFAULT_PORT,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -98,17 +103,15 @@ def command(
     The scale of a drawing that states none is estimated, and searched around that estimate as far
     as it is unsure, unless localizer.scale_policy is set.
 
-    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
-    /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
-    or --poses, are used as odometry, or help and check KISS-ICP with --odometry both.
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged as /tf_static
+    says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
+    odometry, or help and check KISS-ICP with --odometry both.
 
     Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
-    said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
-    --verbose localize logs every change of status with its reason.
+    said where it is: then it prints the likely causes with the next command. Errors exit 1.
 
-    With --out the folder gets report.html (opens without a network), run.json, poses.tum,
-    covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
-    submap.yaml, and run.mcap for Foxglove.
+    With --out the folder gets report.html, run.json, poses.tum, covariances.csv, odometry.tum,
+    map.yaml (at the scale that was found), submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -123,17 +126,17 @@ def command(
     common.say_reading(reading, json_path)
     known = _known(truth, reading)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
+    typed = ('fpnet', 'localize', str(recording), *given, '--floorplan')
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
-    run = _ended(reading, source, with_scale_of(reading, tree), odometry)
-    ended = _Ended(run, known, run.causes(asked, said.storey))
+    title, page = f'{recording.name} on {floorplan.name}', port if view else None
+    run = _ended(reading, source, with_scale_of(reading, tree), odometry, title, page)
+    ended = _Ended(run, known, run.causes(said.asked(typed, floorplan), said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
-    if film is not None or out is not None:
-        _write_pictures(ended, f'{recording.name} on {floorplan.name}', film, out)
+    _write_pictures(ended, title, film, out)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
 
@@ -203,14 +206,27 @@ class _Ended:
 
 
 def _ended(
-    reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
+    reading: Reading,
+    source: ScanSource,
+    tree: FpnetConfig,
+    odometry: OdometryChoice | None,
+    title: str,
+    port: int | None,
 ) -> Run:
+    """Return the run at its end; ``port`` is that of a page that shows it."""
     from fpnet_core.api.run import Run
 
     with common.progress('localizing', total=len(source)) as advance:
         run = Run(reading, source, tree, lambda: advance(1.0), odometry)
-        for _ in run:
-            pass
+        if port is None:
+            for _ in run:
+                pass
+        else:
+            from fpnet_core.cli.view import follow
+            from fpnet_core.report.live import LiveRun
+
+            with LiveRun(title, run.rooms, port) as live:
+                follow(run, live)
     return run
 
 
@@ -231,6 +247,8 @@ def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> Non
 
 
 def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | None) -> None:
+    if film is None and out is None:  # what draws need not be installed
+        return
     from fpnet_core.report import write_run_exports, write_run_report
     from fpnet_core.report.film import write_film
 

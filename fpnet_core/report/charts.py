@@ -85,19 +85,19 @@ def submap_figure() -> go.Figure:
 
 def timeline_figure(record: RunRecord) -> go.Figure:
     """Return probability over bands of status, errors if there is a truth, and timings."""
-    figure = make_subplots(
-        rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.36, 0.32, 0.32]
-    )
+    rows = 2 if record.truth is None else 3
+    figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
     # The first shape is the cursor, which the script moves.
     figure.add_shape(
-        type='line', xref='x3', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
+        type='line', xref=f'x{rows}', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
         line={'color': _INK, 'width': 1.5, 'dash': 'dot'},
     )  # fmt: skip
     _add_probability(figure, record, times)
-    _add_errors(figure, record, times)
-    _add_timings(figure, record, times)
-    figure.update_xaxes(title_text='time [s]', row=3, col=1)
+    if record.truth is not None:
+        _add_errors(figure, record, times)
+    _add_timings(figure, record, times, rows)
+    figure.update_xaxes(title_text='time [s]', row=rows, col=1)
     figure.update_layout(
         template='plotly_white',
         barmode='stack',
@@ -196,13 +196,6 @@ def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, flo
 
 
 def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
-    if record.truth is None:
-        figure.add_annotation(
-            text='no ground truth was given (--truth)', showarrow=False, x=0.5, y=0.5,
-            xref='x2 domain', yref='y2 domain', font={'color': '#777777'},
-        )  # fmt: skip
-        figure.update_yaxes(showticklabels=False, row=2, col=1)
-        return
     published = published_errors(record)
     step = max(1, -(-len(published.time_s) // _PATH_SAMPLES))
     errors = [best_placement_error(record, output) for output in record.outputs]
@@ -227,20 +220,23 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
     )
 
 
-def _add_timings(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+def _add_timings(
+    figure: go.Figure, record: RunRecord, times: NDArray[np.float64], row: int
+) -> None:
     for stage, colour in zip(_STAGES, _STAGE_COLOURS, strict=True):
         durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
         marker = {'color': colour, 'line': {'width': 0}}
-        figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=3, col=1)
-    figure.update_yaxes(title_text='tick [ms]', row=3, col=1)
+        figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
+    figure.update_yaxes(title_text='tick [ms]', row=row, col=1)
     totals = [sum(output.timings_ms.get(s, 0.0) for s in _STAGES) for output in record.outputs]
     if not totals:
         return
     most, shown = max(totals), _ROOM_ABOVE * float(np.quantile(totals, _LONG_TICK))
     if most > _FAR_LONGER * shown > 0.0:
         at = times[int(np.argmax(totals))]
-        figure.update_yaxes(range=[0.0, shown], row=3, col=1)
+        figure.update_yaxes(range=[0.0, shown], row=row, col=1)
         figure.add_annotation(
             text=f'the longest, {most:.0f} ms at {at:.0f} s, is cut off', showarrow=False,
-            x=1.0, y=1.0, xanchor='right', yanchor='top', xref='x3 domain', yref='y3 domain',
+            x=1.0, y=1.0, xanchor='right', yanchor='top',
+            xref=f'x{row} domain', yref=f'y{row} domain',
         )  # fmt: skip

@@ -35,7 +35,7 @@ def write_page(
 
 def page_text(
     template: str,
-    figures: Mapping[str, go.Figure],
+    figures: Mapping[str, go.Figure | Mapping[str, Any]],
     data: Mapping[str, Any] | None = None,
     **values: Any,
 ) -> str:
@@ -52,7 +52,10 @@ def page_text(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    charts = {name: json.loads(figure.to_json()) for name, figure in figures.items()}
+    charts = {
+        name: json.loads(figure.to_json()) if isinstance(figure, go.Figure) else figure
+        for name, figure in figures.items()
+    }
     content = json.dumps({'figures': charts, 'data': data or {}}, separators=(',', ':'))
     return environment.get_template(template).render(
         content=packed(content), plotly=_library(), version=_version(), **values

@@ -28,7 +28,8 @@ PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
 PLACEMENT_SIGNS = ('●', '✕', '△')
 
 
-def _nowhere() -> PlanarTrajectory:
+def nowhere() -> PlanarTrajectory:
+    """Return a trajectory without poses."""
     return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
 
 
@@ -53,7 +54,7 @@ class RunRecord:
     A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
     figures: Mapping[str, Any] = field(default_factory=dict)
     causes: tuple[Cause, ...] = ()
-    odometry: PlanarTrajectory = field(default_factory=_nowhere)
+    odometry: PlanarTrajectory = field(default_factory=nowhere)
 
     @property
     def start_ns(self) -> int:
@@ -67,7 +68,7 @@ class RunRecord:
     def truth_on_plan(self) -> PlanarTrajectory:
         """True poses in the plan frame; none where there is no truth."""
         if self.truth is None:
-            return _nowhere()
+            return nowhere()
         return self.truth.mapped(self.A_plan_truth)
 
     def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:

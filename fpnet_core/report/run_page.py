@@ -58,19 +58,24 @@ def run_figures(record: RunRecord) -> dict[str, go.Figure]:
 def run_data(record: RunRecord) -> dict[str, Any]:
     """Return what the page's script moves through, as plain values."""
     step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
-    published = record.published
     return {
         'moments': moments(record),
         'changes': changes(record),
-        'published': {
-            'time_s': np.round(record.seconds(published.stamps_ns[::step]), 2).tolist(),
-            'x': np.round(published.xy[::step, 0], 2).tolist(),
-            'y': np.round(published.xy[::step, 1], 2).tolist(),
-        },
+        'published': published(record, np.s_[::step]),
         'status_colours': HEX_OF_STATUS,
         'status_inks': {name: _ink_on(colour) for name, colour in HEX_OF_STATUS.items()},
         'placement_colours': PLACEMENT_COLOURS,
         'placement_signs': PLACEMENT_SIGNS,
+    }
+
+
+def published(record: RunRecord, which: slice) -> dict[str, list[float]]:
+    """Return times and places of some published poses as the page's columns."""
+    poses = record.published
+    return {
+        'time_s': np.round(record.seconds(poses.stamps_ns[which]), 2).tolist(),
+        'x': np.round(poses.xy[which, 0], 2).tolist(),
+        'y': np.round(poses.xy[which, 1], 2).tolist(),
     }
 
 

@@ -29,6 +29,8 @@ RUN = {
     'fpnet check-plan my_plan.png --out out/check': '--tours 0',
     'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',
     'fpnet localize drive.bag --floorplan plan.yaml --film run.gif': '',
+    'fpnet localize drive.bag --floorplan plan.yaml --view': '--port 0',
+    'fpnet view out/run': '--port 0 --rate 0 --end',
     'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (

@@ -218,9 +218,67 @@ function onTimeline(event) {
   show(nearest(event.points[0].x));
 }
 
+// A page of a live run is told what there is when it opens, then one tick after the other.
+function isFollowing() {
+  return Number(slider.value) >= data.moments.length - 1 && timer === null;
+}
+
+async function showTimeline(figure) {
+  if (!figure) return;
+  const chart = document.getElementById('timeline');
+  const layout = {...figure.layout, margin: chart.layout.margin, dragmode: chart.layout.dragmode};
+  await Plotly.react('timeline', figure.data, layout);
+  applyTheme();
+}
+
+function sayStatus(moment, said) {
+  const now = moment ?
+    `${moment.status} (p ${moment.probability.toFixed(2)}): ${moment.reason}` : 'waiting for the run';
+  document.getElementById('summary').textContent = said || now;
+}
+
+const told = {
+  async run(event) {
+    Object.assign(data, event.data);
+    slider.max = Math.max(data.moments.length - 1, 0);
+    await showTimeline(event.timeline);
+    showChanges();
+    show(data.moments.length - 1);
+    sayStatus(data.moments[data.moments.length - 1], event.said);
+  },
+  async tick(event) {
+    const follows = isFollowing();
+    data.moments.push(event.moment);
+    for (const key of event.published ? Object.keys(event.published) : []) {
+      data.published[key].push(...event.published[key]);
+    }
+    data.changes = event.changes;
+    slider.max = data.moments.length - 1;
+    await showTimeline(event.timeline);
+    showChanges();
+    sayStatus(event.moment, '');
+    if (follows) show(data.moments.length - 1);
+  },
+  async end(event) {
+    sayStatus(null, event.said);
+    source.close();
+  },
+};
+
+let source = null;
+let queued = Promise.resolve();
+function listen() {
+  source = new EventSource('events');
+  source.onmessage = (message) => {
+    const event = JSON.parse(message.data);
+    queued = queued.then(() => told[event.kind](event));
+  };
+}
+
 drawAll(['plan', 'submap', 'timeline']).then(() => {
   document.getElementById('timeline').on('plotly_click', onTimeline);
   showChanges();
   show(data.moments.length - 1);
+  if (data.live) listen();
   document.body.dataset.ready = 'true';
 });

@@ -185,8 +185,9 @@ def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
     write_run_report(tmp_path / 'bare.html', bare)
     page = Page((tmp_path / 'bare.html').read_text(encoding='utf-8'))
     assert page.content['data']['moments'] == []
-    notes = page.content['figures']['timeline']['layout']['annotations']
-    assert 'no ground truth' in notes[0]['text']
+    layout = page.content['figures']['timeline']['layout']
+    titles = [axis['title']['text'] for name, axis in layout.items() if name.startswith('yaxis')]
+    assert titles == ['probability', 'tick [ms]'], 'no errors without a truth'
 
 
 def test_long_runs_are_thinned_out_but_changes_stay():
