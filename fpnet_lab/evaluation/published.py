@@ -12,6 +12,7 @@ from typing import Any
 from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
+from fpnet_lab.evaluation.localization.peers import COLUMNS, peer_rows
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
@@ -115,6 +116,10 @@ def _metres(value: float | None) -> str:
     return f'{value:.1f} m' if value < _WHOLE_M else f'{value:.0f} m'
 
 
+def _peers(report: Report) -> tuple[dict[str, str], dict[str, str]]:
+    return {'': markdown_table(list(COLUMNS), peer_rows(report['methods']))}, {}
+
+
 def _drawings(report: Report) -> tuple[dict[str, str], dict[str, str]]:
     header = ['kind', 'sheets', 'right', 'aim', 'wrong ones doubted', 'right ones doubted', 's']
     rows = [
@@ -171,6 +176,7 @@ def _per_cent(value: float | None) -> str:
 
 MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'localization': _localization,
+    'peers': _peers,
     'drawings': _drawings,
     'drawings_pdf': _drawings,
     'drawings_svg': _drawings,

@@ -154,6 +154,52 @@ def test_every_table_on_a_page_says_what_made_it():
     assert len(tables) >= 4
 
 
+def on_pages():
+    """What all pages state, by name; they agree, as another test has it."""
+    return {each.name: each.text for page in pages(ROOT) for each in stated(page)}
+
+
+def test_tables_of_one_benchmark_are_of_one_run():
+    """Their first lines have the command, the day and the commit."""
+    made = {}
+    for name, text in on_pages().items():
+        if '\n' in text:
+            made.setdefault(name.partition('.')[0], set()).add(text.partition('\n')[0])
+    assert {name: lines for name, lines in made.items() if len(lines) > 1} == {}
+
+
+def test_every_figure_in_a_sentence_has_its_table_on_a_page():
+    """The table says where the figure is from; scales of vector drawings are one row each."""
+    names = on_pages()
+    tables = {name.partition('.')[0] for name, text in names.items() if '\n' in text}
+    sentences = {name.partition('.')[0] for name, text in names.items() if '\n' not in text}
+    assert sentences - tables <= {'drawings_pdf', 'drawings_svg', 'drawings_dxf'}
+
+
+def test_figures_in_sentences_are_those_of_the_tables():
+    figures = on_pages()
+    table = {row[0]: row for row in rows(figures['localization'])}
+    assert figures['localization.right'] == table['all'][2]
+    assert figures['localization.first_pose'] == table['all'][3]
+    claims = [row for name, row in table.items() if name.startswith('on ')]
+    assert len(claims) == 2
+    false = sum(int(row[4].split()[0]) for row in claims)
+    assert figures['localization.false_claims'] == str(false)
+    undistorted = [row[2] for row in rows(figures['robot'])[-4:]]
+    names = ('whole', 'half', 'third', 'tenth')
+    assert [figures[f'robot.right_{name}'] for name in names] == undistorted
+    seeds = rows(figures['demo'])[2:]
+    assert figures['demo.met'].endswith(f'of {len(seeds)}')
+    assert figures['demo.wrong'] == str(sum(int(row[2]) for row in seeds))
+    assert figures['demo.latest'] == f'{max(float(row[4]) for row in seeds):.1f} m'
+
+
+def test_the_readme_says_on_how_many_foreign_plans_it_was_tried():
+    table = {row[0]: row for row in rows(on_pages()['localization'])}
+    foreign = sum(int(row[1]) for name, row in table.items() if name.startswith('on '))
+    assert f' of {foreign} drives' in (ROOT / 'README.md').read_text(encoding='utf-8')
+
+
 def test_pages_that_disagree_are_named(tmp_path):
     for name, text in {'README.md': '60 of 66', 'docs/a.md': '61 of 66'}.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
