@@ -15,6 +15,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import begin, write_report
 from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
 from fpnet_lab.evaluation.localization.figures import report
+from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.published import MAKERS, published
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
@@ -114,8 +115,17 @@ def robot():
     return {'methods': {'fpnet': robot_figures(outcomes)}}
 
 
+def peers():
+    own, rival = record('exact'), replace(record('exact', wrong=2), method='monte_carlo')
+    other = replace(record('wrong_building', path=None, poses=0), plan='other')
+    fooled = replace(other, method='monte_carlo', poses=5)
+    unmet = replace(other, plan='met by the localizer only', poses=3)
+    return {'methods': peer_figures([own, other, unmet, rival, fooled])}
+
+
 REPORTS = {
     'localization': localization,
+    'peers': peers,
     'drawings': lambda: DRAWINGS,
     **dict.fromkeys(('drawings_pdf', 'drawings_svg', 'drawings_dxf'), lambda: VECTORS),
     'stated_scales': lambda: SCALES,
@@ -246,6 +256,15 @@ def test_figures_of_the_localization_benchmark():
     assert lines['`rough`'][:2] == ['1', '0'], 'it counts in no total'
     assert lines['all'][:4] == ['6', '2 of 4', '5.0 m', '3']
     assert lines['on mirrored plans'] == ['1', '', '', '0 claims', '', '', '']
+
+
+def test_figures_of_peers_are_of_what_all_methods_met():
+    ours, theirs = rows(published('peers', peers(), MADE)['peers'])[2:]
+    assert ours[:4] == ['`fpnet`', '1 of 1', '1 of 1', '0 of 1']
+    assert theirs[:4] == ['`monte_carlo`', '1 of 1', '0 of 1', '1 of 1']
+    assert (ours[4:6], theirs[5]) == (['2.0 m', '0 of 1'], '1 of 1')
+    assert ours[6:] == ['0.05 m', '0.010 s']
+    assert peer_figures([]) == {}
 
 
 def test_figures_of_drawings_and_stated_scales():
