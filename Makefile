@@ -7,11 +7,12 @@
 #   make lint    ruff and mypy
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
 #   make docs    build the documentation into build/docs, every link checked
+#   make release VERSION=0.2.0   version, changelog, wheel, commit and tag
 #   make clean   remove what was built, not .venv; make distclean removes that, too
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint walkthrough docs clean distclean
+.PHONY: help setup demo test lint walkthrough docs release clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -56,6 +57,9 @@ walkthrough: $(STAMP)
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+release: $(STAMP)
+	$(BIN)/python tools/release.py $(VERSION)
 
 # The quick tests alone must reach the floor of coverage that pyproject.toml sets.
 test: lint docs

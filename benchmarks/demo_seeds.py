@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Run the demo for several seeds and print the table that the README shows.
+Run the demo for several seeds and print the table that docs/benchmarks.md shows.
 
 Run: python benchmarks/demo_seeds.py [--seeds 10] [--out out/seeds] [--json OUT]; then
 fpnet bench figures demo=OUT

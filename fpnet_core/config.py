@@ -11,6 +11,7 @@ the command line read the same file.
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 import reprlib
 from typing import Any, Literal, Self
@@ -211,10 +212,31 @@ def parse_config(tree: dict[str, Any], source: str = 'configuration') -> FpnetCo
     except ValidationError as error:
         first = error.errors()[0]
         key = '.'.join(str(part) for part in first['loc']) or '(top level)'
+        if first['type'] == 'extra_forbidden':
+            raise ConfigError(f'{source}: {_unknown(key, first["input"])}') from None
         raise ConfigError(
             f'{source}: {key}: {first["msg"]} (got {reprlib.repr(first["input"])}); '
             'see config/fpnet.yaml for every key and its range'
         ) from None
+
+
+def config_keys() -> list[str]:
+    """Return every key with its section, as ``submap.resolution_m``, in the order of the tree."""
+    return [
+        f'{name}.{leaf}' if isinstance(value, Section) else name
+        for name, value in FpnetConfig()
+        for leaf in (type(value).model_fields if isinstance(value, Section) else [''])
+    ]
+
+
+def _unknown(key: str, value: Any) -> str:
+    """Name a key that does not exist, and the one that was probably meant."""
+    if isinstance(value, dict) and value:
+        key = f'{key}.{next(iter(value))}'
+    near = get_close_matches(key, config_keys(), n=1)
+    same_leaf = [known for known in config_keys() if known.endswith(f'.{key.split(".")[-1]}')]
+    meant = f'did you mean {(near or same_leaf)[0]}? ' if near or same_leaf else ''
+    return f'unknown key {key}; {meant}config/fpnet.yaml has every key'
 
 
 def load_config(

@@ -120,6 +120,17 @@ class Run:
         return self._replay.result()
 
     @property
+    def so_far(self) -> ReplayResult:
+        """What there is of the run between two of its ticks; nothing is read on."""
+        return self._replay.result()
+
+    @property
+    def rooms(self) -> Segmentation:
+        """The floorplan's rooms and doors, at the scale that is known so far."""
+        assert self._localizer.plan is not None  # it was set at the beginning
+        return self._localizer.plan.segmentation
+
+    @property
     def last(self) -> LocalizerOutput:
         """What the last tick said."""
         return self.result.outputs[-1] if self.result.outputs else self._localizer.output
@@ -143,8 +154,7 @@ class Run:
     def segmentation(self) -> Segmentation:
         """The floorplan's rooms and doors, at the scale that was found."""
         self.result  # noqa: B018 - the scale is that of the end
-        assert self._localizer.plan is not None  # it was set at the beginning
-        return self._localizer.plan.segmentation
+        return self.rooms
 
     def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
         """

@@ -43,10 +43,14 @@ from importlib import import_module
 from importlib.metadata import entry_points
 import os
 import sys
+from typing import Any
 
 import typer
 
 from fpnet_core.errors import FpnetError
+
+_INTERRUPTED = 130  # given: by shells
+_SOON_S = 0.05  # numerical
 
 ENTRY_POINTS = 'fpnet.commands'
 """Group of entry points, each a mapping of names to :class:`Subcommand`."""
@@ -83,6 +87,10 @@ COMMANDS = {
     ),
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+    ),
+    'view': Subcommand(
+        'fpnet_core.cli.view',
+        'Show a run while it goes on, or a recorded one again, in a browser.',
     ),
 }
 """What the core brings."""
@@ -133,15 +141,36 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     arguments = sys.argv[1:] if arguments is None else list(arguments)
+    sys.unraisablehook = _interrupt_again
     subcommand = _subcommand(arguments or _words_to_complete())
     try:
-        build_app(subcommand)(args=arguments, prog_name='fpnet')
+        command = typer.main.get_command(build_app(subcommand))
+        if subcommand is not None:
+            import_module('fpnet_core.cli.outputs').look_first(command)
+        command(args=arguments, prog_name='fpnet')
     except ModuleNotFoundError as error:
         _fail_for_missing(subcommand, error)
     except FpnetError as error:
         _fail(' '.join(str(error).split()))
     except OSError as error:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
+    except KeyboardInterrupt:  # while the subcommand was loaded
+        raise SystemExit(_INTERRUPTED) from None
+
+
+def _interrupt_again(lost: Any) -> None:
+    """
+    Repeat a Ctrl-C that came while a compiled library called Python, which threw it away.
+
+    It comes a moment later, as one within this function would be lost as well.
+    """
+    if not issubclass(lost.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
+        return
+    import _thread
+    import threading
+
+    threading.Timer(_SOON_S, _thread.interrupt_main).start()
 
 
 def _subcommand(words: Sequence[str]) -> str | None:

@@ -32,6 +32,14 @@ if TYPE_CHECKING:
 
 Item = TypeVar('Item')
 
+
+def complete_setting(incomplete: str) -> list[str]:
+    """Return what may be meant by the beginning of ``--set``."""
+    from fpnet_core.config import config_keys
+
+    return [f'{key}=' for key in config_keys() if key.startswith(incomplete)]
+
+
 ConfigOption = Annotated[
     Path | None,
     typer.Option('--config', metavar='FILE', help='Configuration YAML; default: built in.'),
@@ -42,6 +50,7 @@ SetOption = Annotated[
         '--set',
         metavar='KEY=VALUE',
         help='Override a key, as submap.resolution_m=0.1; repeatable.',
+        autocompletion=complete_setting,
     ),
 ]
 OutOption = Annotated[
@@ -56,6 +65,16 @@ DeviceOption = Annotated[
 JsonOption = Annotated[
     Path | None,
     typer.Option('--json', metavar='FILE', help='Write the result as JSON; - for stdout.'),
+]
+
+DEFAULT_PORT = 8123
+"""Chosen: of the page that shows a run while it goes on."""
+
+PortOption = Annotated[
+    int,
+    typer.Option(
+        '--port', min=0, max=65535, help='Of 127.0.0.1, where the page is; 0 takes a free one.'
+    ),
 ]
 
 DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
+    from fpnet_core.report import RunRecord
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
 
@@ -68,6 +69,13 @@ _TumOption = Annotated[
     Path | None,
     typer.Option('--tum', metavar='OUT', help='Write every published pose, floorplan frame.'),
 ]
+_FilmOption = Annotated[
+    Path | None,
+    typer.Option('--film', metavar='GIF', help='Write the run as a moving picture.'),
+]
+_ViewOption = Annotated[
+    bool, typer.Option('--view', help='Show the run while it goes on, on a page of this machine.')
+]
 
 
 @common.reads_drawing
@@ -80,6 +88,9 @@ def command(
     odometry: _OdometryOption = None,
     topics: _TopicsOption = None,
     tum: _TumOption = None,
+    film: _FilmOption = None,
+    view: _ViewOption = False,
+    port: common.PortOption = common.DEFAULT_PORT,
     out: common.OutOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -92,17 +103,15 @@ def command(
     The scale of a drawing that states none is estimated, and searched around that estimate as far
     as it is unsure, unless localizer.scale_policy is set.
 
-    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged where
-    /tf_static puts the scanners. Raw scans run through KISS-ICP; poses that the recording brings,
-    or --poses, are used as odometry, or help and check KISS-ICP with --odometry both.
+    Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged as /tf_static
+    says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
+    odometry, or help and check KISS-ICP with --odometry both.
 
     Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
-    said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
-    --verbose localize logs every change of status with its reason.
+    said where it is: then it prints the likely causes with the next command. Errors exit 1.
 
-    With --out the folder gets report.html (opens without a network), run.json, poses.tum,
-    covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
-    submap.yaml, and run.mcap for Foxglove.
+    With --out the folder gets report.html, run.json, poses.tum, covariances.csv, odometry.tum,
+    map.yaml (at the scale that was found), submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -115,19 +124,19 @@ def command(
 
     reading = said.read(floorplan, tree)
     common.say_reading(reading, json_path)
-    known = _known(truth)
+    known = _known(truth, reading)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
+    typed = ('fpnet', 'localize', str(recording), *given, '--floorplan')
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
-    run = _ended(reading, source, with_scale_of(reading, tree), odometry)
-    ended = _Ended(run, known, run.causes(asked, said.storey))
+    title, page = f'{recording.name} on {floorplan.name}', port if view else None
+    run = _ended(reading, source, with_scale_of(reading, tree), odometry, title, page)
+    ended = _Ended(run, known, run.causes(said.asked(typed, floorplan), said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
-    if out is not None:
-        _write_folder(out, f'{recording.name} on {floorplan.name}', ended)
+    _write_pictures(ended, title, film, out)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
 
@@ -140,11 +149,14 @@ class _Known:
     A_plan_truth: Affine2D
 
 
-def _known(truth: Path | None) -> _Known:
+def _known(truth: Path | None, reading: Reading) -> _Known:
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io.truth import read_truth
+    from fpnet_core.io.truth import check_truth, read_truth
 
-    return _Known(None, Affine2D.identity()) if truth is None else _Known(*read_truth(truth))
+    if truth is None:
+        return _Known(None, Affine2D.identity())
+    check_truth(truth, reading.grid.resolution)
+    return _Known(*read_truth(truth))
 
 
 def _typed_source(
@@ -181,16 +193,40 @@ class _Ended:
             **self.summary.as_json(),
         }
 
+    def record(self, title: str) -> RunRecord:
+        """Return the run as reports and films are made of it."""
+        from fpnet_core.report import RunRecord
+
+        run, known = self.run, self.known
+        return RunRecord(
+            title, f'{run.last.said}. {self.summary}', run.segmentation, run.result.outputs,
+            run.poses, known.reference, known.A_plan_truth, self.figures(), self.causes,
+            run.result.odometry,
+        )  # fmt: skip
+
 
 def _ended(
-    reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
+    reading: Reading,
+    source: ScanSource,
+    tree: FpnetConfig,
+    odometry: OdometryChoice | None,
+    title: str,
+    port: int | None,
 ) -> Run:
+    """Return the run at its end; ``port`` is that of a page that shows it."""
     from fpnet_core.api.run import Run
 
     with common.progress('localizing', total=len(source)) as advance:
         run = Run(reading, source, tree, lambda: advance(1.0), odometry)
-        for _ in run:
-            pass
+        if port is None:
+            for _ in run:
+                pass
+        else:
+            from fpnet_core.cli.view import follow
+            from fpnet_core.report.live import LiveRun
+
+            with LiveRun(title, run.rooms, port) as live:
+                follow(run, live)
     return run
 
 
@@ -210,28 +246,18 @@ def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> Non
     common.write_json(json_path, ended.figures())
 
 
-def _write_folder(out: Path, name: str, ended: _Ended) -> None:
-    from fpnet_core.report import RunRecord, write_run_exports, write_run_report
+def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | None) -> None:
+    if film is None and out is None:  # what draws need not be installed
+        return
+    from fpnet_core.report import write_run_exports, write_run_report
+    from fpnet_core.report.film import write_film
 
-    run, known = ended.run, ended.known
-    record = RunRecord(
-        name,
-        f'{run.last.said}. {ended.summary}',
-        run.segmentation,
-        run.result.outputs,
-        run.poses,
-        known.reference,
-        known.A_plan_truth,
-        ended.figures(),
-        ended.causes,
-    )
-    write_run_exports(
-        out,
-        record.plan.grid,
-        record.outputs,
-        run.poses,
-        run.covariances,
-        run.result.odometry,
-    )
-    common.write_json(out / 'run.json', record.figures)
-    write_run_report(out / _REPORT_NAME, record)
+    record, run = ended.record(title), ended.run
+    if film is not None:
+        write_film(film, record)
+    if out is not None:
+        write_run_exports(
+            out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
+        )
+        common.write_json(out / 'run.json', record.figures)
+        write_run_report(out / _REPORT_NAME, record)

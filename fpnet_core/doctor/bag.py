@@ -9,6 +9,7 @@ from pathlib import Path
 from fpnet_core.doctor.observed import Observed, Offer
 from fpnet_core.doctor.observer import Observer
 from fpnet_core.io.bags import BagReader
+from fpnet_core.io.recordings import bag_within
 from fpnet_core.stamps import NS_PER_S
 
 
@@ -23,7 +24,7 @@ def observe_bag(
     BagFormatError
         If it is missing or damaged.
     """
-    with BagReader(path) as bag:
+    with BagReader(bag_within(path)) as bag:
         observer = Observer(bag.topics, scans, odometry)
         first_ns: int | None = None
         last_ns = 0

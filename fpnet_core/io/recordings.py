@@ -11,6 +11,9 @@ from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.io.scans import ScanSource
 
+BAG_NAME = 'bag'
+"""Of the bag of a simulated recording, in its folder."""
+
 _BAG_SUFFIXES = ('.db3', '.mcap')
 _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 
@@ -29,8 +32,9 @@ def open_scans(
     Parameters
     ----------
     path
-        A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a CARMEN log (``.log``, ``.log.gz``), or a
-        folder of point files with a pose file.
+        A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a folder with one called ``bag``, as simulated
+        recordings are, a CARMEN log (``.log``, ``.log.gz``), or a folder of point files with a
+        pose file.
     topics, odometry_topic, truth_topic
         Topics of a bag: of one cloud, or of planar scanners, which are merged. Scans and odometry
         are found by type, clouds before planar scans; ground truth is read only if named. An
@@ -46,6 +50,7 @@ def open_scans(
     path = Path(path)
     if not path.exists():
         raise CloudFormatError(f'recording {path} does not exist')
+    path = bag_within(path)
     if _is_bag(path):
         from fpnet_core.io.bag_lasers import open_bag
 
@@ -64,6 +69,12 @@ def open_scans(
         f'{path}: expected a ROS 2 bag (folder, .db3, .mcap), a CARMEN log (.log, .log.gz) or a '
         'folder of point files with poses'
     )
+
+
+def bag_within(path: Path) -> Path:
+    """Return the bag of a folder that is none and holds one as simulated recordings do."""
+    inside = path / BAG_NAME
+    return inside if path.is_dir() and not _is_bag(path) and inside.exists() else path
 
 
 def is_recording(path: Path | str) -> bool:

@@ -18,6 +18,11 @@ from fpnet_core.trajectory import PlanarTrajectory
 TRUTH_POSES_NAME, TRUTH_NAME = 'truth.tum', 'truth.json'
 """What a simulated recording holds besides its bag and floorplan."""
 
+RESOLUTION_KEY = 'floorplan_resolution_m'
+"""Of the JSON: metres per pixel of the floorplan whose nominal metres it speaks of."""
+
+_SAME = 1e-3  # numerical: resolutions differ by a larger share
+
 
 def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
     """
@@ -34,6 +39,26 @@ def read_truth(path: Path) -> tuple[PlanarTrajectory, Affine2D]:
     beside = path.with_name(TRUTH_NAME)
     is_simulated = path.name == TRUTH_POSES_NAME and beside.exists()
     return read_planar(path), read_distortion(beside) if is_simulated else Affine2D.identity()
+
+
+def check_truth(path: Path, resolution_m: float) -> None:
+    """
+    Check that true poses of a simulated recording are of a floorplan as it was read.
+
+    Raises
+    ------
+    FpnetError
+        If the floorplan had another resolution, and so other nominal metres.
+    """
+    beside = path.with_name(TRUTH_NAME)
+    if path.name != TRUTH_POSES_NAME or not beside.exists():
+        return
+    stated = read_json(beside, 'record it again').get(RESOLUTION_KEY)
+    if isinstance(stated, float) and abs(resolution_m / stated - 1.0) > _SAME:
+        raise FpnetError(
+            f'{path} is of the floorplan at {stated:.5g} m per pixel, which was read at '
+            f'{resolution_m:.5g}; give its YAML without --resolution, or leave out --truth'
+        )
 
 
 def read_distortion(path: Path) -> Affine2D:

@@ -16,7 +16,13 @@ from plotly.subplots import make_subplots
 
 from fpnet_core.report.moments import SHOWN_PLACEMENTS, door_lines
 from fpnet_core.report.pictures import Picture, segmentation_picture
-from fpnet_core.report.record import RunRecord, best_placement_errors, published_errors
+from fpnet_core.report.record import (
+    PLACEMENT_COLOURS,
+    PLACEMENT_SYMBOLS,
+    RunRecord,
+    best_placement_error,
+    published_errors,
+)
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.segmentation import label_xy
@@ -24,16 +30,17 @@ from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
 
-PLACEMENT_COLOURS = ('#1f77b4', '#d62728', '#8c564b')
-"""Of the best placement and its rivals."""
-
 _TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
 # Chosen, not measured:
+_ROOM_NAME = {'size': 11, 'color': '#303030'}
+_DOOR_NAME = {'size': 9, 'color': '#8a1010'}
+_ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
 _PLAN_PX = 1600
 _PATH_SAMPLES = 3000  # numerical
 _STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
 _STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
+_LONG_TICK, _ROOM_ABOVE, _FAR_LONGER = 0.98, 1.3, 2.0  # of ticks; the first compiles loops
 _AROUND_M = 1.0  # shown around the rooms at first
 _MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
 
@@ -48,15 +55,16 @@ def plan_figure(record: RunRecord) -> go.Figure:
         line = {'color': _TRUTH, 'width': 5}
         figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
     for rank in reversed(range(SHOWN_PLACEMENTS)):
-        marker = {'color': PLACEMENT_COLOURS[rank], 'size': 3}
+        symbol = PLACEMENT_SYMBOLS[rank]
+        marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 3 if not rank else 5}
         name = 'best placement' if rank == 0 else f'rival {rank}'
         _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
     line = {'color': _MATCH, 'width': 2}
     _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line)
     line = {'color': PLACEMENT_COLOURS[0], 'width': 2}
     _add_moving(figure, 'published', 'published poses', mode='lines', line=line)
-    marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
-    _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
+    _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)
     equal_axes(figure, record.plan.grid.frame)
     figure.update_layout(legend={'orientation': 'h', 'y': -0.1})
     return figure
@@ -67,9 +75,9 @@ def submap_figure() -> go.Figure:
     figure = go.Figure()
     _add_moving(figure, 'doors', 'doors', mode='lines', line={'color': _DOOR, 'width': 3})
     _add_moving(figure, 'path', 'path', mode='lines', line={'color': _INK, 'width': 1.5})
-    marker = {'color': _INK, 'size': 12, 'symbol': 'circle-open', 'line': {'width': 3}}
-    _add_moving(figure, 'robot', 'robot', mode='markers', marker=marker)
-    _add_moving(figure, 'labels', 'matched floorplan room', mode='text')
+    _add_moving(figure, 'labels', 'matched floorplan room', mode='text', textfont=_ROOM_NAME)
+    _add_moving(figure, 'door_names', 'door numbers', mode='text', textfont=_DOOR_NAME)
+    _add_moving(figure, 'robot', 'robot', mode='markers', marker=_ROBOT)
     equal_axes(figure, 'submap')
     figure.update_layout(showlegend=False)
     return figure
@@ -77,19 +85,19 @@ def submap_figure() -> go.Figure:
 
 def timeline_figure(record: RunRecord) -> go.Figure:
     """Return probability over bands of status, errors if there is a truth, and timings."""
-    figure = make_subplots(
-        rows=3, cols=1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.36, 0.32, 0.32]
-    )
+    rows = 2 if record.truth is None else 3
+    figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.05)
     times = record.seconds(np.array([output.stamp_ns for output in record.outputs], np.int64))
     # The first shape is the cursor, which the script moves.
     figure.add_shape(
-        type='line', xref='x3', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
+        type='line', xref=f'x{rows}', yref='paper', x0=0.0, x1=0.0, y0=0.0, y1=1.0,
         line={'color': _INK, 'width': 1.5, 'dash': 'dot'},
     )  # fmt: skip
     _add_probability(figure, record, times)
-    _add_errors(figure, record, times)
-    _add_timings(figure, record, times)
-    figure.update_xaxes(title_text='time [s]', row=3, col=1)
+    if record.truth is not None:
+        _add_errors(figure, record, times)
+    _add_timings(figure, record, times, rows)
+    figure.update_xaxes(title_text='time [s]', row=rows, col=1)
     figure.update_layout(
         template='plotly_white',
         barmode='stack',
@@ -112,7 +120,7 @@ def add_rooms(
         y=[y for _, y in places],
         text=[str(room.id) for room in rooms],
         mode='text',
-        textfont={'size': 11, 'color': '#444444'},
+        textfont=_ROOM_NAME,
         hovertext=[f'room {r.id}, {r.area_m2:.1f} m²<br>{said.get(r.id, "")}' for r in rooms],
         hoverinfo='text',
         name='room numbers',
@@ -143,7 +151,7 @@ def equal_axes(figure: go.Figure, frame: str) -> None:
     axis = {'showgrid': False, 'zeroline': False, 'constrain': 'domain'}
     figure.update_xaxes(title_text=f'x in {frame} [m]', **axis)
     figure.update_yaxes(title_text=f'y in {frame} [m]', scaleanchor='x', **axis)
-    figure.update_layout(template='plotly_white', margin=_MARGIN, dragmode='pan')
+    figure.update_layout(template='plotly_white', margin=_MARGIN, dragmode='pan', meta='map')
 
 
 def _path(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
@@ -159,6 +167,7 @@ def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.flo
         line={'color': _INK, 'width': 1.5},
         marker={'size': 4},
         name='probability',
+        meta='ink',
         row=1,
         col=1,
     )
@@ -187,18 +196,12 @@ def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, flo
 
 
 def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
-    if record.truth is None:
-        figure.add_annotation(
-            text='no ground truth was given (--truth)', showarrow=False, x=0.5, y=0.5,
-            xref='x2 domain', yref='y2 domain', font={'color': '#777777'},
-        )  # fmt: skip
-        figure.update_yaxes(showticklabels=False, row=2, col=1)
-        return
     published = published_errors(record)
     step = max(1, -(-len(published.time_s) // _PATH_SAMPLES))
-    marker = {'color': '#999999', 'symbol': 'x', 'size': 5}
+    errors = [best_placement_error(record, output) for output in record.outputs]
+    marker = {'color': '#8c959f', 'symbol': 'x', 'size': 5}
     figure.add_scatter(
-        x=times, y=best_placement_errors(record), mode='markers', marker=marker,
+        x=times, y=errors, mode='markers', marker=marker,
         name='best placement, claimed or not', row=2, col=1,
     )  # fmt: skip
     figure.add_scatter(
@@ -212,11 +215,28 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
         row=2,
         col=1,
     )
-    figure.update_yaxes(title_text='error [m]', type='log', tickvals=_ERROR_TICKS_M, row=2, col=1)
+    figure.update_yaxes(
+        title_text='error [m], log scale', type='log', tickvals=_ERROR_TICKS_M, row=2, col=1
+    )
 
 
-def _add_timings(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
+def _add_timings(
+    figure: go.Figure, record: RunRecord, times: NDArray[np.float64], row: int
+) -> None:
     for stage, colour in zip(_STAGES, _STAGE_COLOURS, strict=True):
         durations = [round(output.timings_ms.get(stage, 0.0), 1) for output in record.outputs]
-        figure.add_bar(x=times, y=durations, marker_color=colour, name=stage, row=3, col=1)
-    figure.update_yaxes(title_text='tick [ms]', row=3, col=1)
+        marker = {'color': colour, 'line': {'width': 0}}
+        figure.add_bar(x=times, y=durations, marker=marker, name=stage, row=row, col=1)
+    figure.update_yaxes(title_text='tick [ms]', row=row, col=1)
+    totals = [sum(output.timings_ms.get(s, 0.0) for s in _STAGES) for output in record.outputs]
+    if not totals:
+        return
+    most, shown = max(totals), _ROOM_ABOVE * float(np.quantile(totals, _LONG_TICK))
+    if most > _FAR_LONGER * shown > 0.0:
+        at = times[int(np.argmax(totals))]
+        figure.update_yaxes(range=[0.0, shown], row=row, col=1)
+        figure.add_annotation(
+            text=f'the longest, {most:.0f} ms at {at:.0f} s, is cut off', showarrow=False,
+            x=1.0, y=1.0, xanchor='right', yanchor='top',
+            xref=f'x{row} domain', yref=f'y{row} domain',
+        )  # fmt: skip

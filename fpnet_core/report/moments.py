@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.report.pictures import segmentation_picture
-from fpnet_core.report.record import RunRecord, best_placement_errors
+from fpnet_core.report.record import RunRecord, best_placement_error
 from fpnet_core.types import OCCUPIED, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.segmentation import label_xy, partner_colours
 
@@ -22,18 +22,32 @@ Numerical: more ticks than this are thinned out: the file must stay small enough
 
 # Chosen, not measured:
 SHOWN_PLACEMENTS = 3
-_SUBMAP_PX = 420
+_SUBMAP_PX = 380
 _WALL_SAMPLES = 700  # numerical
 _PATH_SAMPLES = 400  # numerical
 
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
     """Return the ticks to step through, time order; empty for a run without ticks."""
-    errors = best_placement_errors(record)
-    return [
-        _moment(record, record.outputs[index], errors[index])
-        for index in chosen_ticks(record.outputs)
-    ]
+    return [moment(record, record.outputs[index]) for index in chosen_ticks(record.outputs)]
+
+
+def changes(record: RunRecord) -> list[dict[str, Any]]:
+    """Return all ticks whose status is another than before, and why; the first among them."""
+    found: list[dict[str, Any]] = []
+    for output in record.outputs:
+        if not found or found[-1]['status'] != output.status.value:
+            found.append(_said(record, output))
+    return found
+
+
+def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
+    return {
+        'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
+        'status': output.status.value,
+        'reason': output.reason,
+        'probability': round(output.probability, 3),
+    }
 
 
 def chosen_ticks(outputs: tuple[LocalizerOutput, ...]) -> list[int]:
@@ -46,12 +60,11 @@ def chosen_ticks(outputs: tuple[LocalizerOutput, ...]) -> list[int]:
     return sorted(kept | set(even.tolist()))
 
 
-def _moment(record: RunRecord, output: LocalizerOutput, error_m: float | None) -> dict[str, Any]:
-    moment: dict[str, Any] = {
-        'time_s': round(float(record.seconds(np.array([output.stamp_ns]))[0]), 2),
-        'status': output.status.value,
-        'reason': output.reason,
-        'probability': round(output.probability, 3),
+def moment(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
+    """Return a tick as plain values: what the page shows of it."""
+    error_m, heading = best_placement_error(record, output), record.heading(output)
+    values: dict[str, Any] = _said(record, output) | {
+        'heading': None if heading is None else round(heading, 3),
         'error_m': None if error_m is None else round(error_m, 2),
         'timings_ms': {name: round(ms, 1) for name, ms in output.timings_ms.items()},
         'picture': None,
@@ -67,14 +80,14 @@ def _moment(record: RunRecord, output: LocalizerOutput, error_m: float | None) -
     }
     if output.submap is not None:
         path = output.submap.path_xy
-        moment['explored_m2'] = round(output.submap.free_area_m2, 1)
-        moment['path'] = _columns(evenly_drawn(path, _PATH_SAMPLES))
+        values['explored_m2'] = round(output.submap.free_area_m2, 1)
+        values['path'] = _columns(evenly_drawn(path, _PATH_SAMPLES))
         grid = output.submap.grid
         walls = grid.rc_to_xy(np.argwhere(grid.cells == OCCUPIED))
-        moment['walls'] = _columns(evenly_drawn(walls, _WALL_SAMPLES))
+        values['walls'] = _columns(evenly_drawn(walls, _WALL_SAMPLES))
     if output.segmentation is not None:
-        moment |= _regions(record.plan, output.segmentation, output)
-    return moment
+        values |= _regions(record.plan, output.segmentation, output)
+    return values
 
 
 def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
@@ -95,13 +108,14 @@ def _placements(output: LocalizerOutput) -> list[dict[str, Any]]:
 
 def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> dict[str, Any]:
     partners = {} if output.match is None else _partners(output)
+    doors = {door.id for door in sub.doors}
     picture = segmentation_picture(sub, _SUBMAP_PX, partner_colours(sub, output.match))
     return {
         'picture': picture.as_layout_image(),
         'rooms': len(sub.rooms),
         'doors': len(sub.doors),
         'labels': [
-            [*np.round(label_xy(room), 2).tolist(), str(partners[room.id][0])]
+            [*np.round(label_xy(room), 2).tolist(), f'{room.id}→{partners[room.id][0]}']
             for room in sub.rooms
             if room.id in partners
         ],
@@ -111,6 +125,7 @@ def _regions(plan: Segmentation, sub: Segmentation, output: LocalizerOutput) -> 
                 'plan_id': plan_id,
                 'sub_id': sub_id,
                 'label': sub.regions[sub_id].label.value,
+                'is_door': sub_id in doors,
                 'score': round(score, 3),
                 'plan_xy': np.round(plan.regions[plan_id].centroid, 2).tolist(),
                 'sub_xy': np.round(sub.regions[sub_id].centroid, 2).tolist(),

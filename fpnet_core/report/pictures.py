@@ -18,7 +18,7 @@ from fpnet_core.raster.pixels import corners_xy
 from fpnet_core.types import GridMap, Segmentation
 from fpnet_core.viz.segmentation import Colour, painted
 
-_COLOURS = 128  # numerical: of the palette that a picture is reduced to
+_COLOURS = 64  # numerical: of the palette that a picture is reduced to
 
 
 @dataclass(frozen=True)

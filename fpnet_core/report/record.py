@@ -17,6 +17,21 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
+_STEP_M = 0.2  # chosen: a shorter step says little of the direction
+
+PLACEMENT_COLOURS = ('#1f77b4', '#8e3fb0', '#00796b')
+"""Of the best placement and its rivals. Chosen: neither is the red of doors."""
+
+PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
+"""Of their walls in plotly's words, and as signs in a text: colours alone do not tell them."""
+
+PLACEMENT_SIGNS = ('●', '✕', '△')
+
+
+def nowhere() -> PlanarTrajectory:
+    """Return a trajectory without poses."""
+    return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+
 
 @dataclass(frozen=True, eq=False)
 class RunRecord:
@@ -27,6 +42,7 @@ class RunRecord:
     nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
     truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
     shown in their order, by name; ``causes`` are likely ones of having no answer, best first.
+    ``odometry`` is the sensor's path in ``odom``, which knows its heading.
     """
 
     title: str
@@ -38,6 +54,7 @@ class RunRecord:
     A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
     figures: Mapping[str, Any] = field(default_factory=dict)
     causes: tuple[Cause, ...] = ()
+    odometry: PlanarTrajectory = field(default_factory=nowhere)
 
     @property
     def start_ns(self) -> int:
@@ -51,12 +68,27 @@ class RunRecord:
     def truth_on_plan(self) -> PlanarTrajectory:
         """True poses in the plan frame; none where there is no truth."""
         if self.truth is None:
-            return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+            return nowhere()
         return self.truth.mapped(self.A_plan_truth)
 
     def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
         """Seconds of stamps ``(S,)`` since the start."""
         return (np.asarray(stamps_ns, dtype=np.int64) - self.start_ns) / NS_PER_S
+
+    def heading(self, output: LocalizerOutput) -> float | None:
+        """
+        Return which way the robot looks in the frame ``submap`` [rad]; None if unknown.
+
+        Of a run without odometry it is the way that the robot went last.
+        """
+        submap = output.submap
+        if submap is None:
+            return None
+        if len(self.odometry) > 1:
+            nearest, known = self.odometry.at(np.array([submap.stamp_ns]))
+            if known[0]:
+                return float(nearest.yaw[0]) - submap.T_odom_submap.yaw
+        return _last_direction(submap.path_xy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +98,15 @@ class TimedErrors:
     time_s: NDArray[np.float64]
     position_m: NDArray[np.float64]
     yaw_deg: NDArray[np.float64]
+
+
+def _last_direction(path_xy: NDArray[np.float64]) -> float | None:
+    """Return the direction [rad] of the last steps of a path, None for one that is too short."""
+    if not len(path_xy):
+        return None
+    back = path_xy[-1] - path_xy
+    far = np.flatnonzero(np.linalg.norm(back, axis=1) > _STEP_M)
+    return float(np.arctan2(*back[far[-1], ::-1])) if len(far) else None
 
 
 def published_errors(record: RunRecord) -> TimedErrors:
@@ -78,16 +119,12 @@ def published_errors(record: RunRecord) -> TimedErrors:
     return TimedErrors(record.seconds(metric.stamps_ns[known]), position, np.rad2deg(yaw))
 
 
-def best_placement_errors(record: RunRecord) -> list[float | None]:
+def best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
     """
-    Error [m] of the robot's position as each tick's best placement has it, claimed or not.
+    Error [m] of the robot's position as a tick's best placement has it, claimed or not.
 
     None for a tick without a placement, and without a truth near in time.
     """
-    return [_best_placement_error(record, output) for output in record.outputs]
-
-
-def _best_placement_error(record: RunRecord, output: LocalizerOutput) -> float | None:
     submap, truth = output.submap, record.truth
     if truth is None or len(truth) < 2 or submap is None or not output.estimates:
         return None

@@ -7,21 +7,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from matplotlib.colors import to_rgb
 import numpy as np
+import plotly.graph_objects as go
 
 from fpnet_core.report.charts import (
     HEX_OF_STATUS,
-    PLACEMENT_COLOURS,
     plan_figure,
     submap_figure,
     timeline_figure,
 )
-from fpnet_core.report.moments import moments
+from fpnet_core.report.moments import changes, chosen_ticks, moments
 from fpnet_core.report.page import write_page
-from fpnet_core.report.record import RunRecord
+from fpnet_core.report.record import PLACEMENT_COLOURS, PLACEMENT_SIGNS, RunRecord
 
 _PUBLISHED_SAMPLES = 3000  # numerical
 _ELSEWHERE = ('reason', 'causes')  # sentences, which have their own place on the page
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB's channels, by ITU-R BT.709
 _UNITS = ('m', 's', 'ms', 'deg')
 
 
@@ -31,33 +33,59 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
 
     A run of many ticks is thinned out for the slider, never for the timeline.
     """
-    step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
-    published = record.published
-    data = {
-        'moments': moments(record),
-        'published': {
-            'time_s': np.round(record.seconds(published.stamps_ns[::step]), 2).tolist(),
-            'x': np.round(published.xy[::step, 0], 2).tolist(),
-            'y': np.round(published.xy[::step, 1], 2).tolist(),
-        },
-        'status_colours': HEX_OF_STATUS,
-        'placement_colours': PLACEMENT_COLOURS,
-    }
-    figures = {
-        'plan': plan_figure(record),
-        'submap': submap_figure(),
-        'timeline': timeline_figure(record),
-    }
     write_page(
         Path(path),
         'run.html.j2',
-        figures,
+        run_figures(record),
+        run_data(record),
         title=record.title,
         summary=record.summary,
         figures_shown=_shown(record),
         causes=record.causes,
-        data=data,
+        ticks=len(chosen_ticks(record.outputs)),
     )
+
+
+def run_figures(record: RunRecord) -> dict[str, go.Figure]:
+    """Return the charts of a run, by the names that its page's script knows."""
+    return {
+        'plan': plan_figure(record),
+        'submap': submap_figure(),
+        'timeline': timeline_figure(record),
+    }
+
+
+def run_data(record: RunRecord) -> dict[str, Any]:
+    """Return what the page's script moves through, as plain values."""
+    step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
+    return {
+        'moments': moments(record),
+        'changes': changes(record),
+        'published': published(record, np.s_[::step]),
+        'status_colours': HEX_OF_STATUS,
+        'status_inks': {name: _ink_on(colour) for name, colour in HEX_OF_STATUS.items()},
+        'placement_colours': PLACEMENT_COLOURS,
+        'placement_signs': PLACEMENT_SIGNS,
+    }
+
+
+def published(record: RunRecord, which: slice) -> dict[str, list[float]]:
+    """Return times and places of some published poses as the page's columns."""
+    poses = record.published
+    return {
+        'time_s': np.round(record.seconds(poses.stamps_ns[which]), 2).tolist(),
+        'x': np.round(poses.xy[which, 0], 2).tolist(),
+        'y': np.round(poses.xy[which, 1], 2).tolist(),
+    }
+
+
+def _ink_on(colour: str) -> str:
+    """Return black or white, whichever is easier to read on a colour (WCAG 2, contrast)."""
+    channels = np.array(to_rgb(colour))
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+    luminance = float(linear @ _LUMINANCE)
+    on_white, on_black = 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05
+    return '#ffffff' if on_white > on_black else '#000000'
 
 
 def _shown(record: RunRecord) -> list[tuple[str, str]]:

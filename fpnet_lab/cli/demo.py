@@ -21,6 +21,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import FpnetError
+from fpnet_lab.cli.options import complete_sensor
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -41,7 +42,12 @@ def command(
     ] = 1.0,
     sensor: Annotated[
         str,
-        typer.Option('--sensor', metavar='NAME', help='As in fpnet simulate recording.'),
+        typer.Option(
+            '--sensor',
+            metavar='NAME',
+            help='As in fpnet simulate recording.',
+            autocompletion=complete_sensor,
+        ),
     ] = 'beams32',
     laser_scans: Annotated[
         bool, typer.Option('--laser-scan', help='LaserScans in place of clouds; --sensor planar.')

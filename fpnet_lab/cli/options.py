@@ -19,3 +19,31 @@ ShareOption = Annotated[
     float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the data.')
 ]
 WorkersOption = Annotated[int, typer.Option('--workers', min=1, help='Processes.')]
+
+
+def complete_sensor(incomplete: str) -> list[str]:
+    """Return the sensors whose names begin so."""
+    from fpnet_lab.sim.sensors import SENSORS
+
+    return [name for name in SENSORS if name.startswith(incomplete)]
+
+
+def complete_building(incomplete: str) -> list[str]:
+    """Return the looks of buildings whose names begin so."""
+    from fpnet_lab.sim.fittings import BUILDING_STYLES
+
+    return [name for name in BUILDING_STYLES if name.startswith(incomplete)]
+
+
+def complete_family(incomplete: str) -> list[str]:
+    """Return the layouts of buildings whose names begin so."""
+    from fpnet_lab.sim.plans import FAMILIES
+
+    return [name for name in FAMILIES if name.startswith(incomplete)]
+
+
+def complete_style(incomplete: str) -> list[str]:
+    """Return the looks of drawings whose names begin so."""
+    from fpnet_lab.sim.styles import STYLES
+
+    return [name for name in STYLES if name.startswith(incomplete)]

@@ -17,6 +17,7 @@ from fpnet_lab.cli import (
     simulate_sheet,
     simulate_stats,
 )
+from fpnet_lab.cli.options import complete_family, complete_style
 
 app = typer.Typer(
     help='Generate floorplans, matching pairs and lidar recordings.',
@@ -39,10 +40,22 @@ def plan(
     out: Annotated[Path, typer.Option('--out', metavar='FILE', help='Image to write.')],
     seed: common.SeedOption = 0,
     family: Annotated[
-        str | None, typer.Option('--family', metavar='NAME', help='Layout family; default: any.')
+        str | None,
+        typer.Option(
+            '--family',
+            metavar='NAME',
+            help='Layout family; default: any.',
+            autocompletion=complete_family,
+        ),
     ] = None,
     style: Annotated[
-        str, typer.Option('--style', metavar='NAME', help='Look of the drawing, as sketch.')
+        str,
+        typer.Option(
+            '--style',
+            metavar='NAME',
+            help='Look of the drawing, as sketch.',
+            autocompletion=complete_style,
+        ),
     ] = 'clean',
     resolution_m: Annotated[
         float, typer.Option('--resolution', min=0.01, max=0.5, help='Metres per pixel.')

@@ -11,6 +11,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
+from fpnet_lab.cli.options import complete_building, complete_family, complete_sensor
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
@@ -23,7 +24,12 @@ def command(
     seed: common.SeedOption = None,
     family: Annotated[
         str | None,
-        typer.Option('--family', metavar='NAME', help='Layout of the building; default: drawn.'),
+        typer.Option(
+            '--family',
+            metavar='NAME',
+            help='Layout of the building; default: drawn.',
+            autocompletion=complete_family,
+        ),
     ] = None,
     wheels: Annotated[
         bool,
@@ -38,6 +44,7 @@ def command(
             metavar='STYLE',
             help='plain, lived_in (door leaves, shut doors, windows), frameless (doors up to the '
             'ceiling) or glass.',
+            autocompletion=complete_building,
         ),
     ] = 'plain',
     plan: Annotated[
@@ -62,6 +69,7 @@ def command(
             metavar='NAME',
             help='beams16, beams32, beams64, dome (360 x 59 degrees, not repetitive), rosette '
             '(70 degrees ahead, not repetitive) or planar.',
+            autocompletion=complete_sensor,
         ),
     ] = 'beams32',
     laser_scans: Annotated[

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from itertools import product
 import math
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
+from fpnet_lab.evaluation.localization.peers import COLUMNS, peer_rows
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
@@ -68,8 +69,7 @@ def _localization(report: Report) -> tuple[dict[str, str], dict[str, str]]:
         'wrong_runs': str(total['wrong_published_runs']),
         'false_claims': str(total['open_set_false_claims']),
     }
-    tables = {'': markdown_table(header, [*rows, whole]), 'summary': _summary(groups)}
-    return tables, values
+    return {'': markdown_table(header, [*rows, whole])}, values
 
 
 def _open_row(title: str, figures: Report) -> list[str]:
@@ -88,46 +88,6 @@ def _closed_row(title: str, figures: Report) -> list[str]:
         _held(figures),
         _ece(figures),
     ]
-
-
-def _summary(groups: Report) -> str:
-    """Return what the README shows: kinds of recordings, some groups together."""
-    kinds = {
-        'generated buildings, plans exact to badly drawn': _PLAIN,
-        'buildings of two equal halves or one room over and over': ('symmetric', 'repeated'),
-        'tours of Willow Garage and a hospital, from their meshes': ('meshes_report',),
-        "drives on another building's plan or a mirrored one": tuple(_OPEN_SET),
-    }
-    rows = []
-    for title, names in kinds.items():
-        found = [groups[name] for name in names if name in groups]
-        if not found:
-            continue
-        row = [f'{sum(each["runs"] for each in found)} {title}']
-        if names == tuple(_OPEN_SET):
-            poses = sum(each['open_set_false_claims'] for each in found)
-            rows.append([*row, '', 'none' if not poses else f'in {poses}', str(poses), ''])
-            continue
-        rows.append([*row, str(sum(map(_right, found))), *_ranges(found)])
-    return markdown_table(['recordings', 'right', 'first pose', 'wrong poses', 'error'], rows)
-
-
-def _ranges(found: Sequence[Report]) -> list[str]:
-    """Return first pose, wrong poses and error of some groups, from the best to the worst."""
-    paths = [each['path_to_first_pose_m_median'] for each in found]
-    errors = [each['median_position_error_m'] for each in found]
-    return [
-        _range([path for path in paths if path is not None], '{:.1f}'),
-        str(sum(each['wrong_published_poses'] for each in found)),
-        _range([error for error in errors if error is not None], '{:.2f}'),
-    ]
-
-
-def _range(values: Sequence[float], shown: str) -> str:
-    if not values:
-        return ''
-    ends = dict.fromkeys(shown.format(end) for end in (min(values), max(values)))
-    return f'{" to ".join(ends)} m'
 
 
 def _right(figures: Report) -> int:
@@ -154,6 +114,10 @@ def _metres(value: float | None) -> str:
     if value is None:
         return 'none'
     return f'{value:.1f} m' if value < _WHOLE_M else f'{value:.0f} m'
+
+
+def _peers(report: Report) -> tuple[dict[str, str], dict[str, str]]:
+    return {'': markdown_table(list(COLUMNS), peer_rows(report['methods']))}, {}
 
 
 def _drawings(report: Report) -> tuple[dict[str, str], dict[str, str]]:
@@ -212,6 +176,7 @@ def _per_cent(value: float | None) -> str:
 
 MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'localization': _localization,
+    'peers': _peers,
     'drawings': _drawings,
     'drawings_pdf': _drawings,
     'drawings_svg': _drawings,

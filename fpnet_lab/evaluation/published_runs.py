@@ -24,12 +24,7 @@ _DEMO = {
     'tick_ms_p50': 'tick p50 [ms]',
     'tick_ms_p95': 'tick p95 [ms]',
 }
-_SEEN = {
-    'whole': 'the whole storey',
-    '50-100': 'at least half',
-    '20-35': '20 to 35 %',
-    '10-20': '10 to 20 %',
-}
+_NAMES = {'whole': 'whole', '50-100': 'half', '20-35': 'third', '10-20': 'tenth'}
 _PARTS = ('50-100', '20-35', '10-20')
 _ANSWERS = ('right', 'claimed, right', 'claimed, wrong', "claimed on other buildings' plans")
 
@@ -94,15 +89,16 @@ def robot(report: Report) -> Figures:
         for title, bands in groups.items()
         for band, shares in bands.items()
     ]
-    summary = [
-        [seen, *_answers(figures['bands_undistorted'][band])] for band, seen in _SEEN.items()
-    ]
     tables = {
         '': markdown_table(['cases', 'band', *_ANSWERS], rows),
-        'summary': markdown_table(['what the robot has seen', *_ANSWERS], summary),
         'buildings': _buildings(figures['buildings']),
     }
-    return tables, {'pairs': str(sum(shares['pairs'] for shares in figures['bands'].values()))}
+    values = {'pairs': str(sum(shares['pairs'] for shares in figures['bands'].values()))}
+    values |= {
+        f'right_{name}': _per_cent(figures['bands_undistorted'][band]['right'])
+        for band, name in _NAMES.items()
+    }
+    return tables, values
 
 
 def _answers(shares: Report) -> list[str]:

@@ -24,8 +24,9 @@ from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.bag_writer import BagWriter, Storage
 from fpnet_core.io.maps import write_map
+from fpnet_core.io.recordings import BAG_NAME
 from fpnet_core.io.trajectories import write_tum
-from fpnet_core.io.truth import TRUTH_NAME, TRUTH_POSES_NAME
+from fpnet_core.io.truth import RESOLUTION_KEY, TRUTH_NAME, TRUTH_POSES_NAME
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.building import Building
@@ -57,7 +58,7 @@ TRUTH_TOPIC = '/ground_truth/pose'
 LIDAR_FRAME, ODOM_FRAME = 'lidar', 'odom'
 BUILDING_FRAME = 'building'
 
-BAG_NAME, FLOORPLAN_NAME = 'bag', 'floorplan.yaml'
+FLOORPLAN_NAME = 'floorplan.yaml'
 
 Progress = Callable[[int, int], None]
 """Is told how many scans are done, and of how many."""
@@ -223,7 +224,8 @@ def write_recording(
     yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
     write_tum(out_dir / TRUTH_POSES_NAME, recording.stamps_ns, poses[:, :2, 3], yaw, height_m)
     topic = CLOUD_TOPIC if planar is None else LASER_TOPIC
-    text = json.dumps({**recording.summary(), 'scan_topic': topic}, indent=2) + '\n'
+    drawn = {'scan_topic': topic, RESOLUTION_KEY: recording.floorplan.resolution}
+    text = json.dumps({**recording.summary(), **drawn}, indent=2) + '\n'
     (out_dir / TRUTH_NAME).write_text(text, encoding='utf-8')
     wheels = recording.wheel_odometry() if with_wheels else None
     with BagWriter(out_dir / BAG_NAME, storage) as bag:

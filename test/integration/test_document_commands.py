@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Every command of the README is executed: here, or by the test that is named here.
+Every command of README and docs/cli.md is executed: here, or by the test that is named here.
 
 A command that is neither run nor named fails, and so does an entry for one that is gone. Those of
 the tutorial are followed word for word by ``test_walkthrough.py``.
@@ -19,7 +19,7 @@ import pytest
 
 from fpnet_core.cli import main
 
-DOCUMENTS = ('README.md',)
+DOCUMENTS = ('README.md', 'docs/cli.md')
 
 _SMALL_NETWORK = '--epochs 1 --set network.width=8 --set network.layers=1'
 
@@ -28,6 +28,9 @@ RUN = {
     'fpnet doctor drive.bag': '',
     'fpnet check-plan my_plan.png --out out/check': '--tours 0',
     'fpnet localize drive.bag --floorplan plan.yaml --out out/run': '',
+    'fpnet localize drive.bag --floorplan plan.yaml --film run.gif': '',
+    'fpnet localize drive.bag --floorplan plan.yaml --view': '--port 0',
+    'fpnet view out/run': '--port 0 --rate 0 --end',
     'fpnet match --plan plan.png --submap robot_map.png --json match.json': '',
     'fpnet segment plan.png --plot regions.png': '',
     'fpnet simulate recording --out drive --seed 7 --sensor beams16': (
@@ -44,12 +47,13 @@ ELSEWHERE = {
     'make demo': 'test/ros/test_ros_demo.py::test_a_session_leaves_its_files_and_no_process',
     'make test': '.ci/run::make test',
     'colcon build --packages-select fpnet_ros': 'test/ros/conftest.py::colcon',
-    'source install/setup.bash': 'test/ros/conftest.py::colcon',
+    'pip install .[plans,report]': 'test/integration/test_wheel.py::'
+    'test_the_command_and_its_data_are_in_the_wheel',
+    'fpnet demo --seed 3': 'test/ros/test_ros_demo.py::'
+    'test_a_session_leaves_its_files_and_no_process',
     'ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=/lidar/points': (
         'test/ros/test_ros_launch.py::test_nodes_exist_and_declare_what_they_are_given'
     ),
-    'ros2 run fpnet_ros localizer': 'test/ros/test_ros_chain.py::'
-    'every node from the colcon install space',
     'fpnet simulate stats --plot stats.png': 'test/unit/cli/test_cli_simulate_plans.py::'
     'test_stats_compare_with_labelled_drawings',
     'fpnet bench segmentation': 'test/real/test_real_segmentation.py::'
@@ -121,7 +125,7 @@ def test_commands_do_what_they_say(folder, monkeypatch, document):
         if command in RUN:
             words = shlex.split(f'{command} {RUN[command]}')
             assert call(words[1:]) == 0, command
-            for option in ('--out', '--plot'):
+            for option in ('--out', '--plot', '--film'):
                 if option in words:
                     assert Path(words[words.index(option) + 1]).exists(), command
             shutil.rmtree('run', ignore_errors=True)  # train and finetune have the same folder

@@ -59,4 +59,4 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     assert read_map(out / 'submap.yaml').resolution == 0.05
     text = (out / 'report.html').read_text(encoding='utf-8')
     assert 'scans on plan.yaml' in text
-    assert '<span>median position error [m]</span>' in text
+    assert '<dt>median position error [m]</dt>' in text

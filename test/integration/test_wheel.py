@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wheel in an environment of its own: the command, the weights and the page templates."""
 
+from email import message_from_bytes
 import os
 from pathlib import Path
 import shutil
 import subprocess
 import sys
 import sysconfig
+import zipfile
 
 import pytest
 
@@ -29,6 +31,9 @@ print(len(read_weights(None, FEATURE_SCHEMA).tensors))
 print(*(p.name for p in (files('fpnet_core.report') / 'templates').iterdir()))
 """
 
+PACKAGES = ('fpnet_core', 'fpnet_lab', 'fpnet_ros', 'msg_adapters')
+MAX_BYTES = 10_000_000
+
 pytestmark = pytest.mark.slow
 
 
@@ -41,8 +46,8 @@ def run(*words, cwd):
 
 
 @pytest.fixture(scope='module')
-def installed(tmp_path_factory):
-    """The wheel in an empty environment that borrows the libraries of this one."""
+def wheel(tmp_path_factory):
+    """The wheel, built from what a checkout has of it."""
     folder = tmp_path_factory.mktemp('wheel')
     sources = folder / 'sources'
     sources.mkdir()
@@ -56,6 +61,13 @@ def installed(tmp_path_factory):
     options = ('--no-deps', '--no-build-isolation', '--no-index')
     run(*PIP, 'wheel', *options, '-w', folder, sources, cwd=folder)
     [wheel] = folder.glob('*.whl')
+    return wheel
+
+
+@pytest.fixture(scope='module')
+def installed(wheel):
+    """The wheel in an empty environment that borrows the libraries of this one."""
+    folder = wheel.parent
     home = folder / 'environment'
     run(sys.executable, '-m', 'venv', '--without-pip', home, cwd=folder)
     python = home / 'bin' / 'python'
@@ -78,6 +90,38 @@ def test_the_command_and_its_data_are_in_the_wheel(installed):
     assert int(tensors) > 10
     shipped = {path.name for path in (ROOT / 'fpnet_core/report/templates').iterdir()}
     assert set(templates.split()) == shipped
+
+
+def test_the_wheel_holds_all_code_weights_and_templates_and_nothing_else(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    skipped = {'__pycache__', '.pyc'}
+    expected = {
+        str(path.relative_to(ROOT))
+        for package in PACKAGES
+        for path in (ROOT / package).rglob('*')
+        if path.is_file() and not any(each in str(path) for each in skipped)
+    }
+    assert expected - names == set(), 'missing in the wheel'
+    [info] = {name.split('/')[0] for name in names if name.endswith('.dist-info/METADATA')}
+    data = info.replace('.dist-info', '.data')
+    others = {n for n in names - expected if not n.startswith((f'{info}/', f'{data}/data/share/'))}
+    assert others == set(), 'only code, weights and templates belong there'
+    share = {name.removeprefix(f'{data}/data/share/fpnet_ros/') for name in names}
+    assert {'package.xml', 'config/fpnet.yaml', 'launch/localizer.launch.py'} <= share
+    assert wheel.stat().st_size < MAX_BYTES
+
+
+def test_the_wheel_states_its_commands_extras_and_licence(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        [at] = [name for name in archive.namelist() if name.endswith('/METADATA')]
+        stated = message_from_bytes(archive.read(at))
+        commands = archive.read(at.replace('METADATA', 'entry_points.txt')).decode()
+    assert {'plans', 'report', 'ros', 'lab'} <= set(stated.get_all('Provides-Extra'))
+    assert stated['Requires-Python'] == '>=3.11'
+    assert any(each.startswith('kiss-icp') for each in stated.get_all('Requires-Dist'))
+    assert 'fpnet = fpnet_core.cli:main' in commands
+    assert stated.get_all('License-File') == ['LICENSE']
 
 
 @pytest.mark.skipif('ROS_DISTRO' in os.environ, reason="the system's packages are not ours")

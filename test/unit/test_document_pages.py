@@ -3,9 +3,11 @@
 """Pages that list what the repository holds list all of it."""
 
 from importlib.metadata import PackageNotFoundError, metadata
+from itertools import pairwise
 from pathlib import Path
 import re
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -64,3 +66,25 @@ def test_every_page_is_in_the_navigation():
     text = (ROOT / 'mkdocs.yml').read_text(encoding='utf-8')
     nav = re.findall(r': ([a-z0-9_]+\.md)$', text, re.MULTILINE)
     assert sorted(nav) == sorted(path.name for path in (ROOT / 'docs').glob('*.md'))
+
+
+def _word_pairs(text):
+    words = re.findall(r"[a-z']+", text.lower())
+    return list(pairwise(words))
+
+
+def test_what_the_page_of_symptoms_quotes_is_what_is_said():
+    """Most pairs of words are: between the others a message is filled in."""
+    page = (ROOT / 'docs' / 'troubleshooting.md').read_text(encoding='utf-8')
+    files = [*(ROOT / 'fpnet_core').rglob('*.py'), *(ROOT / 'fpnet_ros').rglob('*.py')]
+    literals = '\n'.join(path.read_text(encoding='utf-8') for path in files)
+    said = set(_word_pairs(re.sub(r"""['"]\s*\n\s*f?['"]""", '', literals)))
+    quotes = {
+        quote
+        for row in re.findall(r'^\| (.*?) \|', page, re.MULTILINE)
+        for quote in re.findall(r'`([^`]+)`', row)
+        if quote.count(' ') >= 2 and quote[0].isalpha()
+    }
+    assert len(quotes) >= 8
+    shares = {q: np.mean([pair in said for pair in _word_pairs(q)]) for q in quotes}
+    assert {quote: share for quote, share in shares.items() if share < 0.5} == {}

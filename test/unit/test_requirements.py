@@ -48,3 +48,22 @@ def test_every_pin_is_of_something_asked_for():
 def test_entry_points_of_the_lab_are_installed(group):
     [entry] = entry_points(group=group)
     assert entry.load()
+
+
+def test_the_build_without_cuda_is_of_the_version_that_is_pinned():
+    text = (ROOT / 'constraints-cpu.txt').read_text(encoding='utf-8')
+    assert f'torch=={pinned()["torch"]}+cpu' in text.splitlines()
+    assert text.count('--extra-index-url') == 1
+    for name in ('docs/install.md', 'docker/Dockerfile.cli'):
+        assert 'constraints-cpu.txt' in (ROOT / name).read_text(encoding='utf-8')
+
+
+def test_the_container_of_the_nodes_has_what_rosdep_has_not():
+    """The libraries without a rosdep key, as package.xml says which those are."""
+    package = (ROOT / 'package.xml').read_text(encoding='utf-8')
+    said = re.search(r'No rosdep key exists for ([^:]+):', package)[1]
+    without = set(re.findall(r'[a-z][a-z0-9-]+', said.replace(' and', ','))) - {'and'}
+    recipe = (ROOT / 'docker' / 'Dockerfile').read_text(encoding='utf-8')
+    installed = set(re.search(r"grep -E '\^\(([^)]+)\)=='", recipe)[1].split('|'))
+    assert installed == without
+    assert installed <= set(pinned())

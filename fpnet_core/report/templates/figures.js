@@ -1,11 +1,99 @@
 'use strict';
-const config = {
-  responsive: true,
-  displaylogo: false,
-  scrollZoom: true,
-  modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
-};
-function draw(name) {
-  const figure = JSON.parse(document.getElementById('figure-' + name).textContent);
-  return Plotly.newPlot(name, figure.data, figure.layout, config);
+const isNarrow = window.matchMedia('(max-width: 600px)');
+const isDark = window.matchMedia('(prefers-color-scheme: dark)');
+const PRINTED_PX = 680;
+const charts = [];
+let figures = {};
+let data = {};
+
+async function unpacked(id) {
+  const packed = atob(document.getElementById(id).textContent);
+  const bytes = Uint8Array.from(packed, (character) => character.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Response(stream).text();
+}
+
+async function unpack() {
+  const [library, content] = await Promise.all(['plotly', 'content'].map(unpacked));
+  const script = document.createElement('script');
+  script.textContent = library;
+  document.head.append(script);
+  ({figures, data} = JSON.parse(content));
+}
+
+function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+// Axes and their texts follow the page; what lies on a floorplan keeps the paper's colours.
+function themed(layout) {
+  const ink = colour('--ink');
+  const change = {
+    'paper_bgcolor': 'rgba(0,0,0,0)', 'font.color': ink, 'modebar.color': ink,
+    'modebar.activecolor': colour('--accent'), 'modebar.bgcolor': 'rgba(0,0,0,0)',
+    'plot_bgcolor': layout.meta === 'map' ? colour('--paper') : 'rgba(0,0,0,0)',
+    'hoverlabel.bgcolor': colour('--card'), 'hoverlabel.font.color': ink,
+  };
+  for (const axis of Object.keys(layout).filter((key) => /^[xy]axis/.test(key))) {
+    change[axis + '.gridcolor'] = colour('--line');
+    change[axis + '.zerolinecolor'] = colour('--line');
+    change[axis + '.linecolor'] = colour('--line');
+  }
+  if (layout.meta !== 'map') change['shapes[0].line.color'] = ink;
+  return change;
+}
+
+function applyTheme() {
+  for (const name of charts) {
+    const chart = document.getElementById(name);
+    Plotly.relayout(name, themed(chart.layout));
+    const inked = chart.data.flatMap((trace, k) => trace.meta === 'ink' ? [k] : []);
+    if (inked.length) Plotly.restyle(name, {'line.color': colour('--ink')}, inked);
+  }
+}
+
+// A finger that scrolls the page must not move a chart; buttons of the chart zoom it.
+async function draw(name) {
+  const {data: traces, layout} = figures[name];
+  if (isNarrow.matches) {
+    layout.dragmode = false;
+    layout.margin = {...layout.margin, l: 44, r: 6};
+    if (layout.legend) layout.legend.y *= 2;
+  }
+  await Plotly.newPlot(name, traces, layout, {
+    responsive: true,
+    displaylogo: false,
+    scrollZoom: !isNarrow.matches,
+    modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
+  });
+  charts.push(name);
+}
+
+async function drawAll(names) {
+  try {
+    await unpack();
+  } catch (error) {
+    const trouble = document.getElementById('trouble');
+    trouble.textContent = 'This browser cannot unpack the page (' + error.message + '): ' +
+      'open it with Chrome or Edge 80, Firefox 113, Safari 16.4, or newer.';
+    trouble.hidden = false;
+    throw error;
+  }
+  await Promise.all(names.map(draw));
+  applyTheme();
+  isDark.addEventListener('change', applyTheme);
+  window.addEventListener('beforeprint', () => printed(true));
+  window.addEventListener('afterprint', () => printed(false));
+}
+
+// On paper in light colours, and as wide as a page at the width of its text.
+function printed(isPrint) {
+  document.documentElement.classList.toggle('print', isPrint);
+  applyTheme();
+  for (const name of charts) {
+    const width = document.getElementById(name).clientWidth;
+    const size = isPrint ? {width: Math.min(width, PRINTED_PX), autosize: false} :
+      {width: null, autosize: true};
+    Plotly.relayout(name, size);
+  }
 }

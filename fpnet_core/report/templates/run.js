@@ -1,6 +1,4 @@
-const data = JSON.parse(document.getElementById('data').textContent);
 const slider = document.getElementById('slider');
-const MATCHES_SHOWN = 12;
 const FRAME_MS = 250;
 
 function traceIndex(name, key) {
@@ -14,11 +12,27 @@ function placed(A, xs, ys) {
   ];
 }
 
+function degrees(radians) {
+  return radians * 180 / Math.PI;
+}
+
+function yawOf(A) {
+  return Math.atan2(A[1][0], A[0][0]);
+}
+
+// Columns x, y and, where a trace has them, texts.
 function update(name, columns) {
   const keys = Object.keys(columns);
-  const change = {x: keys.map((key) => columns[key][0]), y: keys.map((key) => columns[key][1])};
-  if (name === 'submap') change.text = keys.map((key) => columns[key][2] || null);
+  const change = {x: keys.map((key) => columns[key][0]), y: keys.map((key) => columns[key][1]),
+    text: keys.map((key) => columns[key][2] || null)};
   return Plotly.restyle(name, change, keys.map((key) => traceIndex(name, key)));
+}
+
+// The robot's mark is an arrow where it is known which way it looks; plotly turns it clockwise.
+function turnRobot(name, heading) {
+  const change = heading === null ? {'marker.symbol': 'circle-open', 'marker.angle': 0} :
+    {'marker.symbol': 'arrow', 'marker.angle': 90 - degrees(heading)};
+  return Plotly.restyle(name, change, [traceIndex(name, 'robot')]);
 }
 
 function last(columns) {
@@ -36,6 +50,14 @@ function matchLines(moment) {
   return lines;
 }
 
+function doorNames(moment, side) {
+  const doors = moment.matches.filter((match) => match.is_door);
+  const places = doors.map((match) => side === 'plan' ? match.plan_xy : match.sub_xy);
+  const names = doors.map((match) =>
+    side === 'plan' ? String(match.plan_id) : match.sub_id + '→' + match.plan_id);
+  return [places.map((xy) => xy[0]), places.map((xy) => xy[1]), names];
+}
+
 function publishedUntil(time) {
   const all = data.published;
   let count = all.time_s.findIndex((t) => t > time);
@@ -44,7 +66,8 @@ function publishedUntil(time) {
 }
 
 function showPlan(moment) {
-  const columns = {matches: matchLines(moment), published: publishedUntil(moment.time_s)};
+  const columns = {matches: matchLines(moment), published: publishedUntil(moment.time_s),
+    door_names: doorNames(moment, 'plan')};
   data.placement_colours.forEach((_, rank) => {
     const placement = moment.placements[rank];
     columns['placement_' + rank] =
@@ -52,7 +75,16 @@ function showPlan(moment) {
   });
   const best = moment.placements[0];
   columns.robot = best ? placed(best.A_plan_submap, ...last(moment.path)) : [[], []];
-  return update('plan', columns);
+  update('plan', columns);
+  const heading = best && moment.heading !== null ? moment.heading + yawOf(best.A_plan_submap) : null;
+  turnRobot('plan', heading);
+  let said = 'Floorplan; no place is likely yet';
+  if (columns.robot[0].length) {
+    const yaw = heading === null ? '' : `, looking to ${degrees(heading).toFixed(0)} degrees`;
+    said = `Floorplan; the likeliest place of the robot is x ${columns.robot[0][0].toFixed(1)}, ` +
+      `y ${columns.robot[1][0].toFixed(1)} metres${yaw}; ${moment.placements.length} placements shown`;
+  }
+  document.getElementById('plan').setAttribute('aria-label', said);
 }
 
 function showSubmap(moment) {
@@ -62,7 +94,11 @@ function showSubmap(moment) {
     path: moment.path,
     robot: last(moment.path),
     labels: [labels.map((l) => l[0]), labels.map((l) => l[1]), labels.map((l) => l[2])],
+    door_names: doorNames(moment, 'submap'),
   });
+  turnRobot('submap', moment.heading);
+  document.getElementById('submap').setAttribute('aria-label',
+    `Submap of ${moment.rooms} rooms and ${moment.doors} doors, ${moment.matches.length} of them matched`);
   const picture = moment.picture;
   if (!picture) return Plotly.relayout('submap', {images: []});
   return Plotly.relayout('submap', {
@@ -72,33 +108,49 @@ function showSubmap(moment) {
   });
 }
 
-function row(cells, colour) {
+function row(cells) {
   const element = document.createElement('tr');
-  cells.forEach((text, index) => {
-    const cell = element.insertCell();
-    if (index === 0 && colour) {
-      const swatch = cell.appendChild(document.createElement('span'));
-      swatch.className = 'swatch';
-      swatch.style.background = colour;
-    }
-    cell.append(text);
-  });
+  element.append(...cells.map((content) => {
+    const cell = document.createElement('td');
+    cell.append(content);
+    return cell;
+  }));
+  return element;
+}
+
+// A sign beside its colour: both are those of the walls on the floorplan.
+function marked(text, rank) {
+  const mark = document.createElement('span');
+  mark.className = 'mark';
+  mark.textContent = data.placement_signs[rank];
+  mark.style.color = data.placement_colours[rank];
+  mark.style.background = colour('--paper');
+  mark.setAttribute('aria-hidden', 'true');
+  const cell = document.createElement('span');
+  cell.append(mark, ' ' + text);
+  return cell;
+}
+
+function badge(element, status) {
+  element.className = 'badge';
+  element.textContent = status;
+  element.style.background = data.status_colours[status];
+  element.style.color = data.status_inks[status];
   return element;
 }
 
 function showTables(moment) {
   const placements = moment.placements.map((p, rank) => {
     const A = p.A_plan_submap;
-    const yaw = Math.atan2(A[1][0], A[0][0]) * 180 / Math.PI;
     const scale = Math.sqrt(Math.abs(A[0][0] * A[1][1] - A[0][1] * A[1][0]));
     const name = rank ? 'rival ' + rank : p.is_claimed ? 'best, claimed' : 'best';
-    const values = [p.score.toFixed(3), A[0][2].toFixed(2), A[1][2].toFixed(2), yaw.toFixed(1),
-      scale.toFixed(3), p.sigma_m === null ? '' : p.sigma_m.toFixed(3)];
-    return row([name, ...values], data.placement_colours[rank]);
+    const values = [p.score.toFixed(3), A[0][2].toFixed(2), A[1][2].toFixed(2),
+      degrees(yawOf(A)).toFixed(1), scale.toFixed(3), p.sigma_m === null ? '' : p.sigma_m.toFixed(3)];
+    return row([marked(name, rank), ...values]);
   });
   document.querySelector('#placements tbody').replaceChildren(...placements);
-  const matches = [...moment.matches].sort((a, b) => b.score - a.score).slice(0, MATCHES_SHOWN)
-    .map((m) => row([m.label, String(m.plan_id), String(m.sub_id), m.score.toFixed(2)]));
+  const matches = [...moment.matches].sort((a, b) => b.score - a.score)
+    .map((m) => row([m.label, String(m.sub_id), String(m.plan_id), m.score.toFixed(2)]));
   document.querySelector('#matches tbody').replaceChildren(...matches);
   const total = moment.timings_ms.total;
   const facts = [`${moment.rooms} rooms and ${moment.doors} doors in ` +
@@ -108,15 +160,29 @@ function showTables(moment) {
   document.getElementById('facts').textContent = facts.join('; ');
 }
 
+function showChanges() {
+  const rows = data.changes.map((change) => {
+    const go = document.createElement('button');
+    go.type = 'button';
+    go.className = 'link';
+    go.textContent = change.time_s.toFixed(1) + ' s';
+    go.addEventListener('click', () => { stop(); show(nearest(change.time_s)); });
+    const line = row([go, badge(document.createElement('span'), change.status),
+      change.probability.toFixed(2), change.reason]);
+    line.cells[1].className = line.cells[3].className = 'text';
+    return line;
+  });
+  document.querySelector('#changes tbody').replaceChildren(...rows);
+}
+
 function show(index) {
   const moment = data.moments[index];
   if (!moment) return;
   slider.value = index;
-  document.getElementById('clock').textContent =
-    `${moment.time_s.toFixed(1)} s, probability ${moment.probability.toFixed(2)}`;
-  const badge = document.getElementById('status');
-  badge.textContent = moment.status;
-  badge.style.background = data.status_colours[moment.status];
+  const clock = `${moment.time_s.toFixed(1)} s, probability ${moment.probability.toFixed(2)}`;
+  document.getElementById('clock').textContent = clock;
+  slider.setAttribute('aria-valuetext', `${clock}, ${moment.status}`);
+  badge(document.getElementById('status'), moment.status);
   document.getElementById('reason').textContent = moment.reason;
   showPlan(moment);
   showSubmap(moment);
@@ -147,11 +213,72 @@ document.getElementById('play').addEventListener('click', () => {
 });
 slider.addEventListener('input', () => { stop(); show(Number(slider.value)); });
 
-Promise.all(['plan', 'submap', 'timeline'].map(draw)).then(() => {
-  document.getElementById('timeline').on('plotly_click', (event) => {
-    stop();
-    show(nearest(event.points[0].x));
-  });
+function onTimeline(event) {
+  stop();
+  show(nearest(event.points[0].x));
+}
+
+// A page of a live run is told what there is when it opens, then one tick after the other.
+function isFollowing() {
+  return Number(slider.value) >= data.moments.length - 1 && timer === null;
+}
+
+async function showTimeline(figure) {
+  if (!figure) return;
+  const chart = document.getElementById('timeline');
+  const layout = {...figure.layout, margin: chart.layout.margin, dragmode: chart.layout.dragmode};
+  await Plotly.react('timeline', figure.data, layout);
+  applyTheme();
+}
+
+function sayStatus(moment, said) {
+  const now = moment ?
+    `${moment.status} (p ${moment.probability.toFixed(2)}): ${moment.reason}` : 'waiting for the run';
+  document.getElementById('summary').textContent = said || now;
+}
+
+const told = {
+  async run(event) {
+    Object.assign(data, event.data);
+    slider.max = Math.max(data.moments.length - 1, 0);
+    await showTimeline(event.timeline);
+    showChanges();
+    show(data.moments.length - 1);
+    sayStatus(data.moments[data.moments.length - 1], event.said);
+  },
+  async tick(event) {
+    const follows = isFollowing();
+    data.moments.push(event.moment);
+    for (const key of event.published ? Object.keys(event.published) : []) {
+      data.published[key].push(...event.published[key]);
+    }
+    data.changes = event.changes;
+    slider.max = data.moments.length - 1;
+    await showTimeline(event.timeline);
+    showChanges();
+    sayStatus(event.moment, '');
+    if (follows) show(data.moments.length - 1);
+  },
+  async end(event) {
+    sayStatus(null, event.said);
+    source.close();
+  },
+};
+
+let source = null;
+let queued = Promise.resolve();
+function listen() {
+  source = new EventSource('events');
+  source.onmessage = (message) => {
+    const event = JSON.parse(message.data);
+    queued = queued.then(() => told[event.kind](event));
+  };
+}
+
+drawAll(['plan', 'submap', 'timeline']).then(() => {
+  document.getElementById('timeline').on('plotly_click', onTimeline);
+  showChanges();
   show(data.moments.length - 1);
+  if (data.live) listen();
   document.body.dataset.ready = 'true';
 });

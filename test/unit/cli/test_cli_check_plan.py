@@ -3,6 +3,7 @@
 """``fpnet check-plan`` from the outside."""
 
 import json
+import re
 
 import numpy as np
 from PIL import Image
@@ -94,3 +95,15 @@ def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):
     report = json.loads((tmp_path / 'check.json').read_text())
     assert not report['readable']
     assert '--crop' in report['reasons'][0]['next']
+
+
+@pytest.mark.parametrize('options', [(), ('--resolution', 0.04), ('--length', '40,40,440,40=12')])
+def test_it_speaks_of_the_same_square_metres_as_segment(options, tmp_path, capsys):
+    said = []
+    for command, more in (('check-plan', ('--tours', 0)), ('segment', ())):
+        with pytest.raises(SystemExit):
+            main([command, str(bare_image(tmp_path)), *map(str, (*options, *more))])
+        printed = capsys.readouterr().out.replace('m²', 'm2')
+        said += re.findall(r'^(\d+ rooms, \d+ m2, \d+ doors)', printed, re.MULTILINE)
+    assert len(said) == 2
+    assert said[0] == said[1]

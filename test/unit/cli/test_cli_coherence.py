@@ -112,9 +112,14 @@ def test_documented_commands_exist(document, words):
         ('bash', 'fpnet localize --floor', '--floorplan'),
         ('zsh', 'fpnet check-plan --tou', '--tours'),
         ('fish', 'fpnet simulate rec', 'recording'),
+        ('bash', 'fpnet simulate recording --sensor beams1', 'beams16'),
+        ('zsh', 'fpnet simulate recording --building li', 'lived_in'),
+        ('bash', 'fpnet simulate plan --style sk', 'sketch'),
+        ('bash', 'fpnet localize --set localizer.claim', 'localizer.claim_probability='),
+        ('fish', 'fpnet demo --sensor pl', 'planar'),
     ],
 )
-def test_shells_complete_subcommands_and_their_options(shell, typed, expected):
+def test_shells_complete_subcommands_their_options_and_values(shell, typed, expected):
     environment = {
         **os.environ,
         '_FPNET_COMPLETE': f'complete_{shell}',

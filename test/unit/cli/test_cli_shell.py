@@ -119,6 +119,22 @@ def test_interrupt_exits_130_without_a_traceback(capsys, subcommand):
     assert 'Traceback' not in capsys.readouterr().err
 
 
+def test_an_interrupt_that_a_library_swallows_comes_again(capsys, subcommand):
+    class Lost:
+        def __del__(self):
+            raise KeyboardInterrupt
+
+    def interrupted():
+        lost = Lost()
+        del lost
+        time.sleep(5.0)
+        pytest.fail('it went on')
+
+    subcommand(interrupted)
+    assert run('plugged') == 130
+    assert capsys.readouterr().err.strip() in ('', 'Aborted!')
+
+
 def test_an_answer_of_no_has_its_own_status(subcommand):
     def no():
         raise typer.Exit(1)

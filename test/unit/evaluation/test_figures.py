@@ -15,6 +15,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import begin, write_report
 from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
 from fpnet_lab.evaluation.localization.figures import report
+from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.published import MAKERS, published
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
@@ -114,8 +115,17 @@ def robot():
     return {'methods': {'fpnet': robot_figures(outcomes)}}
 
 
+def peers():
+    own, rival = record('exact'), replace(record('exact', wrong=2), method='monte_carlo')
+    other = replace(record('wrong_building', path=None, poses=0), plan='other')
+    fooled = replace(other, method='monte_carlo', poses=5)
+    unmet = replace(other, plan='met by the localizer only', poses=3)
+    return {'methods': peer_figures([own, other, unmet, rival, fooled])}
+
+
 REPORTS = {
     'localization': localization,
+    'peers': peers,
     'drawings': lambda: DRAWINGS,
     **dict.fromkeys(('drawings_pdf', 'drawings_svg', 'drawings_dxf'), lambda: VECTORS),
     'stated_scales': lambda: SCALES,
@@ -152,6 +162,52 @@ def test_every_table_on_a_page_says_what_made_it():
         assert each.text.startswith('`'), f'{each.page.name}: {each.name}'
         assert 'commit ' in each.text.partition('\n')[0], f'{each.page.name}: {each.name}'
     assert len(tables) >= 4
+
+
+def on_pages():
+    """What all pages state, by name; they agree, as another test has it."""
+    return {each.name: each.text for page in pages(ROOT) for each in stated(page)}
+
+
+def test_tables_of_one_benchmark_are_of_one_run():
+    """Their first lines have the command, the day and the commit."""
+    made = {}
+    for name, text in on_pages().items():
+        if '\n' in text:
+            made.setdefault(name.partition('.')[0], set()).add(text.partition('\n')[0])
+    assert {name: lines for name, lines in made.items() if len(lines) > 1} == {}
+
+
+def test_every_figure_in_a_sentence_has_its_table_on_a_page():
+    """The table says where the figure is from; scales of vector drawings are one row each."""
+    names = on_pages()
+    tables = {name.partition('.')[0] for name, text in names.items() if '\n' in text}
+    sentences = {name.partition('.')[0] for name, text in names.items() if '\n' not in text}
+    assert sentences - tables <= {'drawings_pdf', 'drawings_svg', 'drawings_dxf'}
+
+
+def test_figures_in_sentences_are_those_of_the_tables():
+    figures = on_pages()
+    table = {row[0]: row for row in rows(figures['localization'])}
+    assert figures['localization.right'] == table['all'][2]
+    assert figures['localization.first_pose'] == table['all'][3]
+    claims = [row for name, row in table.items() if name.startswith('on ')]
+    assert len(claims) == 2
+    false = sum(int(row[4].split()[0]) for row in claims)
+    assert figures['localization.false_claims'] == str(false)
+    undistorted = [row[2] for row in rows(figures['robot'])[-4:]]
+    names = ('whole', 'half', 'third', 'tenth')
+    assert [figures[f'robot.right_{name}'] for name in names] == undistorted
+    seeds = rows(figures['demo'])[2:]
+    assert figures['demo.met'].endswith(f'of {len(seeds)}')
+    assert figures['demo.wrong'] == str(sum(int(row[2]) for row in seeds))
+    assert figures['demo.latest'] == f'{max(float(row[4]) for row in seeds):.1f} m'
+
+
+def test_the_readme_says_on_how_many_foreign_plans_it_was_tried():
+    table = {row[0]: row for row in rows(on_pages()['localization'])}
+    foreign = sum(int(row[1]) for name, row in table.items() if name.startswith('on '))
+    assert f' of {foreign} drives' in (ROOT / 'README.md').read_text(encoding='utf-8')
 
 
 def test_pages_that_disagree_are_named(tmp_path):
@@ -200,10 +256,15 @@ def test_figures_of_the_localization_benchmark():
     assert lines['`rough`'][:2] == ['1', '0'], 'it counts in no total'
     assert lines['all'][:4] == ['6', '2 of 4', '5.0 m', '3']
     assert lines['on mirrored plans'] == ['1', '', '', '0 claims', '', '', '']
-    first, second, third = rows(figures['localization.summary'])[2:]
-    assert first[1:] == ['2', '3.0 to 6.0 m', '3', '0.05 m']
-    assert second[1:] == ['0', '30.0 m', '0', '0.05 m']
-    assert third[0].startswith('2 drives on another')
+
+
+def test_figures_of_peers_are_of_what_all_methods_met():
+    ours, theirs = rows(published('peers', peers(), MADE)['peers'])[2:]
+    assert ours[:4] == ['`fpnet`', '1 of 1', '1 of 1', '0 of 1']
+    assert theirs[:4] == ['`monte_carlo`', '1 of 1', '0 of 1', '1 of 1']
+    assert (ours[4:6], theirs[5]) == (['2.0 m', '0 of 1'], '1 of 1')
+    assert ours[6:] == ['0.05 m', '0.010 s']
+    assert peer_figures([]) == {}
 
 
 def test_figures_of_drawings_and_stated_scales():
@@ -243,6 +304,7 @@ def test_figures_of_demos_and_logs():
 def test_figures_of_robots_maps():
     figures = published('robot', robot(), MADE)
     assert figures['robot.pairs'] == '8'
+    assert figures['robot.right_whole'] == '100 %'
     table = rows(figures['robot'])
     assert table[2] == ['all', 'whole', '50 %', '50 %', '1 of 2', '2 of 4']
     assert table[6][:4] == ['without the three distorted drawings', 'whole', '100 %', '100 %']

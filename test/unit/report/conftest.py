@@ -53,9 +53,11 @@ def made_up_run():
     submap = Submap(drawn.grid, drawn.lintel, path, T_ODOM_SUBMAP, 2 * SECOND, 1)
     sub = segment_submap(submap)
     count = min(len(plan.rooms), len(sub.rooms))
-    pairs = np.stack([np.arange(count), np.arange(count)], axis=1)
+    rooms = [(k, k) for k in range(count)]
+    doors = [(p.id, s.id) for p, s in zip(plan.doors[:2], sub.doors[:2], strict=True)]
+    pairs = np.array(rooms + doors)
     match = MatchResult(
-        pairs, np.linspace(1.0, 0.5, count), np.zeros((len(plan.regions), len(sub.regions)))
+        pairs, np.linspace(1.0, 0.5, len(pairs)), np.zeros((len(plan.regions), len(sub.regions)))
     )
     stamps = [2 * SECOND, 2 * SECOND + SECOND // 10]
     outputs = (

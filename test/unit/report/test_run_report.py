@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The HTML report of a run: its values, its file, and its page in a real browser."""
 
+import base64
 from dataclasses import replace
+import gzip
 from html.parser import HTMLParser
 import json
 
@@ -13,37 +15,38 @@ import pytest
 
 from fpnet_core.geometry import SE2
 from fpnet_core.report import write_run_report
+from fpnet_core.report.charts import HEX_OF_STATUS
 from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks
 from fpnet_core.report.pictures import grid_picture
-from fpnet_core.report.record import best_placement_errors, published_errors
+from fpnet_core.report.record import best_placement_error, published_errors
+from fpnet_core.report.run_page import _ink_on
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import OCCUPIED, Cause, CauseKind, GridMap, LocalizerOutput, Status
 
-MAX_BYTES = 10_000_000
-MOVING = ('placement_0', 'placement_2', 'matches', 'published', 'robot')
+MAX_BYTES = 3_000_000
+MOVING = ('placement_0', 'placement_2', 'matches', 'published', 'robot', 'door_names')
 
 
 class Page(HTMLParser):
-    """What a page loads, and its embedded JSON by id."""
+    """What a page loads, its elements, and what its script unpacks."""
 
     def __init__(self, text):
         super().__init__()
-        self.loaded, self.json, self.ids, self.attributes = [], {}, set(), {}
-        self._json_id = None
+        self.loaded, self.elements, self.attributes = [], [], {}
+        self.content, self._is_content = {}, False
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
         attributes = dict(attrs)
-        self.ids.add(attributes.get('id'))
+        self.elements.append((tag, attributes))
         self.attributes[attributes.get('id')] = attributes
         self.loaded += [attributes[a] for a in ('src', 'href') if attributes.get(a)]
-        if tag == 'script' and attributes.get('type') == 'application/json':
-            self._json_id = attributes['id']
+        self._is_content = attributes.get('id') == 'content'
 
     def handle_data(self, data):
-        if self._json_id is not None:
-            self.json[self._json_id] = json.loads(data)
-            self._json_id = None
+        if self._is_content:
+            self.content = json.loads(gzip.decompress(base64.b64decode(data)))
+            self._is_content = False
 
 
 @pytest.fixture(scope='module')
@@ -68,13 +71,13 @@ def test_it_is_one_file_that_loads_nothing(report, page):
 
 def test_it_shows_the_figures_with_their_units(report):
     text = report.read_text(encoding='utf-8')
-    assert '<b>3.25</b><span>path to first pose [m]</span>' in text
-    assert '<b>yes</b><span>localized</span>' in text
+    assert '<dt>path to first pose [m]</dt><dd>3.25</dd>' in text
+    assert '<dt>localized</dt><dd>yes</dd>' in text
     assert 'wrong poses' not in text
 
 
 def test_there_is_a_moment_for_each_tick(page):
-    moments = page.json['data']['moments']
+    moments = page.content['data']['moments']
     assert [m['status'] for m in moments] == ['waiting', 'ambiguous', 'localized']
     assert [m['reason'] for m in moments] == [f'{k} placements' for k in (0, 2, 3)]
     assert [m['time_s'] for m in moments] == [0.0, 1.0, 2.0]
@@ -88,7 +91,7 @@ def test_there_is_a_moment_for_each_tick(page):
 
 
 def test_matches_join_plan_and_submap_regions(page, made_up_run):
-    match = page.json['data']['moments'][1]['matches'][0]
+    match = page.content['data']['moments'][1]['matches'][0]
     plan, sub = made_up_run.plan, made_up_run.outputs[1].segmentation
     assert match['plan_xy'] == pytest.approx(plan.regions[match['plan_id']].centroid, abs=0.01)
     assert match['sub_xy'] == pytest.approx(sub.regions[match['sub_id']].centroid, abs=0.01)
@@ -96,19 +99,84 @@ def test_matches_join_plan_and_submap_regions(page, made_up_run):
 
 def test_every_trace_that_the_script_moves_is_there(page):
     by_name = {
-        name: {trace.get('meta') for trace in page.json[f'figure-{name}']['data']}
+        name: {trace.get('meta') for trace in page.content['figures'][name]['data']}
         for name in ('plan', 'submap')
     }
     assert set(MOVING) <= by_name['plan']
-    assert {'doors', 'path', 'robot', 'labels'} <= by_name['submap']
-    assert page.json['figure-timeline']['layout']['shapes'][0]['type'] == 'line'
+    assert {'doors', 'path', 'robot', 'labels', 'door_names'} <= by_name['submap']
+    assert page.content['figures']['timeline']['layout']['shapes'][0]['type'] == 'line'
+
+
+def test_every_change_of_the_status_says_why(made_up_run, tmp_path):
+    statuses = [Status.SEARCHING] * 200 + [Status.AMBIGUOUS] + [Status.SEARCHING] * 100
+    outputs = tuple(
+        LocalizerOutput(k, status, reason=f'because of {k}') for k, status in enumerate(statuses)
+    )
+    write_run_report(tmp_path / 'long.html', replace(made_up_run, outputs=outputs))
+    page = Page((tmp_path / 'long.html').read_text(encoding='utf-8'))
+    told = [(c['status'], c['reason']) for c in page.content['data']['changes']]
+    assert told == [
+        ('searching', 'because of 0'),
+        ('ambiguous', 'because of 200'),
+        ('searching', 'because of 201'),
+    ]
+
+
+def test_doors_and_rooms_are_numbered_as_the_table_names_them(page):
+    moment = page.content['data']['moments'][1]
+    doors = [match for match in moment['matches'] if match['is_door']]
+    rooms = {f'{m["sub_id"]}→{m["plan_id"]}' for m in moment['matches'] if not m['is_door']}
+    assert doors
+    assert {label[2] for label in moment['labels']} == rooms
+
+
+def test_the_robot_looks_where_odometry_says_or_where_it_went(made_up_run):
+    output = made_up_run.outputs[2]
+    step = output.submap.path_xy[-1] - output.submap.path_xy[-2]
+    assert made_up_run.heading(output) == pytest.approx(np.arctan2(step[1], step[0]))
+    stamp, turn = output.submap.stamp_ns, output.submap.T_odom_submap.yaw
+    stamps = np.array([stamp - 10**8, stamp])
+    odometry = PlanarTrajectory(stamps, np.zeros((2, 2)), np.array([0.0, 2.0]))
+    turned = replace(made_up_run, odometry=odometry)
+    assert turned.heading(output) == pytest.approx(2.0 - turn)
+    assert made_up_run.heading(made_up_run.outputs[0]) is None
+
+
+def test_texts_on_a_status_are_readable():
+    for colour, ink in ((c, _ink_on(c)) for c in HEX_OF_STATUS.values()):
+        assert contrast(colour, ink) >= 4.5, colour
+
+
+def contrast(one, other):
+    """The contrast of two sRGB colours by WCAG 2, in its own words."""
+
+    def luminance(colour):
+        channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted([luminance(one), luminance(other)])
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_whoever_does_not_see_it_is_told(page):
+    assert ('html', {'lang': 'en'}) in page.elements
+    assert {tag for tag, _ in page.elements} >= {'header', 'main', 'footer', 'h1', 'noscript'}
+    for tag, attributes in page.elements:
+        if tag == 'input' or 'chart' in attributes.get('class', '').split():
+            assert attributes.get('aria-label'), attributes
+        if tag == 'th':
+            assert attributes.get('scope') == 'col'
+        if attributes.get('tabindex') == '0':
+            assert attributes.get('role') == 'region'
 
 
 def test_errors_are_in_true_metres(made_up_run):
     errors = published_errors(made_up_run)
     assert errors.position_m == pytest.approx([0.05, 0.05])
     assert errors.yaw_deg == pytest.approx([0.0, 0.0], abs=1e-6)
-    assert best_placement_errors(made_up_run) == [None, *[pytest.approx(0.05, abs=1e-3)] * 2]
+    found = [best_placement_error(made_up_run, output) for output in made_up_run.outputs]
+    assert found == [None, *[pytest.approx(0.05, abs=1e-3)] * 2]
 
 
 def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
@@ -116,9 +184,10 @@ def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
     bare = replace(made_up_run, outputs=(), published=nothing, truth=None)
     write_run_report(tmp_path / 'bare.html', bare)
     page = Page((tmp_path / 'bare.html').read_text(encoding='utf-8'))
-    assert page.json['data']['moments'] == []
-    notes = page.json['figure-timeline']['layout']['annotations']
-    assert 'no ground truth' in notes[0]['text']
+    assert page.content['data']['moments'] == []
+    layout = page.content['figures']['timeline']['layout']
+    titles = [axis['title']['text'] for name, axis in layout.items() if name.startswith('yaxis')]
+    assert titles == ['probability', 'tick [ms]'], 'no errors without a truth'
 
 
 def test_long_runs_are_thinned_out_but_changes_stay():
@@ -156,7 +225,6 @@ def test_large_pictures_shrink_and_keep_their_place():
 
 
 def decoded(picture):
-    import base64
     import io
 
     from PIL import Image
@@ -207,10 +275,53 @@ def test_the_slider_moves_everything_in_a_browser(report, made_up_run):
         assert trace('plan', 'placement_0', 'x') == []
         browser.execute_script("document.getElementById('play').click()")
         wait_for(browser, "document.getElementById('slider').value === '2'")
+        arrow = browser.execute_script(
+            "const t = document.getElementById('submap').data.find((t) => t.meta === 'robot');"
+            'return [t.marker.symbol, t.marker.angle];'
+        )
+        heading = made_up_run.heading(made_up_run.outputs[2])
+        assert arrow == ['arrow', pytest.approx(90.0 - np.rad2deg(heading), abs=0.1)]
+        assert text('changes').count('placements') == 3
+        browser.execute_script("document.querySelector('#changes button').click()")
+        assert text('status') == 'waiting'
+        go_to(2)
         drawn = browser.execute_script(
             "return document.querySelectorAll('#plan .main-svg image, #submap image').length"
         )
         assert drawn == 2
+        browser.execute_script('printed(true)')
+        assert_fits(browser, 'plan')
+        browser.execute_script('printed(false)')
+        assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
+
+
+def assert_fits(browser, name):
+    width = browser.execute_script(
+        "return document.querySelector('#' + arguments[0] + ' .main-svg').clientWidth", name
+    )
+    assert width <= 700
+
+
+@pytest.mark.parametrize('scheme', ['light', 'dark'])
+def test_a_phone_shows_it_without_scrolling_sideways(report, scheme):
+    with open_page(report) as browser:
+        browser.execute_cdp_cmd(
+            'Emulation.setDeviceMetricsOverride',
+            {'width': 390, 'height': 844, 'deviceScaleFactor': 2, 'mobile': True},
+        )
+        browser.execute_cdp_cmd(
+            'Emulation.setEmulatedMedia',
+            {'features': [{'name': 'prefers-color-scheme', 'value': scheme}]},
+        )
+        browser.get(report.resolve().as_uri())
+        wait_for(browser, "document.body.dataset.ready === 'true'")
+        wide, ink = browser.execute_script(
+            'return [document.documentElement.scrollWidth,'
+            " document.getElementById('timeline').layout.font.color]"
+        )
+        assert wide == 390
+        paper = '#161b22' if scheme == 'dark' else '#ffffff'
+        assert contrast(ink, paper) >= 4.5
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
 
 

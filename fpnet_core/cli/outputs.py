@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The places that a command is told to write to, looked at before its work begins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import os
+from pathlib import Path
+from typing import Any
+
+from fpnet_core.errors import FpnetError
+
+_WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
+_PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')
+_FILMS = ('.gif',)
+
+
+def look_first(command: Any) -> None:
+    """
+    Have a click command, and all below it, look at its outputs as soon as they are parsed.
+
+    An option is one by its name, and a folder's by its metavar ``DIR``; so commands of other
+    packages are looked after as well. An output that cannot be written raises FpnetError.
+    """
+    for each in _commands(command):
+        for option in each.params:
+            name = next((name for name in option.opts if name in _WRITTEN), None)
+            if name is not None:
+                option.callback = _then(_look(name, option.metavar == 'DIR'), option.callback)
+
+
+def _commands(command: Any) -> Iterator[Any]:
+    yield command
+    for child in getattr(command, 'commands', {}).values():
+        yield from _commands(child)
+
+
+def _then(look: Callable[[Path], None], before: Any) -> Callable[[Any, Any, Any], Any]:
+    def callback(context: Any, option: Any, value: Any) -> Any:
+        if value is not None and not context.resilient_parsing:
+            look(Path(value))
+        return value if before is None else before(context, option, value)
+
+    return callback
+
+
+def _look(name: str, is_folder: bool) -> Callable[[Path], None]:
+    def look(path: Path) -> None:
+        if name == '--json' and str(path) == '-':
+            return
+        if is_folder:
+            check_folder(path, name)
+            return
+        check_file(path, name)
+        known = {'--plot': _PICTURES, '--film': _FILMS}.get(name)
+        if known and path.suffix.lower() not in known:
+            raise FpnetError(f'{name} {path}: expected a name that ends in {", ".join(known)}')
+
+    return look
+
+
+def check_folder(path: Path, name: str) -> None:
+    """
+    Tell whether files can be written into a folder, which need not exist yet.
+
+    Raises
+    ------
+    FpnetError
+        If it is a file, lies in one, or must not be written.
+    """
+    _check_within(path, f'{name} {path}')
+
+
+def check_file(path: Path, name: str) -> None:
+    """
+    Tell whether a file can be written, whose folder need not exist yet.
+
+    Raises
+    ------
+    FpnetError
+        If it is a folder, its folder is none, or it must not be written.
+    """
+    if path.is_dir():
+        raise FpnetError(f'{name} {path} is a folder; name a file in it')
+    _check_within(path.parent, f'{name} {path}')
+    if path.exists() and not os.access(path, os.W_OK):
+        raise FpnetError(f'{name} {path} must not be written; choose another file')
+
+
+def _check_within(folder: Path, asked: str) -> None:
+    """Look at what there is of a folder: itself, or the nearest one above."""
+    nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not nearest.is_dir():
+        raise FpnetError(f'{asked}: {nearest} is a file; choose another folder')
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise FpnetError(f'{asked}: {nearest} must not be written; choose another folder')

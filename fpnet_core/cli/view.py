@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet view``: a run while it goes on, or a recorded one again, on a page of this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import threading
+import time
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.errors import ConfigError
+from fpnet_core.stamps import NS_PER_S
+
+if TYPE_CHECKING:
+    from fpnet_core.api.run import Run
+    from fpnet_core.report.live import LiveRun
+
+_REPORT_NAME = 'report.html'
+
+
+@common.reads_drawing
+def command(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar='INPUT',
+            help='Recording, as of fpnet localize; or the folder that its --out has written.',
+        ),
+    ],
+    said: common.DrawingOptions,
+    floorplan: Annotated[
+        Path | None, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)
+    ] = None,
+    rate: Annotated[
+        float,
+        typer.Option(
+            '--rate', min=0.0, help='Recorded seconds per second; 0: as fast as they come.'
+        ),
+    ] = 1.0,
+    port: common.PortOption = common.DEFAULT_PORT,
+    end: Annotated[
+        bool, typer.Option('--end', help='End with the run; else the page stays until Ctrl-C.')
+    ] = False,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+) -> None:
+    """
+    Show a run while it goes on, or a recorded one again, in a browser.
+
+    The page has the floorplan, the growing submap, all likely placements, the status with its
+    reason, and everything that a report has. It is on 127.0.0.1, for this machine only, and loads
+    nothing from the network.
+
+    Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
+
+    Example: fpnet view out/run --rate 4
+    """
+    report = common.check_input(source) / _REPORT_NAME
+    if report.is_file():
+        _show_again(report, port, rate, end)
+        return
+    if floorplan is None:
+        raise ConfigError(
+            f'{source} holds no {_REPORT_NAME}; give the folder of a run, or --floorplan with a '
+            'recording'
+        )
+    tree = common.load(config, settings, seed)
+    reading = said.read(floorplan, tree)
+    common.say_reading(reading, None)
+    from fpnet_core.api.run import Run, scans_of
+    from fpnet_core.drawings.scaling import with_scale_of
+    from fpnet_core.report.live import LiveRun
+
+    scans = scans_of(source, scan_stamp=tree.scans.stamp)
+    run = Run(reading, scans, with_scale_of(reading, tree))
+    with LiveRun(f'{source.name} on {floorplan.name}', run.rooms, port) as live:
+        follow(run, live, rate)
+        _stay(end)
+
+
+def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
+    """Read a run to its end and show each tick; ``rate`` in recorded seconds per second."""
+    from fpnet_core.report import RunRecord
+
+    typer.echo(f'watch it at {live.url}', err=True)
+    pace = _Pace(rate)
+    for output in run:
+        pace.wait_for(output.stamp_ns / NS_PER_S)
+        known = run.so_far
+        live.show(
+            RunRecord('', '', run.rooms, known.outputs, known.published, odometry=known.odometry)
+        )
+    live.end(f'ended: {run.last.said}')
+
+
+def _show_again(report: Path, port: int, rate: float, end: bool) -> None:
+    from fpnet_core.report.live import RecordedRun
+
+    with RecordedRun(report, port) as recorded:
+        typer.echo(f'watch it at {recorded.url}', err=True)
+        pace = _Pace(rate)
+        for time_s in recorded:
+            pace.wait_for(time_s)
+        recorded.end('ended; the slider goes back')
+        _stay(end)
+
+
+def _stay(end: bool) -> None:
+    if not end:
+        typer.echo('the run has ended; its page stays until Ctrl-C', err=True)
+        threading.Event().wait()
+
+
+class _Pace:
+    """Holds up whoever is faster than recorded time at a rate; 0 holds up nobody."""
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._begun: tuple[float, float] | None = None
+
+    def wait_for(self, recorded_s: float) -> None:
+        """Wait until it is time for what was recorded then."""
+        if self._rate <= 0.0:
+            return
+        now = time.monotonic()
+        if self._begun is None:
+            self._begun = (now, recorded_s)
+        due = self._begun[0] + (recorded_s - self._begun[1]) / self._rate
+        time.sleep(max(0.0, due - now))

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A run while it goes on, or again, on a page of this machine: the report's, which grows."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping
+import gzip
+import json
+from pathlib import Path
+import re
+from typing import Any, Self
+import zlib
+
+import numpy as np
+
+from fpnet_core.errors import FpnetError
+from fpnet_core.report.charts import timeline_figure
+from fpnet_core.report.moments import changes, moment
+from fpnet_core.report.page import page_text
+from fpnet_core.report.record import RunRecord, nowhere
+from fpnet_core.report.run_page import run_data, run_figures
+from fpnet_core.report.serving import LiveServer
+from fpnet_core.types import Segmentation
+
+_CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)</script>')
+_TIMELINES = (
+    100  # numerical: charts of so many ticks are sent with each of them, longer ones rarer
+)
+
+
+class LiveRun:
+    """
+    A run on a page that grows with it; use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    title : of the page
+    plan : the floorplan
+    port : on this machine; 0 takes a free one
+
+    Raises
+    ------
+    FpnetError
+        If the port is taken.
+    """
+
+    def __init__(self, title: str, plan: Segmentation, port: int) -> None:
+        self._record, self._said = RunRecord(title, '', plan, (), nowhere()), ''
+        page = _page(title, run_figures(self._record), run_data(self._record))
+        self._server = LiveServer(page, self._whole, port)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return self._server.url
+
+    def show(self, record: RunRecord) -> None:
+        """Show a run as far as it went; its last tick is new."""
+        before, self._record = self._record, record
+        count, new = len(record.outputs), np.s_[len(before.published) :]
+        if not count:
+            return
+        is_drawn = count % max(1, count // _TIMELINES) == 0
+        self._server.tell(
+            {
+                'kind': 'tick',
+                'moment': moment(record, record.outputs[-1]),
+                'published': {
+                    'time_s': np.round(
+                        record.seconds(record.published.stamps_ns[new]), 2
+                    ).tolist(),
+                    'x': np.round(record.published.xy[new, 0], 2).tolist(),
+                    'y': np.round(record.published.xy[new, 1], 2).tolist(),
+                },
+                'changes': changes(record),
+                'timeline': _timeline(record) if is_drawn else None,
+            }
+        )
+
+    def end(self, said: str) -> None:
+        """Say how the run ended; open pages stay as they are."""
+        self._said = said
+        self._server.tell({'kind': 'end', 'said': said})
+
+    def _whole(self) -> dict[str, Any]:
+        record = self._record
+        timeline = _timeline(record)
+        return {'kind': 'run', 'data': run_data(record), 'timeline': timeline, 'said': self._said}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the page's server."""
+        self._server.close()
+
+
+class RecordedRun:
+    """
+    A run's report again, moment by moment, on a page like that of a live one.
+
+    Parameters
+    ----------
+    report : ``report.html`` of ``fpnet localize --out``
+    port : on this machine; 0 takes a free one
+
+    Raises
+    ------
+    FpnetError
+        If it is no report of a run, or the port is taken.
+    """
+
+    def __init__(self, report: Path, port: int) -> None:
+        content = read_content(report)
+        self._data, self._shown, self._said = content['data'], 0, ''
+        self._timeline = content['figures']['timeline']
+        if 'moments' not in self._data:
+            raise FpnetError(f'{report} is no report of a run; give the folder of one')
+        empty = self._data | {'moments': [], 'changes': []}
+        page = _page(f'{report.parent.name}, recorded', content['figures'], empty)
+        self._server = LiveServer(page, self._whole, port)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return self._server.url
+
+    def __iter__(self) -> Iterator[float]:
+        """Show the moments one after the other, and yield the time [s] of each before it."""
+        for index, each in enumerate(self._data['moments']):
+            yield each['time_s']
+            self._shown = index + 1
+            self._server.tell(
+                {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
+            )
+
+    def end(self, said: str) -> None:
+        """Say that it is over."""
+        self._said = said
+        self._server.tell({'kind': 'end', 'said': said})
+
+    def _changes(self, until_s: float) -> list[Any]:
+        return [change for change in self._data['changes'] if change['time_s'] <= until_s]
+
+    def _whole(self) -> dict[str, Any]:
+        shown = self._data['moments'][: self._shown]
+        until_s = shown[-1]['time_s'] if shown else -np.inf
+        data = self._data | {'moments': shown, 'changes': self._changes(until_s)}
+        return {'kind': 'run', 'data': data, 'timeline': self._timeline, 'said': self._said}
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the page's server."""
+        self._server.close()
+
+
+def read_content(report: Path) -> dict[str, Any]:
+    """
+    Return what a report's page holds: ``figures`` and ``data``.
+
+    Raises
+    ------
+    FpnetError
+        If the file is missing, or no report of this version.
+    """
+    try:
+        text = report.read_text(encoding='utf-8')
+    except (OSError, ValueError) as error:
+        raise FpnetError(f'cannot read {report}: {error}; give the folder of a run') from None
+    found = _CONTENT.search(text)
+    try:
+        packed = base64.b64decode(found[1], validate=True) if found else b''
+        content: dict[str, Any] = json.loads(gzip.decompress(packed))
+        content['figures']['timeline'], content['data']
+    except (ValueError, KeyError, TypeError, EOFError, OSError, zlib.error):
+        raise FpnetError(
+            f'{report} is no report of a run by this version; make it again with fpnet localize '
+            '--out'
+        ) from None
+    return content
+
+
+def _timeline(record: RunRecord) -> Any:
+    return json.loads(timeline_figure(record).to_json())
+
+
+def _page(title: str, figures: Mapping[str, Any], data: Mapping[str, Any]) -> str:
+    return page_text(
+        'run.html.j2', figures, {**data, 'live': True}, title=title, summary='waiting for the run',
+        figures_shown=[], causes=(), ticks=0,
+    )  # fmt: skip

@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""One page on this machine, and what it is told as long as it is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+import errno
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+import json
+import queue
+import threading
+from typing import Any
+
+from fpnet_core.errors import FpnetError
+
+HOST = '127.0.0.1'
+"""Given: what runs on this machine only; a robot's places are nobody else's business."""
+
+# Numerical: a client that is behind by more is let go of, and one that nothing is told is asked
+# whether it is still there.
+_BEHIND, _QUIET_S = 500, 15.0
+
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; connect-src 'self'; frame-ancestors 'none'"
+)
+
+Event = Mapping[str, Any]
+
+
+class LiveServer:
+    """
+    A server for one page, its events and nothing else.
+
+    Parameters
+    ----------
+    page : HTML, which finds server-sent events at ``events``
+    whole : returns what a page is told that has just been opened; called between two events
+    port : 0 takes a free one
+
+    Raises
+    ------
+    FpnetError
+        If the port is taken, or may not be.
+    """
+
+    def __init__(self, page: str, whole: Callable[[], Event], port: int) -> None:
+        self._page, self._whole = page.encode('utf-8'), whole
+        self._lock = threading.Lock()
+        self._clients: list[queue.Queue[bytes | None]] = []
+        try:
+            self._server = ThreadingHTTPServer((HOST, port), _handler(self))
+        except OSError as error:
+            raise FpnetError(_unavailable(port, error)) from None
+        self._server.daemon_threads = True
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f'http://{HOST}:{self._server.server_port}/'
+
+    def tell(self, event: Event) -> None:
+        """Send an event to all open pages."""
+        message = _message(event)
+        with self._lock:
+            for client in list(self._clients):
+                try:
+                    client.put_nowait(message)
+                except queue.Full:
+                    self._clients.remove(client)
+
+    def close(self) -> None:
+        """End all events and the server."""
+        with self._lock:
+            for client in self._clients:
+                client.put(None)
+            self._clients.clear()
+        self._server.shutdown()
+        self._server.server_close()
+
+    def _join(self) -> queue.Queue[bytes | None]:
+        client: queue.Queue[bytes | None] = queue.Queue(_BEHIND)
+        with self._lock:
+            client.put(_message(self._whole()))
+            self._clients.append(client)
+        return client
+
+    def _leave(self, client: queue.Queue[bytes | None]) -> None:
+        with self._lock:
+            if client in self._clients:
+                self._clients.remove(client)
+
+    def _is_ours(self, host: str | None) -> bool:
+        """Tell whether a request names this machine: other sites' pages may resolve to it."""
+        port = self._server.server_port
+        return host in (f'{HOST}:{port}', f'localhost:{port}')
+
+
+def _handler(live: LiveServer) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            if not live._is_ours(self.headers.get('Host')):
+                self.send_error(HTTPStatus.FORBIDDEN)
+            elif self.path == '/':
+                self._begin('text/html; charset=utf-8', len(live._page))
+                self.wfile.write(live._page)
+            elif self.path == '/events':
+                self._begin('text/event-stream')
+                self._follow()
+            else:
+                self.send_error(HTTPStatus.NOT_FOUND)
+
+        def _begin(self, kind: str, length: int | None = None) -> None:
+            self.send_response(HTTPStatus.OK)
+            headers = {
+                'Content-Type': kind,
+                'Cache-Control': 'no-store',
+                'Content-Security-Policy': _POLICY,
+                'X-Content-Type-Options': 'nosniff',
+            }
+            if length is not None:
+                headers['Content-Length'] = str(length)
+            for name, value in headers.items():
+                self.send_header(name, value)
+            self.end_headers()
+
+        def _follow(self) -> None:
+            client = live._join()
+            try:
+                while (message := _next(client)) is not None:
+                    self.wfile.write(message)
+                    self.wfile.flush()
+            except OSError:  # the page was closed
+                pass
+            finally:
+                live._leave(client)
+
+        def log_message(self, *_: Any) -> None:
+            """Say nothing: a command's output is its own."""
+
+    return Handler
+
+
+def _next(client: queue.Queue[bytes | None]) -> bytes | None:
+    try:
+        return client.get(timeout=_QUIET_S)
+    except queue.Empty:
+        return b': still here\n\n'
+
+
+def _message(event: Event) -> bytes:
+    return f'data: {json.dumps(event, separators=(",", ":"))}\n\n'.encode()
+
+
+def _unavailable(port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return (
+            f'port {port} of {HOST} is taken; choose another one with --port, 0 takes a free one'
+        )
+    return f'port {port} of {HOST}: {error.strerror}; choose another one with --port'

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A sheet of pixels to draw rasters, lines, arrows and text on, smooth at the edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from fpnet_core.geometry import SE2, Affine2D
+
+Colour = tuple[int, ...]
+Text = tuple[tuple[int, int], str, Colour]
+
+# Chosen, not measured:
+_FONT_PX = 18
+_ARROW_PX = 15.0  # from tail to tip
+_ARROW = np.array([[0.6, 0.0], [-0.4, 0.36], [-0.2, 0.0], [-0.4, -0.36]])
+_RIM_PX = 2
+_FILLED = 0.97  # of a box
+# Numerical: sheets are drawn larger, and made smaller in the end; lines have parts of pixels.
+_LARGER, _SHIFT = 2, 4
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of a sheet [px], x to the right and y down."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+def fitted(xy: NDArray[np.float64], box: Box, T_frame_up: SE2 | None = None) -> Affine2D:
+    """
+    Return the map from metres to pixels that shows all of ``xy (P, 2)`` in the middle of a box.
+
+    The axes of ``T_frame_up``, by default those of the frame, point to the right and up.
+    """
+    T_up_frame = SE2.identity() if T_frame_up is None else T_frame_up.inv()
+    placed = T_up_frame.apply(xy)
+    low, high = placed.min(axis=0), placed.max(axis=0)
+    size = np.array([box.width, box.height])
+    scale = _FILLED * float((size / np.maximum(high - low, 1e-6)).min())
+    flip = np.diag([scale, -scale])
+    middle = np.array([box.x, box.y]) + 0.5 * size
+    A_px_up = Affine2D(flip, middle - flip @ (0.5 * (low + high)))
+    A_px_frame: Affine2D = A_px_up @ T_up_frame
+    return A_px_frame
+
+
+class Sheet:
+    """A picture in the making; places are pixels of the finished one, whole at their corner."""
+
+    def __init__(self, pixels: NDArray[np.uint8], texts: Sequence[Text] = ()) -> None:
+        self._pixels, self._texts = pixels, list(texts)
+
+    @classmethod
+    def blank(cls, size: tuple[int, int]) -> Sheet:
+        """Return a white sheet, ``size`` its width and height."""
+        width, height = size
+        return cls(np.full((_LARGER * height, _LARGER * width, 3), 255, np.uint8))
+
+    def copy(self) -> Sheet:
+        """Return one to go on with."""
+        return Sheet(self._pixels.copy(), self._texts)
+
+    def picture(
+        self,
+        image: NDArray[np.uint8],
+        opacity: NDArray[np.float64],
+        A_px_cell: Affine2D,
+        box: Box | None = None,
+    ) -> None:
+        """Lay an image (H, W, 3) where ``A_px_cell`` puts its (column, row), within a box."""
+        A = Affine2D(_LARGER * np.eye(2), np.full(2, -0.5)) @ A_px_cell
+        size = self._pixels.shape[1::-1]
+        # Weighted by their opacity, colours of cells that nobody sees do not bleed into others.
+        weights = np.asarray(opacity, dtype=np.float32)
+        layers = np.dstack([image * weights[..., None], weights])
+        warped = cv2.warpAffine(layers, A.matrix[:2], size, flags=cv2.INTER_AREA)
+        if box is not None:
+            inside = np.zeros(warped.shape[:2], bool)
+            inside[self._rows_and_columns(box)] = True
+            warped[~inside] = 0.0
+        colours, covered = warped[..., :3], warped[..., 3:]
+        self._pixels[:] = np.clip(np.rint(colours + (1.0 - covered) * self._pixels), 0, 255)
+
+    @staticmethod
+    def _rows_and_columns(box: Box) -> tuple[slice, slice]:
+        rows = slice(_LARGER * box.y, _LARGER * (box.y + box.height))
+        return rows, slice(_LARGER * box.x, _LARGER * (box.x + box.width))
+
+    def line(self, places: NDArray[np.float64], colour: Colour, width_px: int) -> None:
+        """Draw a line through places (P, 2)."""
+        points = [self._points(places)]
+        cv2.polylines(self._pixels, points, False, colour, width_px * _LARGER, cv2.LINE_AA, _SHIFT)
+
+    def arrow(
+        self, place: NDArray[np.float64], ahead: NDArray[np.float64], colour: Colour
+    ) -> None:
+        """Draw an arrowhead at a place, looking ``ahead`` (2,), with a white rim."""
+        x, y = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+        outline = place + _ARROW_PX * _ARROW @ np.array([[x, y], [-y, x]])
+        points = [self._points(outline)]
+        rim = 2 * _RIM_PX * _LARGER
+        cv2.polylines(self._pixels, points, True, (255, 255, 255), rim, cv2.LINE_AA, _SHIFT)
+        cv2.fillPoly(self._pixels, points, colour, cv2.LINE_AA, _SHIFT)
+
+    @staticmethod
+    def _points(places: NDArray[np.float64]) -> NDArray[np.int32]:
+        scaled: NDArray[np.int32] = np.rint(places * (_LARGER << _SHIFT)).astype(np.int32)
+        return scaled
+
+    def text(self, place: tuple[int, int], text: str, colour: Colour) -> None:
+        """Write a line of text, its top left corner at a place; it stays on top of all else."""
+        self._texts.append((place, text, colour))
+
+    def image(self) -> Image.Image:
+        """Return the finished picture."""
+        height, width = (side // _LARGER for side in self._pixels.shape[:2])
+        small = cv2.resize(self._pixels, (width, height), interpolation=cv2.INTER_AREA)
+        image = Image.fromarray(small)
+        draw = ImageDraw.Draw(image)
+        font = ImageFont.load_default(_FONT_PX)
+        for place, text, colour in self._texts:
+            draw.text(place, text, fill=colour, font=font)
+        return image
