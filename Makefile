@@ -16,7 +16,7 @@ SHELL := /bin/bash
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
 # repeat it, and sourcing ROS 2 or changing a requirement does.
-INPUTS := $(wildcard requirements*.txt) pyproject.toml setup.py tools/setup.sh tools/tf2_msgs/build.sh
+INPUTS := $(wildcard requirements*.txt) pyproject.toml setup.py tools/setup.sh tools/interfaces/build.sh $(wildcard interfaces/*/*/*)
 STAMP := .venv/.ready-$(shell (cat $(INPUTS); echo "$(ROS_DISTRO)") | sha256sum | cut -c1-16)
 
 # Compiled kernels stay in the checkout, and outlive make clean.

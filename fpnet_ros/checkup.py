@@ -26,8 +26,9 @@ from fpnet_core.doctor.observed import SeenScan, transforms_of
 from fpnet_core.doctor.sensor import check_mount, check_point_times
 from fpnet_core.doctor.topics import check_published, check_qos
 from fpnet_core.io.message_types import GRID
-from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg

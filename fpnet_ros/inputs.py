@@ -29,19 +29,13 @@ from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.odometry_run import OdometryRun
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
 from fpnet_ros.work import Numbering
 from msg_adapters.clouds import carries_times, cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg
-
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # no wheel has it; see docs/install.md
-    TFMessage = None
-
-NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
 
 Array = NDArray[np.float64]
 

@@ -30,8 +30,8 @@ from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import GuidedOdometry, Verdict
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
-from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.robot_odometry import RobotOdometry, RobotOdometryParameters
 from fpnet_ros.runtime import (

@@ -16,8 +16,8 @@ from rclpy.node import Node
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.pose_track import Array
 from fpnet_core.geometry.whereabouts import Whereabouts
-from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserParameters
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, sensor_data
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.transforms import transform_from_msg

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from fpnet_ros.initial_poses import InitialPose
 from fpnet_ros.inputs import InputParameters
 from fpnet_ros.runtime import STALE_INPUT_S
 
@@ -15,6 +16,15 @@ class LocalizerParameters(InputParameters):
 
     map_frame: str = Field('map', description='Frame of the floorplan at its true scale.')
     tf_broadcast: bool = Field(True, description='Publish the TF from map_frame to odometry.')
+    hand_over: bool = Field(
+        False,
+        description='AMCL keeps track: initialpose tells it once that the robot was found, and '
+        "neither TF nor AMCL's services are ours.",
+    )
+    set_initial_pose: bool = Field(
+        False, description='initial_pose tells where the robot is at the start.'
+    )
+    initial_pose: InitialPose = InitialPose()
     transform_tolerance: float = Field(
         0.5, ge=0.0, le=10.0, description='The TF is post-dated by this much [s].'
     )
