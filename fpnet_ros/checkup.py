@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 import math
@@ -50,16 +50,16 @@ class SweepCheckup:
     """
     Looks at the first cloud that odometry registers: it alone sees times of points.
 
+    For the diagnostics: in the log whoever stamps the sweeps says what it assumes without times.
+
     Parameters
     ----------
     topic
         Of the clouds.
-    tell
-        Takes a line for the log.
     """
 
-    def __init__(self, topic: str, tell: Callable[[str], Any]) -> None:
-        self._topic, self._tell = topic, tell
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
         self.findings: list[Finding] | None = None  # until a cloud was seen
 
     def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
@@ -68,8 +68,6 @@ class SweepCheckup:
             sweep = SeenScan(_SENSOR, 0, points, time_s)
             seen = Observed(0.0, (), self._topic, sweeps=(sweep,))
             self.findings = list(check_point_times(seen))
-            for finding in self.findings:
-                self._tell(f'{finding.said}; next: {finding.next}')
 
 
 class Checkup:

@@ -46,14 +46,21 @@ class InitialPoses:
 
     Parameters
     ----------
+    situation
+        Returns the frame of the floorplan and the newest scan, None while there is none.
     suggest
         Takes the hint.
     logger
         The node's: what became of each word is told.
     """
 
-    def __init__(self, suggest: Callable[[PoseHint], None], logger: Any) -> None:
-        self._suggest, self._logger = suggest, logger
+    def __init__(
+        self,
+        situation: Callable[[], tuple[MapFrame | None, LocatedScan | None]],
+        suggest: Callable[[PoseHint], None],
+        logger: Any,
+    ) -> None:
+        self._situation, self._suggest, self._logger = situation, suggest, logger
         self._waiting: tuple[UncertainPose, str] | None = None
 
     def on_message(self, msg: PoseWithCovarianceStamped, source: str = 'initialpose') -> None:
@@ -66,9 +73,11 @@ class InitialPoses:
     def take(self, given: UncertainPose, source: str) -> None:
         """Take a word; ``source`` names where it is from."""
         self._waiting = given, source
+        self.follow()
 
-    def follow(self, frame: MapFrame | None, scan: LocatedScan | None) -> None:
+    def follow(self) -> None:
         """Use what waits, as soon as there are a floorplan and a scan."""
+        frame, scan = self._situation()
         if self._waiting is None or frame is None or scan is None:
             return
         (given, source), self._waiting = self._waiting, None

@@ -85,7 +85,7 @@ class LocalizeAction:
 
     def stop(self) -> None:
         """End every goal: the node looks no longer."""
-        for goal in list(self._goals):
+        for goal in list(self._goals) if self._node.context.ok() else ():
             goal.handle.abort()
             self._end(goal, Localize.Result.INACTIVE, 'the localizer was deactivated')
 

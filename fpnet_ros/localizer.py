@@ -52,13 +52,10 @@ class LocalizerNode(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('localizer')
-        self._settings = ParameterTree(self, LocalizerParameters, live=LIVE)
+        follow = self._follow_parameters
+        self._settings = ParameterTree(self, LocalizerParameters, live=LIVE, on_change=follow)
         self._config = ParameterTree(
-            self,
-            FpnetConfig,
-            without=('odometry',),
-            live=LIVE_CONFIG,
-            on_change=self._follow_parameters,
+            self, FpnetConfig, without=('odometry',), live=LIVE_CONFIG, on_change=follow
         )
         self._report = error_reporter(self)
         self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
@@ -129,7 +126,8 @@ class LocalizerNode(ManagedNode):
 
     def _listen_to_words(self, parameters: LocalizerParameters) -> None:
         """Take what others say; beside AMCL what has its names is AMCL's."""
-        self._words = InitialPoses(self._localizer.suggest, self.get_logger())
+        situation = lambda: (self._frame, self._newest)  # noqa: E731
+        self._words = InitialPoses(situation, self._localizer.suggest, self.get_logger())
         self._hand_over = HandOver(self) if parameters.hand_over else None
         offer_services(self, self._look_again, self._localizer.reset)
         offer_set_initial_pose(self, self._words, parameters.hand_over)
@@ -146,15 +144,19 @@ class LocalizerNode(ManagedNode):
         # The others go on while the simulated clock stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._tick_timer = self.add_timer(tick_period_s, self._start_tick)
-        self.add_timer(1.0 / parameters.tf_rate_hz, self._broadcast, steady)
+        self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._broadcast, steady)
         self.add_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
         if parameters.state_file and parameters.autosave_period_s:
             self.add_timer(parameters.autosave_period_s, self._autosave, steady)
 
     def _follow_parameters(self) -> None:
-        if self._is_configured:
-            period_s = self._config.value.localizer.tick_period_s
-            self._tick_timer.timer_period_ns = round(period_s * NS_PER_S)
+        if not self._settings.is_frozen:  # what is configured later reads them then
+            return
+        thresholds, parameters = self._config.value.localizer, self._settings.value
+        self._tick_timer.timer_period_ns = round(thresholds.tick_period_s * NS_PER_S)
+        self._tf_timer.timer_period_ns = round(NS_PER_S / parameters.tf_rate_hz)
+        self._out.path_spacing_m = parameters.path_spacing_m
+        self._localizer.follow(thresholds)
 
     # ---- inputs: the executor's thread
 
@@ -213,7 +215,7 @@ class LocalizerNode(ManagedNode):
             self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
 
     def _follow_words(self) -> None:
-        self._words.follow(self._frame, self._newest)
+        self._words.follow()
         if self._told is not None:
             claimed = None if self._health.is_starved else self._out.claimed
             self._action.follow(self._told, claimed)

@@ -87,7 +87,7 @@ class LocalizerOutputs:
 
     def __init__(self, node: ManagedNode, path_spacing_m: float) -> None:
         self._name = node.get_fully_qualified_name()
-        self._path_spacing_m = path_spacing_m
+        self.path_spacing_m = path_spacing_m
         self._path: deque[Any] = deque(maxlen=_PATH_LENGTH)
         self._path_end: SE2 | None = None
         self._published_ns: int | None = None  # of the last pose
@@ -142,7 +142,7 @@ class LocalizerOutputs:
         msg = pose_to_msg(pose, stamp_ns, plan_frame)
         self._pose.publish(msg)
         end = self._path_end
-        if end is None or np.hypot(*(pose.translation - end.translation)) >= self._path_spacing_m:
+        if end is None or np.hypot(*(pose.translation - end.translation)) >= self.path_spacing_m:
             self._path.append(msg)
             self._path_end = pose
 

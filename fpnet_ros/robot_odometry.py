@@ -106,6 +106,12 @@ class RobotOdometry:
         """Take a transform that never changes."""
         with self._changed:
             self.where.tree.add_fixed(parent, child, T_parent_child)
+            self._changed.notify()
+
+    def wait_until(self, is_known: Callable[[], bool], deadline_s: float) -> bool:
+        """Wait for a transform that never changes; False where it has not come by a time."""
+        with self._changed:
+            return self._changed.wait_for(is_known, max(0.0, deadline_s - time.monotonic()))
 
     def _on_odometry(self, msg: Odometry) -> None:
         try:

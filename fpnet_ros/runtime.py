@@ -293,6 +293,31 @@ class SilenceLog:
                 self._info(f'{topic} is heard again')
 
 
+class Once:
+    """
+    Tells that something fails, once for each way in which it does, until it has succeeded again.
+
+    Parameters
+    ----------
+    tell
+        Takes what there is to say.
+    """
+
+    def __init__(self, tell: Callable[[Any], Any]) -> None:
+        self._tell = tell
+        self._told: set[str] = set()
+
+    def tell(self, what: Any, way: str = '') -> None:
+        """Tell the first of several failures."""
+        if way not in self._told:
+            self._told.add(way)
+            self._tell(what)
+
+    def clear(self) -> None:
+        """Say that it has succeeded."""
+        self._told.clear()
+
+
 def one_line(error: BaseException) -> str:
     """Return the message of an error without line breaks."""
     return ' '.join(str(error).split())

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.config_docs import config_fields
 from fpnet_ros.initial_poses import InitialPose
 from fpnet_ros.inputs import InputParameters
 from fpnet_ros.runtime import STALE_INPUT_S
@@ -51,8 +53,21 @@ class LocalizerParameters(InputParameters):
     run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
 
 
-LIVE = ('tf_broadcast', 'transform_tolerance', 'scan_timeout_s', 'stale_input_s')
+LIVE = (
+    'tf_broadcast',
+    'transform_tolerance',
+    'tf_rate_hz',
+    'scan_timeout_s',
+    'stale_input_s',
+    'path_spacing_m',
+)
 """Those that may change at any time."""
 
-LIVE_CONFIG = ('localizer.tick_period_s',)
-"""Keys of the configuration tree that may change at any time."""
+_READ_ONCE = ('judge_weights', 'plan_prior', 'match_probability')
+
+LIVE_CONFIG = tuple(
+    field.key
+    for field in config_fields(LocalizerConfig, 'localizer.')
+    if field.key.removeprefix('localizer.') not in _READ_ONCE
+)
+"""Keys of the configuration tree that may change at any time: thresholds, read with every tick."""
