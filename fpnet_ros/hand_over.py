@@ -14,7 +14,7 @@ from fpnet_ros.runtime import STREAM
 
 class HandOver:
     """
-    Publishes ``initialpose``, once for each time that the robot was found.
+    Publishes ``initialpose``: the first pose that is claimed, and again where somebody asks.
 
     A pose that kept coming would scatter AMCL's particles every time.
     """
@@ -24,13 +24,15 @@ class HandOver:
         self._publisher = node.add_publisher(PoseWithCovarianceStamped, 'initialpose', STREAM)
         self._is_due, self._was_heard = True, False
 
+    def again(self) -> None:
+        """Hand over the next pose that is claimed, too."""
+        self._is_due = True
+
     def follow(self, pose: Any) -> None:
         """Take the pose with covariance that is claimed, None: none; called about every second."""
         # Who has just subscribed knows us, and is known, but the other way round it may take.
         was_heard, self._was_heard = self._was_heard, self._publisher.get_subscription_count() > 0
-        if pose is None:
-            self._is_due = True
-        elif self._is_due and was_heard and self._was_heard:
+        if pose is not None and self._is_due and was_heard and self._was_heard:
             self._is_due = False
             self._publisher.publish(pose)
             at = pose.pose.pose.position

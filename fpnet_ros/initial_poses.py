@@ -52,6 +52,8 @@ class InitialPoses:
         Takes the hint.
     logger
         The node's: what became of each word is told.
+    first
+        What parameters say.
     """
 
     def __init__(
@@ -59,9 +61,10 @@ class InitialPoses:
         situation: Callable[[], tuple[MapFrame | None, LocatedScan | None]],
         suggest: Callable[[PoseHint], None],
         logger: Any,
+        first: UncertainPose | None = None,
     ) -> None:
         self._situation, self._suggest, self._logger = situation, suggest, logger
-        self._waiting: tuple[UncertainPose, str] | None = None
+        self._waiting = None if first is None else (first, 'parameter initial_pose')
 
     def on_message(self, msg: PoseWithCovarianceStamped, source: str = 'initialpose') -> None:
         """Take a message; one that cannot be used is rejected with a line."""

@@ -80,7 +80,8 @@ class LaserInput:
         self._tree, self._base_frame = tree, base_frame
         self._on_sweep, self._report = on_sweep, report
         self._limit = limit
-        self._waiting: dict[str, deque[Any]] = {topic: deque() for topic in topics}
+        self._waiting: deque[tuple[str, Any]] = deque()
+        self._newest_ns = 0  # of all that were handed on
         self._unplaced = Once(report)
         self.dropped = 0
         """Scans whose scanner had no place on the robot in time."""
@@ -102,19 +103,34 @@ class LaserInput:
 
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
         self._numbering[topic].follow(info)
-        waiting = self._waiting[topic]
-        waiting.append(msg)
+        self._waiting.append((topic, msg))
+        held, self._waiting = self._waiting, deque()
+        while held:  # in the order in which they came
+            self._use(*held.popleft(), is_late=bool(held))
+        self._drop(topic)
+
+    def _use(self, topic: str, msg: Any, is_late: bool) -> None:
+        """Hand a scan on, or let it wait."""
         frame = msg.header.frame_id.lstrip('/')
         base = self._base_frame() or (frame if self._is_alone else '')
-        if why := self._unknown(frame, base):
-            if len(waiting) > self._limit:
-                waiting.popleft()
-                self.dropped += 1
-                self._unplaced.tell(OdometryError(f'{why}; the scan was dropped'), topic)
-            return
-        self._unplaced.clear()
-        while waiting:
-            self._hand_on(topic, waiting.popleft(), base)
+        if self._unknown(frame, base):
+            self._waiting.append((topic, msg))
+        elif is_late and stamp_from_msg(msg.header.stamp) < self._newest_ns:
+            self.dropped += 1  # other scanners have gone on without it
+        else:
+            self._hand_on(topic, msg, frame, base)
+
+    def _drop(self, topic: str) -> None:
+        """Drop the oldest scan of a scanner that has too many waiting."""
+        own = [each for each in self._waiting if each[0] == topic]
+        if not own:
+            self._unplaced.clear(topic)
+        elif len(own) > self._limit:
+            self._waiting.remove(own[0])
+            self.dropped += 1
+            frame = own[0][1].header.frame_id.lstrip('/')
+            why = self._unknown(frame, self._base_frame())
+            self._unplaced.tell(OdometryError(f'{why}; the scan was dropped'), topic)
 
     def _unknown(self, frame: str, base: str) -> str:
         """Return why nobody knows the scanner's place yet; empty: it is known."""
@@ -126,11 +142,11 @@ class LaserInput:
         is_known = self._tree.lookup(base, frame, 0) is not None
         return '' if is_known else self._tree.reason(base, frame, 0)
 
-    def _hand_on(self, topic: str, msg: Any, base: str) -> None:
-        frame = msg.header.frame_id.lstrip('/')
+    def _hand_on(self, topic: str, msg: Any, frame: str, base: str) -> None:
         try:
             T_base_laser = self._tree.mount(base, frame)
             stamp_ns = stamp_from_msg(msg.header.stamp)
+            self._newest_ns = max(stamp_ns, self._newest_ns)
             sweep = mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)
         except FpnetError as error:
             self._report(error)

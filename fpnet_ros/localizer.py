@@ -79,7 +79,7 @@ class LocalizerNode(ManagedNode):
         self._localizer = create_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
-        if TFMessage is None and parameters.tf_broadcast and not parameters.hand_over:
+        if TFMessage is None and parameters.sends_tf:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
         self._ticks = Worker('ticks', self._report)
@@ -126,8 +126,8 @@ class LocalizerNode(ManagedNode):
 
     def _listen_to_words(self, parameters: LocalizerParameters) -> None:
         """Take what others say; beside AMCL what has its names is AMCL's."""
-        situation = lambda: (self._frame, self._newest)  # noqa: E731
-        self._words = InitialPoses(situation, self._localizer.suggest, self.get_logger())
+        suggest, first = self._localizer.suggest, parameters.first_pose
+        self._words = InitialPoses(self._situation, suggest, self.get_logger(), first)
         self._hand_over = HandOver(self) if parameters.hand_over else None
         offer_services(self, self._look_again, self._localizer.reset)
         offer_set_initial_pose(self, self._words, parameters.hand_over)
@@ -136,9 +136,6 @@ class LocalizerNode(ManagedNode):
             self.add_subscription(
                 PoseWithCovarianceStamped, 'initialpose', self._words.on_message, STREAM
             )
-        if parameters.set_initial_pose:
-            given = parameters.initial_pose.in_frame(parameters.map_frame)
-            self._words.take(given, 'parameter initial_pose')
 
     def _add_timers(self, tick_period_s: float, parameters: LocalizerParameters) -> None:
         # The others go on while the simulated clock stands still.
@@ -174,8 +171,13 @@ class LocalizerNode(ManagedNode):
 
     # ---- services: the executor's thread
 
+    def _situation(self) -> tuple[MapFrame | None, LocatedScan | None]:
+        return self._frame, self._newest
+
     def _look_again(self) -> None:
         self._localizer.relocalize()
+        if self._hand_over is not None:
+            self._hand_over.again()
         if self.is_active:
             self._publish_tick()
 
@@ -210,8 +212,7 @@ class LocalizerNode(ManagedNode):
         if self.is_active and self._health.has_turned(now_ns, parameters.scan_timeout_s):
             self._publish_tick()
         self._follow_words()
-        is_ours = parameters.tf_broadcast and not parameters.hand_over
-        if is_ours and now_ns and not self._health.is_starved:
+        if parameters.sends_tf and now_ns and not self._health.is_starved:
             self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
 
     def _follow_words(self) -> None:
@@ -227,9 +228,8 @@ class LocalizerNode(ManagedNode):
             self._silence.follow(self._input.silence_s, stale_s)
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.claimed)
-        now_ns = self.get_clock().now().nanoseconds
-        news = self._health.news(output, stale_s)
-        self._out.publish_diagnostics(news, self._checkup.findings(), now_ns)
+        news, findings = self._health.news(output, stale_s), self._checkup.findings()
+        self._out.publish_diagnostics(news, findings, self.get_clock().now().nanoseconds)
 
     def _autosave(self) -> None:
         if self.is_active and self._newest is not None:

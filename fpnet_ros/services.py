@@ -25,6 +25,7 @@ def offer_services(
 
     def on_reset(_: Any, response: Trigger.Response) -> Trigger.Response:
         reset()
+        look_again()
         return succeeded(response, 'forgot the submap and every placement')
 
     node.add_service(Trigger, '~/relocalize', on_relocalize)

@@ -11,6 +11,7 @@ from fpnet_core.config_docs import config_fields
 from fpnet_ros.initial_poses import InitialPose
 from fpnet_ros.inputs import InputParameters
 from fpnet_ros.runtime import STALE_INPUT_S
+from msg_adapters.poses import UncertainPose
 
 
 class LocalizerParameters(InputParameters):
@@ -51,6 +52,16 @@ class LocalizerParameters(InputParameters):
         0.0, ge=0.0, description='Time between two saves of the state; 0: only on request.'
     )
     run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
+
+    @property
+    def first_pose(self) -> UncertainPose | None:
+        """Where the robot is at the start, None where nobody says."""
+        return self.initial_pose.in_frame(self.map_frame) if self.set_initial_pose else None
+
+    @property
+    def sends_tf(self) -> bool:
+        """Whether the transform to odometry is ours."""
+        return self.tf_broadcast and not self.hand_over
 
 
 LIVE = (
