@@ -3,6 +3,7 @@
 #
 #   make demo    set up, then localise a simulated robot on a floorplan; results in out/demo
 #   make test    set up, then lint and run all tests
+#   make test-oldest   run the quick tests with the oldest libraries, those of Ubuntu 24.04
 #   make setup   only make .venv (see tools/setup.sh for PYTHON and TORCH_INDEX_URL)
 #   make lint    ruff and mypy
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
@@ -12,12 +13,12 @@
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint walkthrough docs release clean distclean
+.PHONY: help setup demo test test-oldest lint walkthrough docs release clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
 # repeat it, and sourcing ROS 2 or changing a requirement does.
-INPUTS := $(wildcard requirements*.txt) pyproject.toml setup.py tools/setup.sh tools/tf2_msgs/build.sh
+INPUTS := $(wildcard requirements*.txt) pyproject.toml setup.py tools/setup.sh tools/interfaces/build.sh $(wildcard interfaces/*/*/*)
 STAMP := .venv/.ready-$(shell (cat $(INPUTS); echo "$(ROS_DISTRO)") | sha256sum | cut -c1-16)
 
 # Compiled kernels stay in the checkout, and outlive make clean.
@@ -65,6 +66,15 @@ release: $(STAMP)
 test: lint docs
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov --cov-report= $(QUICK)
 	$(BIN)/pytest --durations=10 $(LONG)
+
+# A copy of the environment by links, with other versions in it. What the linters and the
+# documentation need is of no use there, so that their complaints about versions are not heard.
+OLDEST := build/oldest
+test-oldest: $(STAMP)
+	rm -rf $(OLDEST) && mkdir -p build && cp -al .venv $(OLDEST)
+	$(OLDEST)/bin/python -m pip install -qq --no-input -r requirements-ubuntu-24.04.txt
+	OMP_NUM_THREADS=1 NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba-oldest \
+	  $(OLDEST)/bin/python -m pytest -n 2 $(QUICK)
 
 clean:
 	rm -rf build install log out *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis .coverage*

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 import math
@@ -26,8 +26,9 @@ from fpnet_core.doctor.observed import SeenScan, transforms_of
 from fpnet_core.doctor.sensor import check_mount, check_point_times
 from fpnet_core.doctor.topics import check_published, check_qos
 from fpnet_core.io.message_types import GRID
-from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
@@ -49,16 +50,16 @@ class SweepCheckup:
     """
     Looks at the first cloud that odometry registers: it alone sees times of points.
 
+    For the diagnostics: in the log whoever stamps the sweeps says what it assumes without times.
+
     Parameters
     ----------
     topic
         Of the clouds.
-    tell
-        Takes a line for the log.
     """
 
-    def __init__(self, topic: str, tell: Callable[[str], Any]) -> None:
-        self._topic, self._tell = topic, tell
+    def __init__(self, topic: str) -> None:
+        self._topic = topic
         self.findings: list[Finding] | None = None  # until a cloud was seen
 
     def look(self, points: NDArray[np.float32], time_s: NDArray[np.float64] | None) -> None:
@@ -67,8 +68,6 @@ class SweepCheckup:
             sweep = SeenScan(_SENSOR, 0, points, time_s)
             seen = Observed(0.0, (), self._topic, sweeps=(sweep,))
             self.findings = list(check_point_times(seen))
-            for finding in self.findings:
-                self._tell(f'{finding.said}; next: {finding.next}')
 
 
 class Checkup:

@@ -21,7 +21,7 @@ from fpnet_core.doctor.observed import TF, TF_STATIC
 from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
 from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
 from fpnet_ros.checkup import DOCTOR, offers_of
-from fpnet_ros.inputs import TFMessage
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
 from fpnet_ros.runtime import sensor_data
 

@@ -29,19 +29,13 @@ from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.odometry_run import OdometryRun
-from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, sensor_data
+from fpnet_ros.optional_messages import NO_TF, TFMessage
+from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, TF_STATIC, Once, sensor_data
 from fpnet_ros.work import Numbering
 from msg_adapters.clouds import carries_times, cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg
-
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # no wheel has it; see docs/install.md
-    TFMessage = None
-
-NO_TF = 'tf2_msgs is not installed; install ROS 2, or run make setup with a C++ compiler'
 
 Array = NDArray[np.float64]
 
@@ -137,7 +131,8 @@ class ScanInput:
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
-        self.unlocated = 0
+        self._unlocated = 0
+        self._lost_ways = Once(report)
         self._lasers: LaserInput | None = None
         self._listen_to_scans(node, scan_stamp)
         if not self._from_tf:
@@ -155,6 +150,7 @@ class ScanInput:
                 lambda: self._where.base_frame,
                 self._on_sweep,
                 self._report,
+                self._settings.max_pending_scans,
             )
             return
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
@@ -193,6 +189,11 @@ class ScanInput:
         found = self._node.get_publishers_info_by_topic('kiss/odometry')
         publishers = frozenset(bytes(each.endpoint_gid).hex() for each in found)
         return OdometryRun(publishers, self._odometry.newest)
+
+    @property
+    def unlocated(self) -> int:
+        """Scans whose pose did not come in time."""
+        return self._unlocated + (0 if self._lasers is None else self._lasers.dropped)
 
     @property
     def lost(self) -> int:
@@ -272,19 +273,8 @@ class ScanInput:
         if self._from_tf:
             self._heard_s['odometry'] = time.monotonic()
         for t in self._transforms(msg):
-            self._check_parent(t.parent, t.child)
             self._where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
         self._hand_on()
-
-    def _check_parent(self, parent: str, child: str) -> None:
-        known = self._where.tree.parent(child)
-        if known not in (None, parent):
-            self._report(
-                OdometryError(
-                    f'{child!r} has two parents on /tf, {known!r} and {parent!r}: a frame has '
-                    'one; end one of the publishers (publish_odom_tf: false for our odometry)'
-                )
-            )
 
     def _transforms(self, msg: Any) -> list[Any]:
         try:
@@ -298,12 +288,14 @@ class ScanInput:
             scan = self._located(stamp_ns, self._waiting[stamp_ns])
             if scan is not None:
                 del self._waiting[stamp_ns]
+                self._lost_ways.clear()
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
             stamp_ns, waiting = self._waiting.popitem(last=False)
-            self.unlocated += 1
+            self._unlocated += 1
             why = self._where.reason(waiting.frame_id, stamp_ns)
-            self._report(OdometryError(f'{why}; the scan was dropped'))
+            error = OdometryError(f'{why}; the scan was dropped')
+            self._lost_ways.tell(error, why.replace(str(stamp_ns), ''))
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
         placing = self._where.placing(waiting.frame_id, stamp_ns)

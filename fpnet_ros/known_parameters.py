@@ -53,9 +53,14 @@ def refuse_unknown(node: Node) -> None:
 def raise_unknown(names: Iterable[str], known: set[str]) -> None:
     """Raise ConfigError about the first of ``names``, with the ``known`` one that is nearest."""
     for name in names:
-        near = get_close_matches(name, sorted(known), n=1)
-        advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists those that exist'
-        raise ConfigError(f'parameter {name} is unknown; {advice}')
+        raise ConfigError(said_of_unknown(name, known))
+
+
+def said_of_unknown(name: str, known: Iterable[str]) -> str:
+    """Return that a parameter does not exist, and which of the ``known`` ones was meant."""
+    near = get_close_matches(name, sorted(known), n=1)
+    advice = f'did you mean {near[0]}?' if near else 'docs/ros.md lists those that exist'
+    return f'parameter {name} is unknown; {advice}'
 
 
 def of_all_nodes() -> set[str]:

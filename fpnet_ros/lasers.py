@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -15,6 +16,7 @@ from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
+from fpnet_ros.runtime import Once
 from fpnet_ros.work import Numbering
 from msg_adapters.lasers import laser_from_msg
 from msg_adapters.stamps import stamp_from_msg
@@ -44,7 +46,8 @@ class LaserInput:
     """
     Hands on one sweep of all scanners at a time, in the executor's thread.
 
-    A scan is small: to unpack it here takes a fraction of a millisecond.
+    A scan is small: to unpack it here takes a fraction of a millisecond. One whose scanner has no
+    place on the robot yet waits, so that none is lost while ``/tf_static`` is on its way.
 
     Parameters
     ----------
@@ -60,6 +63,8 @@ class LaserInput:
         Takes a sweep and the frame that it is in.
     report
         Takes what is wrong with a message.
+    limit
+        Scans of each scanner that may wait for its place; then the oldest are dropped.
     """
 
     def __init__(
@@ -70,9 +75,16 @@ class LaserInput:
         base_frame: Callable[[], str],
         on_sweep: Callable[[LaserSweep, str], None],
         report: Callable[[FpnetError], None],
+        limit: int,
     ) -> None:
         self._tree, self._base_frame = tree, base_frame
         self._on_sweep, self._report = on_sweep, report
+        self._limit = limit
+        self._waiting: deque[tuple[str, Any]] = deque()
+        self._newest_ns = 0  # of all that were handed on
+        self._unplaced = Once(report)
+        self.dropped = 0
+        """Scans whose scanner had no place on the robot in time."""
         self._merger = SweepMerger(len(topics))
         self._is_alone = len(topics) == 1
         self._numbering = {topic: Numbering() for topic in topics}
@@ -91,22 +103,53 @@ class LaserInput:
 
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
         self._numbering[topic].follow(info)
+        self._waiting.append((topic, msg))
+        held, self._waiting = self._waiting, deque()
+        while held:  # in the order in which they came
+            self._use(*held.popleft(), is_late=bool(held))
+        self._drop(topic)
+
+    def _use(self, topic: str, msg: Any, is_late: bool) -> None:
+        """Hand a scan on, or let it wait."""
         frame = msg.header.frame_id.lstrip('/')
         base = self._base_frame() or (frame if self._is_alone else '')
+        if self._unknown(frame, base):
+            self._waiting.append((topic, msg))
+        elif is_late and stamp_from_msg(msg.header.stamp) < self._newest_ns:
+            self.dropped += 1  # other scanners have gone on without it
+        else:
+            self._hand_on(topic, msg, frame, base)
+
+    def _drop(self, topic: str) -> None:
+        """Drop the oldest scan of a scanner that has too many waiting."""
+        own = [each for each in self._waiting if each[0] == topic]
+        if not own:
+            self._unplaced.clear(topic)
+        elif len(own) > self._limit:
+            self._waiting.remove(own[0])
+            self.dropped += 1
+            frame = own[0][1].header.frame_id.lstrip('/')
+            why = self._unknown(frame, self._base_frame())
+            self._unplaced.tell(OdometryError(f'{why}; the scan was dropped'), topic)
+
+    def _unknown(self, frame: str, base: str) -> str:
+        """Return why nobody knows the scanner's place yet; empty: it is known."""
+        if not base:
+            return (
+                f'scans in {frame!r} wait for the frame to merge them in; set base_frame, or '
+                'publish odometry'
+            )
+        is_known = self._tree.lookup(base, frame, 0) is not None
+        return '' if is_known else self._tree.reason(base, frame, 0)
+
+    def _hand_on(self, topic: str, msg: Any, frame: str, base: str) -> None:
         try:
-            sweep = self._mounted(msg, frame, base)
+            T_base_laser = self._tree.mount(base, frame)
+            stamp_ns = stamp_from_msg(msg.header.stamp)
+            self._newest_ns = max(stamp_ns, self._newest_ns)
+            sweep = mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)
         except FpnetError as error:
             self._report(error)
             return
         for complete in self._merger.add(topic, sweep):
             self._on_sweep(complete, base)
-
-    def _mounted(self, msg: Any, frame: str, base: str) -> LaserSweep:
-        if not base:
-            raise OdometryError(
-                f'scans in {frame!r} wait for the frame to merge them in; set base_frame, or '
-                'publish odometry'
-            )
-        T_base_laser = self._tree.mount(base, frame)
-        stamp_ns = stamp_from_msg(msg.header.stamp)
-        return mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)

@@ -19,6 +19,8 @@ from rclpy.task import Future as ExecutorFuture
 
 from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError
+from fpnet_ros.bond import Bond
+from fpnet_ros.optional_messages import NO_BOND, BondStatus
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.runtime import described, run_node
 
@@ -45,19 +47,36 @@ class ManagedNode(OwnValues, LifecycleNode):
     Each may raise. Bad input (an FpnetError) fails the transition, and the node stays where it
     was; anything else is a defect: the node gives up everything and is unconfigured again. Either
     is logged once. What ``configure`` makes with the ``add_...`` methods is destroyed when
-    the node is cleaned up, and publishes only while active.
+    the node is cleaned up, and publishes only while active. One that does not start itself has a
+    bond to whoever does.
     """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.is_active = False
         self._autostart = ParameterTree(self, LifecycleParameters).value.autostart
+        self._bond = None if self._autostart else self._bond_to_manager()
         self._undo: list[Callable[[], Any]] = []
         self._error: TransitionError | None = None
         self._is_starting = False
         # rclpy lets a request that does not fit the state end the process.
         self._change_state = self._service_change_state.callback
         self._service_change_state.callback = self._on_change_state
+
+    def _bond_to_manager(self) -> Bond | None:
+        if BondStatus is None:
+            self.get_logger().warning(NO_BOND)
+            return None
+        return Bond(self)
+
+    @property
+    def way_to_change(self) -> str:
+        """What to do about a parameter that is read when the node is configured."""
+        name = self.get_fully_qualified_name()
+        return (
+            f'is read when the node is configured: ros2 lifecycle set {name} deactivate, then '
+            'cleanup, set it, then configure and activate'
+        )
 
     def configure(self) -> None:
         """Read parameters, load, and make publishers, subscriptions, services and timers."""
@@ -163,6 +182,8 @@ class ManagedNode(OwnValues, LifecycleNode):
         result = self._guarded('activate', self.activate)
         if result == SUCCESS:
             self.get_logger().info('active')
+            if self._bond is not None:
+                self._bond.form()
             return result
         self.is_active = False
         super().on_deactivate(state)
@@ -174,6 +195,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         result = self._guarded('deactivate', self.deactivate)
         if result == SUCCESS:
             self.get_logger().info('inactive')
+            self._dissolve_bond()
         elif result == FAILURE:  # it stays active
             self.is_active = True
             return result
@@ -221,10 +243,15 @@ class ManagedNode(OwnValues, LifecycleNode):
             response.success = False
             return response
 
+    def _dissolve_bond(self) -> None:
+        if self._bond is not None:
+            self._bond.dissolve()
+
     def _release(self) -> None:
         """Give up everything, one after the other, whatever one of them raises."""
         self.is_active = False
         with ExitStack() as steps:
+            steps.callback(self._dissolve_bond)
             while self._undo:
                 steps.callback(self._undo.pop(0))
             steps.callback(self.cleanup)

@@ -11,26 +11,31 @@ from threading import Lock
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
-from std_srvs.srv import Empty, Trigger
+from std_srvs.srv import Trigger
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.errors import FpnetError, HintError
+from fpnet_core.errors import FpnetError
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
+from fpnet_ros.hand_over import HandOver
 from fpnet_ros.health import Health
-from fpnet_ros.inputs import NO_TF, LocatedScan, ScanInput, TFMessage
+from fpnet_ros.initial_poses import InitialPoses
+from fpnet_ros.inputs import LocatedScan, ScanInput
 from fpnet_ros.lifecycle import ManagedNode, run_managed
+from fpnet_ros.localize_action import LocalizeAction
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, Moment
 from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one_line
+from fpnet_ros.services import offer_amcl_services, offer_services, offer_set_initial_pose
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.work import DroppingWorker, Worker
-from msg_adapters.poses import uncertain_pose_from_msg
+from msg_adapters.diagnostics import LocalizerReport
 
 _DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
@@ -47,19 +52,17 @@ class LocalizerNode(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__('localizer')
-        self._settings = ParameterTree(self, LocalizerParameters, live=LIVE)
+        follow = self._follow_parameters
+        self._settings = ParameterTree(self, LocalizerParameters, live=LIVE, on_change=follow)
         self._config = ParameterTree(
-            self,
-            FpnetConfig,
-            without=('odometry',),
-            live=LIVE_CONFIG,
-            on_change=self._follow_parameters,
+            self, FpnetConfig, without=('odometry',), live=LIVE_CONFIG, on_change=follow
         )
         self._report = error_reporter(self)
         self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
         self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
         self._publish_lock = Lock()
         self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
+        self._action = LocalizeAction(self, self._look_again)
         self._forget()
 
     def _forget(self) -> None:
@@ -67,6 +70,7 @@ class LocalizerNode(ManagedNode):
         self._settings.is_frozen = self._config.is_frozen = False
         self._frame: MapFrame | None = None
         self._newest: LocatedScan | None = None
+        self._told: LocalizerReport | None = None
         self._tick: Future[None] | None = None
 
     def configure(self) -> None:
@@ -75,7 +79,7 @@ class LocalizerNode(ManagedNode):
         self._localizer = create_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
-        if TFMessage is None and parameters.tf_broadcast:
+        if TFMessage is None and parameters.sends_tf:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
         self._ticks = Worker('ticks', self._report)
@@ -92,10 +96,7 @@ class LocalizerNode(ManagedNode):
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
         self._plans = FloorplanInput(self, self._on_floorplan, self._report)
-        self.add_subscription(
-            PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, STREAM
-        )
-        self._add_services()
+        self._listen_to_words(parameters)
         self._add_timers(config.localizer.tick_period_s, parameters)
         self._settings.is_frozen = self._config.is_frozen = True
 
@@ -105,11 +106,13 @@ class LocalizerNode(ManagedNode):
 
     def deactivate(self) -> None:
         """Publish nothing from now on: a running tick ends unheard."""
+        self._action.stop()
         with self._publish_lock:
-            self._out.forget_tf()
+            self._out.forget_claim()
 
     def cleanup(self) -> None:
         """Save the state, before anything that may take long; end the threads."""
+        self._action.stop()
         if not self._is_configured:
             return
         self._scans.close()
@@ -121,25 +124,36 @@ class LocalizerNode(ManagedNode):
             self._run_folder.write('last_tick.npz', self._localizer.output)
             self._forget()
 
-    def _add_services(self) -> None:
-        self.add_service(Trigger, '~/relocalize', self._on_relocalize)
-        self.add_service(Trigger, '~/reset', self._on_reset)
-        self.add_service(Empty, 'reinitialize_global_localization', self._on_reinitialize)
-        self.add_service(Empty, 'request_nomotion_update', self._on_nomotion_update)
+    def _listen_to_words(self, parameters: LocalizerParameters) -> None:
+        """Take what others say; beside AMCL what has its names is AMCL's."""
+        suggest, first = self._localizer.suggest, parameters.first_pose
+        self._words = InitialPoses(self._situation, suggest, self.get_logger(), first)
+        self._hand_over = HandOver(self) if parameters.hand_over else None
+        offer_services(self, self._look_again, self._localizer.reset)
+        offer_set_initial_pose(self, self._words, parameters.hand_over)
+        if not parameters.hand_over:
+            offer_amcl_services(self, self._look_again, self._tick_now)
+            self.add_subscription(
+                PoseWithCovarianceStamped, 'initialpose', self._words.on_message, STREAM
+            )
 
     def _add_timers(self, tick_period_s: float, parameters: LocalizerParameters) -> None:
         # The others go on while the simulated clock stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._tick_timer = self.add_timer(tick_period_s, self._start_tick)
-        self.add_timer(1.0 / parameters.tf_rate_hz, self._broadcast, steady)
+        self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._broadcast, steady)
         self.add_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
         if parameters.state_file and parameters.autosave_period_s:
             self.add_timer(parameters.autosave_period_s, self._autosave, steady)
 
     def _follow_parameters(self) -> None:
-        if self._is_configured:
-            period_s = self._config.value.localizer.tick_period_s
-            self._tick_timer.timer_period_ns = round(period_s * NS_PER_S)
+        if not self._settings.is_frozen:  # what is configured later reads them then
+            return
+        thresholds, parameters = self._config.value.localizer, self._settings.value
+        self._tick_timer.timer_period_ns = round(thresholds.tick_period_s * NS_PER_S)
+        self._tf_timer.timer_period_ns = round(NS_PER_S / parameters.tf_rate_hz)
+        self._out.path_spacing_m = parameters.path_spacing_m
+        self._localizer.follow(thresholds)
 
     # ---- inputs: the executor's thread
 
@@ -155,30 +169,21 @@ class LocalizerNode(ManagedNode):
     def _on_floorplan(self, plan: ServedPlan) -> None:
         self._ticks.submit(self._take_floorplan, plan)
 
-    def _on_initial_pose(self, msg: PoseWithCovarianceStamped) -> None:
-        frame, scan = self._frame, self._newest
-        try:
-            if frame is None or scan is None:
-                missing = 'floorplan' if frame is None else 'scan'
-                raise HintError(f'it came before the first {missing}; send it again')
-            given = uncertain_pose_from_msg(msg)
-            pose = given.pose
-            hint = frame.hint(pose.T_frame_body, pose.frame_id, given.cov, scan.T_odom_base)
-        except FpnetError as error:
-            self.get_logger().warning(f'initialpose was rejected: {one_line(error)}')
-            return
-        self._localizer.suggest(hint)
-        self.get_logger().info('took the initial pose; it counts once the walls agree')
-
     # ---- services: the executor's thread
 
-    def _on_relocalize(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._localizer.relocalize()
-        return _succeeded(response, 'forgot every placement; the submap stays')
+    def _situation(self) -> tuple[MapFrame | None, LocatedScan | None]:
+        return self._frame, self._newest
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._localizer.reset()
-        return _succeeded(response, 'forgot the submap and every placement')
+    def _look_again(self) -> None:
+        self._localizer.relocalize()
+        if self._hand_over is not None:
+            self._hand_over.again()
+        if self.is_active:
+            self._publish_tick()
+
+    def _tick_now(self) -> None:
+        if self.is_active:  # behind a running tick, which has not seen what the caller has
+            self._tick = self._ticks.submit(self._run_tick)
 
     async def _on_save_state(
         self, _: Trigger.Request, response: Trigger.Response
@@ -195,15 +200,6 @@ class LocalizerNode(ManagedNode):
             response.success, response.message = not error, error or f'saved to {path}'
         return response
 
-    def _on_reinitialize(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
-        self._localizer.relocalize()
-        return response
-
-    def _on_nomotion_update(self, _: Empty.Request, response: Empty.Response) -> Empty.Response:
-        if self.is_active:  # behind a running tick, which has not seen what the caller has
-            self._tick = self._ticks.submit(self._run_tick)
-        return response
-
     # ---- timers: the executor's thread
 
     def _start_tick(self) -> None:
@@ -215,17 +211,25 @@ class LocalizerNode(ManagedNode):
         parameters, now_ns = self._settings.value, self.get_clock().now().nanoseconds
         if self.is_active and self._health.has_turned(now_ns, parameters.scan_timeout_s):
             self._publish_tick()
-        if parameters.tf_broadcast and now_ns and not self._health.is_starved:
+        self._follow_words()
+        if parameters.sends_tf and now_ns and not self._health.is_starved:
             self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
+
+    def _follow_words(self) -> None:
+        self._words.follow()
+        if self._told is not None:
+            claimed = None if self._health.is_starved else self._out.claimed
+            self._action.follow(self._told, claimed)
 
     def _publish_diagnostics(self) -> None:
         output, stale_s = self._localizer.output, self._settings.value.stale_input_s
         self._state_file.follow_odometry()
         if self.is_active:
             self._silence.follow(self._input.silence_s, stale_s)
-        now_ns = self.get_clock().now().nanoseconds
-        news = self._health.news(output, stale_s)
-        self._out.publish_diagnostics(news, self._checkup.findings(), now_ns)
+            if self._hand_over is not None:
+                self._hand_over.follow(self._out.claimed)
+        news, findings = self._health.news(output, stale_s), self._checkup.findings()
+        self._out.publish_diagnostics(news, findings, self.get_clock().now().nanoseconds)
 
     def _autosave(self) -> None:
         if self.is_active and self._newest is not None:
@@ -264,6 +268,7 @@ class LocalizerNode(ManagedNode):
             self._show(frame.followed(A_plan_odom))
         moment = self._publish_moment()  # the tick may have found the robot after its newest scan
         report = self._health.report(moment.output, self._settings.value.stale_input_s)
+        self._told = report
         self._statuses.tell(report)
         self._out.publish_status(report)
         self._out.publish_tick(moment)
@@ -284,11 +289,6 @@ class LocalizerNode(ManagedNode):
         if frame is not self._frame:
             self._frame = frame
             self._out.publish_scaled(frame, self.get_clock().now().nanoseconds)
-
-
-def _succeeded(response: Trigger.Response, message: str) -> Trigger.Response:
-    response.success, response.message = True, message
-    return response
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -22,7 +22,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
-from fpnet_core.errors import ConfigError
+from fpnet_core.errors import ConfigError, OdometryError
 from fpnet_core.geometry.motion import twist
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
@@ -30,8 +30,8 @@ from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import GuidedOdometry, Verdict
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
-from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserInput
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.robot_odometry import RobotOdometry, RobotOdometryParameters
 from fpnet_ros.runtime import (
@@ -39,6 +39,7 @@ from fpnet_ros.runtime import (
     STREAM,
     TF,
     TF_STATIC,
+    Once,
     SilenceLog,
     error_reporter,
     run_node,
@@ -53,6 +54,7 @@ from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
+_PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
 
 _TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
 """
@@ -102,14 +104,15 @@ class _Sweep:
 
     scan: Scan
     frame_id: str
+    heard_s: float  # by the monotonic clock
 
 
-def _sweep_of_cloud(data: bytes, stamps: SweepStamps) -> _Sweep:
+def _sweep_of_cloud(data: bytes, stamps: SweepStamps, heard_s: float) -> _Sweep:
     msg = deserialize_message(data, PointCloud2)
     cloud = cloud_from_msg(msg)
     stamp_ns = stamps.pose_ns(cloud, stamp_from_msg(msg.header.stamp))
     scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
-    return _Sweep(scan, msg.header.frame_id.lstrip('/'))
+    return _Sweep(scan, msg.header.frame_id.lstrip('/'), heard_s)
 
 
 class OdometryNode(OwnValues):
@@ -141,7 +144,8 @@ class OdometryNode(OwnValues):
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
         self._connect_tf()
         self._clouds = Numbering()
-        self._reported_drops = 0
+        self._reported_drops = self._unplaced = 0
+        self._unplaced_ways = Once(self._report)
         self._heard_s = time.monotonic()
         self._silence = SilenceLog(logger.info, logger.warning)
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
@@ -149,7 +153,7 @@ class OdometryNode(OwnValues):
         )
         self._lasers: LaserInput | None = None
         clouds = self.resolve_topic_name('pointcloud_topic')
-        self._checkup = SweepCheckup(clouds, self.get_logger().warning)
+        self._checkup = SweepCheckup(clouds)
         if self._settings.topics:
             self._listen_to_lasers(self._settings.topics)
         else:
@@ -196,10 +200,11 @@ class OdometryNode(OwnValues):
             lambda: base,
             self._on_sweep,
             self._report,
+            self._settings.max_pending_scans,
         )
 
     def _connect_tf(self) -> None:
-        self._moving = ''
+        self._moving, self._static_topic = '', self.resolve_topic_name('/tf_static')
         self._tf_publisher = None
         if TFMessage is None:
             self.get_logger().warning(f'no TF: {NO_TF}')
@@ -230,18 +235,21 @@ class OdometryNode(OwnValues):
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._clouds.follow(info)
         self._heard_s = time.monotonic()
-        self._scans.put(partial(_sweep_of_cloud, data, self._stamps))
+        self._scans.put(partial(_sweep_of_cloud, data, self._stamps, self._heard_s))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
         self._heard_s = time.monotonic()
         scan = Scan(sweep.stamp_ns, sweep.points, sweep.time_s, viewpoints=sweep.viewpoints)
-        self._scans.put(lambda: _Sweep(scan, base))
+        heard_s = self._heard_s
+        self._scans.put(lambda: _Sweep(scan, base, heard_s))
 
     def _register(self, unpack: Callable[[], _Sweep]) -> None:
         sweep = unpack()
         scan, sensor = sweep.scan, sweep.frame_id
         if self._lasers is None:
             self._checkup.look(scan.points, scan.time_s)
+        if not self._is_placed(sensor, sweep.heard_s + _PLACE_S):
+            return
         # A sensor that is fixed to something has a parent already.
         tree = self._robot.where.tree
         self._moving = moving = self._settings.base_frame or tree.body(sensor)
@@ -255,6 +263,21 @@ class OdometryNode(OwnValues):
         self._frame_publisher.publish(
             cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)
         )
+
+    def _is_placed(self, sensor: str, deadline_s: float) -> bool:
+        """Wait for the sensor's place on the robot; a sweep that it does not come for is lost."""
+        tree, base = self._robot.where.tree, self._settings.base_frame
+        if not base:  # without a place the sensor is the robot, once there was time for one
+            if not self._moving and self.count_publishers(self._static_topic):
+                self._robot.wait_until(lambda: tree.parent(sensor) is not None, deadline_s)
+            return True
+        if self._robot.wait_until(lambda: tree.lookup(base, sensor, 0) is not None, deadline_s):
+            self._unplaced_ways.clear()
+            return True
+        self._unplaced += 1
+        why = tree.reason(base, sensor, 0)
+        self._unplaced_ways.tell(OdometryError(f'{why}; the cloud was dropped'))
+        return False
 
     def _on_clock_back(self, back_s: float) -> None:
         self._last = None
@@ -292,10 +315,11 @@ class OdometryNode(OwnValues):
         if self._robot.is_used:
             silences[self._robot.topic(self)] = self._robot.silence_s
         self._silence.follow(silences, STALE_INPUT_S)
-        dropped, lost = self._scans.dropped, self._clouds.lost
+        dropped, lost = self._scans.dropped + self._unplaced, self._clouds.lost
         earlier = self._clouds.earlier
         if self._lasers is not None:
             lost, earlier = lost + self._lasers.lost, earlier + self._lasers.earlier
+            dropped += self._lasers.dropped
         warning = _DOUBTS.get(self._kiss.verdict, '')
         if dropped + lost > self._reported_drops:
             warning = 'clouds are dropped: more come than can be registered or received'

@@ -24,8 +24,9 @@ from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.checkup import findings_to_msg
-from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
 from msg_adapters.grids import grid_to_msg
@@ -86,15 +87,17 @@ class LocalizerOutputs:
 
     def __init__(self, node: ManagedNode, path_spacing_m: float) -> None:
         self._name = node.get_fully_qualified_name()
-        self._path_spacing_m = path_spacing_m
+        self.path_spacing_m = path_spacing_m
         self._path: deque[Any] = deque(maxlen=_PATH_LENGTH)
         self._path_end: SE2 | None = None
         self._published_ns: int | None = None  # of the last pose
         self._map_odom: _MapOdom | None = None
+        self.claimed: PoseWithCovarianceStamped | None = None
+        """What ``floorplan_pose_with_covariance`` said last; None where nothing is claimed."""
         self._tf_stamp_ns = 0
         add = node.add_publisher
         self._pose = add(PoseStamped, 'floorplan_pose', STREAM)
-        self._twin = add(PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STREAM)
+        self._twin = add(PoseWithCovarianceStamped, 'floorplan_pose_with_covariance', STATUS)
         self._path_publisher = add(Path, 'floorplan_path', LATCHED)
         self._status = add(DiagnosticStatus, '~/status', STATUS)
         self._diagnostics = add(DiagnosticArray, '/diagnostics', STREAM)
@@ -108,9 +111,9 @@ class LocalizerOutputs:
         self._path.clear()
         self._path_end = None
 
-    def forget_tf(self) -> None:
+    def forget_claim(self) -> None:
         """Broadcast nothing until there is a pose again."""
-        self._map_odom = None
+        self._map_odom = self.claimed = None
 
     def publish_pose(self, moment: Moment) -> None:
         """
@@ -121,7 +124,7 @@ class LocalizerOutputs:
         """
         scan, frame, located = moment.scan, moment.frame, moment.located
         if scan is None or frame is None or located is None:
-            self.forget_tf()
+            self.forget_claim()
             return
         T_map_tf = located.T_map_odom.as_matrix4() @ np.linalg.inv(scan.placing.T_tf_odom)
         self._map_odom = _MapOdom(T_map_tf, frame.map_id, scan.placing.tf_frame)
@@ -130,15 +133,16 @@ class LocalizerOutputs:
         self._published_ns = scan.stamp_ns
         self._publish_on_plan(located.T_plan_base, scan.stamp_ns, frame.plan_id)
         if located.cov is not None:
-            self._twin.publish(
-                uncertain_pose_to_msg(located.T_map_base, located.cov, scan.stamp_ns, frame.map_id)
+            self.claimed = uncertain_pose_to_msg(
+                located.T_map_base, located.cov, scan.stamp_ns, frame.map_id
             )
+            self._twin.publish(self.claimed)
 
     def _publish_on_plan(self, pose: SE2, stamp_ns: int, plan_frame: str) -> None:
         msg = pose_to_msg(pose, stamp_ns, plan_frame)
         self._pose.publish(msg)
         end = self._path_end
-        if end is None or np.hypot(*(pose.translation - end.translation)) >= self._path_spacing_m:
+        if end is None or np.hypot(*(pose.translation - end.translation)) >= self.path_spacing_m:
             self._path.append(msg)
             self._path_end = pose
 

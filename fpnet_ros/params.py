@@ -24,6 +24,7 @@ from rclpy.parameter import Parameter
 from fpnet_core.config import Section
 from fpnet_core.config_docs import ConfigField, config_fields
 from fpnet_core.errors import ConfigError
+from fpnet_ros.known_parameters import said_of_unknown
 
 AnySection = TypeVar('AnySection', bound=Section)
 
@@ -51,15 +52,22 @@ class OwnValues(Node):
     """
 
     def set_parameters_atomically(self, parameter_list: list[Parameter[Any]]) -> Any:
-        """Set those that change anything."""
+        """Set those that change anything; an unknown name is refused with the one meant."""
+        unknown = [each.name for each in parameter_list if not self.has_parameter(each.name)]
+        if unknown:
+            own = self.list_parameters([], 0).names
+            return SetParametersResult(successful=False, reason=said_of_unknown(unknown[0], own))
         changed = [each for each in parameter_list if not self._has(each)]
         if not changed:
             return SetParametersResult(successful=True)
         return super().set_parameters_atomically(changed)
 
+    @property
+    def way_to_change(self) -> str:
+        """What to do about a parameter that the node reads once."""
+        return 'is read when the node starts: start it again with another value'
+
     def _has(self, given: Parameter[Any]) -> bool:
-        if not self.has_parameter(given.name):
-            return False
         own = self.get_parameter_or(given.name).value
         return _dumped(own) == _dumped(given.value)
 
@@ -98,7 +106,7 @@ class ParameterTree(Generic[AnySection]):
 
     def __init__(
         self,
-        node: Node,
+        node: OwnValues,
         section: type[AnySection],
         prefix: str = '',
         without: Collection[str] = (),
@@ -109,6 +117,7 @@ class ParameterTree(Generic[AnySection]):
         self._prefix = prefix
         self._live = frozenset(live)
         self._on_change = on_change
+        self._way_to_change = lambda: node.way_to_change
         self.is_frozen = True
         self._values = {
             field.key: _declare(node, field)
@@ -122,7 +131,7 @@ class ParameterTree(Generic[AnySection]):
     def _check(self, parameters: list[Parameter[Any]]) -> SetParametersResult:
         changes = self._own(parameters)
         if self.is_frozen and (fixed := sorted(set(changes) - self._live)):
-            reason = f'{fixed[0]} is read when the node is configured; set it before'
+            reason = f'{fixed[0]} {self._way_to_change()}'
             return SetParametersResult(successful=False, reason=reason)
         try:
             self._validated({**self._values, **changes})

@@ -16,8 +16,8 @@ from rclpy.node import Node
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.pose_track import Array
 from fpnet_core.geometry.whereabouts import Whereabouts
-from fpnet_ros.inputs import NO_TF, TFMessage
 from fpnet_ros.lasers import LaserParameters
+from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, sensor_data
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.transforms import transform_from_msg
@@ -106,6 +106,12 @@ class RobotOdometry:
         """Take a transform that never changes."""
         with self._changed:
             self.where.tree.add_fixed(parent, child, T_parent_child)
+            self._changed.notify()
+
+    def wait_until(self, is_known: Callable[[], bool], deadline_s: float) -> bool:
+        """Wait for a transform that never changes; False where it has not come by a time."""
+        with self._changed:
+            return self._changed.wait_for(is_known, max(0.0, deadline_s - time.monotonic()))
 
     def _on_odometry(self, msg: Odometry) -> None:
         try:

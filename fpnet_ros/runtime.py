@@ -10,6 +10,7 @@ import logging
 import math
 import os
 from pathlib import Path
+import re
 import signal
 import sys
 import tempfile
@@ -201,6 +202,8 @@ class ErrorLog:
     """
     Logs bad input that was dropped: one line per kind of error and period, not at sensor rate.
 
+    Errors that say the same but for the figures in it are of one kind.
+
     Parameters
     ----------
     log
@@ -214,12 +217,12 @@ class ErrorLog:
     ) -> None:
         self._log = log
         self._clock = clock
-        self._logged_s: dict[type[FpnetError], float] = {}
-        self._withheld: Counter[type[FpnetError]] = Counter()
+        self._logged_s: dict[str, float] = {}
+        self._withheld: Counter[str] = Counter()
 
     def report(self, error: FpnetError) -> None:
         """Log ``error`` unless one of its kind was logged within ``ERROR_PERIOD_S``."""
-        kind, now_s = type(error), self._clock()
+        kind, now_s = re.sub(r'\d+', '', one_line(error)), self._clock()
         if now_s - self._logged_s.get(kind, -math.inf) < ERROR_PERIOD_S:
             self._withheld[kind] += 1
             return
@@ -291,6 +294,31 @@ class SilenceLog:
             elif age_s <= limit_s and topic in self._silent:
                 self._silent.remove(topic)
                 self._info(f'{topic} is heard again')
+
+
+class Once:
+    """
+    Tells that something fails, once for each way in which it does, until it has succeeded again.
+
+    Parameters
+    ----------
+    tell
+        Takes what there is to say.
+    """
+
+    def __init__(self, tell: Callable[[Any], Any]) -> None:
+        self._tell = tell
+        self._told: set[str] = set()
+
+    def tell(self, what: Any, way: str = '') -> None:
+        """Tell the first of several failures."""
+        if way not in self._told:
+            self._told.add(way)
+            self._tell(what)
+
+    def clear(self, way: str | None = None) -> None:
+        """Say that it has succeeded, in one way, or at all."""
+        self._told -= self._told.copy() if way is None else {way}
 
 
 def one_line(error: BaseException) -> str:

@@ -6,8 +6,12 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from fpnet_core.config import LocalizerConfig
+from fpnet_core.config_docs import config_fields
+from fpnet_ros.initial_poses import InitialPose
 from fpnet_ros.inputs import InputParameters
 from fpnet_ros.runtime import STALE_INPUT_S
+from msg_adapters.poses import UncertainPose
 
 
 class LocalizerParameters(InputParameters):
@@ -15,6 +19,15 @@ class LocalizerParameters(InputParameters):
 
     map_frame: str = Field('map', description='Frame of the floorplan at its true scale.')
     tf_broadcast: bool = Field(True, description='Publish the TF from map_frame to odometry.')
+    hand_over: bool = Field(
+        False,
+        description='AMCL keeps track: initialpose tells it once that the robot was found, and '
+        "neither TF nor AMCL's services are ours.",
+    )
+    set_initial_pose: bool = Field(
+        False, description='initial_pose tells where the robot is at the start.'
+    )
+    initial_pose: InitialPose = InitialPose()
     transform_tolerance: float = Field(
         0.5, ge=0.0, le=10.0, description='The TF is post-dated by this much [s].'
     )
@@ -40,9 +53,32 @@ class LocalizerParameters(InputParameters):
     )
     run_dir: str = Field('', description='Folder for every tick, as files; empty: none.')
 
+    @property
+    def first_pose(self) -> UncertainPose | None:
+        """Where the robot is at the start, None where nobody says."""
+        return self.initial_pose.in_frame(self.map_frame) if self.set_initial_pose else None
 
-LIVE = ('tf_broadcast', 'transform_tolerance', 'scan_timeout_s', 'stale_input_s')
+    @property
+    def sends_tf(self) -> bool:
+        """Whether the transform to odometry is ours."""
+        return self.tf_broadcast and not self.hand_over
+
+
+LIVE = (
+    'tf_broadcast',
+    'transform_tolerance',
+    'tf_rate_hz',
+    'scan_timeout_s',
+    'stale_input_s',
+    'path_spacing_m',
+)
 """Those that may change at any time."""
 
-LIVE_CONFIG = ('localizer.tick_period_s',)
-"""Keys of the configuration tree that may change at any time."""
+_READ_ONCE = ('judge_weights', 'plan_prior', 'match_probability')
+
+LIVE_CONFIG = tuple(
+    field.key
+    for field in config_fields(LocalizerConfig, 'localizer.')
+    if field.key.removeprefix('localizer.') not in _READ_ONCE
+)
+"""Keys of the configuration tree that may change at any time: thresholds, read with every tick."""

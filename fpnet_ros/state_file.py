@@ -14,7 +14,7 @@ from fpnet_core.io.runs import write_output
 from fpnet_core.localizer import Localizer
 from fpnet_core.types import LocalizerOutput
 from fpnet_ros.odometry_run import OdometryRun
-from fpnet_ros.runtime import one_line
+from fpnet_ros.runtime import Once, one_line
 
 _RESTARTED = 'odometry was restarted since the state was saved'
 _UNKNOWN = 'whether odometry has gone on since the state was saved cannot be told'
@@ -113,21 +113,3 @@ class RunFolder:
             self._errors.tell(f'parameter run_dir: {one_line(error)}')
         else:
             self._errors.clear()
-
-
-class Once:
-    """Logs that something fails, once until it has succeeded again."""
-
-    def __init__(self, log: Callable[[str], Any]) -> None:
-        self._log = log
-        self._is_told = False
-
-    def tell(self, message: str) -> None:
-        """Log the first of several failures."""
-        if not self._is_told:
-            self._log(message)
-        self._is_told = True
-
-    def clear(self) -> None:
-        """Say that it has succeeded."""
-        self._is_told = False

@@ -28,6 +28,7 @@ ARGUMENTS = (
     ('namespace', '', 'Namespace of all nodes and their relative topics.'),
     ('shared_tf', 'false', 'TF is one tree for all robots, not in the namespace.'),
     ('use_sim_time', '', 'Follow /clock.'),
+    ('hand_over', '', 'Tell AMCL once where the robot is, and leave TF and its services to it.'),
     ('autostart', '', 'Configure and activate without a lifecycle manager.'),
     ('state_file', '', 'Where the state is saved and restored; empty: nowhere.'),
 )
@@ -118,7 +119,7 @@ def _odometry(arguments: Mapping[str, str]) -> NodeSpec:
 
 def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
     parameters = _typed(arguments, use_sim_time=bool, autostart=bool, base_frame=str)
-    parameters |= _typed(arguments, state_file=str)
+    parameters |= _typed(arguments, state_file=str, hand_over=bool)
     remappings = _tf(arguments)
     if arguments['map']:
         remappings['floorplan'] = arguments['map']

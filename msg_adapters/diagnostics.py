@@ -26,6 +26,12 @@ _LEVELS = {
     Status.LOCALIZED: OK,
     Status.LOST: ERROR,
 }
+_NEXT = {
+    Status.NO_PLAN: 'serve a floorplan: floorplan_server, or map_server',
+    Status.WAITING: 'drive on, if scans come: /diagnostics tells',
+    Status.LOCALIZED: '',
+}
+_DRIVE_ON = 'drive on'
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,13 @@ class LocalizerReport:
         """Tell whether the status is one that somebody has to look after."""
         is_starved = self.status is Status.WAITING and bool(self.warning)
         return self.status is Status.LOST or self.is_mirrored or is_starved
+
+    @property
+    def next(self) -> str:
+        """What to do: about the likeliest cause of having no pose; empty with one."""
+        if self.causes and self.status is not Status.LOCALIZED:
+            return self.causes[0].next
+        return _NEXT.get(self.status, _DRIVE_ON)
 
     @property
     def said(self) -> str:

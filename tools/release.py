@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 STATED = {
     'pyproject.toml': r"(?m)^version = '([^']+)'",
     'package.xml': r'<version>([^<]+)</version>',
+    'interfaces/fpnet_msgs/package.xml': r'<version>([^<]+)</version>',
     'CITATION.cff': r'(?m)^version: (\S+)',
 }
 """Where the version stands: file and pattern, its first group the version."""

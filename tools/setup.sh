@@ -88,16 +88,17 @@ install_torch() {
     pip_install "$torch"
 }
 
-# TF needs tf2_msgs, which no wheel has; without a compiler the nodes run, but broadcast no TF.
-generate_tf2_msgs() {
+# No wheel has tf2_msgs, bond, nav2_msgs or our own action; without a compiler the nodes run without
+# TF, bond, ~/set_initial_pose and ~/localize.
+generate_interfaces() {
     command -v c++ >/dev/null || ! as_root || install_packages g++
     if ! command -v c++ >/dev/null; then
-        say 'no C++ compiler, so no TF: install g++ and run make setup again'
+        say 'no C++ compiler, so no TF and no action: install g++ and run make setup again'
         return
     fi
-    say 'generating tf2_msgs'
-    pip_install -r requirements-tf2.txt
-    tools/tf2_msgs/build.sh "$VENV"
+    say 'generating messages that no wheel has'
+    pip_install -r requirements-interfaces.txt
+    tools/interfaces/build.sh "$VENV"
 }
 
 main() {
@@ -120,7 +121,7 @@ main() {
     say "installing $requirements and requirements-dev.txt"
     pip_install -r "$requirements" -r requirements-dev.txt
     pip_install --no-deps --no-build-isolation --editable .
-    [ -n "${ROS_DISTRO:-}" ] || generate_tf2_msgs
+    [ -n "${ROS_DISTRO:-}" ] || generate_interfaces
     say 'done'
 }
 

@@ -40,6 +40,10 @@ class Continuity:
         self._clock = ClockGuard(self._config.stale_scans_before_restart)
         self._is_replaced = False
 
+    def follow(self, config: LocalizerConfig) -> None:
+        """Take another speed limit; the patience with old scans is that of the next beginning."""
+        self._config = config
+
     def go_on_from(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> None:
         """Take a scan that was used as the last one."""
         self.last = stamp_ns, T_odom_sensor

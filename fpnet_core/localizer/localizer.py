@@ -12,7 +12,7 @@ import threading
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig, ScalePolicy
+from fpnet_core.config import FpnetConfig, LocalizerConfig, ScalePolicy
 from fpnet_core.errors import OdometryError, StateError
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
@@ -187,6 +187,17 @@ class Localizer:
         """
         with self._lock:
             self._begin(self._state.told(hint))
+
+    def follow(self, thresholds: LocalizerConfig) -> None:
+        """
+        Take other thresholds, from the next scan and tick on.
+
+        The scale policy holds for the next floorplan; the judge and its prior stay.
+        """
+        with self._lock:
+            self._config = self._config.model_copy(update={'localizer': thresholds})
+            self._finder = replace(self._finder, config=self._config)
+            self._continuity.follow(thresholds)
 
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""

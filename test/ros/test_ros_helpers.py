@@ -50,19 +50,21 @@ class TestErrorLog:
     def test_one_line_per_kind_and_period_with_a_count_of_the_rest(self):
         lines, now = [], [100.0]
         log = ErrorLog(lines.append, lambda: now[0])
-        log.report(CloudFormatError('first\n  cloud'))
-        log.report(CloudFormatError('second cloud'))
-        log.report(OdometryError('first pose'))
+        log.report(CloudFormatError('bad\n  cloud 1'))
+        log.report(CloudFormatError('bad cloud 2'))
+        log.report(CloudFormatError('other cloud 3'))
+        log.report(OdometryError('bad pose at -1.5 m'))
         now[0] += 4.9
-        log.report(CloudFormatError('third cloud'))
+        log.report(CloudFormatError('bad cloud 4'))
         now[0] += 0.2
-        log.report(CloudFormatError('fourth cloud'))
-        log.report(OdometryError('second pose'))
+        log.report(CloudFormatError('bad cloud 17'))
+        log.report(OdometryError('bad pose at -23.5 m'))
         assert lines == [
-            'first cloud',
-            'first pose',
-            'fourth cloud (2 more since the last report)',
-            'second pose',
+            'bad cloud 1',
+            'other cloud 3',
+            'bad pose at -1.5 m',
+            'bad cloud 17 (2 more since the last report)',
+            'bad pose at -23.5 m',
         ]
 
 

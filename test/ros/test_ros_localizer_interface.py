@@ -11,186 +11,38 @@ import os
 import signal
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from action_msgs.msg import GoalStatus
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState, GetState
-from nav_msgs.msg import OccupancyGrid, Odometry, Path
 import numpy as np
-from planted import A_BUILDING_PLAN, plan_grid
-from planted_drive import drive, recorded
+from planted import plan_grid
+from planted_drive import recorded
 import pytest
-from rcl_interfaces.srv import SetParameters
-from rclpy.parameter import Parameter
+from rclpy.action import ActionClient
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty, Trigger
-from visualization_msgs.msg import MarkerArray
 
 from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.types import GridMap, Status
-from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
-from msg_adapters.clouds import cloud_to_msg
+from fpnet_ros.runtime import LATCHED, STREAM
 from msg_adapters.diagnostics import report_from_msg
-from msg_adapters.grids import grid_from_msg, grid_to_msg
-from msg_adapters.odometry import odometry_to_msg
+from msg_adapters.grids import grid_from_msg
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg, uncertain_pose_to_msg
 from msg_adapters.stamps import stamp_to_msg
 from msg_adapters.transforms import transform_from_msg
 
-tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+
+from driven_robot import (
+    NAMESPACE,
+    NODE,
+    PATIENCE_S,
+    TOLERANCE_NS,
+    Robot,
+)
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]
-
-NAMESPACE = '/robot_1'
-NODE = f'{NAMESPACE}/finder'
-TOLERANCE_S = 0.3
-TOLERANCE_NS = 300_000_000  # stamps are too long for floats
-START_NS = 1_700_000_000_000_000_000
-STEP_NS = 200_000_000
-PATIENCE_S = 240.0  # for busy machines; a quiet one needs seconds
-
-
-class Robot:
-    """Publishes clock, scans and odometry of the drive, to and fro."""
-
-    def __init__(self, bench, state_file) -> None:
-        self.bench = bench
-        self.state_file = state_file
-        node = bench.node
-        self._clock = node.create_publisher(Clock, '/clock', 10)
-        self._clouds = node.create_publisher(PointCloud2, f'{NAMESPACE}/registered', STREAM)
-        self._floorplans = node.create_publisher(OccupancyGrid, f'{NAMESPACE}/floorplan', LATCHED)
-        self.initial_pose = node.create_publisher(
-            PoseWithCovarianceStamped, f'{NAMESPACE}/initialpose', STREAM
-        )
-        self.restart_odometry()
-        topics = {
-            'statuses': (DiagnosticStatus, f'{NODE}/status', STATUS),
-            'diagnostics': (DiagnosticArray, '/diagnostics', STREAM),
-            'poses': (PoseStamped, f'{NAMESPACE}/floorplan_pose', STREAM),
-            'twins': (
-                PoseWithCovarianceStamped,
-                f'{NAMESPACE}/floorplan_pose_with_covariance',
-                STREAM,
-            ),
-            'paths': (Path, f'{NAMESPACE}/floorplan_path', LATCHED),
-            'markers': (MarkerArray, f'{NODE}/markers', LATCHED),
-            'submaps': (OccupancyGrid, f'{NODE}/submap', LATCHED),
-            'scaled': (OccupancyGrid, f'{NODE}/floorplan_scaled', LATCHED),
-            'tfs': (tf2_msgs.TFMessage, '/tf', TF),
-        }
-        for name, topic in topics.items():
-            setattr(self, name, bench.collect(*topic))
-        self.tf_heard_s: list[float] = []
-        node.create_subscription(
-            tf2_msgs.TFMessage, '/tf', lambda _: self.tf_heard_s.append(time.monotonic()), TF
-        )
-        self.index = 0
-        self.offset_ns = START_NS
-        self.child = None
-        self.start()
-
-    def start(self) -> None:
-        reliable = f'qos_overrides.{NAMESPACE}/{{}}.subscription.reliability'
-        self.child = self.bench.start(
-            'localizer',
-            {
-                'use_sim_time': True,
-                'transform_tolerance': TOLERANCE_S,
-                'max_pending_scans': 50,
-                'state_file': str(self.state_file),
-                'autosave_period_s': 1.0,
-                'scan_timeout_s': 5.0,  # longer than a test lets the clock run without a scan
-                'localizer.tick_period_s': 0.4,
-                reliable.format('registered'): 'reliable',
-                reliable.format('kiss/odometry'): 'reliable',
-            },
-            {
-                '__ns': NAMESPACE,
-                '__node': 'finder',
-                'kiss/frame': 'registered',
-            },
-        )
-
-    def restart_odometry(self) -> None:
-        node = self.bench.node
-        if hasattr(self, '_odometry'):
-            node.destroy_publisher(self._odometry)
-        self._odometry = node.create_publisher(Odometry, f'{NAMESPACE}/kiss/odometry', STREAM)
-        self.T_new_old = np.eye(4)
-
-    def is_heard(self) -> bool:
-        publishers = (self._clouds, self._odometry, self._clock, self._floorplans)
-        return all(publisher.get_subscription_count() for publisher in publishers)
-
-    def show(self, grid: GridMap, frame_id: str) -> None:
-        self._floorplans.publish(grid_to_msg(grid, self.now_ns, frame_id))
-
-    @property
-    def now_ns(self) -> int:
-        return self.offset_ns + self.index * STEP_NS
-
-    def position(self, stamp_ns: int) -> int:
-        """Index into the drive at a time: to and fro, so that odometry never jumps."""
-        last = len(drive()) - 1
-        return last - abs(last - (stamp_ns - self.offset_ns) // STEP_NS % (2 * last))
-
-    def truth(self, stamp_ns: int) -> SE2:
-        """Pose on the drawing at a time."""
-        x, y, yaw = drive()[self.position(stamp_ns)]
-        T_plan_building = A_BUILDING_PLAN.inv()
-        at = T_plan_building.apply((x, y))
-        return SE2.from_xy_yaw(*at, T_plan_building.apply_yaw(yaw))
-
-    def step(self) -> None:
-        """One scan further, and one tick of the clock."""
-        self.index += 1
-        points, T_odom_sensor, _ = recorded()[self.position(self.now_ns)]
-        T_odom_sensor = self.T_new_old @ T_odom_sensor
-        self._clock.publish(Clock(clock=stamp_to_msg(self.now_ns)))
-        self._odometry.publish(odometry_to_msg(T_odom_sensor, self.now_ns, 'odom', 'lidar'))
-        self._clouds.publish(cloud_to_msg(points, self.now_ns, 'lidar'))
-
-    def step_until(self, condition, timeout_s=PATIENCE_S) -> bool:
-        """Go on, at a pace that a busy machine keeps up with, until the condition holds."""
-        deadline = time.monotonic() + timeout_s
-        while not condition():
-            if time.monotonic() > deadline:
-                return False
-            self.step()
-            self.bench.wait_for(condition, 0.15)
-        return True
-
-    @property
-    def status(self) -> Status | None:
-        return report_from_msg(self.statuses[-1]).status if self.statuses else None
-
-    def is_localized(self) -> bool:
-        return self.status is Status.LOCALIZED
-
-    def localize(self) -> None:
-        assert self.step_until(self.is_localized), (self.statuses[-1:], self.child.log_tail())
-        for messages in (self.poses, self.twins, self.tfs, self.diagnostics):
-            messages.clear()
-        assert self.step_until(lambda: self.poses and self.twins and self.tfs)
-
-    def logs(self, text: str) -> bool:
-        return self.bench.wait_for(lambda: text in self.child.log.read_text(), PATIENCE_S)
-
-    def change_state(self, transition: int) -> bool:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return self.bench.call(ChangeState, f'{NODE}/change_state', request).success
-
-    def state(self) -> str:
-        return self.bench.call(GetState, f'{NODE}/get_state').current_state.label
-
-    def set(self, name: str, value):
-        request = SetParameters.Request(
-            parameters=[Parameter(name, value=value).to_parameter_msg()]
-        )
-        (result,) = self.bench.call(SetParameters, f'{NODE}/set_parameters', request).results
-        return result
 
 
 @pytest.fixture(scope='module')
@@ -330,8 +182,108 @@ def test_parameters_change_where_that_is_safe_and_are_refused_with_a_reason(robo
     refused = robot.set('submap.resolution_m', 0.1)
     assert not refused.successful
     assert 'submap.resolution_m is read when the node is configured' in refused.reason
+    assert f'ros2 lifecycle set {NODE} deactivate' in refused.reason
     assert not robot.set('transform_tolerance', -1.0).successful
     assert robot.set('localizer.tick_period_s', 0.5).successful
+    misspelt = robot.set('localizer.claim_probabilty', 0.9)
+    assert not misspelt.successful
+    assert 'did you mean localizer.claim_probability?' in misspelt.reason
+
+
+def test_thresholds_change_with_the_next_tick(robot):
+    assert robot.set('localizer.min_explored_m2', 1e6).successful
+    withheld = lambda: robot.status is Status.WAITING  # noqa: E731
+    assert robot.step_until(withheld), robot.statuses[-1:]
+    assert 'of 1000000 m2 of floor seen so far' in robot.statuses[-1].message
+    assert robot.set('localizer.min_explored_m2', 12.0).successful
+    robot.localize()
+
+
+def test_whoever_comes_late_hears_the_last_pose(robot):
+    late = robot.bench.collect(
+        PoseWithCovarianceStamped, f'{NAMESPACE}/floorplan_pose_with_covariance', LATCHED
+    )
+    assert robot.bench.wait_for(lambda: bool(late), PATIENCE_S)
+    assert late[-1].header == robot.twins[-1].header
+
+
+class Goal:
+    """A goal of ``~/localize``, as a behaviour tree sends it."""
+
+    def __init__(self, robot, timeout_s=0, anew=False) -> None:
+        action = pytest.importorskip('fpnet_msgs.action').Localize
+        self.robot, self.feedback = robot, []
+        self.codes = action.Result
+        client = ActionClient(robot.bench.node, action, f'{NODE}/localize')
+        assert robot.bench.wait_for(client.server_is_ready, PATIENCE_S)
+        sent = client.send_goal_async(
+            action.Goal(timeout=Duration(sec=timeout_s), anew=anew),
+            lambda msg: self.feedback.append(msg.feedback),
+        )
+        assert robot.bench.wait_for(sent.done, PATIENCE_S)
+        self.handle = sent.result()
+        self._result = self.handle.get_result_async() if self.handle.accepted else None
+
+    def is_done(self) -> bool:
+        return self._result.done()
+
+    @property
+    def status(self) -> int:
+        return self._result.result().status
+
+    @property
+    def result(self):
+        return self._result.result().result
+
+
+def test_the_action_ends_at_once_where_the_robot_is_known(robot):
+    goal = Goal(robot)
+    assert robot.bench.wait_for(goal.is_done, PATIENCE_S)
+    assert (goal.status, goal.result.error_code) == (GoalStatus.STATUS_SUCCEEDED, goal.codes.NONE)
+    found, twin = uncertain_pose_from_msg(goal.result.pose), robot.twins[-1]
+    assert goal.result.pose.header == twin.header
+    np.testing.assert_allclose(found.cov, uncertain_pose_from_msg(twin).cov)
+
+
+def test_the_action_looks_anew_and_says_how_it_goes(robot):
+    goal = Goal(robot, anew=True)
+    assert robot.step_until(goal.is_done), goal.feedback[-1:]
+    assert goal.status == GoalStatus.STATUS_SUCCEEDED
+    first = goal.feedback[0]
+    assert (first.status, first.reason) == ('waiting', 'not looked at yet')
+    assert first.next
+    assert len({msg.reason for msg in goal.feedback}) > 1
+    pose = uncertain_pose_from_msg(goal.result.pose).pose
+    truth = robot.truth(pose.stamp_ns)
+    assert np.linalg.norm(pose.T_frame_body.translation - truth.translation) < 0.5
+
+
+def test_the_action_can_be_cancelled_and_ends_in_time(robot):
+    """The clock stands still meanwhile: nothing is found."""
+    goals = [Goal(robot, anew=True), Goal(robot, timeout_s=1)]
+    assert robot.bench.wait_for(goals[1].is_done, PATIENCE_S)
+    assert goals[1].status == GoalStatus.STATUS_ABORTED
+    assert goals[1].result.error_code == goals[1].codes.TIMEOUT
+    assert 'not found in time: waiting' in goals[1].result.error_msg
+    assert not goals[0].is_done(), 'each has a time of its own'
+    goals[0].handle.cancel_goal_async()
+    assert robot.bench.wait_for(goals[0].is_done, PATIENCE_S)
+    assert goals[0].status == GoalStatus.STATUS_CANCELED
+    assert goals[0].result.error_code == goals[0].codes.CANCELED
+
+
+@pytest.mark.parametrize('name', [f'{NODE}/set_initial_pose', f'{NAMESPACE}/set_initial_pose'])
+def test_a_service_takes_an_initial_pose_as_amcl_s_does(robot, name):
+    kind = pytest.importorskip('nav2_msgs.srv').SetInitialPose
+    took = robot.child.log.read_text().count('took the initial pose')
+    here = robot.truth(robot.now_ns)
+    msg = uncertain_pose_to_msg(here, 0.1 * np.eye(3), robot.now_ns, 'drawing')
+    assert robot.bench.call(kind, name, kind.Request(pose=msg)) is not None
+    count = lambda: robot.child.log.read_text().count('took the initial pose')  # noqa: E731
+    assert robot.bench.wait_for(lambda: count() == took + 1, PATIENCE_S)
+    msg.header.frame_id = 'odom'
+    robot.bench.call(kind, name, kind.Request(pose=msg))
+    assert robot.logs("set_initial_pose was rejected: it is in frame 'odom'")
 
 
 def test_a_restarted_odometry_costs_the_submap_but_not_the_place(robot):
@@ -367,7 +319,13 @@ def test_a_floorplan_is_replaced_at_run_time(robot):
 
 def test_the_lifecycle_is_that_of_a_managed_node(robot):
     assert robot.state() == 'active'
+    robot.bench.call(Trigger, f'{NODE}/relocalize')
+    goal = Goal(robot)
     assert robot.change_state(Transition.TRANSITION_DEACTIVATE)
+    assert robot.bench.wait_for(goal.is_done, PATIENCE_S)
+    assert goal.status == GoalStatus.STATUS_ABORTED
+    assert goal.result.error_code == goal.codes.INACTIVE
+    assert not Goal(robot).handle.accepted
     for messages in (robot.poses, robot.tfs):
         messages.clear()
     for _ in range(10):
@@ -423,4 +381,62 @@ def test_killed_and_started_again_it_goes_on_where_it_was(robot):
     )
     assert explored[0] > 30.0
     robot.localize()
+    assert 'Traceback' not in robot.child.log.read_text()
+
+
+def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(robot):
+    """As Nav2's manager does: transitions, then a bond; AMCL has its names to itself."""
+    beats = robot.bench.collect(
+        pytest.importorskip('bond.msg').Status, f'{NAMESPACE}/bond', STREAM
+    )
+    told = robot.bench.collect(PoseWithCovarianceStamped, f'{NAMESPACE}/initialpose', STREAM)
+    robot.child.process.terminate()
+    robot.child.process.wait(timeout=60)
+    here = robot.truth(robot.now_ns)
+    robot.statuses.clear()
+    robot.start(
+        {
+            'autostart': False,
+            'state_file': '',
+            'map_frame': 'drawing',
+            'hand_over': True,
+            'set_initial_pose': True,
+            'initial_pose.x': here.x,
+            'initial_pose.y': here.y,
+            'initial_pose.yaw': here.yaw,
+        }
+    )
+    # What answers is the new one: the bond is of nodes that somebody else starts.
+    heard = lambda: robot.bench.node.count_publishers(f'{NAMESPACE}/bond') > 0  # noqa: E731
+    assert robot.bench.wait_for(heard, PATIENCE_S), robot.child.log_tail()
+    assert robot.state() == 'unconfigured'
+    assert beats == []
+    assert robot.change_state(Transition.TRANSITION_CONFIGURE)
+    assert robot.change_state(Transition.TRANSITION_ACTIVATE)
+    assert robot.bench.wait_for(lambda: len(beats) > 4, 2.0), 'half of bond_timeout'
+    assert {(msg.id, msg.active) for msg in beats} == {('finder', True)}
+    assert len({msg.instance_id for msg in beats}) == 1
+    robot.tfs.clear()
+    assert robot.step_until(lambda: bool(told)), robot.child.log_tail()
+    assert robot.child.log.read_text().count('took the initial pose') == 1
+    robot.step_until(lambda: len(robot.twins) > 20)
+    assert len(told) == 1, 'one that kept coming would scatter the particles'
+    assert robot.bench.call(Trigger, f'{NODE}/relocalize').success
+    assert robot.step_until(lambda: len(told) > 1), robot.child.log_tail()
+    pose = uncertain_pose_from_msg(told[1]).pose
+    assert pose.frame_id == 'drawing'
+    truth = robot.truth(pose.stamp_ns)
+    assert np.linalg.norm(pose.T_frame_body.translation - truth.translation) < 0.5
+    assert robot.tfs == []
+    servers = robot.bench.node.count_services
+    assert servers(f'{NODE}/relocalize') > 0
+    amcl = ('reinitialize_global_localization', 'request_nomotion_update', 'set_initial_pose')
+    # One that was killed stays in the graph for a while.
+    alone = lambda: not any(servers(f'{NAMESPACE}/{name}') for name in amcl)  # noqa: E731
+    assert robot.bench.wait_for(alone, 60.0)
+    assert robot.change_state(Transition.TRANSITION_DEACTIVATE)
+    assert robot.bench.wait_for(lambda: not beats[-1].active, 5.0)
+    count = len(beats)
+    robot.bench.wait_for(lambda: False, 1.0)
+    assert len(beats) == count
     assert 'Traceback' not in robot.child.log.read_text()

@@ -18,7 +18,8 @@ from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.spread import Growth, PoseSpread, Signs
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_ros.health import Health
-from fpnet_ros.inputs import LocatedScan, TFMessage
+from fpnet_ros.inputs import LocatedScan
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, Moment
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
 from msg_adapters.transforms import transform_from_msg

@@ -75,7 +75,15 @@ def test_the_player_accepts_its_own_dump(node, tmp_path):
 
 def test_what_a_dump_was_edited_to_say_is_set_or_refused_with_its_reason(node, tmp_path):
     values = dumped(node) | {'transform_tolerance': 0.25, 'base_frame': 'base', 'tf_rate_hz': 5.0}
+    values['max_pending_scans'] = 7
     refused = loaded(node, values, tmp_path / 'dump.yaml')
-    assert set(refused) == {'base_frame', 'tf_rate_hz'}
-    assert 'is read when the node is configured' in refused['base_frame']
+    assert set(refused) == {'base_frame', 'max_pending_scans'}
+    assert 'is read when the node starts: start it again' in refused['base_frame']
     assert node.get_parameter('transform_tolerance').value == 0.25
+    assert node.get_parameter('tf_rate_hz').value == 5.0
+
+
+def test_a_name_that_does_not_exist_is_refused_with_the_one_meant(node):
+    result = node.set_parameters_atomically([Parameter('transform_tolernce', value=0.1)])
+    assert not result.successful
+    assert result.reason.endswith('is unknown; did you mean transform_tolerance?')

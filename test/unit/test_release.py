@@ -18,7 +18,8 @@ _spec.loader.exec_module(release)
 @pytest.fixture
 def checkout(tmp_path):
     for name in (*release.STATED, release.CHANGELOG):
-        shutil.copy(ROOT / name, tmp_path)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
     release.write_version(tmp_path, '0.3.1', date(2026, 1, 2))
     changelog = tmp_path / release.CHANGELOG
     text = '# Changelog\n\n## 0.4.0 (unreleased)\n\n- New.\n\n## 0.3.1 (2026-01-02)\n\n- Old.\n'

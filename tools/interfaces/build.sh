@@ -2,14 +2,19 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# Generate tf2_msgs, which has no wheel, into the virtual environment VENV (default .venv).
-# The result talks to every other Jazzy node: name, fields and type hash are tf2_msgs' own.
-# Needs a C++ compiler; requirements-tf2.txt brings the generators and CMake.
+#   tools/interfaces/build.sh [VENV] [FOLDER ...]
+#
+# Generate the interfaces that no wheel has into the virtual environment VENV (default .venv): our
+# own fpnet_msgs, and of tf2_msgs, bond and nav2_msgs what the nodes use. The results talk to every
+# other Jazzy node: names, fields and type hashes are those of the released packages.
+# Needs a C++ compiler; requirements-interfaces.txt brings the generators and CMake.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-VENV=$(realpath "${1:-.venv}")
-readonly VENV SOURCE=$PWD/tools/tf2_msgs
+VENV=$(realpath -s "${1:-.venv}")
+FOLDERS=("${@:2}")
+[ ${#FOLDERS[@]} -gt 0 ] || FOLDERS=(tools/interfaces/*/ interfaces/*/)
+readonly VENV FOLDERS
 export PATH=$VENV/bin:$PATH AMENT_PREFIX_PATH=$VENV CMAKE_PREFIX_PATH=$VENV
 unset PYTHONPATH
 
@@ -42,11 +47,17 @@ export LD_LIBRARY_PATH
 
 build=$(mktemp -d)
 trap 'rm -rf "$build"' EXIT
-{
-    cmake -S "$SOURCE" -B "$build" -G Ninja -DCMAKE_INSTALL_PREFIX="$VENV" \
+
+generate() {
+    cmake -S "$1" -B "$build/$2" -G Ninja -DCMAKE_INSTALL_PREFIX="$VENV" \
         -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DPython3_EXECUTABLE="$VENV/bin/python" \
         -DPYTHON_EXECUTABLE="$VENV/bin/python"
-    cmake --build "$build"
-    cmake --install "$build"
-} >"$build/log" 2>&1 || { tail -n 30 "$build/log" >&2; exit 1; }
-python -c 'import tf2_msgs.msg'
+    cmake --build "$build/$2"
+    cmake --install "$build/$2"
+}
+
+for folder in "${FOLDERS[@]}"; do
+    name=$(basename "$folder")
+    generate "$folder" "$name" >"$build/$name.log" 2>&1 || { tail -n 30 "$build/$name.log" >&2; exit 1; }
+    python -c "import $name"
+done

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The action ``~/localize``: look for the robot until it is found, and say how it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+import math
+import time
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.task import Future
+
+from fpnet_core.stamps import NS_PER_S
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.optional_messages import NO_ACTION, Localize
+from msg_adapters.diagnostics import LocalizerReport
+
+
+@dataclass(eq=False)
+class _Goal:
+    """A goal at work; ``ended`` gets its result."""
+
+    handle: Any
+    deadline_s: float
+    ended: Future = field(default_factory=Future)
+    told: LocalizerReport | None = None
+
+
+class LocalizeAction:
+    """
+    Serves any number of goals at once: each waits for the pose that the node finds anyway.
+
+    Everything happens in the executor's thread, where :meth:`follow` is called often. The server
+    exists as long as the node, as a result that is still due needs it; goals are refused while the
+    node is not active. Without the action's type there is none, and the log says so.
+
+    Parameters
+    ----------
+    node
+        Its activity decides.
+    look_again
+        Forgets every placement, for goals that ask for it.
+    """
+
+    def __init__(self, node: ManagedNode, look_again: Callable[[], None]) -> None:
+        self._node, self._look_again = node, look_again
+        self._goals: list[_Goal] = []
+        if Localize is None:
+            node.get_logger().warning(NO_ACTION)
+            return
+        ActionServer(
+            node,
+            Localize,
+            '~/localize',
+            self._execute,
+            # An answer that waits for its goal must not hold up the cancelling of it.
+            callback_group=ReentrantCallbackGroup(),
+            goal_callback=self._on_goal,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    def follow(self, report: LocalizerReport, pose: Any) -> None:
+        """
+        Tell every goal what is new, and end those that are reached, cancelled or too late.
+
+        ``pose`` is the claimed PoseWithCovarianceStamped, None: nothing is claimed.
+        """
+        for goal in list(self._goals):
+            if report is not goal.told:
+                goal.told = report
+                goal.handle.publish_feedback(_feedback(report))
+            if goal.handle.is_cancel_requested:
+                goal.handle.canceled()
+                self._end(goal, Localize.Result.CANCELED, 'the goal was cancelled')
+            elif pose is not None:
+                goal.handle.succeed()
+                self._end(goal, Localize.Result.NONE, '', pose)
+            elif time.monotonic() > goal.deadline_s:
+                goal.handle.abort()
+                self._end(goal, Localize.Result.TIMEOUT, f'not found in time: {report.said}')
+
+    def stop(self) -> None:
+        """End every goal: the node looks no longer."""
+        for goal in list(self._goals) if self._node.context.ok() else ():
+            goal.handle.abort()
+            self._end(goal, Localize.Result.INACTIVE, 'the localizer was deactivated')
+
+    def _on_goal(self, _: Any) -> GoalResponse:
+        if self._node.is_active:
+            return GoalResponse.ACCEPT
+        self._node.get_logger().warning('refused a goal of ~/localize: the node is not active')
+        return GoalResponse.REJECT
+
+    async def _execute(self, handle: Any) -> Any:
+        timeout = handle.request.timeout
+        timeout_s = timeout.sec + timeout.nanosec / NS_PER_S
+        goal = _Goal(handle, time.monotonic() + timeout_s if timeout_s > 0.0 else math.inf)
+        if handle.request.anew:
+            self._look_again()
+        self._goals.append(goal)
+        return await goal.ended
+
+    def _end(self, goal: _Goal, code: int, message: str, pose: Any = None) -> None:
+        self._goals.remove(goal)
+        result = Localize.Result(error_code=code, error_msg=message)
+        if pose is not None:
+            result.pose = pose
+        goal.ended.set_result(result)
+
+
+def _feedback(report: LocalizerReport) -> Any:
+    return Localize.Feedback(
+        status=report.status.value,
+        probability=report.probability,
+        reason=report.reason,
+        next=report.next,
+    )

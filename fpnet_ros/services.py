@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the localizer can be asked: our own services, and AMCL's by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from std_srvs.srv import Empty, Trigger
+
+from fpnet_ros.initial_poses import InitialPoses
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.optional_messages import NO_SERVICE, SetInitialPose
+
+
+def offer_services(
+    node: ManagedNode, look_again: Callable[[], None], reset: Callable[[], None]
+) -> None:
+    """Offer to forget placements, and the submap as well."""
+
+    def on_relocalize(_: Any, response: Trigger.Response) -> Trigger.Response:
+        look_again()
+        return succeeded(response, 'forgot every placement; the submap stays')
+
+    def on_reset(_: Any, response: Trigger.Response) -> Trigger.Response:
+        reset()
+        look_again()
+        return succeeded(response, 'forgot the submap and every placement')
+
+    node.add_service(Trigger, '~/relocalize', on_relocalize)
+    node.add_service(Trigger, '~/reset', on_reset)
+
+
+def offer_amcl_services(
+    node: ManagedNode, look_again: Callable[[], None], tick: Callable[[], None]
+) -> None:
+    """Offer what AMCL does: not where it runs beside, as a name has one server."""
+
+    def on_reinitialize(_: Any, response: Empty.Response) -> Empty.Response:
+        look_again()
+        return response
+
+    def on_nomotion_update(_: Any, response: Empty.Response) -> Empty.Response:
+        tick()
+        return response
+
+    node.add_service(Empty, 'reinitialize_global_localization', on_reinitialize)
+    node.add_service(Empty, 'request_nomotion_update', on_nomotion_update)
+
+
+def offer_set_initial_pose(node: ManagedNode, words: InitialPoses, is_amcl_there: bool) -> None:
+    """Offer to take a pose, under AMCL's name too; its answer is empty, the log tells more."""
+    if SetInitialPose is None:
+        node.get_logger().warning(NO_SERVICE)
+        return
+
+    def on_set(request: Any, response: Any) -> Any:
+        words.on_message(request.pose, 'set_initial_pose')
+        return response
+
+    for name in ('~/set_initial_pose', *(() if is_amcl_there else ('set_initial_pose',))):
+        node.add_service(SetInitialPose, name, on_set)
+
+
+def succeeded(response: Trigger.Response, message: str) -> Trigger.Response:
+    """Return a response that says so."""
+    response.success, response.message = True, message
+    return response
