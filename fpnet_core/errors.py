@@ -41,3 +41,7 @@ class StateError(FpnetError):
 
 class WeightsError(FpnetError):
     """Network weights are missing, corrupt, or made for another feature schema."""
+
+
+class SiteError(FpnetError):
+    """A description of a site is malformed, contradicts itself, or names what is not there."""

@@ -11,14 +11,16 @@ how either map is turned or where it lies, nor on the order of the placements.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.judging.regions import region_figures
-from fpnet_core.judging.rivals import rival_figures
+from fpnet_core.judging.rivals import RIVAL_FIGURES, Explained, rival_figures
 from fpnet_core.judging.walls import LookedAt, look_at, wall_figures
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
@@ -55,19 +57,31 @@ class Evidence:
     """
     Figures of ``C`` placements and of the comparison as a whole, float32.
 
-    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)``, in their order.
+    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)``, in their order. ``explained``
+    is which walls each placement explains; None where that was not kept, and then rivals on other
+    drawings cannot be compared with.
     """
 
     figures: NDArray[np.float32]
     context: NDArray[np.float32]
+    explained: Explained | None = None
 
     def take(self, index: NDArray[np.int64]) -> Evidence:
         """Return the evidence of the placements at ``index`` in that order."""
-        return Evidence(self.figures[index], self.context)
+        kept = None if self.explained is None else self.explained.take(index)
+        return Evidence(self.figures[index], self.context, kept)
 
     def joined(self, other: Evidence) -> Evidence:
         """Return the evidence of both's placements, in the context of this one."""
-        return Evidence(np.concatenate([self.figures, other.figures]), self.context)
+        both = None
+        if self.explained is not None and other.explained is not None:
+            both = self.explained.joined(other.explained)
+        return Evidence(np.concatenate([self.figures, other.figures]), self.context, both)
+
+    @property
+    def figures_only(self) -> Evidence:
+        """The evidence without which walls are explained: a hundredth of the memory."""
+        return replace(self, explained=None)
 
     def of(self, name: str) -> NDArray[np.float32]:
         """Return one figure of every placement, ``(C,)``."""
@@ -76,6 +90,26 @@ class Evidence:
     def __len__(self) -> int:
         """Count the placements."""
         return len(self.figures)
+
+
+def as_rivals(drawn: Sequence[Evidence]) -> list[Evidence]:
+    """
+    Return the evidence of one submap on several drawings, placements on the others rivals, too.
+
+    What says nothing of rivals stays as it was.
+    """
+    told = [each for each in drawn if len(each) and each.explained is not None]
+    if len(told) < 2:
+        return list(drawn)
+    both = functools.reduce(Evidence.joined, told)
+    assert both.explained is not None  # all of them know it
+    named = {name: both.of(name).astype(np.float64) for name in FIGURES}
+    rivals = rival_figures(named, both.explained)
+    figures = both.figures.copy()
+    for name in RIVAL_FIGURES:
+        figures[:, FIGURES.index(name)] = rivals[name]
+    parts = iter(np.split(figures, np.cumsum([len(each) for each in told])[:-1]))
+    return [replace(each, figures=next(parts)) if each in told else each for each in drawn]
 
 
 def gather_evidence(
@@ -106,10 +140,11 @@ def gather_evidence(
     figures |= _placement_figures(placements)
     figures['score'] = _score(figures, '')
     figures['bent_score'] = _score(figures, 'bent_')
-    figures |= rival_figures(figures, looked)
+    explained = Explained(looked.likelihood, looked.bent_likelihood, looked.metres)
+    figures |= rival_figures(figures, explained)
     columns = np.stack([figures[name] for name in FIGURES], axis=1)
     context = _context(plan, sub, figures, looked, scale_range)
-    return Evidence(columns.astype(np.float32), context.astype(np.float32))
+    return Evidence(columns.astype(np.float32), context.astype(np.float32), explained)
 
 
 def _placement_figures(placements: Placements) -> Figures:

@@ -37,7 +37,8 @@ class Floorplan:
     ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
     rooms and doors of the last two are the same ones, in the same order. Where the scale is stated
     both are one. ``factor`` is working metres per nominal metre, ``mirror`` the working side of
-    the drawing's mirror image, None until somebody has looked at it.
+    the drawing's mirror image, None until somebody has looked at it. On a site, ``name`` is that
+    of the storey, and ``log_prior`` how probable that is before looking, as a logarithm.
     """
 
     given: GridMap
@@ -46,6 +47,8 @@ class Floorplan:
     factor: float
     scale: ScaleHistory
     mirror: MapSide | None = None
+    name: str = ''
+    log_prior: float = 0.0
 
     @classmethod
     def prepared(
