@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.judging.regions import region_figures
-from fpnet_core.judging.rivals import RIVAL_FIGURES, Explained, rival_figures
+from fpnet_core.judging.rivals import Explained, rival_figures
 from fpnet_core.judging.walls import LookedAt, look_at, wall_figures
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
@@ -92,24 +92,25 @@ class Evidence:
         return len(self.figures)
 
 
-def as_rivals(drawn: Sequence[Evidence]) -> list[Evidence]:
+def on_one_plan(drawn: Sequence[Evidence]) -> Evidence:
     """
-    Return the evidence of one submap on several drawings, placements on the others rivals, too.
+    Return the evidence of one submap on several drawings as if these were one, in their order.
 
-    What says nothing of rivals stays as it was.
+    Placements on all of them are rivals; what is known of the whole is known of all together.
     """
-    told = [each for each in drawn if len(each) and each.explained is not None]
-    if len(told) < 2:
-        return list(drawn)
-    both = functools.reduce(Evidence.joined, told)
-    assert both.explained is not None  # all of them know it
+    both = functools.reduce(Evidence.joined, drawn)
+    told = [each for each in drawn if len(each)]
+    if len(told) < 2 or both.explained is None:
+        return both
     named = {name: both.of(name).astype(np.float64) for name in FIGURES}
-    rivals = rival_figures(named, both.explained)
-    figures = both.figures.copy()
-    for name in RIVAL_FIGURES:
-        figures[:, FIGURES.index(name)] = rivals[name]
-    parts = iter(np.split(figures, np.cumsum([len(each) for each in told])[:-1]))
-    return [replace(each, figures=next(parts)) if each in told else each for each in drawn]
+    named |= rival_figures(named, both.explained)
+    figures = np.stack([named[name] for name in FIGURES], axis=1).astype(np.float32)
+    context = both.context.copy()
+    area = CONTEXT.index('log_plan_m2')
+    context[area] = np.log1p(sum(np.expm1(float(each.context[area])) for each in told))
+    for name, value in _contest(named['bent_score']).items():
+        context[CONTEXT.index(name)] = value
+    return Evidence(figures, context, both.explained)
 
 
 def gather_evidence(
@@ -167,20 +168,26 @@ def _context(
     plan: MapSide, sub: MapSide, figures: Figures, looked: LookedAt, scale_range: float
 ) -> Array:
     drawn, seen = plan.evidence, sub.evidence
-    ranked = np.sort(figures['bent_score'])[::-1]
-    return np.array(
-        [
-            np.log1p(seen.wall_length_m),
-            np.log1p(seen.free_area_m2),
-            np.log1p(len(sub.segmentation.rooms)),
-            np.log1p(len(sub.segmentation.portals)),
-            np.log1p(drawn.free_area_m2),
-            drawn.wall_length_m / max(drawn.free_area_m2, 1.0),
-            np.log(len(ranked)),
-            scale_range,
-            looked.straight.mean(),
-            ranked[0],
-            ranked[1] if len(ranked) > 1 else 0.0,
-            ranked.mean(),
-        ]
-    )
+    named = {
+        'log_walls_m': np.log1p(seen.wall_length_m),
+        'log_free_m2': np.log1p(seen.free_area_m2),
+        'log_rooms': np.log1p(len(sub.segmentation.rooms)),
+        'log_doors': np.log1p(len(sub.segmentation.portals)),
+        'log_plan_m2': np.log1p(drawn.free_area_m2),
+        'plan_density': drawn.wall_length_m / max(drawn.free_area_m2, 1.0),
+        'scale_range': scale_range,
+        'straightness': looked.straight.mean(),
+        **_contest(figures['bent_score']),
+    }
+    return np.array([named[name] for name in CONTEXT])
+
+
+def _contest(bent_score: Array) -> dict[str, float]:
+    """Return what tells how many placements there are, and how the best of them compare."""
+    ranked = np.sort(bent_score)[::-1]
+    return {
+        'log_placements': float(np.log(len(ranked))),
+        'best_score': float(ranked[0]),
+        'second_score': float(ranked[1]) if len(ranked) > 1 else 0.0,
+        'mean_score': float(ranked.mean()),
+    }

@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Placements
-from fpnet_core.judging.evidence import Evidence, as_rivals, gather_evidence
+from fpnet_core.judging.evidence import Evidence, gather_evidence, on_one_plan
 from fpnet_core.judging.model import JudgeModel, read_judge
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
@@ -27,14 +27,13 @@ class Beside:
     """
     The other storeys of a site beside the plan that a verdict is about, in logarithms.
 
-    ``log_prior`` is the probability of this plan's storey before looking; ``weight`` and
-    ``none_weight`` are the odds of the placements on the others, and of none there, against a
-    plan of another building, each with its own storey's prior.
+    ``log_prior`` is how much more probable this plan's storey is before looking than evenly;
+    ``weight`` are the odds of all placements on the others against a plan of another building,
+    each with its own storey's prior.
     """
 
     log_prior: float = 0.0
     weight: float = -np.inf
-    none_weight: float = -np.inf
 
 
 ALONE = Beside()
@@ -175,50 +174,40 @@ class Judge:
         self, drawn: Sequence[Verdict], log_priors: Sequence[float], is_fresh: Sequence[bool]
     ) -> list[Verdict]:
         """
-        Return the verdicts on one submap's placements on several storeys, one against another.
+        Return the verdicts on one submap's placements on the storeys of a site.
 
-        Placements on other storeys are rivals like those on the same one: compared where they
-        disagree. ``log_priors`` are the storeys', before looking. Of a storey that is not fresh,
-        what was found on an earlier submap stands, and nobody compares walls with it.
+        The site counts as one plan: all placements are rivals, compared where they disagree, and
+        "none of these" is said of all. ``log_priors`` are the storeys' against even ones. Of a
+        storey that is not fresh, what was found on an earlier submap stands, and nobody compares
+        walls with it. The first one is fresh.
         """
-        weighed = self._weighed_as_rivals(drawn, is_fresh)
-        totals = [float(logsumexp(np.append(each.weights, -np.inf))) for each in weighed]
+        fresh = [k for k, is_new in enumerate(is_fresh) if is_new]
+        weights, none_weight = self._weighed_together([drawn[k] for k in fresh])
+        told = {
+            **dict(enumerate(each.weights for each in drawn)),
+            **dict(zip(fresh, weights, strict=True)),
+        }
+        totals = [_sum_of(told[k] + log_priors[k]) for k in range(len(drawn))]
         made = []
-        for k, here in enumerate(weighed):
-            others = [j for j in range(len(weighed)) if j != k]
-            beside = Beside(
-                log_priors[k],
-                _sum_of([totals[j] + log_priors[j] for j in others]),
-                _sum_of([weighed[j].none_weight + log_priors[j] for j in others]),
-            )
-            made.append(
-                self.verdict(
-                    here.placements, here.evidence, here.weights, here.none_weight, beside
-                )
-            )
+        for k, here in enumerate(drawn):
+            others = _sum_of(np.delete(totals, k))
+            beside = Beside(log_priors[k], others)
+            made.append(self.verdict(here.placements, here.evidence, told[k], none_weight, beside))
         return made
 
-    def _weighed_as_rivals(
-        self, drawn: Sequence[Verdict], is_fresh: Sequence[bool]
-    ) -> list[Verdict]:
-        """Return the verdicts with the weights by which rivals on other storeys change them."""
-        fresh = [k for k, is_new in enumerate(is_fresh) if is_new]
-        compared = as_rivals([drawn[k].evidence for k in fresh])
-        weighed = list(drawn)
-        for k, evidence in zip(fresh, compared, strict=True):
-            if evidence is drawn[k].evidence:
-                continue
-            before, after = (
-                self._model.log_probability(each) for each in (drawn[k].evidence, evidence)
-            )
-            change = (after[:-1] - after[-1]) - (before[:-1] - before[-1])
-            weighed[k] = replace(
-                drawn[k],
-                evidence=evidence,
-                weights=drawn[k].weights + change[:-1],
-                none_weight=drawn[k].none_weight + float(change[-1]),
-            )
-        return weighed
+    def _weighed_together(self, drawn: Sequence[Verdict]) -> tuple[list[Array], float]:
+        """Return the weights of placements on drawings that count as one, and that of none."""
+        first = drawn[0]
+        together, alone = (
+            self._model.log_probability(each)
+            for each in (on_one_plan([each.evidence for each in drawn]), first.evidence)
+        )
+        together, alone = together[:-1] - together[-1], alone[:-1] - alone[-1]
+        counts = np.cumsum([len(each.placements) for each in drawn])
+        weights = np.split(together[:-1], counts[:-1])
+        # What the first has that no evidence tells: the odds of a scale that was doubted.
+        weights[0] = weights[0] + first.weights - alone[:-1]
+        return weights, float(together[-1] + first.none_weight - alone[-1])
 
     def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict where all placements but those at ``index`` are ruled out."""
@@ -256,11 +245,7 @@ class Judge:
         p = self._probabilities(drawn.weights, none_weight, beside)
         ranked = replace(drawn.placements, probability=p[:-2])
         none, foreign = float(p[-2]), float(p[-1])
-        of_none = np.logaddexp(none_weight + beside.log_prior, beside.none_weight)
-        image = np.exp(none_weight + beside.log_prior - of_none) * (
-            1.0 - np.exp(drawn.none_weight - none_weight)
-        )
-        mirror = none * float(image)
+        mirror = none * float(1.0 - np.exp(drawn.none_weight - none_weight))
         left = _left(p, beside)
         return replace(
             drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror, elsewhere=left
@@ -273,8 +258,7 @@ class Judge:
         What is missing to one is that of the placements on other storeys.
         """
         prior = np.log(self.plan_prior / (1.0 - self.plan_prior))
-        none = np.logaddexp(none_weight + beside.log_prior, beside.none_weight)
-        logits = np.append(np.append(weights + beside.log_prior, none) + prior, 0.0)
+        logits = np.append(np.append(weights + beside.log_prior, none_weight) + prior, 0.0)
         elsewhere = beside.weight + prior
         top = max(logits.max(), elsewhere)
         share = np.exp(logits - top)
@@ -286,6 +270,6 @@ def _left(p: Array, beside: Beside) -> float:
     return 0.0 if beside.weight == -np.inf else max(0.0, 1.0 - float(p.sum()))
 
 
-def _sum_of(logs: Sequence[float]) -> float:
+def _sum_of(logs: Array) -> float:
     """Return the logarithm of the sum; that of nothing is minus infinity."""
     return float(logsumexp(logs)) if len(logs) else -np.inf

@@ -23,10 +23,6 @@ _ALONE = (
 )  # fmt: skip
 
 
-RIVAL_FIGURES = (*_ALONE, 'rival_score', 'rival_bent_score')
-"""Given: all that :func:`rival_figures` returns."""
-
-
 @dataclass(frozen=True, eq=False)
 class Explained:
     """

@@ -30,8 +30,8 @@ from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Submap
 
 # Chosen, not measured:
-_SEARCHED_A_TICK = 1  # other storeys; a search costs about half of a tick
-_SEARCHED_BEFORE_A_CLAIM = 3  # the same where only they keep a claim from being made
+_SEARCHED_A_TICK = 1  # other storeys; a search of one takes half of a tick
+_SEARCHED_BEFORE_A_CLAIM = 4  # takes what doubts about mirror image and scale take meanwhile
 _FOLLOWED = 3  # placements on a storey that is not searched in this tick
 _MOST_FOLLOWED = 3  # storeys
 _MAY_BE_RIGHT = 1e-3  # probability from which a storey is followed
@@ -63,7 +63,6 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
     """
     if not storeys:
         raise MapFormatError('there is no floorplan; give at least one')
-    log_prior = -math.log(len(storeys)) if len(storeys) > 1 else 0.0
     plans = []
     for each in storeys:
         try:
@@ -72,7 +71,7 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
             raise MapFormatError(
                 f'storey {each.name!r}: {error}' if each.name else error
             ) from None
-        plans.append(replace(plan, name=each.name, log_prior=log_prior))
+        plans.append(replace(plan, name=each.name))
     return plans
 
 
@@ -137,12 +136,21 @@ class StoreyLook:
     finder: Finder
     robot_xy: RobotXY
 
+    def most(self, others: Sequence[OtherStorey], is_near_claim: bool) -> int:
+        """Return how many storeys to search."""
+        is_urgent = is_near_claim and unsearched(others, self.submap.free_area_m2)
+        return _SEARCHED_BEFORE_A_CLAIM if is_urgent else _SEARCHED_A_TICK
+
     def looked_at(
-        self, others: Sequence[OtherStorey], is_urgent: bool, timer: StageTimer
+        self, others: Sequence[OtherStorey], most: int, timer: StageTimer
     ) -> tuple[tuple[OtherStorey, ...], list[bool]]:
-        """Return the storeys after this tick, and which of them were looked at in it."""
+        """
+        Return the storeys after this tick, and which of them were looked at in it.
+
+        At most ``most`` are searched.
+        """
         with timer.stage('storeys'):
-            wanted, followed = self._wanted(others, is_urgent), self._followed(others)
+            wanted, followed = self._wanted(others, most), self._followed(others)
             after, is_fresh = [], []
             for storey in others:
                 is_searched = any(storey is each for each in wanted)
@@ -153,14 +161,11 @@ class StoreyLook:
                     after.append(self._kept(storey) if is_fresh[-1] else storey)
             return tuple(after), is_fresh
 
-    def _wanted(self, others: Sequence[OtherStorey], is_urgent: bool) -> list[OtherStorey]:
+    def _wanted(self, others: Sequence[OtherStorey], most: int) -> list[OtherStorey]:
         """Return the storeys to search in this tick: those that were with the least seen."""
         area_m2 = self.submap.free_area_m2
         stale = [each for each in others if area_m2 >= NEWS_GROWTH * each.searched_m2]
-        order = sorted(stale, key=lambda each: (each.searched_m2, -each.probability))
-        missing = sum(not each.is_searched(area_m2) for each in order)
-        count = min(missing, _SEARCHED_BEFORE_A_CLAIM) if is_urgent else 0
-        return order[: max(count, _SEARCHED_A_TICK)]
+        return sorted(stale, key=lambda each: (each.searched_m2, -each.probability))[:most]
 
     def _followed(self, others: Sequence[OtherStorey]) -> list[OtherStorey]:
         likely = [each for each in others if each.probability >= _MAY_BE_RIGHT]
@@ -205,7 +210,7 @@ def in_contest(
     is_fresh: Sequence[bool],
 ) -> tuple[Verdict, tuple[OtherStorey, ...]]:
     """Return the verdict on ``plan`` and the other storeys, all weighed against each other."""
-    if not others:
+    if not others:  # and a site of one is a plan
         return here, ()
     drawn = [here, *(each.verdict or _UNSEEN for each in others)]
     priors = [plan.log_prior, *(each.plan.log_prior for each in others)]
@@ -230,8 +235,21 @@ _UNSEEN = Verdict(
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
     """Return a storey with its prior of ``weights``, which need not add up."""
-    total = sum(weights.values())
-    return replace(plan, log_prior=math.log(weights[plan.name] / total))
+    even = sum(weights.values()) / len(weights)
+    return replace(plan, log_prior=math.log(weights[plan.name] / even))
+
+
+def unsearched(others: Sequence[OtherStorey], area_m2: float) -> int:
+    """Count the storeys that keep a claim from being made where so much floor has been seen."""
+    return sum(not each.is_searched(area_m2) for each in others)
+
+
+def probabilities(
+    plan: Floorplan, verdict: Verdict, others: Sequence[OtherStorey]
+) -> dict[str, float]:
+    """Return the probability of each storey's placements, by its name."""
+    here = float(verdict.placements.probability.sum())
+    return {plan.name: here, **{each.plan.name: each.probability for each in others}}
 
 
 def strongest(others: Sequence[OtherStorey]) -> OtherStorey | None:

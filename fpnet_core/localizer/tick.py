@@ -30,7 +30,9 @@ from fpnet_core.localizer.storeys import (
     OtherStorey,
     StoreyLook,
     in_contest,
+    probabilities,
     strongest,
+    unsearched,
     with_priors,
 )
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
@@ -218,12 +220,15 @@ class _Tick:
         """Return the next state and the output."""
         state, submap, config = self.state, self.submap, self.finder.config.localizer
         tracker = HypothesisTracker(config, self.finder.judge)
-        doubts, search = tracker.wants_mirror(state.standing), self.plan.scale.search
+        is_near_claim = tracker.wants_mirror(state.standing)
+        # Storeys that keep a claim from being made come before doubts about this one.
+        doubts = is_near_claim and not unsearched(state.others, submap.free_area_m2)
+        search = self.plan.scale.search
         search = search if doubts else search.as_stated
         found = self._placed(search)
         sub = found.searched.sub
         verdict, hint = self._narrowed(found.comparison.verdict)
-        verdict, others = self._among_storeys(found, verdict, doubts)
+        verdict, others = self._among_storeys(found, verdict, is_near_claim)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
         standing, belief = tracker.update(
             state.standing, verdict, self._sight(sub, hint, others), mirrored
@@ -248,7 +253,7 @@ class _Tick:
         look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
         match = found.comparison.match
         output = self._output(plan, look, match, belief.judged, told, A, spread)
-        named = replace(output, storey=plan.name, storeys=_probabilities(plan, verdict, others))
+        named = replace(output, storey=plan.name, storeys=probabilities(plan, verdict, others))
         best = strongest(others)
         if best is None or best.best <= verdict.best or (hint and not hint.is_doubted):
             return after, named
@@ -256,13 +261,14 @@ class _Tick:
         return after.about(best.plan.name, left), named
 
     def _among_storeys(
-        self, found: _Found, verdict: Verdict, is_urgent: bool
+        self, found: _Found, verdict: Verdict, is_near_claim: bool
     ) -> tuple[Verdict, tuple[OtherStorey, ...]]:
         """Weigh the placements on other storeys against those on this one."""
-        others, is_fresh = self.state.others, [False] * len(self.state.others)
-        if others and not found.searched.ticks:
-            look = StoreyLook(self.submap, found.searched.sub, self.finder, self.robot_xy)
-            others, is_fresh = look.looked_at(others, is_urgent, self.timer)
+        if not self.state.others:
+            return verdict, ()
+        look = StoreyLook(self.submap, found.searched.sub, self.finder, self.robot_xy)
+        most = 0 if found.searched.ticks else look.most(self.state.others, is_near_claim)
+        others, is_fresh = look.looked_at(self.state.others, most, self.timer)
         return in_contest(self.finder.judge, verdict, self.plan, others, is_fresh)
 
     def _placed(self, search: ScaleSearch) -> _Found:
@@ -323,7 +329,7 @@ class _Tick:
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',
             rival_storey=None if rival is None else (rival.plan.name, rival.explained),
-            unsearched=sum(not each.is_searched(area_m2) for each in others),
+            unsearched=unsearched(others, area_m2),
         )
 
     def _output(
@@ -373,14 +379,6 @@ class _Tick:
         information = wall_information(plan, recent, A_plan_odom, xy_odom)
         signs = Signs(information, figures, unrest_rad)
         return packaged_uncertainty().spread(signs, xy_odom, submap.stamp_ns)
-
-
-def _probabilities(
-    plan: Floorplan, verdict: Verdict, others: tuple[OtherStorey, ...]
-) -> dict[str, float]:
-    """Return the probability of each storey's placements, by its name."""
-    here = float(verdict.placements.probability.sum())
-    return {plan.name: here, **{each.plan.name: each.probability for each in others}}
 
 
 def _scale_after(plan: Floorplan, belief: Belief, sub: MapSide) -> ScaleHistory:
