@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
+    from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
 
@@ -73,8 +74,11 @@ _TumOption = Annotated[
 @common.reads_drawing
 def command(
     recording: _Recording,
-    floorplan: Annotated[Path, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)],
     said: common.DrawingOptions,
+    floorplan: Annotated[
+        Path | None, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)
+    ] = None,
+    site: common.SiteOption = None,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
     odometry: _OdometryOption = None,
@@ -100,34 +104,38 @@ def command(
     said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
     --verbose localize logs every change of status with its reason.
 
+    On a --site of several storeys the answer names the storey; storeys that look the same stay
+    ambiguous. Poses are those on the storey at the end.
+
     With --out the folder gets report.html (opens without a network), run.json, poses.tum,
     covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
     submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
+    Example: fpnet localize drive/ --site site.yaml --out out/run
+
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
     from fpnet_core.api.run import scans_of
-    from fpnet_core.drawings.scaling import with_scale_of
     from fpnet_core.types import Status
 
-    reading = said.read(floorplan, tree)
-    common.say_reading(reading, json_path)
+    plans = common.read_plans(floorplan, site, said, tree, '--floorplan', json_path)
     known = _known(truth)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    asked = said.asked(('fpnet', 'localize', str(recording), *given, '--floorplan'), floorplan)
+    named = ('--floorplan', floorplan) if floorplan else ('--site', site or Path())
+    asked = said.asked(('fpnet', 'localize', str(recording), *given, named[0]), named[1])
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
-    run = _ended(reading, source, with_scale_of(reading, tree), odometry)
+    run = _ended(plans, source, tree, odometry)
     ended = _Ended(run, known, run.causes(asked, said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
     if out is not None:
-        _write_folder(out, f'{recording.name} on {floorplan.name}', ended)
+        _write_folder(out, f'{recording.name} on {named[1].name}', ended)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
 
@@ -172,6 +180,7 @@ class _Ended:
         last, result = self.run.last, self.run.result
         return {
             'status': last.status.value,
+            **self._storeys(),
             'probability': round(last.probability, 4),
             'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
@@ -181,14 +190,28 @@ class _Ended:
             **self.summary.as_json(),
         }
 
+    def _storeys(self) -> dict[str, Any]:
+        """Return what is said of storeys where there are several."""
+        last = self.run.last
+        if len(last.storeys) < 2:
+            return {}
+        probability = {name: round(p, 4) for name, p in last.storeys.items()}
+        claims = [o for o in self.run.result.outputs if o.A_plan_odom is not None]
+        changes = [
+            {'stamp_ns': new.stamp_ns, 'storey': new.storey}
+            for old, new in zip([None, *claims], claims, strict=False)
+            if old is None or old.storey != new.storey
+        ]
+        return {'storey': last.storey, 'storeys': probability, 'claims': changes}
+
 
 def _ended(
-    reading: Reading, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
+    plans: Reading | Site, source: ScanSource, tree: FpnetConfig, odometry: OdometryChoice | None
 ) -> Run:
     from fpnet_core.api.run import Run
 
     with common.progress('localizing', total=len(source)) as advance:
-        run = Run(reading, source, tree, lambda: advance(1.0), odometry)
+        run = Run(plans, source, tree, lambda: advance(1.0), odometry)
         for _ in run:
             pass
     return run

@@ -135,14 +135,12 @@ class Judge:
 
     def weighed(self, placements: Placements, evidence: Evidence) -> Verdict:
         """Return the verdict on evidence that has been gathered."""
-        log_p = self._model.log_probability(evidence)
-        weights = log_p[:-1] - log_p[-1]
+        weights = self._odds(evidence)
         return self.verdict(placements, evidence, weights[:-1], float(weights[-1]))
 
     def best_of(self, evidence: Evidence, right: NDArray[np.bool_]) -> tuple[float, bool]:
         """Return the probability of the best placement, and whether it is ``right (C,)``."""
-        log_p = self._model.log_probability(evidence)
-        weights = log_p[:-1] - log_p[-1]
+        weights = self._odds(evidence)
         best = int(weights[:-1].argmax())
         return float(self._probabilities(weights[:-1], float(weights[-1]))[best]), bool(
             right[best]
@@ -197,17 +195,22 @@ class Judge:
 
     def _weighed_together(self, drawn: Sequence[Verdict]) -> tuple[list[Array], float]:
         """Return the weights of placements on drawings that count as one, and that of none."""
-        first = drawn[0]
-        together, alone = (
-            self._model.log_probability(each)
-            for each in (on_one_plan([each.evidence for each in drawn]), first.evidence)
-        )
-        together, alone = together[:-1] - together[-1], alone[:-1] - alone[-1]
+        together = self._odds(on_one_plan([each.evidence for each in drawn]))
+        alone = [self._odds(each.evidence) for each in drawn]
         counts = np.cumsum([len(each.placements) for each in drawn])
-        weights = np.split(together[:-1], counts[:-1])
-        # What the first has that no evidence tells: the odds of a scale that was doubted.
-        weights[0] = weights[0] + first.weights - alone[:-1]
-        return weights, float(together[-1] + first.none_weight - alone[-1])
+        # What no evidence tells stays: the odds of a scale that was doubted.
+        weights = [
+            odds + each.weights - own[:-1]
+            for odds, each, own in zip(
+                np.split(together[:-1], counts[:-1]), drawn, alone, strict=True
+            )
+        ]
+        return weights, float(together[-1] + drawn[0].none_weight - alone[0][-1])
+
+    def _odds(self, evidence: Evidence) -> Array:
+        """Return ``(C + 1,)``: of each placement and of none against another building, in logs."""
+        log_p = self._model.log_probability(evidence)
+        return np.asarray(log_p[:-1] - log_p[-1])
 
     def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict where all placements but those at ``index`` are ruled out."""
