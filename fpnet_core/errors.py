@@ -45,3 +45,7 @@ class WeightsError(FpnetError):
 
 class SiteError(FpnetError):
     """A description of a site is malformed, contradicts itself, or names what is not there."""
+
+
+class NotPlacedError(FpnetError):
+    """What was seen could not be placed on a drawing, so nothing may be said about the drawing."""

@@ -20,24 +20,25 @@ from pathlib import Path
 from typing import NoReturn
 
 from fpnet_core.api.run import Run, scans_of
-from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
+from fpnet_core.api.values import Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet_core.config import FpnetConfig, OdometryChoice
+from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
-from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError
+from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlacedError
 from fpnet_core.io import open_scans, read_cloud, read_map, states_scale
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.recordings import is_recording
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import create_finder, match_maps
-from fpnet_core.localizer.maps import cut_plan, cut_robot_map, match_storeys
+from fpnet_core.localizer.maps import MapMatchStatus, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.plan_check import PlanCheck
 from fpnet_core.plan_check import check_plan as _check_plan
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
-from fpnet_core.sites import Site
+from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_files import read_site as _read_site
 from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
 from fpnet_core.types import Submap
@@ -193,6 +194,35 @@ def match_site(
     sub = cut_robot_map(seen.submap, config, seen.is_metric)
     found = match_storeys(plans, sub, create_finder(config), StageTimer())
     return {name: shown_as(Match, each) for name, each in found.items()}
+
+
+def diff(
+    plan: Reading | Site | str | Path,
+    robot_map: RobotMap | str | Path,
+    config: FpnetConfig | None = None,
+) -> Placed:
+    """
+    Find where a drawing, or the right one of a site's, and what a robot has seen differ.
+
+    Raises
+    ------
+    NotPlacedError
+        If what was seen cannot be placed surely.
+    FpnetError
+        If a file cannot be read, or a plan holds no room.
+    """
+    config = config or FpnetConfig()
+    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
+    if isinstance(plan, str | Path):
+        plan = read_plan(plan, config=config)
+    site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
+    found = next(iter(match_site(site, seen, config).values()))
+    if found.status is not MapMatchStatus.MATCHED:
+        raise NotPlacedError(f'lost, so the drawing cannot be judged: {found.reason}')
+    name = found.storey or site.storeys[0].name
+    A_plan_sub = found.comparison.estimates[0].A_plan_submap
+    grid = site.storey(name).plan.grid
+    return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
 
 
 def match(

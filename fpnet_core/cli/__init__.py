@@ -69,6 +69,9 @@ COMMANDS = {
     'check-plan': Subcommand(
         'fpnet_core.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
     ),
+    'diff': Subcommand(
+        'fpnet_core.cli.diff', 'Find where a drawing and what was seen of the building differ.'
+    ),
     'doctor': Subcommand(
         'fpnet_core.cli.doctor', 'Find what is wrong with a recording or a running robot.'
     ),
@@ -83,6 +86,9 @@ COMMANDS = {
     ),
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+    ),
+    'site': Subcommand(
+        'fpnet_core.cli.site', 'Check the storeys of a site: plans, links, and what looks alike.'
     ),
 }
 """What the core brings."""
