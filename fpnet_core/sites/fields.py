@@ -52,7 +52,10 @@ def as_numbers(value: Any, count: int, where: str, what: str) -> list[float]:
 
 def as_number(value: Any, where: str, what: str) -> float:
     """Return a finite number, else SiteError."""
-    return as_numbers([value], 1, where, what)[0]
+    try:
+        return as_numbers([value], 1, where, what)[0]
+    except SiteError:
+        raise SiteError(f'{where}: expected {what}, got {reprlib.repr(value)}') from None
 
 
 def as_text(value: Any, where: str, what: str) -> str:
