@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import DifferenceKind
 from fpnet_core.differences.finding import MISSING_FIGURES, WALL_FIGURES
-from fpnet_lab.evaluation.differences import Labelled, difference_case, labelled
+from fpnet_lab.evaluation.differences import Labelled, difference_cases, labelled
 
 _PRIOR_SIGMA = 3.0
 """Chosen: standard deviation of the weights before looking."""
@@ -29,8 +29,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     config, found = FpnetConfig(), []
     for seed in range(given.seed, given.seed + given.drives):
-        for is_changed in (True, False):
-            case = difference_case(seed, is_changed, config)
+        for case in difference_cases(seed, config):
             found += labelled(case, case.found())
     is_missing = [each.piece.kind is DifferenceKind.MISSING for each in found]
     for names, wanted in ((WALL_FIGURES, False), (MISSING_FIGURES, True)):

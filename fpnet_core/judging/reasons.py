@@ -35,6 +35,7 @@ _NOISE_M = 1.0  # physical: contested wall that tells nothing; walls are seen in
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
 _WELL = 0.8  # chosen: who explains so much of the walls has seen too few of them
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
+_PLACE_SURE = 0.95  # chosen: on one storey or another, the place is that
 _FARTHEST = 5.0  # numerical: no estimate reaches beyond so many times of what was compared
 _TURNED_RAD = math.radians(30.0)  # physical: a difference in heading that the eye sees
 _PAIR_M = 0.02  # numerical: figures of one pair agree within this
@@ -143,8 +144,7 @@ def _undecided(verdict: Verdict, look: Look) -> str:
 
 def _between_storeys(verdict: Verdict, look: Look) -> str:
     """Say that other storeys fit, too, and whether the place on them is sure."""
-    placed = verdict.best / max(1.0 - verdict.elsewhere, verdict.best)
-    is_place_sure = placed >= look.claim_probability and verdict.best > 0.0
+    is_place_sure = verdict.best + verdict.elsewhere >= _PLACE_SURE
     sure = 'sure of the place, not of the storey: ' if is_place_sure else ''
     here = f'{_explained(verdict, look)} on storey {look.storey}'
     return '; '.join([f'{sure}{here}', *_other_storey(look)])
