@@ -22,12 +22,12 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
 from fpnet_core.io.bag_scans import TF_TOPIC
 from fpnet_core.judging.causes import Asked
-from fpnet_core.localizer import Localizer, Replay, ReplayResult
+from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry_check import GuidedOdometry
 from fpnet_core.sites import Site, Storey
-from fpnet_core.sites.storey_plans import storey_plans
+from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.pictures import figure_of, html_of
@@ -101,8 +101,8 @@ class Run:
         site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
         self.site, self.config = site, config
         self._matcher = LearnedMatcher(config.matcher)
-        self._localizer = Localizer(config, self._matcher)
-        self._localizer.set_storeys(storey_plans(site, config))
+        self._localizer = SiteLocalizer(config, self._matcher)
+        self._localizer.set_site(site)
         self._replay = Replay(
             scans,
             self._localizer,

@@ -21,6 +21,9 @@ from fpnet_core.pose import MapSide
 
 Array = NDArray[np.float64]
 
+_RULED_OUT = 4.0
+"""Chosen [nats]: a storey so much less probable than the best one before looking is ruled out."""
+
 
 @dataclass(frozen=True)
 class Beside:
@@ -177,9 +180,11 @@ class Judge:
         The site counts as one plan: all placements are rivals, compared where they disagree, and
         "none of these" is said of all. ``log_priors`` are the storeys' against even ones. Of a
         storey that is not fresh, what was found on an earlier submap stands, and nobody compares
-        walls with it. The first one is fresh.
+        walls with it. The first one is fresh. A storey that somebody has ruled out before looking
+        is no rival to the others, as placements far from a given pose are none.
         """
-        fresh = [k for k, is_new in enumerate(is_fresh) if is_new]
+        least = max(log_priors) - _RULED_OUT
+        fresh = [k for k, new in enumerate(is_fresh) if new and (not k or log_priors[k] >= least)]
         weights, none_weight = self._weighed_together([drawn[k] for k in fresh])
         told = {
             **dict(enumerate(each.weights for each in drawn)),

@@ -100,6 +100,10 @@ class Floorplan:
         """Return a pose in nominal metres as one in working metres."""
         return SE2(T_plan_base.linear, T_plan_base.translation * self.factor)
 
+    def placed_in_working(self, A_plan_body: Affine2D) -> Affine2D:
+        """Return a placement in nominal metres as one in working metres."""
+        return Affine2D(A_plan_body.linear * self.factor, A_plan_body.translation * self.factor)
+
     def to_nominal(self, A_plan_body: Affine2D) -> Affine2D:
         """Return a placement in working metres as one in nominal metres."""
         return Affine2D(A_plan_body.linear / self.factor, A_plan_body.translation / self.factor)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import OdometryError, StateError
+from fpnet_core.geometry import Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
@@ -221,16 +222,19 @@ class Localizer:
             check_weights(weights, self._state.storeys)
             self._begin(self._state.weighed(weights))
 
-    def leave_storey(self, weights: Mapping[str, float], why: str) -> None:
+    def leave_storey(
+        self, weights: Mapping[str, float], why: str, starts: Mapping[str, Affine2D] | None = None
+    ) -> None:
         """
         Say that the robot has left its storey: the submap ends, and the next one begins.
 
-        ``weights`` are those of where it may be now, as of :meth:`suggest_storey`.
+        ``weights`` are those of where it may be now, as of :meth:`suggest_storey`; ``starts`` are
+        placements ``A_plan_odom``, nominal metres, to try first.
         """
         with self._lock:
             check_weights(weights, self._state.storeys)
             self._start_anew(why)
-            self._begin(self._state.weighed(weights), anew(why))
+            self._begin(self._state.weighed(weights).starting(starts or {}), anew(why))
 
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""

@@ -18,7 +18,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import HintError, MapFormatError
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import Evidence, Judge, Verdict
 from fpnet_core.judging.evidence import CONTEXT, FIGURES
 from fpnet_core.localizer.finder import Finder
@@ -250,6 +250,13 @@ def probabilities(
     """Return the probability of each storey's placements, by its name."""
     here = float(verdict.placements.probability.sum())
     return {plan.name: here, **{each.plan.name: each.probability for each in others}}
+
+
+def to_try(plan: Floorplan, starts: Mapping[str, Affine2D]) -> Placements:
+    """Return the placement to try first on a storey, working metres; none where there is none."""
+    if plan.name not in starts:
+        return Placements.empty()
+    return Placements.of([plan.placed_in_working(starts[plan.name])])
 
 
 def strongest(others: Sequence[OtherStorey]) -> OtherStorey | None:

@@ -32,6 +32,7 @@ from fpnet_core.localizer.storeys import (
     in_contest,
     probabilities,
     strongest,
+    to_try,
     unsearched,
     with_priors,
 )
@@ -129,6 +130,13 @@ class TickState:
         return TickState(
             chosen.plan, self.segmenter, standing, tracked=chosen.tracked, others=others
         )
+
+    def starting(self, starts: Mapping[str, Affine2D]) -> TickState:
+        """Return the state with placements to try first, nominal metres, by the storeys' names."""
+        if self.plan is None:
+            return self
+        others = tuple(replace(each, tracked=to_try(each.plan, starts)) for each in self.others)
+        return replace(self, tracked=to_try(self.plan, starts), others=others)
 
     def weighed(self, weights: Mapping[str, float]) -> TickState:
         """Return the state with other priors of the storeys, which need not add up to one."""

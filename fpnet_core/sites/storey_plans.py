@@ -20,6 +20,9 @@ _RIGHT = 0.999
 _ELEVATION_SIGMA_M = 1.0
 """Physical: barometers and odometry over a few storeys err by about this; storeys are 3 m."""
 
+_RISE_SIGMA_M = 0.5
+"""Physical: what odometry that sees the ride, and stated elevations, err by in one ride."""
+
 _LEAST = 1e-3
 """Chosen: a storey that nothing speaks for is as improbable, beside the best one."""
 
@@ -124,7 +127,7 @@ def weights_after_leaving(
     start_m = site.storey(left).elevation_m
     if rise_m is None or start_m is None:
         return weights
-    heights = weights_of_elevation(site, start_m + rise_m)
+    heights = weights_of_elevation(site, start_m + rise_m, _RISE_SIGMA_M)
     return _product(weights, heights)
 
 

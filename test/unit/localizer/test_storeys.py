@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import drive, recorded
-from planted_site import laid_elsewhere, other_storey
+from planted_site import EvenMatcher, laid_elsewhere, other_storey
 import pytest
-from test_tick import EvenMatcher, digest
+from test_tick import digest
 
 from fpnet_core.config import load_config
 from fpnet_core.errors import HintError, MapFormatError
