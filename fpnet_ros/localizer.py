@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
+from dataclasses import replace
 import sys
 from threading import Lock
 
@@ -29,6 +30,7 @@ from fpnet_ros.params import ParameterTree
 from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one_line
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
+from fpnet_ros.storeys import StoreyTopics, create_site_localizer
 from fpnet_ros.work import DroppingWorker, Worker
 from msg_adapters.poses import uncertain_pose_from_msg
 
@@ -72,7 +74,7 @@ class LocalizerNode(ManagedNode):
     def configure(self) -> None:
         """Load the weights, compile, and connect; a bad parameter or file is an FpnetError."""
         config, parameters = self._config.value, self._settings.value
-        self._localizer = create_localizer(config)
+        self._localizer = create_site_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
         if TFMessage is None and parameters.tf_broadcast:
@@ -88,10 +90,14 @@ class LocalizerNode(ManagedNode):
             parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
         )
         self._state_file.restore()
+        self._storeys = StoreyTopics(
+            self, self._localizer, parameters.site, config, parameters.map_frame
+        )
         self._checkup = Checkup(self, self._input.topics())
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
-        self._plans = FloorplanInput(self, self._on_floorplan, self._report)
+        if not parameters.site:
+            self._plans = FloorplanInput(self, self._on_floorplan, self._report)
         self.add_subscription(
             PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, STREAM
         )
@@ -158,12 +164,14 @@ class LocalizerNode(ManagedNode):
     def _on_initial_pose(self, msg: PoseWithCovarianceStamped) -> None:
         frame, scan = self._frame, self._newest
         try:
+            given = uncertain_pose_from_msg(msg)
+            pose = given.pose
+            storey, frame = self._storeys.frame_named(pose.frame_id) or ('', frame)
             if frame is None or scan is None:
                 missing = 'floorplan' if frame is None else 'scan'
                 raise HintError(f'it came before the first {missing}; send it again')
-            given = uncertain_pose_from_msg(msg)
-            pose = given.pose
             hint = frame.hint(pose.T_frame_body, pose.frame_id, given.cov, scan.T_odom_base)
+            hint = replace(hint, storey=storey)
         except FpnetError as error:
             self.get_logger().warning(f'initialpose was rejected: {one_line(error)}')
             return
@@ -256,9 +264,14 @@ class LocalizerNode(ManagedNode):
         output = self._localizer.tick(self.get_clock().now().nanoseconds)
         self._publish_tick()
         if output is not before:
+            self._storeys.publish_differences(self._localizer.snapshot, self._frame)
             self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
 
     def _publish_tick(self) -> None:
+        changed = self._storeys.follow(self._localizer.snapshot)
+        if changed is not None:
+            self._out.forget_path()
+            self._show(changed)
         frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom
         if frame is not None and A_plan_odom is not None:
             self._show(frame.followed(A_plan_odom))
