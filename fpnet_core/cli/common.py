@@ -59,6 +59,12 @@ JsonOption = Annotated[
     typer.Option('--json', metavar='FILE', help='Write the result as JSON; - for stdout.'),
 ]
 
+DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
+
+FloorplanOption = Annotated[
+    Path | None, typer.Option('--floorplan', metavar='F', help=DRAWING_HELP)
+]
+PlanOption = Annotated[Path | None, typer.Option('--plan', metavar='F', help=DRAWING_HELP)]
 SiteOption = Annotated[
     Path | None,
     typer.Option(
@@ -68,8 +74,6 @@ SiteOption = Annotated[
         'Open-RMF *.building.yaml.',
     ),
 ]
-
-DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
 
 
 @dataclass(frozen=True)
@@ -141,6 +145,14 @@ class DrawingOptions:
         from fpnet_core.judging.causes import Asked
 
         return Asked(tuple(command), str(path), tuple(self.pairs()))
+
+    def asked_of(
+        self, command: Sequence[str], option: str, plan: Path | None, site: Path | None
+    ) -> Asked:
+        """Return what was typed where a drawing, by its ``option``, or a site was named."""
+        if plan is not None:
+            return self.asked(('fpnet', *command, option), plan)
+        return self.asked(('fpnet', *command, '--site'), site or Path())
 
     def pairs(self) -> Iterator[tuple[str, str]]:
         """Yield the options that were given, with their values."""

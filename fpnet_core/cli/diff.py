@@ -25,9 +25,7 @@ def command(
         typer.Argument(metavar='SEEN', help='Recording, robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
-    plan: Annotated[
-        Path | None, typer.Option('--plan', metavar='F', help=common.DRAWING_HELP)
-    ] = None,
+    plan: common.PlanOption = None,
     site: common.SiteOption = None,
     out: common.OutOption = None,
     config: common.ConfigOption = None,

@@ -75,9 +75,7 @@ _TumOption = Annotated[
 def command(
     recording: _Recording,
     said: common.DrawingOptions,
-    floorplan: Annotated[
-        Path | None, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)
-    ] = None,
+    floorplan: common.FloorplanOption = None,
     site: common.SiteOption = None,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
@@ -104,12 +102,9 @@ def command(
     said where it is: then it prints the likely causes with the next command. Errors exit 1. fpnet
     --verbose localize logs every change of status with its reason.
 
-    On a --site of several storeys the answer names the storey; storeys that look the same stay
-    ambiguous. Poses are those on the storey at the end.
-
-    With --out the folder gets report.html (opens without a network), run.json, poses.tum,
-    covariances.csv and odometry.tum, map.yaml (the floorplan at the scale that was found),
-    submap.yaml, and run.mcap for Foxglove.
+    With --out the folder gets report.html (opens without a network), run.json, poses.tum (on a
+    --site those on the storey at the end), covariances.csv and odometry.tum, map.yaml (the
+    floorplan at the scale that was found), submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -124,8 +119,7 @@ def command(
     plans = common.read_plans(floorplan, site, said, tree, '--floorplan', json_path)
     known = _known(truth)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    named = ('--floorplan', floorplan) if floorplan else ('--site', site or Path())
-    asked = said.asked(('fpnet', 'localize', str(recording), *given, named[0]), named[1])
+    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
@@ -135,7 +129,7 @@ def command(
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
     if out is not None:
-        _write_folder(out, f'{recording.name} on {named[1].name}', ended)
+        _write_folder(out, f'{recording.name} on {Path(asked.drawing).name}', ended)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
 

@@ -33,9 +33,7 @@ def command(
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
-    plan: Annotated[
-        Path | None, typer.Option('--plan', metavar='F', help=common.DRAWING_HELP)
-    ] = None,
+    plan: common.PlanOption = None,
     site: common.SiteOption = None,
     submap_storey: Annotated[
         int | None,
@@ -76,8 +74,7 @@ def command(
     result = found.best
     given = common.typed_settings(config, settings)
     given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
-    named = ('--plan', plan) if plan else ('--site', site or Path())
-    asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, named[0]), named[1])
+    asked = said.asked_of(('match', '--submap', str(submap), *given), '--plan', plan, site)
     matcher = LearnedMatcher(tree.matcher)
     causes = _causes(result, matcher, tree, found.plan, asked, said.storey)
     stated = found.plan.scale.is_known, seen.is_metric

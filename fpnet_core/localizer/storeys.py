@@ -230,7 +230,7 @@ _UNSEEN = Verdict(
     0.0,
     0.0,
 )
-"""Of a storey that nobody has looked at: as probable as another building."""
+"""Given: of a storey that nobody has looked at; as probable as another building."""
 
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
