@@ -75,6 +75,9 @@ COMMANDS = {
     'doctor': Subcommand(
         'fpnet_core.cli.doctor', 'Find what is wrong with a recording or a running robot.'
     ),
+    'library': Subcommand(
+        'fpnet_core.cli.library', 'Find the floorplan among many that a robot may be in.'
+    ),
     'localize': Subcommand(
         'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
     ),

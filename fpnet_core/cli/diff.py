@@ -14,9 +14,6 @@ from fpnet_core.cli import common
 if TYPE_CHECKING:
     from fpnet_core.differences import Differences
 
-LOST = 3
-"""Exit status where the map was not placed; given, as of ``fpnet localize``."""
-
 
 @common.reads_drawing
 def command(
@@ -56,7 +53,7 @@ def command(
     except NotPlacedError as error:
         common.say(str(error), json_path)
         common.write_json(json_path, {'status': 'lost', 'reason': str(error)})
-        raise typer.Exit(LOST) from None
+        raise typer.Exit(common.NO_ANSWER) from None
     found = placed.differences
     _say(found, json_path)
     common.write_json(json_path, _report(found, placed.storey))

@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from fpnet_core.types import Cause
 
 _REPORT_NAME = 'report.html'
-NO_ANSWER = 3
-"""Exit status of a run that went well and ended without a pose; given, as users' scripts ask."""
-
 _Recording = Annotated[
     Path,
     typer.Argument(metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'),
@@ -131,7 +128,7 @@ def command(
     if out is not None:
         _write_folder(out, f'{recording.name} on {Path(asked.drawing).name}', ended)
     if run.status is not Status.LOCALIZED:
-        raise typer.Exit(NO_ANSWER)
+        raise typer.Exit(common.NO_ANSWER)
 
 
 @dataclass(frozen=True, eq=False)
