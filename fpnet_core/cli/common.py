@@ -65,9 +65,6 @@ FloorplanOption = Annotated[
     Path | None, typer.Option('--floorplan', metavar='F', help=DRAWING_HELP)
 ]
 PlanOption = Annotated[Path | None, typer.Option('--plan', metavar='F', help=DRAWING_HELP)]
-NO_ANSWER = 3
-"""Exit status of a run that went well and cannot say where; given, as users' scripts ask."""
-
 SiteOption = Annotated[
     Path | None,
     typer.Option(

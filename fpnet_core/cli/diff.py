@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.exits import NO_ANSWER
 
 if TYPE_CHECKING:
     from fpnet_core.differences import Differences
@@ -53,7 +54,7 @@ def command(
     except NotPlacedError as error:
         common.say(str(error), json_path)
         common.write_json(json_path, {'status': 'lost', 'reason': str(error)})
-        raise typer.Exit(common.NO_ANSWER) from None
+        raise typer.Exit(NO_ANSWER) from None
     found = placed.differences
     _say(found, json_path)
     common.write_json(json_path, _report(found, placed.storey))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.exits import NO_ANSWER
 
 if TYPE_CHECKING:
     from fpnet_core.api.values import Match, RobotMap
@@ -124,7 +125,7 @@ def find(
         }
     common.write_json(json_path, report)
     if not proposals or (best is not None and best.A_plan_sub is None):
-        raise typer.Exit(common.NO_ANSWER)
+        raise typer.Exit(NO_ANSWER)
 
 
 def _searched(proposals: tuple[Proposal, ...], seen: RobotMap, tree: FpnetConfig) -> Match | None:

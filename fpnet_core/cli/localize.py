@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.exits import NO_ANSWER
 from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def command(
     if out is not None:
         _write_folder(out, f'{recording.name} on {Path(asked.drawing).name}', ended)
     if run.status is not Status.LOCALIZED:
-        raise typer.Exit(common.NO_ANSWER)
+        raise typer.Exit(NO_ANSWER)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Numerical: cells of the table that votes are counted in. Two placements may share one; both
-# tables, whose cells lie apart by half a step, seldom agree on that.
+# tables, whose cells lie apart by half a step, seldom agree on that:
 _TABLE_BITS = 20
 _TABLE = 1 << _TABLE_BITS
 _GOLDEN = np.uint64(11400714819323198485)  # numerical: of Fibonacci hashing
 _HASH_SHIFT = np.uint64(64 - _TABLE_BITS)
 _OFFSET = 4096  # numerical: makes places in steps positive; plans are smaller
-# Chosen: what counts as the same placement.
+# Chosen, what counts as the same placement:
 _STEP_M = 1.5
 _TURNS = 24
-# Chosen: partners are this near at first and then [m], and turned alike within [rad].
+# Chosen, how near partners are at first and then [m], and how alike they are turned [rad]:
 _REACH_M, _FIRST_REACH_M = 0.6, 1.0
 _ALIKE_RAD = 0.45
 _ROUNDS = 3  # numerical: each lays the keypoints on their partners

@@ -28,7 +28,7 @@ _TURNS = 12
 # Nearest partners of a keypoint; what a robot sees misses some, so it asks for more.
 _PARTNERS, _ASKED_PARTNERS = 6, 10
 
-_STEPS = int((_FARTHEST_M - _NEAREST_M) / _STEP_M) + 1
+_STEPS = int((_FARTHEST_M - _NEAREST_M) / _STEP_M) + 1  # numerical
 _TURNS_OF = np.array([_TURNS // 2, _TURNS, _TURNS])  # given, by kind: doors repeat after a half
 
 WORDS = KINDS * KINDS * _STEPS * _TURNS * _TURNS
