@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fpnet_lab.evaluation.figures import markdown_table
@@ -24,6 +24,9 @@ def sites(report: Report) -> tuple[dict[str, str], dict[str, str]]:
         tables[''] = _storeys(report['sites'])
     if 'differences' in report:
         tables['differences'] = _differences(report['differences'])
+    if 'library' in report:
+        tables['library'] = _library(report['library'])
+        tables['growth'] = _growth(report['library']['growth'])
     return tables, {}
 
 
@@ -64,6 +67,41 @@ def _differences(row: Report) -> str:
         'there': str(row['true_pieces']),
     }
     return markdown_table(list(shown), [list(shown.values())])
+
+
+def _library(part: Report) -> str:
+    header = ['seen', 'asked', 'first', 'among the first 10', 'query, median']
+    rows = [
+        [
+            group,
+            str(row['cases']),
+            f'{100.0 * row["first"]:.0f} %',
+            f'{100.0 * row["in_first_10"]:.0f} %',
+            f'{row["query_ms_median"]:.0f} ms',
+        ]
+        for group, row in part['groups'].items()
+    ]
+    claims = part['claims']
+    said = (
+        f'{part["plans"]} plans, {part["kilobytes_a_plan"]:.1f} kB each. After a search of the '
+        f'first 10, {100.0 * claims["right"]:.0f} % of the drives are claimed right and '
+        f'{100.0 * claims["wrong"]:.1f} % wrong.'
+    )
+    return f'{markdown_table(header, rows)}\n\n{said}'
+
+
+def _growth(rows: Sequence[Report]) -> str:
+    header = ['plans', 'index', 'query, median', 'among the first 10']
+    cells = [
+        [
+            f'{row["plans"]:,}',
+            f'{row["megabytes"]:.0f} MB',
+            f'{row["query_ms_median"]:.0f} ms',
+            f'{100.0 * row["in_first_10"]:.0f} %',
+        ]
+        for row in rows
+    ]
+    return markdown_table(header, cells)
 
 
 def _with(value: float | None, shown: str) -> str:
