@@ -14,7 +14,17 @@ from typing import TYPE_CHECKING, Any
 from fpnet_core import kernel_cache as kernel_cache
 
 if TYPE_CHECKING:
-    from fpnet_core.api import check_plan, localize, match, read_plan, read_robot_map, segment
+    from fpnet_core.api import (
+        check_plan,
+        diff,
+        localize,
+        match,
+        match_site,
+        read_plan,
+        read_robot_map,
+        read_site,
+        segment,
+    )
     from fpnet_core.api.run import Run
     from fpnet_core.api.values import Match, Plan, RobotMap, Rooms
     from fpnet_core.config import FpnetConfig, load_config
@@ -31,11 +41,14 @@ __all__ = [
     'Run',
     'Status',
     'check_plan',
+    'diff',
     'load_config',
     'localize',
     'match',
+    'match_site',
     'read_plan',
     'read_robot_map',
+    'read_site',
     'segment',
 ]
 
@@ -49,11 +62,14 @@ _MODULE_OF = {
     'Run': 'api.run',
     'Status': 'types',
     'check_plan': 'api',
+    'diff': 'api',
     'load_config': 'config',
     'localize': 'api',
     'match': 'api',
+    'match_site': 'api',
     'read_plan': 'api',
     'read_robot_map': 'api',
+    'read_site': 'api',
     'segment': 'api',
 }
 

@@ -41,3 +41,15 @@ class StateError(FpnetError):
 
 class WeightsError(FpnetError):
     """Network weights are missing, corrupt, or made for another feature schema."""
+
+
+class SiteError(FpnetError):
+    """A description of a site is malformed, contradicts itself, or names what is not there."""
+
+
+class LibraryError(FpnetError):
+    """A library of floorplans is missing, damaged, empty, or of another version."""
+
+
+class NotPlacedError(FpnetError):
+    """What was seen could not be placed on a drawing, so nothing may be said about the drawing."""

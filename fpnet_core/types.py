@@ -3,10 +3,9 @@
 """
 Frozen values that flow between the stages.
 
-Construction checks shapes, dtypes and finiteness and marks arrays read-only. Shape letters:
-``P`` points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side, ``E``
-edges, ``D`` features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster.
-Everything is SI, radians and integer nanoseconds.
+Construction checks shapes, dtypes and finiteness and marks arrays read-only. Shape letters: ``P``
+points, ``M`` plan regions, ``N`` submap regions, ``R`` regions of either side, ``E`` edges, ``D``
+features, ``K`` matches, ``V`` vertices, ``S`` path samples, ``H, W`` raster. Units are SI.
 """
 
 from __future__ import annotations
@@ -128,9 +127,8 @@ class Submap:
     def __post_init__(self) -> None:
         """Check that the rasters agree."""
         freeze_field(self, 'lintel', np.bool_, self.grid.shape)
-        freeze_field(self, 'path_xy', np.float64, (None, 2))
-        freeze_field(self, 'recent_xy', np.float64, (None, 2))
-        freeze_field(self, 'newest_xy', np.float64, (None, 2))
+        for name in ('path_xy', 'recent_xy', 'newest_xy'):
+            freeze_field(self, name, np.float64, (None, 2))
 
     @property
     def free_area_m2(self) -> float:
@@ -343,9 +341,10 @@ class LocalizerOutput:
     ``A_plan_odom`` holds around the robot, where the placement of a bent submap is off. It is None
     unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
     ``spread`` is how far the pose may be off. ``probability`` is that of the best hypothesis; all
-    ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of
-    the plan's scale; ``reason`` says in one sentence why the status is what it is, ``is_mirrored``
-    that what was seen fits the plan's mirror image only. ``causes`` are likely ones of no answer.
+    ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of the
+    plan's scale; ``reason`` says in one sentence why the status is what it is, ``is_mirrored``
+    that what was seen fits the mirror image only. ``causes`` are likely ones of no answer. All is
+    about the plan of one ``storey``; ``storeys`` has the probability of each of a site.
     """
 
     stamp_ns: int
@@ -363,6 +362,8 @@ class LocalizerOutput:
     reason: str = ''
     is_mirrored: bool = False
     causes: tuple[Cause, ...] = ()
+    storey: str = ''
+    storeys: dict[str, float] = field(default_factory=dict)
 
     @property
     def said(self) -> str:

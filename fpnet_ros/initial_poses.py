@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -48,6 +49,8 @@ class InitialPoses:
     ----------
     situation
         Returns the frame of the floorplan and the newest scan, None while there is none.
+    frame_named
+        Returns the storey whose plan's frame is called so, and that frame; None where none is.
     suggest
         Takes the hint.
     logger
@@ -59,11 +62,13 @@ class InitialPoses:
     def __init__(
         self,
         situation: Callable[[], tuple[MapFrame | None, LocatedScan | None]],
+        frame_named: Callable[[str], tuple[str, MapFrame] | None],
         suggest: Callable[[PoseHint], None],
         logger: Any,
         first: UncertainPose | None = None,
     ) -> None:
-        self._situation, self._suggest, self._logger = situation, suggest, logger
+        self._situation, self._frame_named = situation, frame_named
+        self._suggest, self._logger = suggest, logger
         self._waiting = None if first is None else (first, 'parameter initial_pose')
 
     def on_message(self, msg: PoseWithCovarianceStamped, source: str = 'initialpose') -> None:
@@ -80,17 +85,20 @@ class InitialPoses:
 
     def follow(self) -> None:
         """Use what waits, as soon as there are a floorplan and a scan."""
-        frame, scan = self._situation()
-        if self._waiting is None or frame is None or scan is None:
+        if self._waiting is None:
             return
-        (given, source), self._waiting = self._waiting, None
-        pose = given.pose
+        given, source = self._waiting
+        pose, (frame, scan) = given.pose, self._situation()
+        storey, frame = self._frame_named(pose.frame_id) or ('', frame)
+        if frame is None or scan is None:
+            return
+        self._waiting = None
         try:
             hint = frame.hint(pose.T_frame_body, pose.frame_id, given.cov, scan.T_odom_base)
         except FpnetError as error:
             self._reject(source, error)
             return
-        self._suggest(hint)
+        self._suggest(replace(hint, storey=storey))
         self._logger.info('took the initial pose; it counts once the walls agree')
 
     def _reject(self, source: str, error: FpnetError) -> None:

@@ -34,6 +34,7 @@ from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one
 from fpnet_ros.services import offer_amcl_services, offer_services, offer_set_initial_pose
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
+from fpnet_ros.storeys import StoreyTopics, create_site_localizer
 from fpnet_ros.work import DroppingWorker, Worker
 from msg_adapters.diagnostics import LocalizerReport
 
@@ -76,7 +77,7 @@ class LocalizerNode(ManagedNode):
     def configure(self) -> None:
         """Load the weights, compile, and connect; a bad parameter or file is an FpnetError."""
         config, parameters = self._config.value, self._settings.value
-        self._localizer = create_localizer(config)
+        self._localizer = create_site_localizer(config)
         self.get_logger().info('warming up; the first time after an installation takes longer')
         warm_up(create_localizer(config))
         if TFMessage is None and parameters.sends_tf:
@@ -92,10 +93,14 @@ class LocalizerNode(ManagedNode):
             parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
         )
         self._state_file.restore()
+        self._storeys = StoreyTopics(
+            self, self._localizer, parameters.site, config, parameters.map_frame
+        )
         self._checkup = Checkup(self, self._input.topics())
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
         self._health = Health(self._input, self._scans)
-        self._plans = FloorplanInput(self, self._on_floorplan, self._report)
+        if not parameters.site:
+            self._plans = FloorplanInput(self, self._on_floorplan, self._report)
         self._listen_to_words(parameters)
         self._add_timers(config.localizer.tick_period_s, parameters)
         self._settings.is_frozen = self._config.is_frozen = True
@@ -126,8 +131,13 @@ class LocalizerNode(ManagedNode):
 
     def _listen_to_words(self, parameters: LocalizerParameters) -> None:
         """Take what others say; beside AMCL what has its names is AMCL's."""
-        suggest, first = self._localizer.suggest, parameters.first_pose
-        self._words = InitialPoses(self._situation, suggest, self.get_logger(), first)
+        self._words = InitialPoses(
+            self._situation,
+            self._storeys.frame_named,
+            self._localizer.suggest,
+            self.get_logger(),
+            parameters.first_pose,
+        )
         self._hand_over = HandOver(self) if parameters.hand_over else None
         offer_services(self, self._look_again, self._localizer.reset)
         offer_set_initial_pose(self, self._words, parameters.hand_over)
@@ -260,9 +270,14 @@ class LocalizerNode(ManagedNode):
         output = self._localizer.tick(self.get_clock().now().nanoseconds)
         self._publish_tick()
         if output is not before:
+            self._storeys.publish_differences(self._localizer.snapshot, self._frame)
             self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
 
     def _publish_tick(self) -> None:
+        changed = self._storeys.follow(self._localizer.snapshot)
+        if changed is not None:
+            self._out.forget_path()
+            self._show(changed)
         frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom
         if frame is not None and A_plan_odom is not None:
             self._show(frame.followed(A_plan_odom))

@@ -17,6 +17,11 @@ from msg_adapters.poses import UncertainPose
 class LocalizerParameters(InputParameters):
     """What only the node needs beside the configuration tree."""
 
+    site: str = Field(
+        '',
+        description='site.yaml, folder of maps or Open-RMF *.building.yaml with the storeys; '
+        'empty: the floorplan comes as a message.',
+    )
     map_frame: str = Field('map', description='Frame of the floorplan at its true scale.')
     tf_broadcast: bool = Field(True, description='Publish the TF from map_frame to odometry.')
     hand_over: bool = Field(

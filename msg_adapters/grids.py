@@ -85,6 +85,15 @@ def grid_to_msg(grid: GridMap, stamp_ns: int, frame_id: str) -> Any:
     )
 
 
+def confidence_to_msg(
+    grid: GridMap, percent: NDArray[np.int8], stamp_ns: int, frame_id: str
+) -> Any:
+    """Return an OccupancyGrid of ``percent (H, W)`` on the raster of ``grid``; -1 is unknown."""
+    msg = grid_to_msg(grid, stamp_ns, frame_id)
+    msg.data = array('b', np.ascontiguousarray(percent).tobytes())
+    return msg
+
+
 def _cells_from_percent(percent: NDArray[np.int8]) -> NDArray[np.int8]:
     """Map occupancy in percent to the three cell values; whatever lies outside is unknown."""
     cells = np.full(percent.shape, UNKNOWN, dtype=np.int8)

@@ -19,21 +19,25 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from fpnet_core.api.values import Match, Plan, RobotMap, Rooms, shown_as
+from fpnet_core.api.values import Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet_core.config import FpnetConfig, OdometryChoice
+from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
-from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading, ReadOptions
-from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError
+from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlacedError
 from fpnet_core.io import read_cloud, read_map, states_scale
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.recordings import is_recording
 from fpnet_core.judging.causes import Asked
-from fpnet_core.localizer import match_maps
+from fpnet_core.localizer import create_finder, match_maps
+from fpnet_core.localizer.maps import MapMatchStatus, cut_plan, cut_robot_map, match_storeys
+from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.plan_check import PlanCheck
 from fpnet_core.plan_check import check_plan as _check_plan
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
+from fpnet_core.sites import Site, Storey
+from fpnet_core.sites.site_files import read_site as _read_site
 from fpnet_core.submaps import SubmapBuilder, submap_from_cloud, submap_from_grid
 from fpnet_core.types import Submap
 
@@ -160,6 +164,71 @@ def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None
     return shown_as(Rooms, found)
 
 
+def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
+    """
+    Read the storeys of a site: ``site.yaml``, a folder of maps, or an Open-RMF building.
+
+    Raises
+    ------
+    FpnetError
+        If the description is malformed or contradicts itself, or a plan cannot be read.
+    """
+    return _read_site(path, config)
+
+
+def match_site(
+    site: Site, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
+) -> dict[str, Match]:
+    """
+    Place what a robot has seen on the storeys of a site, by name, the most probable first.
+
+    Raises
+    ------
+    FpnetError
+        If the map cannot be read, or a plan holds no room.
+    """
+    config = config or FpnetConfig()
+    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
+    plans = {
+        storey.name: cut_plan(
+            storey.plan.grid, config, storey.plan.scale.is_known, storey.plan.estimate
+        )
+        for storey in site.storeys
+    }
+    sub = cut_robot_map(seen.submap, config, seen.is_metric)
+    found = match_storeys(plans, sub, create_finder(config), StageTimer())
+    return {name: shown_as(Match, each) for name, each in found.items()}
+
+
+def diff(
+    plan: Reading | Site | str | Path,
+    robot_map: RobotMap | str | Path,
+    config: FpnetConfig | None = None,
+) -> Placed:
+    """
+    Find where a drawing, or the right one of a site's, and what a robot has seen differ.
+
+    Raises
+    ------
+    NotPlacedError
+        If what was seen cannot be placed surely.
+    FpnetError
+        If a file cannot be read, or a plan holds no room.
+    """
+    config = config or FpnetConfig()
+    seen = robot_map if isinstance(robot_map, RobotMap) else read_robot_map(robot_map, config)
+    if isinstance(plan, str | Path):
+        plan = read_plan(plan, config=config)
+    site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
+    found = next(iter(match_site(site, seen, config).values()))
+    if found.status is not MapMatchStatus.MATCHED:
+        raise NotPlacedError(f'lost, so the drawing cannot be judged: {found.reason}')
+    name = found.storey or site.storeys[0].name
+    A_plan_sub = found.comparison.estimates[0].A_plan_submap
+    grid = site.storey(name).plan.grid
+    return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
+
+
 def match(
     plan: Reading | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> Match:
@@ -192,7 +261,7 @@ def match(
 
 
 def localize(
-    plan: Reading | str | Path,
+    plan: Reading | Site | str | Path,
     recording: str | Path,
     *,
     poses: str | Path | None = None,
@@ -201,11 +270,11 @@ def localize(
     config: FpnetConfig | None = None,
 ) -> Run:
     """
-    Localise a recording on a floorplan; see :class:`Run`.
+    Localise a recording on a floorplan, or on one of a site's; see :class:`Run`.
 
     Parameters
     ----------
-    plan : as read, or a file
+    plan : a floorplan or site as read, or a floorplan's file
     recording : ROS 2 bag, CARMEN log, or folder of scans
     poses : of the scans, used as odometry: TUM, KITTI or .npy
     odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
@@ -220,7 +289,8 @@ def localize(
     from fpnet_core.api.run import Run, scans_of  # as above
 
     config = config or FpnetConfig()
-    reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
+    if isinstance(plan, str | Path):
+        plan = read_plan(plan, config=config)
     source = scans_of(
         recording,
         poses=poses,
@@ -228,7 +298,7 @@ def localize(
         topics=topics,
         scan_stamp=config.scans.stamp,
     )
-    return Run(reading, source, with_scale_of(reading, config), odometry=odometry)
+    return Run(plan, source, config, odometry=odometry)
 
 
 def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> PlanCheck:

@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
+from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
 from fpnet_core.io.bag_scans import TF_TOPIC
 from fpnet_core.judging.causes import Asked
-from fpnet_core.localizer import Localizer, Replay, ReplayResult
+from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.odometry_check import GuidedOdometry
+from fpnet_core.sites import Site, Storey
+from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.pictures import figure_of, html_of
@@ -73,14 +76,14 @@ def _with_poses_of_tf(path: Path, topics: Sequence[str], scan_stamp: ScanStamp) 
 
 class Run:
     """
-    A recording on its way over a floorplan.
+    A recording on its way over a floorplan, or a site of several.
 
     Iterating yields what each tick says, as the recording is read; everything else reads on to
-    its end first. Poses are of the floorplan's frame.
+    its end first. Poses are of the floorplan's frame; on a site, those on the storey at the end.
 
     Parameters
     ----------
-    plan : the floorplan as it was read
+    plan : the floorplan as it was read, or a site of several
     scans : of the recording, see :func:`scans_of`
     config : of the localizer
     advance : called after each scan
@@ -89,16 +92,17 @@ class Run:
 
     def __init__(
         self,
-        plan: Reading,
+        plan: Reading | Site,
         scans: ScanSource,
         config: FpnetConfig,
         advance: Callable[[], None] = lambda: None,
         odometry: OdometryChoice | None = None,
     ) -> None:
-        self.plan, self.config = plan, config
+        site = Site('', (Storey('', plan),)) if isinstance(plan, Reading) else plan
+        self.site, self.config = site, config
         self._matcher = LearnedMatcher(config.matcher)
-        self._localizer = Localizer(config, self._matcher)
-        self._localizer.set_plan(plan.grid, plan.estimate)
+        self._localizer = SiteLocalizer(config, self._matcher)
+        self._localizer.set_site(site)
         self._replay = Replay(
             scans,
             self._localizer,
@@ -131,6 +135,18 @@ class Run:
         return self._localizer.plan.segmentation
 
     @property
+    def plan(self) -> Reading:
+        """The floorplan; of a site, that of the storey at the end."""
+        if len(self.site.storeys) == 1:
+            return self.site.storeys[0].plan
+        return self.site.storey(self.storey).plan
+
+    @property
+    def storey(self) -> str:
+        """The storey at the end; empty for a floorplan that is no site's."""
+        return self.last.storey or self.site.storeys[0].name
+
+    @property
     def last(self) -> LocalizerOutput:
         """What the last tick said."""
         return self.result.outputs[-1] if self.result.outputs else self._localizer.output
@@ -142,13 +158,19 @@ class Run:
 
     @property
     def poses(self) -> PlanarTrajectory:
-        """Every published pose: stamps, positions [m] and yaw [rad] in the plan's frame."""
-        return self.result.published
+        """Published poses in the plan's frame: stamps, positions [m] and yaw [rad]."""
+        found, chosen = self.result.published, self._is_here
+        return PlanarTrajectory(found.stamps_ns[chosen], found.xy[chosen], found.yaw[chosen])
 
     @property
     def covariances(self) -> NDArray[np.float64]:
         """Those ``(S, 3, 3)`` of the published poses' x, y [m] and yaw [rad]."""
-        return self.result.covariances
+        return self.result.covariances[self._is_here]
+
+    @property
+    def _is_here(self) -> NDArray[np.bool_]:
+        """Which of the published poses ``(S,)`` are on the plan."""
+        return np.array([name == self.storey for name in self.result.storeys], dtype=np.bool_)
 
     @property
     def segmentation(self) -> Segmentation:
@@ -166,7 +188,8 @@ class Run:
         if self.status is Status.LOCALIZED:
             return ()
         plan, outputs = self.plan, self.result.outputs
-        return explain_run(outputs, plan.grid, self._matcher, self.config, plan, asked, storey)
+        config = with_scale_of(plan, self.config)
+        return explain_run(outputs, plan.grid, self._matcher, config, plan, asked, storey)
 
     def summary(
         self, truth: PlanarTrajectory | None = None, A_plan_truth: Affine2D | None = None
@@ -174,13 +197,14 @@ class Run:
         """Return the run's figures, against true poses where somebody knows them."""
         run = self.result
         A = Affine2D.identity() if A_plan_truth is None else A_plan_truth
-        return summarize_run(run.published, run.odometry, run.tick_ms, truth, A, run.covariances)
+        return summarize_run(self.poses, run.odometry, run.tick_ms, truth, A, self.covariances)
 
     def __repr__(self) -> str:
         """Say how it ended, once it has been read to its end."""
+        on = self.site.name or self.site.storeys[0].plan.drawing.name
         if 'result' not in self.__dict__:
-            return f'<Run on {self.plan.drawing.name}, not read to its end yet>'
-        return f'<Run on {self.plan.drawing.name}: {self.last.said}; {self.summary()}>'
+            return f'<Run on {on}, not read to its end yet>'
+        return f'<Run on {on}: {self.last.said}; {self.summary()}>'
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Draw the plan with the published poses, and the submap at the end."""

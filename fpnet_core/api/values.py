@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from fpnet_core.differences import Differences
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.localizer import MapMatch
@@ -82,6 +83,32 @@ class RobotMap:
         """Say how much it is in a line."""
         metres = 'm2' if self.is_metric else 'm2 at a nominal scale'
         return f'<RobotMap: {self.submap.free_area_m2:.0f} {metres} of free space>'
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """What a robot has seen placed on a drawing, that of ``storey``, and how these differ."""
+
+    match: MapMatch
+    differences: Differences
+    storey: str = ''
+
+    def __repr__(self) -> str:
+        """Say how much differs in a line."""
+        likely = self.differences.likely
+        length_m = sum(each.length_m for each in likely)
+        return f'<Placed (p {self.match.probability:.2f}): {len(likely)} differ, {length_m:.0f} m>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the drawing with what differs, in metres, on ``ax`` or a figure of its own."""
+        from fpnet_core.viz.differences import draw_differences
+
+        ax = axes_of(ax)
+        draw_differences(ax, self.differences)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
 
 
 class Match(MapMatch):

@@ -73,8 +73,14 @@ COMMANDS = {
     'check-plan': Subcommand(
         'fpnet_core.cli.check_plan', 'Tell whether a floorplan will serve before a robot moves.'
     ),
+    'diff': Subcommand(
+        'fpnet_core.cli.diff', 'Find where a drawing and what was seen of the building differ.'
+    ),
     'doctor': Subcommand(
         'fpnet_core.cli.doctor', 'Find what is wrong with a recording or a running robot.'
+    ),
+    'library': Subcommand(
+        'fpnet_core.cli.library', 'Find the floorplan among many that a robot may be in.'
     ),
     'localize': Subcommand(
         'fpnet_core.cli.localize', 'Localise a recording on a floorplan, offline.'
@@ -87,6 +93,9 @@ COMMANDS = {
     ),
     'segment': Subcommand(
         'fpnet_core.cli.segment', 'Cut a floorplan, robot map or recording into rooms and doors.'
+    ),
+    'site': Subcommand(
+        'fpnet_core.cli.site', 'Check the storeys of a site: plans, links, and what looks alike.'
     ),
     'view': Subcommand(
         'fpnet_core.cli.view',

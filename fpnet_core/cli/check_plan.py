@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError, MapFormatError
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def command(
     asked = said.asked(('fpnet', 'check-plan'), plan)
     with _refusal_as_json(asked, json_path):
         reading = said.read(plan, tree)
-    with common.progress('checking', total=tours + 1.0) as advance:
+    with progress('checking', total=tours + 1.0) as advance:
         seeds = range(tree.seed, tree.seed + tours)
         check = check_plan(reading, tree, seeds, _simulated_drive(), asked, advance)
     common.say(f'{plan.name}: {reading.how}', json_path)

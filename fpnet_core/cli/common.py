@@ -10,15 +10,13 @@ something about a drawing have their one home here, and so has what they are tur
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, fields
 import functools
 import inspect
 import json
 import math
 from pathlib import Path
-import sys
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,9 +26,8 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading, ReadOptions
     from fpnet_core.judging.causes import Asked
+    from fpnet_core.sites import Site
     from fpnet_core.types import Cause
-
-Item = TypeVar('Item')
 
 
 def complete_setting(incomplete: str) -> list[str]:
@@ -78,6 +75,20 @@ PortOption = Annotated[
 ]
 
 DRAWING_HELP = 'Drawing of the floorplan (PNG, JPEG, PDF, SVG, DXF, ...) or map_server YAML.'
+
+FloorplanOption = Annotated[
+    Path | None, typer.Option('--floorplan', metavar='F', help=DRAWING_HELP)
+]
+PlanOption = Annotated[Path | None, typer.Option('--plan', metavar='F', help=DRAWING_HELP)]
+SiteOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--site',
+        metavar='SITE',
+        help='Several storeys instead of one floorplan: site.yaml, a folder of maps, or an '
+        'Open-RMF *.building.yaml.',
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -148,9 +159,18 @@ class DrawingOptions:
         """Return what was typed; ``command`` are the words before the drawing."""
         from fpnet_core.judging.causes import Asked
 
-        return Asked(tuple(command), str(path), tuple(self._pairs()))
+        return Asked(tuple(command), str(path), tuple(self.pairs()))
 
-    def _pairs(self) -> Iterator[tuple[str, str]]:
+    def asked_of(
+        self, command: Sequence[str], option: str, plan: Path | None, site: Path | None
+    ) -> Asked:
+        """Return what was typed where a drawing, by its ``option``, or a site was named."""
+        if plan is not None:
+            return self.asked(('fpnet', *command, option), plan)
+        return self.asked(('fpnet', *command, '--site'), site or Path())
+
+    def pairs(self) -> Iterator[tuple[str, str]]:
+        """Yield the options that were given, with their values."""
         for field in fields(self):
             value, option = getattr(self, field.name), f'--{field.name}'
             if value is True:
@@ -320,49 +340,34 @@ def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:
         say(f'{number}. {cause.said}\n   next: {cause.next}', json_path)
 
 
+def read_plans(
+    floorplan: Path | None,
+    site: Path | None,
+    said: DrawingOptions,
+    tree: FpnetConfig,
+    option: str,
+    json_path: Path | None,
+) -> Reading | Site:
+    """Return the floorplan or the site that was named; ConfigError unless it is one of them."""
+    if (floorplan is None) == (site is None):
+        raise ConfigError(f'give {option} or --site, one of them')
+    if floorplan is not None:
+        reading = said.read(floorplan, tree)
+        say_reading(reading, json_path)
+        return reading
+    assert site is not None  # one of them was named
+    if given := next(said.pairs(), None):
+        raise ConfigError(f'{given[0]} is for one drawing; say it of a storey in the site')
+    from fpnet_core.sites.site_files import read_site
+
+    read = read_site(site, tree)
+    for storey in read.storeys:
+        say_reading(storey.plan, json_path)
+    return read
+
+
 def check_input(path: Path) -> Path:
     """Return ``path`` if it exists, else raise FpnetError."""
     if not path.exists():
         raise FpnetError(f'{path} does not exist; give an existing file or folder')
     return path
-
-
-@contextmanager
-def progress(description: str, total: float | None = None) -> Iterator[Callable[[float], None]]:
-    """
-    Show a progress bar on stderr and yield a function that advances it by a number of steps.
-
-    Nothing is drawn unless stdout and stderr are terminals, so that logs and pipes stay clean.
-    """
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        SpinnerColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = [SpinnerColumn(), TextColumn('{task.description}')]
-    if total is not None:
-        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
-    columns.append(TimeElapsedColumn())
-    shown = sys.stdout.isatty() and sys.stderr.isatty()
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
-        task = bar.add_task(description, total=total)
-
-        def advance(steps: float) -> None:
-            bar.advance(task, steps)
-
-        yield advance
-
-
-def track(items: Sequence[Item], description: str) -> Iterator[Item]:
-    """Yield the items under a progress bar."""
-    with progress(description, total=len(items)) as advance:
-        for item in items:
-            yield item
-            advance(1.0)

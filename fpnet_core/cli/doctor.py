@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def _observed(bag: Path | None, seconds: float, topic: str, odometry: str) -> Ob
     listeners = list(entry_points(group=LISTENERS))
     if not listeners:
         raise ConfigError('no ROS is installed to listen with; name a recording')
-    with common.progress('listening'):
+    with progress('listening'):
         observed: Observed = listeners[0].load()(seconds, topic, odometry)
     return observed
 

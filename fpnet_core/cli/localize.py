@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.exits import NO_ANSWER
+from fpnet_core.cli.progress import progress
 from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
@@ -22,13 +24,11 @@ if TYPE_CHECKING:
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io import ScanSource
     from fpnet_core.report import RunRecord
+    from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
 
 _REPORT_NAME = 'report.html'
-NO_ANSWER = 3
-"""Exit status of a run that went well and ended without a pose; given, as users' scripts ask."""
-
 _Recording = Annotated[
     Path,
     typer.Argument(metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'),
@@ -81,8 +81,9 @@ _ViewOption = Annotated[
 @common.reads_drawing
 def command(
     recording: _Recording,
-    floorplan: Annotated[Path, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)],
     said: common.DrawingOptions,
+    floorplan: common.FloorplanOption = None,
+    site: common.SiteOption = None,
     truth: _TruthOption = None,
     poses: _PosesOption = None,
     odometry: _OdometryOption = None,
@@ -110,30 +111,31 @@ def command(
     Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
     said where it is: then it prints the likely causes with the next command. Errors exit 1.
 
-    With --out the folder gets report.html, run.json, poses.tum, covariances.csv, odometry.tum,
-    map.yaml (at the scale that was found), submap.yaml, and run.mcap for Foxglove.
+    With --out the folder gets report.html, run.json, poses.tum (on a --site those on the
+    storey at the end), covariances.csv, odometry.tum, map.yaml (at the scale that was found),
+    submap.yaml, and run.mcap for Foxglove.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
+
+    Example: fpnet localize drive/ --site site.yaml --out out/run
 
     Example: fpnet localize scans/ --floorplan plan.png --poses drive_poses_tum.txt --json -
     """
     tree = common.load(config, settings, seed)
     from fpnet_core.api.run import scans_of
-    from fpnet_core.drawings.scaling import with_scale_of
     from fpnet_core.types import Status
 
-    reading = said.read(floorplan, tree)
-    common.say_reading(reading, json_path)
-    known = _known(truth, reading)
+    plans = common.read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    known = _known(truth, plans)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    typed = ('fpnet', 'localize', str(recording), *given, '--floorplan')
+    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
-    title, page = f'{recording.name} on {floorplan.name}', port if view else None
-    run = _ended(reading, source, with_scale_of(reading, tree), odometry, title, page)
-    ended = _Ended(run, known, run.causes(said.asked(typed, floorplan), said.storey))
+    title = f'{recording.name} on {Path(asked.drawing).name}'
+    run = _ended(plans, source, tree, odometry, title, port if view else None)
+    ended = _Ended(run, known, run.causes(asked, said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
     _write_pictures(ended, title, film, out)
@@ -149,13 +151,15 @@ class _Known:
     A_plan_truth: Affine2D
 
 
-def _known(truth: Path | None, reading: Reading) -> _Known:
+def _known(truth: Path | None, plans: Reading | Site) -> _Known:
+    from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io.truth import check_truth, read_truth
 
     if truth is None:
         return _Known(None, Affine2D.identity())
-    check_truth(truth, reading.grid.resolution)
+    if isinstance(plans, Reading):  # of several storeys nobody says yet which one it is of
+        check_truth(truth, plans.grid.resolution)
     return _Known(*read_truth(truth))
 
 
@@ -184,6 +188,7 @@ class _Ended:
         last, result = self.run.last, self.run.result
         return {
             'status': last.status.value,
+            **self._storeys(),
             'probability': round(last.probability, 4),
             'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
@@ -204,9 +209,23 @@ class _Ended:
             run.result.odometry,
         )  # fmt: skip
 
+    def _storeys(self) -> dict[str, Any]:
+        """Return what is said of storeys where there are several."""
+        last = self.run.last
+        if len(last.storeys) < 2:
+            return {}
+        probability = {name: round(p, 4) for name, p in last.storeys.items()}
+        claims = [o for o in self.run.result.outputs if o.A_plan_odom is not None]
+        changes = [
+            {'stamp_ns': new.stamp_ns, 'storey': new.storey}
+            for old, new in zip([None, *claims], claims, strict=False)
+            if old is None or old.storey != new.storey
+        ]
+        return {'storey': last.storey, 'storeys': probability, 'claims': changes}
+
 
 def _ended(
-    reading: Reading,
+    plans: Reading | Site,
     source: ScanSource,
     tree: FpnetConfig,
     odometry: OdometryChoice | None,
@@ -216,8 +235,8 @@ def _ended(
     """Return the run at its end; ``port`` is that of a page that shows it."""
     from fpnet_core.api.run import Run
 
-    with common.progress('localizing', total=len(source)) as advance:
-        run = Run(reading, source, tree, lambda: advance(1.0), odometry)
+    with progress('localizing', total=len(source)) as advance:
+        run = Run(plans, source, tree, lambda: advance(1.0), odometry)
         if port is None:
             for _ in run:
                 pass

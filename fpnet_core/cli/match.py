@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,23 +15,26 @@ import typer
 from fpnet_core.cli import common
 
 if TYPE_CHECKING:
+    from fpnet_core.api.values import Match, RobotMap
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.judging.causes import Asked
     from fpnet_core.localizer import MapMatch
     from fpnet_core.matching import RegionMatcher
+    from fpnet_core.sites import Site
     from fpnet_core.types import Cause, GridMap
 
 
 @common.reads_drawing
 def command(
-    plan: Annotated[Path, typer.Option('--plan', metavar='F', help=common.DRAWING_HELP)],
     submap: Annotated[
         Path,
         typer.Option('--submap', metavar='FILE', help='Robot map image or YAML, or a cloud.'),
     ],
     said: common.DrawingOptions,
+    plan: common.PlanOption = None,
+    site: common.SiteOption = None,
     submap_storey: Annotated[
         int | None,
         typer.Option('--submap-storey', min=1, help='Which storey of a cloud, from the lowest.'),
@@ -44,7 +48,7 @@ def command(
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Find the transform between a floorplan and a robot map.
+    Find the transform between a floorplan, or one of a site's, and a robot map.
 
     A map_server YAML and a cloud state their scale; it is trusted within pose.scale_tolerance,
     see localizer.scale_policy. That of a drawing or of a bare image is unknown, and estimated.
@@ -57,23 +61,24 @@ def command(
     Example: fpnet match --plan plan.png --submap robot_map.png --json match.json
 
     Example: fpnet match --plan plan.yaml --submap robot_map.yaml --plot match.png
+
+    Example: fpnet match --site site.yaml --submap robot_map.yaml --json -
     """
     tree = common.load(config, settings, seed)
     from fpnet_core.api import read_robot_map
-    from fpnet_core.localizer import match_maps
     from fpnet_core.matching.learned import LearnedMatcher
 
-    reading = said.read(plan, tree)
-    common.say_reading(reading, json_path)
+    plans = common.read_plans(plan, site, said, tree, '--plan', json_path)
     seen = read_robot_map(submap, tree, storey=submap_storey)
-    sub, stated = seen.submap, (reading.scale.is_known, seen.is_metric)
-    matcher = LearnedMatcher(tree.matcher)
-    result = match_maps(reading.grid, sub, matcher, tree, *stated, reading.estimate)
+    found = _matched(plans, seen, tree)
+    result = found.best
     given = common.typed_settings(config, settings)
     given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
-    asked = said.asked(('fpnet', 'match', '--submap', str(submap), *given, '--plan'), plan)
-    causes = _causes(result, matcher, tree, reading, asked, said.storey)
-    report = _report(result, reading, sub.grid, *stated)
+    asked = said.asked_of(('match', '--submap', str(submap), *given), '--plan', plan, site)
+    matcher = LearnedMatcher(tree.matcher)
+    causes = _causes(result, matcher, tree, found.plan, asked, said.storey)
+    stated = found.plan.scale.is_known, seen.is_metric
+    report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
     report['causes'] = [cause.as_json() for cause in causes]
     common.say(f'{report["status"]} (p {result.probability:.2f}): {result.reason}', json_path)
     common.say_causes(causes, json_path)
@@ -82,6 +87,35 @@ def command(
         from fpnet_core.viz.match import save_map_match
 
         save_map_match(result, plot)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """A match on each storey, the most probable first, and the drawing of that one."""
+
+    matches: dict[str, Match]
+    plan: Reading
+
+    @property
+    def best(self) -> Match:
+        return next(iter(self.matches.values()))
+
+    def storeys(self) -> dict[str, Any]:
+        """Return what is said of storeys where there are several."""
+        if len(self.matches) < 2:
+            return {}
+        probability = {name: round(each.probability, 4) for name, each in self.matches.items()}
+        return {'storey': self.best.storey, 'storeys': probability}
+
+
+def _matched(plans: Reading | Site, seen: RobotMap, tree: FpnetConfig) -> _Found:
+    from fpnet_core.api import match, match_site
+    from fpnet_core.drawings.types import Reading
+
+    if isinstance(plans, Reading):
+        return _Found({'': match(plans, seen, tree)}, plans)
+    matches = match_site(plans, seen, tree)
+    return _Found(matches, plans.storey(next(iter(matches))).plan)
 
 
 def _causes(

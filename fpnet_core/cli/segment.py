@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -100,7 +101,7 @@ def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
     if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), tree.submap, storey)
     scans = len(open_scans(path))
-    with common.progress('accumulating scans', total=scans) as advance:
+    with progress('accumulating scans', total=scans) as advance:
         return submap_of(path, tree, lambda: advance(1.0))
 
 

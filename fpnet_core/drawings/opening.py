@@ -169,7 +169,7 @@ def _refusal(path: Path, head: bytes) -> str:
     if head[4:8] == b'ftyp':
         what = 'a HEIC or AVIF picture: convert it to JPEG with heif-convert or ImageMagick'
     what = what or _BY_SUFFIX.get(path.suffix.lower())
-    if what is None and path.suffix.lower() in _all_suffixes():
+    if what is None and path.suffix.lower() in known_suffixes():
         what = f'no {path.suffix[1:].upper()} file inside, whatever its name says: export it again'
     if what is None and head.startswith(b'PK'):
         what = 'an archive: unpack it first'
@@ -178,5 +178,6 @@ def _refusal(path: Path, head: bytes) -> str:
     return f'{path} is {what}'
 
 
-def _all_suffixes() -> tuple[str, ...]:
+def known_suffixes() -> tuple[str, ...]:
+    """Return how the names of drawings end that are read."""
     return tuple(suffix for suffixes in _SUFFIXES.values() for suffix in suffixes)

@@ -3,11 +3,12 @@
 """From placements and evidence to probabilities and reasons: one learned judge."""
 
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
-from fpnet_core.judging.judge import Judge, Verdict, configured_model
+from fpnet_core.judging.judge import ALONE, Judge, Verdict, configured_model
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
 from fpnet_core.judging.reasons import Look, reason_of
 
 __all__ = [
+    'ALONE',
     'CONTEXT',
     'FIGURES',
     'JUDGE_NAME',

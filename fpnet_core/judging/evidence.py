@@ -11,14 +11,16 @@ how either map is turned or where it lies, nor on the order of the placements.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import functools
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements
 from fpnet_core.judging.regions import region_figures
-from fpnet_core.judging.rivals import rival_figures
+from fpnet_core.judging.rivals import Explained, rival_figures
 from fpnet_core.judging.walls import LookedAt, look_at, wall_figures
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
@@ -55,19 +57,31 @@ class Evidence:
     """
     Figures of ``C`` placements and of the comparison as a whole, float32.
 
-    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)``, in their order.
+    ``figures (C, len(FIGURES))`` and ``context (len(CONTEXT),)``, in their order. ``explained``
+    is which walls each placement explains; None where that was not kept, and then rivals on other
+    drawings cannot be compared with.
     """
 
     figures: NDArray[np.float32]
     context: NDArray[np.float32]
+    explained: Explained | None = None
 
     def take(self, index: NDArray[np.int64]) -> Evidence:
         """Return the evidence of the placements at ``index`` in that order."""
-        return Evidence(self.figures[index], self.context)
+        kept = None if self.explained is None else self.explained.take(index)
+        return Evidence(self.figures[index], self.context, kept)
 
     def joined(self, other: Evidence) -> Evidence:
         """Return the evidence of both's placements, in the context of this one."""
-        return Evidence(np.concatenate([self.figures, other.figures]), self.context)
+        both = None
+        if self.explained is not None and other.explained is not None:
+            both = self.explained.joined(other.explained)
+        return Evidence(np.concatenate([self.figures, other.figures]), self.context, both)
+
+    @property
+    def figures_only(self) -> Evidence:
+        """The evidence without which walls are explained: a hundredth of the memory."""
+        return replace(self, explained=None)
 
     def of(self, name: str) -> NDArray[np.float32]:
         """Return one figure of every placement, ``(C,)``."""
@@ -76,6 +90,27 @@ class Evidence:
     def __len__(self) -> int:
         """Count the placements."""
         return len(self.figures)
+
+
+def on_one_plan(drawn: Sequence[Evidence]) -> Evidence:
+    """
+    Return the evidence of one submap on several drawings as if these were one, in their order.
+
+    Placements on all of them are rivals; what is known of the whole is known of all together.
+    """
+    both = functools.reduce(Evidence.joined, drawn)
+    told = [each for each in drawn if len(each)]
+    if len(told) < 2 or both.explained is None:
+        return both
+    named = {name: both.of(name).astype(np.float64) for name in FIGURES}
+    named |= rival_figures(named, both.explained)
+    figures = np.stack([named[name] for name in FIGURES], axis=1).astype(np.float32)
+    context = both.context.copy()
+    area = CONTEXT.index('log_plan_m2')
+    context[area] = np.log1p(sum(np.expm1(float(each.context[area])) for each in told))
+    for name, value in _contest(named['bent_score']).items():
+        context[CONTEXT.index(name)] = value
+    return Evidence(figures, context, both.explained)
 
 
 def gather_evidence(
@@ -106,10 +141,11 @@ def gather_evidence(
     figures |= _placement_figures(placements)
     figures['score'] = _score(figures, '')
     figures['bent_score'] = _score(figures, 'bent_')
-    figures |= rival_figures(figures, looked)
+    explained = Explained(looked.likelihood, looked.bent_likelihood, looked.metres)
+    figures |= rival_figures(figures, explained)
     columns = np.stack([figures[name] for name in FIGURES], axis=1)
     context = _context(plan, sub, figures, looked, scale_range)
-    return Evidence(columns.astype(np.float32), context.astype(np.float32))
+    return Evidence(columns.astype(np.float32), context.astype(np.float32), explained)
 
 
 def _placement_figures(placements: Placements) -> Figures:
@@ -132,20 +168,26 @@ def _context(
     plan: MapSide, sub: MapSide, figures: Figures, looked: LookedAt, scale_range: float
 ) -> Array:
     drawn, seen = plan.evidence, sub.evidence
-    ranked = np.sort(figures['bent_score'])[::-1]
-    return np.array(
-        [
-            np.log1p(seen.wall_length_m),
-            np.log1p(seen.free_area_m2),
-            np.log1p(len(sub.segmentation.rooms)),
-            np.log1p(len(sub.segmentation.portals)),
-            np.log1p(drawn.free_area_m2),
-            drawn.wall_length_m / max(drawn.free_area_m2, 1.0),
-            np.log(len(ranked)),
-            scale_range,
-            looked.straight.mean(),
-            ranked[0],
-            ranked[1] if len(ranked) > 1 else 0.0,
-            ranked.mean(),
-        ]
-    )
+    named = {
+        'log_walls_m': np.log1p(seen.wall_length_m),
+        'log_free_m2': np.log1p(seen.free_area_m2),
+        'log_rooms': np.log1p(len(sub.segmentation.rooms)),
+        'log_doors': np.log1p(len(sub.segmentation.portals)),
+        'log_plan_m2': np.log1p(drawn.free_area_m2),
+        'plan_density': drawn.wall_length_m / max(drawn.free_area_m2, 1.0),
+        'scale_range': scale_range,
+        'straightness': looked.straight.mean(),
+        **_contest(figures['bent_score']),
+    }
+    return np.array([named[name] for name in CONTEXT])
+
+
+def _contest(bent_score: Array) -> dict[str, float]:
+    """Return what tells how many placements there are, and how the best of them compare."""
+    ranked = np.sort(bent_score)[::-1]
+    return {
+        'log_placements': float(np.log(len(ranked))),
+        'best_score': float(ranked[0]),
+        'second_score': float(ranked[1]) if len(ranked) > 1 else 0.0,
+        'mean_score': float(ranked.mean()),
+    }

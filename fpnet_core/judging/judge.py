@@ -4,20 +4,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Placements
-from fpnet_core.judging.evidence import Evidence, gather_evidence
+from fpnet_core.judging.evidence import Evidence, gather_evidence, on_one_plan
 from fpnet_core.judging.model import JudgeModel, read_judge
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
 
 Array = NDArray[np.float64]
+
+_RULED_OUT = 4.0
+"""Chosen [nats]: a storey so much less probable than the best one before looking is ruled out."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """
+    The other storeys of a site beside the plan that a verdict is about, in logarithms.
+
+    ``log_prior`` is how much more probable this plan's storey is before looking than evenly;
+    ``weight`` are the odds of all placements on the others against a plan of another building,
+    each with its own storey's prior.
+    """
+
+    log_prior: float = 0.0
+    weight: float = -np.inf
+
+
+ALONE = Beside()
+"""Given: the plan is the only one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +53,8 @@ class Verdict:
     ``foreign`` that the plan is of another building. ``weights (C,)`` are the placements' odds
     against a plan of another building before anything is known of the plan, in logarithms, and
     ``none_weight`` those of none here. ``mirror`` is the part of ``none`` that the plan's mirror
-    image takes.
+    image takes. ``beside`` is what other storeys weigh, and ``elsewhere`` the probability of all
+    placements there.
     """
 
     placements: Placements
@@ -40,6 +64,8 @@ class Verdict:
     none: float
     foreign: float
     mirror: float = 0.0
+    beside: Beside = ALONE
+    elsewhere: float = 0.0
 
     def of(self, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict on the placements at ``index`` only, as it stands."""
@@ -112,25 +138,28 @@ class Judge:
 
     def weighed(self, placements: Placements, evidence: Evidence) -> Verdict:
         """Return the verdict on evidence that has been gathered."""
-        log_p = self._model.log_probability(evidence)
-        weights = log_p[:-1] - log_p[-1]
+        weights = self._odds(evidence)
         return self.verdict(placements, evidence, weights[:-1], float(weights[-1]))
 
     def best_of(self, evidence: Evidence, right: NDArray[np.bool_]) -> tuple[float, bool]:
         """Return the probability of the best placement, and whether it is ``right (C,)``."""
-        log_p = self._model.log_probability(evidence)
-        weights = log_p[:-1] - log_p[-1]
+        weights = self._odds(evidence)
         best = int(weights[:-1].argmax())
         return float(self._probabilities(weights[:-1], float(weights[-1]))[best]), bool(
             right[best]
         )
 
     def verdict(
-        self, placements: Placements, evidence: Evidence, weights: Array, none_weight: float
+        self,
+        placements: Placements,
+        evidence: Evidence,
+        weights: Array,
+        none_weight: float,
+        beside: Beside = ALONE,
     ) -> Verdict:
         """Return the verdict that follows from the ``weights`` of :class:`Verdict`."""
         order = np.argsort(-weights, kind='stable')
-        p = self._probabilities(weights[order], none_weight)
+        p = self._probabilities(weights[order], none_weight, beside)
         return Verdict(
             replace(placements.take(order), probability=p[:-2]),
             evidence.take(order),
@@ -138,7 +167,55 @@ class Judge:
             none_weight,
             float(p[-2]),
             float(p[-1]),
+            beside=beside,
+            elsewhere=_left(p, beside),
         )
+
+    def among_storeys(
+        self, drawn: Sequence[Verdict], log_priors: Sequence[float], is_fresh: Sequence[bool]
+    ) -> list[Verdict]:
+        """
+        Return the verdicts on one submap's placements on the storeys of a site.
+
+        The site counts as one plan: all placements are rivals, compared where they disagree, and
+        "none of these" is said of all. ``log_priors`` are the storeys' against even ones. Of a
+        storey that is not fresh, what was found on an earlier submap stands, and nobody compares
+        walls with it. The first one is fresh. A storey that somebody has ruled out before looking
+        is no rival to the others, as placements far from a given pose are none.
+        """
+        least = max(log_priors) - _RULED_OUT
+        fresh = [k for k, new in enumerate(is_fresh) if new and (not k or log_priors[k] >= least)]
+        weights, none_weight = self._weighed_together([drawn[k] for k in fresh])
+        told = {
+            **dict(enumerate(each.weights for each in drawn)),
+            **dict(zip(fresh, weights, strict=True)),
+        }
+        totals = [_sum_of(told[k] + log_priors[k]) for k in range(len(drawn))]
+        made = []
+        for k, here in enumerate(drawn):
+            others = _sum_of(np.delete(totals, k))
+            beside = Beside(log_priors[k], others)
+            made.append(self.verdict(here.placements, here.evidence, told[k], none_weight, beside))
+        return made
+
+    def _weighed_together(self, drawn: Sequence[Verdict]) -> tuple[list[Array], float]:
+        """Return the weights of placements on drawings that count as one, and that of none."""
+        together = self._odds(on_one_plan([each.evidence for each in drawn]))
+        alone = [self._odds(each.evidence) for each in drawn]
+        counts = np.cumsum([len(each.placements) for each in drawn])
+        # What no evidence tells stays: the odds of a scale that was doubted.
+        weights = [
+            odds + each.weights - own[:-1]
+            for odds, each, own in zip(
+                np.split(together[:-1], counts[:-1]), drawn, alone, strict=True
+            )
+        ]
+        return weights, float(together[-1] + drawn[0].none_weight - alone[0][-1])
+
+    def _odds(self, evidence: Evidence) -> Array:
+        """Return ``(C + 1,)``: of each placement and of none against another building, in logs."""
+        log_p = self._model.log_probability(evidence)
+        return np.asarray(log_p[:-1] - log_p[-1])
 
     def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict where all placements but those at ``index`` are ruled out."""
@@ -172,15 +249,35 @@ class Judge:
         rivals = np.append(mirrored.weights - log_odds, drawn.none_weight)
         top = rivals.max()
         none_weight = float(top + np.log(np.exp(rivals - top).sum()))
-        p = self._probabilities(drawn.weights, none_weight)
+        beside = drawn.beside
+        p = self._probabilities(drawn.weights, none_weight, beside)
         ranked = replace(drawn.placements, probability=p[:-2])
         none, foreign = float(p[-2]), float(p[-1])
         mirror = none * float(1.0 - np.exp(drawn.none_weight - none_weight))
-        return replace(drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror)
+        left = _left(p, beside)
+        return replace(
+            drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror, elsewhere=left
+        )
 
-    def _probabilities(self, weights: Array, none_weight: float) -> Array:
-        """Return ``(C + 2,)``: of each placement, of none here, and of another building."""
+    def _probabilities(self, weights: Array, none_weight: float, beside: Beside = ALONE) -> Array:
+        """
+        Return ``(C + 2,)``: of each placement, of none anywhere, and of another building.
+
+        What is missing to one is that of the placements on other storeys.
+        """
         prior = np.log(self.plan_prior / (1.0 - self.plan_prior))
-        logits = np.append(np.append(weights, none_weight) + prior, 0.0)
-        share = np.exp(logits - logits.max())
-        return np.asarray(share / share.sum())
+        logits = np.append(np.append(weights + beside.log_prior, none_weight) + prior, 0.0)
+        elsewhere = beside.weight + prior
+        top = max(logits.max(), elsewhere)
+        share = np.exp(logits - top)
+        return np.asarray(share / (share.sum() + np.exp(elsewhere - top)))
+
+
+def _left(p: Array, beside: Beside) -> float:
+    """Return the probability that is left for the other storeys' placements."""
+    return 0.0 if beside.weight == -np.inf else max(0.0, 1.0 - float(p.sum()))
+
+
+def _sum_of(logs: Array) -> float:
+    """Return the logarithm of the sum; that of nothing is minus infinity."""
+    return float(logsumexp(logs)) if len(logs) else -np.inf

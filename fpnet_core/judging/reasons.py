@@ -35,6 +35,7 @@ _NOISE_M = 1.0  # physical: contested wall that tells nothing; walls are seen in
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
 _WELL = 0.8  # chosen: who explains so much of the walls has seen too few of them
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
+_PLACE_SURE = 0.95  # chosen: on one storey or another, the place is that
 _FARTHEST = 5.0  # numerical: no estimate reaches beyond so many times of what was compared
 _TURNED_RAD = math.radians(30.0)  # physical: a difference in heading that the eye sees
 _PAIR_M = 0.02  # numerical: figures of one pair agree within this
@@ -64,6 +65,9 @@ class Look:
     sure_looks : looks in a row, this one counted, that were sure of the best placement
     missing_looks : further ones that a claim takes
     needs_news : those must have seen something new
+    storey : where the best placement is, of a site with several; else empty
+    rival_storey : another storey and the share of the walls that its best placement explains
+    unsearched : other storeys that are still to be searched
     """
 
     walls_m: float
@@ -75,6 +79,9 @@ class Look:
     sure_looks: int = 1
     missing_looks: int = 0
     needs_news: bool = False
+    storey: str = ''
+    rival_storey: tuple[str, float] | None = None
+    unsearched: int = 0
 
 
 def reason_of(verdict: Verdict, look: Look) -> str:
@@ -82,8 +89,14 @@ def reason_of(verdict: Verdict, look: Look) -> str:
     if look.is_mirrored:
         return MIRRORED
     if look.is_claimed and len(verdict.placements):
-        return '; '.join(
-            [_explained(verdict, look), _rival(verdict, look), *_scaled(verdict, look)]
+        on = f'storey {look.storey}: ' if look.storey else ''
+        return on + '; '.join(
+            [
+                _explained(verdict, look),
+                _rival(verdict, look),
+                *_other_storey(look),
+                *_scaled(verdict, look),
+            ]
         )
     if len(verdict.placements) and verdict.best >= look.claim_probability:
         return _unconfirmed(look)
@@ -112,8 +125,11 @@ def _undecided(verdict: Verdict, look: Look) -> str:
         'elsewhere': verdict.none - verdict.mirror,
         'mirror': verdict.mirror,
         'foreign': verdict.foreign,
+        'storeys': verdict.elsewhere,
     }
     by = max(held, key=lambda name: held[name])
+    if by == 'storeys' and not is_little:
+        return _between_storeys(verdict, look)
     if by == 'rivals':
         first = little if is_little else _explained(verdict, look)
         parting = [] if is_little else _parting(verdict, look)
@@ -124,6 +140,22 @@ def _undecided(verdict: Verdict, look: Look) -> str:
         explained = f'{percent(_shares(verdict)[0])} of {metres(look.walls_m)} of wall'
         return f'explains {explained}{_bent(verdict)}: {_TOO_LITTLE[by]}'
     return f'{_explains(verdict, look)}: {_doubt(by, verdict, look)}'
+
+
+def _between_storeys(verdict: Verdict, look: Look) -> str:
+    """Say that other storeys fit, too, and whether the place on them is sure."""
+    is_place_sure = verdict.best + verdict.elsewhere >= _PLACE_SURE
+    sure = 'sure of the place, not of the storey: ' if is_place_sure else ''
+    here = f'{_explained(verdict, look)} on storey {look.storey}'
+    return '; '.join([f'{sure}{here}', *_other_storey(look)])
+
+
+def _other_storey(look: Look) -> list[str]:
+    """Return what the strongest other storey explains; nothing without one."""
+    if look.rival_storey is None:
+        return []
+    name, share = look.rival_storey
+    return [f'storey {name} explains {percent(share)}']
 
 
 def _explains_well(verdict: Verdict, look: Look) -> bool:
@@ -146,6 +178,9 @@ def _doubt(by: str, verdict: Verdict, look: Look) -> str:
 
 def _unconfirmed(look: Look) -> str:
     """Say what a placement that is sure enough still lacks."""
+    if look.unsearched and not look.missing_looks:
+        storeys = 'storey' if look.unsearched == 1 else 'storeys'
+        return f'sure, but not yet compared with {look.unsearched} other {storeys}'
     if not look.missing_looks:
         return "sure, but not yet compared with the floorplan's mirror image"
     times = _TIMES.get(look.sure_looks, f'{look.sure_looks} times')

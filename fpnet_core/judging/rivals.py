@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging import kernels
-from fpnet_core.judging.walls import LookedAt
 
 Array = NDArray[np.float64]
 Figures = dict[str, Array]
@@ -22,22 +23,49 @@ _ALONE = (
 )  # fmt: skip
 
 
-def rival_figures(figures: Figures, looked: LookedAt) -> Figures:
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """
+    Which of a submap's walls each of ``C`` placements explains.
+
+    ``likelihood`` and ``bent_likelihood (C, P)`` of the wall samples, as drawn and on the bent
+    drawing; a sample stands for ``metres``. Placements of one submap on different drawings have
+    the same samples.
+    """
+
+    likelihood: NDArray[np.float32]
+    bent_likelihood: NDArray[np.float32]
+    metres: float
+
+    def take(self, index: NDArray[np.int64]) -> Explained:
+        """Return that of the placements at ``index``."""
+        return Explained(self.likelihood[index], self.bent_likelihood[index], self.metres)
+
+    def joined(self, other: Explained) -> Explained:
+        """Return that of both's placements."""
+        return Explained(
+            np.concatenate([self.likelihood, other.likelihood]),
+            np.concatenate([self.bent_likelihood, other.bent_likelihood]),
+            self.metres,
+        )
+
+
+def rival_figures(figures: Figures, explained: Explained) -> Figures:
     """Return each placement's figures against its strongest rival, ``(C,)`` each."""
-    count = len(looked.to_plan)
+    count = len(explained.likelihood)
     if count == 1:
         alone = dict.fromkeys(_ALONE, np.zeros(1))
         return alone | {
             'rival_score': figures['score'],
             'rival_bent_score': figures['bent_score'],
         }
-    net, total = kernels.contested(looked.likelihood)
-    bent_net, _ = kernels.contested(looked.bent_likelihood)
+    net, total = kernels.contested(explained.likelihood)
+    bent_net, _ = kernels.contested(explained.bent_likelihood)
     other = ~np.eye(count, dtype=np.bool_)
     rows = np.arange(count)
     # The strongest rival explains most of the walls that only one of both explains.
     rival = np.where(other, bent_net, np.inf).argmin(axis=1)
-    net_m, bent_m, total_m = (x[rows, rival] * looked.metres for x in (net, bent_net, total))
+    net_m, bent_m, total_m = (x[rows, rival] * explained.metres for x in (net, bent_net, total))
     match = figures['match_rooms'] + figures['match_doors']
     return {
         'rival_net': _signed_log(net_m),

@@ -9,6 +9,7 @@ from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.localizer.maps import MapMatch, MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import Replay, ReplayResult, replay
 from fpnet_core.localizer.sides import prepare_plan
+from fpnet_core.localizer.storeys import StoreyPlan
 from fpnet_core.matching.learned import LearnedMatcher
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     'MapMatchStatus',
     'Replay',
     'ReplayResult',
+    'StoreyPlan',
     'create_finder',
     'create_localizer',
     'match_maps',

@@ -100,6 +100,13 @@ class Sight:
         A claim asks for a grown submap between the ticks that confirm it.
     scales
         Smallest and largest mean scale that a placement might have.
+    storey
+        The one that the verdict is about, where there are several.
+    rival_storey
+        The other storey with the most probable placement, and the share of the walls that it
+        explains; None without one.
+    unsearched
+        Other storeys that have not been searched with what a claim takes.
     """
 
     sub: MapEvidence
@@ -107,6 +114,9 @@ class Sight:
     robot_xy: NDArray[np.float64] | None = None
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
+    storey: str = ''
+    rival_storey: tuple[str, float] | None = None
+    unsearched: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +125,8 @@ class HypothesisTracker:
     Turns each tick's verdict into a status; time decides.
 
     A claim needs the same placement to win ``confirm_ticks`` times in a row with probability
-    of at least ``claim_probability``, and a look at the plan's mirror image; it is kept until the
+    of at least ``claim_probability``, and a look at the plan's mirror image and at every other
+    storey of the site; it is kept until the
     probability falls below ``release_probability``, so that it neither flickers nor outlives its
     evidence. What a robot sees again from where it stands confirms nothing, however often it
     looks: between two wins that count the submap must have grown, unless the caller knows better.
@@ -157,16 +168,20 @@ class HypothesisTracker:
             compared_at(sight.sub, sight.robot_xy),
             sight.scales,
             is_mirrored=is_mirrored,
+            storey=sight.storey,
+            rival_storey=sight.rival_storey,
+            unsearched=sight.unsearched,
         )
-        is_beaten = verdict.best < verdict.none + verdict.foreign
+        is_beaten = verdict.best + verdict.elsewhere < verdict.none + verdict.foreign
         if not verdict.placements or is_mirrored or is_beaten:
             return _nothing_found(standing, verdict, look)
         standing = self._win_counted(standing, verdict, sight, look.at)
-        standing = self._claim_decided(standing, verdict.best, mirrored is not None)
+        has_seen_all = mirrored is not None and not sight.unsearched
+        standing = self._claim_decided(standing, verdict.best, has_seen_all)
         return standing, self._belief(standing, verdict, sight, look)
 
     def _claim_decided(
-        self, standing: Standing, probability: float, has_seen_mirror: bool
+        self, standing: Standing, probability: float, has_seen_all: bool
     ) -> Standing:
         """Return whether a claim stands after a tick that has counted."""
         needed = self.config.confirm_ticks
@@ -174,7 +189,7 @@ class HypothesisTracker:
             is_kept = probability >= self.config.release_probability
             is_claimed = standing.wins >= needed and is_kept
         else:
-            is_claimed = standing.sure_wins >= needed and has_seen_mirror
+            is_claimed = standing.sure_wins >= needed and has_seen_all
         was_localized = standing.was_localized or is_claimed
         return replace(standing, is_claimed=is_claimed, was_localized=was_localized)
 

@@ -38,7 +38,8 @@ class Floorplan:
     ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
     rooms and doors of the last two are the same ones, in the same order. Where the scale is stated
     both are one. ``factor`` is working metres per nominal metre, ``mirror`` the working side of
-    the drawing's mirror image, None until somebody has looked at it.
+    the drawing's mirror image, None until somebody has looked at it. On a site, ``name`` is that
+    of the storey, and ``log_prior`` how probable that is before looking, as a logarithm.
     """
 
     given: GridMap
@@ -47,6 +48,8 @@ class Floorplan:
     factor: float
     scale: ScaleHistory
     mirror: MapSide | None = None
+    name: str = ''
+    log_prior: float = 0.0
 
     @classmethod
     def prepared(
@@ -96,6 +99,10 @@ class Floorplan:
     def to_working(self, T_plan_base: SE2) -> SE2:
         """Return a pose in nominal metres as one in working metres."""
         return SE2(T_plan_base.linear, T_plan_base.translation * self.factor)
+
+    def placed_in_working(self, A_plan_body: Affine2D) -> Affine2D:
+        """Return a placement in nominal metres as one in working metres."""
+        return Affine2D(A_plan_body.linear * self.factor, A_plan_body.translation * self.factor)
 
     def to_nominal(self, A_plan_body: Affine2D) -> Affine2D:
         """Return a placement in working metres as one in nominal metres."""

@@ -28,7 +28,8 @@ class PoseHint:
     The robot at ``T_odom_base`` is at ``T_plan_base``, give or take the standard deviations.
 
     ``is_doubted`` once a tick found nothing near it: it was said, and it counts for nothing but
-    the choice between placements.
+    the choice between placements. ``storey`` is the one whose plan it is on; empty: the one in
+    force.
     """
 
     T_plan_base: SE2
@@ -36,6 +37,7 @@ class PoseHint:
     position_sigma_m: float = 0.0
     yaw_sigma_rad: float = 0.0
     is_doubted: bool = False
+    storey: str = ''
 
     @property
     def radius_m(self) -> float:

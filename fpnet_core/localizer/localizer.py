@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import logging
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, LocalizerConfig, ScalePolicy
 from fpnet_core.errors import OdometryError, StateError
+from fpnet_core.geometry import Affine2D
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.judging import Judge
 from fpnet_core.judging.reasons import CONTRADICTED, NO_PLAN, NOT_LOOKED, anew
@@ -23,6 +25,7 @@ from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.localizer.state import LocalizerState, plan_fingerprint, read_state, write_state
+from fpnet_core.localizer.storeys import StoreyPlan, check_weights, prepared_storeys
 from fpnet_core.localizer.tick import Seen, TickState, tick
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
@@ -97,7 +100,7 @@ class Localizer:
         policy: ScalePolicy | None = None,
     ) -> None:
         """
-        Take a floorplan, replacing the old one; the submap is kept.
+        Take a floorplan, replacing the old ones; the submap is kept.
 
         ``scale`` is what is known of its scale, and asked where that is unknown; None takes what
         its rooms and doors say. ``policy`` is how far it is trusted, None: as configured.
@@ -107,11 +110,24 @@ class Localizer:
         MapFormatError
             If the drawing holds no room; the old plan stays in force.
         """
-        plan = Floorplan.prepared(grid, self._config, scale, policy)
+        self.set_storeys([StoreyPlan('', grid, scale, policy)])
+
+    def set_storeys(self, storeys: Sequence[StoreyPlan]) -> None:
+        """
+        Take the storeys of a site, replacing all floorplans; the submap is kept.
+
+        The robot is on one of them, each as probable as the others until somebody says more.
+
+        Raises
+        ------
+        MapFormatError
+            If a drawing holds no room, or there is none; the old ones stay in force.
+        """
+        plans = prepared_storeys(storeys, self._config)
         with self._lock:
-            state = self._state.on(plan)
-            if self._restored and self._restored.plan == plan_fingerprint(grid):
-                state = _remembering(state, plan, self._restored)
+            state = self._state.on(*plans)
+            if self._restored:
+                state = _remembering(state, self._restored)
             self._restored = None
             self._begin(state)
 
@@ -198,6 +214,38 @@ class Localizer:
             self._config = self._config.model_copy(update={'localizer': thresholds})
             self._finder = replace(self._finder, config=self._config)
             self._continuity.follow(thresholds)
+
+    def suggest_storey(self, weights: Mapping[str, float]) -> None:
+        """
+        Take someone's word on the storey; the submap and what was seen on each stay.
+
+        Parameters
+        ----------
+        weights : of every storey, by name; they need not add up to one. A claim still needs the
+            walls to agree, and equal storeys are told apart by this alone.
+
+        Raises
+        ------
+        HintError
+            If a storey is missing or unknown, or a weight is not positive.
+        """
+        with self._lock:
+            check_weights(weights, self._state.storeys)
+            self._begin(self._state.weighed(weights))
+
+    def leave_storey(
+        self, weights: Mapping[str, float], why: str, starts: Mapping[str, Affine2D] | None = None
+    ) -> None:
+        """
+        Say that the robot has left its storey: the submap ends, and the next one begins.
+
+        ``weights`` are those of where it may be now, as of :meth:`suggest_storey`; ``starts`` are
+        placements ``A_plan_odom``, nominal metres, to try first.
+        """
+        with self._lock:
+            check_weights(weights, self._state.storeys)
+            self._start_anew(why)
+            self._begin(self._state.weighed(weights).starting(starts or {}), anew(why))
 
     def restart_odometry(self) -> None:
         """Say that the next scan comes with a new odometry frame; the submap ends with it."""
@@ -294,7 +342,11 @@ class Localizer:
         self._said = Snapshot(output, state.plan)
 
 
-def _remembering(state: TickState, plan: Floorplan, saved: LocalizerState) -> TickState:
-    """Return the beginning on a floorplan that a saved localizer knew."""
+def _remembering(state: TickState, saved: LocalizerState) -> TickState:
+    """Return the beginning on floorplans, of which a saved localizer may have known one."""
+    known = [plan for plan in state.storeys if plan_fingerprint(plan.given) == saved.plan]
+    if not known:
+        return state
+    state, plan = state.about(known[0].name), known[0]
     scale = plan.scale.remembered(saved.scale, plan.factor)
     return replace(state, plan=replace(plan, scale=scale), tracked=saved.placements)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -63,7 +64,8 @@ class MapMatch:
     against all others and against none of them (see :mod:`fpnet_core.judging`); ``reason`` says in
     one sentence why the status is what it is. Both sides are in metres, as stated or as estimated
     from rooms and doors; ``search`` are the scales that were tried between them, ``area_m2`` is
-    the robot's free space, and ``sub_is_stated`` says that its map is in metres.
+    the robot's free space, and ``sub_is_stated`` says that its map is in metres. ``storey`` is the
+    one that it is about, where the plan is one of several.
     """
 
     status: MapMatchStatus
@@ -79,6 +81,7 @@ class MapMatch:
     sub_is_stated: bool
     timings_ms: dict[str, float]
     reason: str
+    storey: str = ''
 
     @property
     def scale(self) -> float | None:
@@ -190,13 +193,78 @@ def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
     )
 
 
+def match_storeys(
+    plans: Mapping[str, CutMap], sub: CutMap, finder: Finder, timer: StageTimer
+) -> dict[str, MapMatch]:
+    """
+    Place a robot's map on the storeys of a site, by name: the most probable storey first.
+
+    Their probabilities exclude each other, and a match on one is sure of the storey, too.
+    """
+    found = {name: _compared(plan, sub, finder, timer) for name, plan in plans.items()}
+    ranked = sorted(found, key=lambda name: -found[name][1].verdict.best)
+    verdicts = [found[name][1].verdict for name in ranked]
+    if len(verdicts) > 1:
+        even, fresh = [0.0] * len(verdicts), [True] * len(verdicts)
+        verdicts = finder.judge.among_storeys(verdicts, even, fresh)
+    told = dict(zip(ranked, verdicts, strict=True))
+    order = sorted(ranked, key=lambda name: -told[name].best)
+    return {
+        name: _told(
+            found[name][0],
+            replace(found[name][1], verdict=told[name]),
+            sub.is_stated,
+            finder.config,
+            timer,
+            _standing(name, order, told),
+        )
+        for name in order
+    }
+
+
+@dataclass(frozen=True)
+class _Storeys:
+    """A storey's ``name`` among others, and the strongest of these with what it explains."""
+
+    name: str = ''
+    rival: tuple[str, float] | None = None
+
+
+def _standing(name: str, order: Sequence[str], told: Mapping[str, Verdict]) -> _Storeys:
+    others = [each for each in order if each != name and len(told[each].evidence)]
+    if len(order) == 1:
+        return _Storeys()
+    if not others:
+        return _Storeys(name)
+    return _Storeys(name, (others[0], float(told[others[0]].evidence.of('support')[0])))
+
+
 def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> MapMatch:
     """Place a robot's map on a plan; both have been cut into rooms."""
+    pair, comparison = _compared(plan, sub, finder, timer)
+    return _told(pair, comparison, sub.is_stated, finder.config, timer)
+
+
+def _compared(
+    plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer
+) -> tuple[ScaledPair, Comparison]:
     with timer.stage('evidence'):
         pair = scaled_pair(plan, sub, finder.config)
     enough = finder.config.localizer.match_probability
-    comparison = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer, enough=enough)
-    status = _status(comparison.verdict, finder.config)
+    found = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer, enough=enough)
+    return pair, found
+
+
+def _told(
+    pair: ScaledPair,
+    comparison: Comparison,
+    sub_is_stated: bool,
+    config: FpnetConfig,
+    timer: StageTimer,
+    storeys: _Storeys = _Storeys(),
+) -> MapMatch:
+    """Return what may be said of a comparison."""
+    status = _status(comparison.verdict, config)
     best, score, probability = None, 0.0, 0.0
     if comparison.estimates:
         first = comparison.estimates[0]
@@ -214,9 +282,10 @@ def match_cuts(plan: CutMap, sub: CutMap, finder: Finder, timer: StageTimer) -> 
         comparison=comparison,
         search=pair.search,
         area_m2=pair.area_m2,
-        sub_is_stated=sub.is_stated,
+        sub_is_stated=sub_is_stated,
         timings_ms=timer.timings_ms,
-        reason=_reason(comparison.verdict, pair.sub, pair.search, status, finder.config),
+        reason=_reason(comparison.verdict, pair, status, config, storeys),
+        storey=storeys.name,
     )
 
 
@@ -245,24 +314,26 @@ def _trimmed(submap: Submap) -> Submap:
 
 def _reason(
     verdict: Verdict,
-    sub: MapSide,
-    search: ScaleSearch,
+    pair: ScaledPair,
     status: MapMatchStatus,
     config: FpnetConfig,
+    storeys: _Storeys,
 ) -> str:
     look = Look(
-        sub.evidence.wall_length_m,
+        pair.sub.evidence.wall_length_m,
         config.localizer.match_probability,
-        sub.evidence.corners,
-        search.bounds,
+        pair.sub.evidence.corners,
+        pair.search.bounds,
         is_claimed=status is MapMatchStatus.MATCHED,
+        storey=storeys.name,
+        rival_storey=storeys.rival,
     )
     return reason_of(verdict, look)
 
 
 def _status(verdict: Verdict, config: FpnetConfig) -> MapMatchStatus:
     """Return what may be said."""
-    if verdict.best <= verdict.none + verdict.foreign:
+    if verdict.best + verdict.elsewhere <= verdict.none + verdict.foreign:
         return MapMatchStatus.UNMATCHED
     if verdict.best < config.localizer.match_probability:
         return MapMatchStatus.AMBIGUOUS

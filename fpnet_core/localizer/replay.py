@@ -34,7 +34,7 @@ class ReplayResult:
 
     ``published`` holds every pose given out, plan frame, nominal metres, with the sensor's
     stamps, and ``covariances (S, 3, 3)`` those of their x, y [m] and yaw [rad]; ``odometry`` the
-    sensor's path in ``odom``.
+    sensor's path in ``odom``. ``storeys`` names the storey whose plan each published pose is on.
     """
 
     outputs: tuple[LocalizerOutput, ...]
@@ -43,6 +43,7 @@ class ReplayResult:
     odometry: PlanarTrajectory
     add_scan_ms: NDArray[np.float64]
     rejected_scans: int
+    storeys: tuple[str, ...] = ()
 
     @property
     def tick_ms(self) -> NDArray[np.float64]:
@@ -149,6 +150,7 @@ class _Run:
     outputs: list[LocalizerOutput] = field(default_factory=list)
     published: list[tuple[int, SE2]] = field(default_factory=list)
     covariances: list[NDArray[np.float64]] = field(default_factory=list)
+    storeys: list[str] = field(default_factory=list)
     path: list[tuple[int, SE2]] = field(default_factory=list)
     add_ms: list[float] = field(default_factory=list)
     rejected: int = 0
@@ -171,6 +173,7 @@ class _Run:
         if pose is not None and cov is not None:
             self.published.append((stamp_ns, pose))
             self.covariances.append(cov)
+            self.storeys.append(output.storey)
         return is_due
 
     def tick(self, stamp_ns: int) -> None:
@@ -194,6 +197,7 @@ class _Run:
             _trajectory(self.path),
             np.array(self.add_ms),
             self.rejected,
+            tuple(self.storeys),
         )
 
 

@@ -9,6 +9,7 @@ and the same submap give the same answer again.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,6 +26,16 @@ from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.scale import ScaleHistory, ScaleSearch
 from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
+from fpnet_core.localizer.storeys import (
+    OtherStorey,
+    StoreyLook,
+    in_contest,
+    probabilities,
+    strongest,
+    to_try,
+    unsearched,
+    with_priors,
+)
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
@@ -50,7 +61,10 @@ class TickState:
     Parameters
     ----------
     plan
-        The floorplan in force, and what is known of its scale.
+        The floorplan in force, and what is known of its scale; of a site, the storey that the next
+        tick is about.
+    others
+        The site's other storeys.
     segmenter
         The rooms of the submap so far.
     standing, vicinity
@@ -76,25 +90,60 @@ class TickState:
     hint: PoseHint | None = None
     spread: PoseSpread | None = None
     is_elsewhere: bool = False
+    others: tuple[OtherStorey, ...] = ()
 
-    def on(self, plan: Floorplan) -> TickState:
-        """Return the beginning on another floorplan; the submap stays."""
-        return TickState(plan, self.segmenter)
+    @property
+    def storeys(self) -> tuple[Floorplan, ...]:
+        """Return the floorplans of all storeys, that in force first; none without one."""
+        here = () if self.plan is None else (self.plan,)
+        return (*here, *(other.plan for other in self.others))
+
+    def on(self, *plans: Floorplan) -> TickState:
+        """Return the beginning on other floorplans, of all of a site; the submap stays."""
+        others = tuple(map(OtherStorey, plans[1:]))
+        return TickState(plans[0], self.segmenter, others=others)
 
     def without_claim(self) -> TickState:
         """Return the state without placements and claims; plan and submap stay."""
-        return TickState(self.plan, self.segmenter)
+        return replace(self.without_submap(), segmenter=self.segmenter)
 
     def without_submap(self) -> TickState:
         """Return the beginning on the same floorplan."""
-        return TickState(self.plan)
+        return TickState(self.plan, others=tuple(each.forgotten() for each in self.others))
 
     def told(self, hint: PoseHint) -> TickState:
         """Return the state with nothing but someone's word, in the plan's nominal metres."""
-        if self.plan is not None:
-            hint = replace(hint, T_plan_base=self.plan.to_working(hint.T_plan_base))
+        state = self.about(hint.storey) if hint.storey else self
+        if state.plan is not None:
+            hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
         tracked = Placements.of([hint.A_plan_odom])
-        return replace(self.without_claim(), hint=hint, tracked=tracked)
+        return replace(state.without_claim(), hint=hint, tracked=tracked)
+
+    def about(self, storey: str, left: OtherStorey | None = None) -> TickState:
+        """Return the state with another storey in force; ``left`` is what was found on this."""
+        chosen = next((each for each in self.others if each.plan.name == storey), None)
+        if chosen is None or self.plan is None:
+            return self
+        left = left or OtherStorey(self.plan, self.tracked)
+        others = tuple(left if each is chosen else each for each in self.others)
+        standing = Standing(was_localized=self.standing.was_localized)
+        return TickState(
+            chosen.plan, self.segmenter, standing, tracked=chosen.tracked, others=others
+        )
+
+    def starting(self, starts: Mapping[str, Affine2D]) -> TickState:
+        """Return the state with placements to try first, nominal metres, by the storeys' names."""
+        if self.plan is None:
+            return self
+        others = tuple(replace(each, tracked=to_try(each.plan, starts)) for each in self.others)
+        return replace(self, tracked=to_try(self.plan, starts), others=others)
+
+    def weighed(self, weights: Mapping[str, float]) -> TickState:
+        """Return the state with other priors of the storeys, which need not add up to one."""
+        if self.plan is None:
+            return self
+        others = tuple(replace(each, plan=with_priors(each.plan, weights)) for each in self.others)
+        return replace(self, plan=with_priors(self.plan, weights), others=others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,14 +228,18 @@ class _Tick:
         """Return the next state and the output."""
         state, submap, config = self.state, self.submap, self.finder.config.localizer
         tracker = HypothesisTracker(config, self.finder.judge)
-        doubts, search = tracker.wants_mirror(state.standing), self.plan.scale.search
+        is_near_claim = tracker.wants_mirror(state.standing)
+        # Storeys that keep a claim from being made come before doubts about this one.
+        doubts = is_near_claim and not unsearched(state.others, submap.free_area_m2)
+        search = self.plan.scale.search
         search = search if doubts else search.as_stated
         found = self._placed(search)
         sub = found.searched.sub
         verdict, hint = self._narrowed(found.comparison.verdict)
+        verdict, others = self._among_storeys(found, verdict, is_near_claim)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
         standing, belief = tracker.update(
-            state.standing, verdict, self._sight(sub, hint), mirrored
+            state.standing, verdict, self._sight(sub, hint, others), mirrored
         )
         plan = replace(plan, scale=_scale_after(plan, belief, sub))
         vicinity, told, A = Surroundings(config).judge(
@@ -203,10 +256,28 @@ class _Tick:
             hint=hint,
             spread=spread,
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
+            others=others,
         )
         look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
         match = found.comparison.match
-        return after, self._output(plan, look, match, belief.judged, told, A, spread)
+        output = self._output(plan, look, match, belief.judged, told, A, spread)
+        named = replace(output, storey=plan.name, storeys=probabilities(plan, verdict, others))
+        best = strongest(others)
+        if best is None or best.best <= verdict.best or (hint and not hint.is_doubted):
+            return after, named
+        left = OtherStorey(plan, after.tracked, verdict, found.searched.free_area_m2)
+        return after.about(best.plan.name, left), named
+
+    def _among_storeys(
+        self, found: _Found, verdict: Verdict, is_near_claim: bool
+    ) -> tuple[Verdict, tuple[OtherStorey, ...]]:
+        """Weigh the placements on other storeys against those on this one."""
+        if not self.state.others:
+            return verdict, ()
+        look = StoreyLook(self.submap, found.searched.sub, self.finder, self.robot_xy)
+        most = 0 if found.searched.ticks else look.most(self.state.others, is_near_claim)
+        others, is_fresh = look.looked_at(self.state.others, most, self.timer)
+        return in_contest(self.finder.judge, verdict, self.plan, others, is_fresh)
 
     def _placed(self, search: ScaleSearch) -> _Found:
         """Search the whole plan, or follow what the last search found where that will do."""
@@ -253,14 +324,20 @@ class _Tick:
             return verdict, hint.after(is_heeded=False)
         return self.finder.judge.narrowed(verdict, agreeing), hint.after(is_heeded=True)
 
-    def _sight(self, sub: MapSide, hint: PoseHint | None) -> Sight:
-        is_little = self.submap.free_area_m2 < self.plan.half_area_m2
+    def _sight(
+        self, sub: MapSide, hint: PoseHint | None, others: tuple[OtherStorey, ...]
+    ) -> Sight:
+        area_m2, rival = self.submap.free_area_m2, strongest(others)
+        is_little = area_m2 < self.plan.half_area_m2
         return Sight(
             sub.evidence,
             self.submap.T_odom_submap.inv(),
             self.robot_xy,
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
+            storey=self.plan.name if others else '',
+            rival_storey=None if rival is None else (rival.plan.name, rival.explained),
+            unsearched=unsearched(others, area_m2),
         )
 
     def _output(

@@ -17,6 +17,7 @@ from fpnet_lab.cli import (
     bench_scale,
     bench_segmentation,
     bench_simulator,
+    bench_sites,
     bench_speed,
 )
 from fpnet_lab.cli.reports import begin
@@ -32,6 +33,7 @@ app.command('regression')(bench_regression.command)
 app.command('scale')(bench_scale.command)
 app.command('segmentation')(bench_segmentation.command)
 app.command('simulator')(bench_simulator.command)
+app.command('sites')(bench_sites.command)
 app.command('speed')(bench_speed.command)
 
 

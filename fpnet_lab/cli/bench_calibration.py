@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def command(
         pairs = TrialSource('real', measured_seed, data, tree, matcher, half.value)
         sources['real'] = (pairs, real)
     kinds: dict[str, list[Trial]] = {}
-    with common.progress('measuring', sum(count for _, count in sources.values())) as advance:
+    with progress('measuring', sum(count for _, count in sources.values())) as advance:
         for name, (source, count) in sources.items():
             kinds[name] = []
             for index in range(count):

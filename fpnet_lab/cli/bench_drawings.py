@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import percent, write_report
 
@@ -107,7 +108,7 @@ def _read_sheets(
     seeds = seeds_of(half, -(-count // len(kinds)))
     with (
         TemporaryDirectory() as folder,
-        common.progress('sheets', len(seeds) * len(kinds)) as advance,
+        progress('sheets', len(seeds) * len(kinds)) as advance,
     ):
 
         def on_read(sheet: Sheet, result: SheetResult, rooms: Comparison | None) -> None:
@@ -128,7 +129,7 @@ def _read_real(data: Path, half: str, tree: FpnetConfig) -> dict[str, Any]:
     from fpnet_lab.evaluation.drawings_real import TONES, bench_plans, plan_names
 
     total = len(plan_names(half)) * len(TONES)
-    with TemporaryDirectory() as folder, common.progress('real plans', total) as advance:
+    with TemporaryDirectory() as folder, progress('real plans', total) as advance:
         return bench_plans(
             _reader(tree), data, Path(folder), half, tree.segmentation, lambda: advance(1.0)
         )

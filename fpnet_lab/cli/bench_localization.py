@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
@@ -69,7 +70,7 @@ def command(
     minutes = estimated_minutes(jobs, workers)
     said = f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped'
     common.say(said, json_path)
-    with common.progress('localizing', len(jobs)) as advance:
+    with progress('localizing', len(jobs)) as advance:
         records, skipped = run_suite(jobs, work, workers, advance)
     if groups is not None:
         records = [record for record in records if record.group in groups]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError, WeightsError
 from fpnet_lab.cli.reports import percent, write_report
 
@@ -126,7 +127,7 @@ def _graphs(
         if name not in said
     }
     if missing:
-        with common.progress('matching', len(pairs)) as advance:
+        with progress('matching', len(pairs)) as advance:
             said |= predict(pairs, missing, advance)
     if cache is not None:
         write_predictions(cache, said, facts)
@@ -142,7 +143,7 @@ def _pairs(
     if data is not None:
         return stored_pairs(common.check_input(data), limit)
     made = []
-    with common.progress('generating pairs', limit or DEFAULT_PAIRS) as advance:
+    with progress('generating pairs', limit or DEFAULT_PAIRS) as advance:
         for pair in generated_pairs(pair_set.value, plans, split, limit):
             made.append(pair)
             advance(1.0)
@@ -164,7 +165,7 @@ def _robot(
     cases = robot_cases(common.check_input(data), split, limit, foreign)
     names = [name for name in _names(methods) if name != 'correlative']
     correlative = methods is None or 'correlative' in methods.split(',')
-    with common.progress('matching', len(cases)) as advance:
+    with progress('matching', len(cases)) as advance:
         return bench_robot_maps(cases, matchers(tree.matcher, names), tree, correlative, advance)
 
 

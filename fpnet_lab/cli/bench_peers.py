@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
@@ -48,7 +49,7 @@ def command(
     jobs = [Job(case, tree, tree.seed, data) for case in cases]
     minutes = estimated_minutes(jobs, workers)
     common.say(f'{len(jobs)} drives, about {minutes:.0f} minutes', json_path)
-    with common.progress('localizing', len(jobs)) as advance:
+    with progress('localizing', len(jobs)) as advance:
         records, skipped = run_suite(jobs, work, workers, advance)
     peers = peer_figures(records)
     common.show_table(COLUMNS, peer_rows(peers), json_path)

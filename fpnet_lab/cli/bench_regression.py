@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def command(
 
     use_threads(1)
     counts = SHORT if is_short else COUNTS
-    with common.progress('cases', sum(counts.values())) as advance:
+    with progress('cases', sum(counts.values())) as advance:
         found = run_regression(counts, tree, lambda: advance(1.0))
     if expected is None:
         golden.write_text(_text(found), encoding='utf-8')

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.reports import write_report
 
 
@@ -34,7 +35,7 @@ def command(
     common.check_input(data)
     from fpnet_lab.evaluation.scale import bench_scale, count_drawings
 
-    with common.progress('drawings', count_drawings(limit)) as advance:
+    with progress('drawings', count_drawings(limit)) as advance:
         report = bench_scale(data, limit, tree.segmentation, advance)
     _print(report['groups'], json_path)
     write_report(json_path, report)

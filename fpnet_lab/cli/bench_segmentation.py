@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.reports import percent, write_report
 
 
@@ -46,9 +47,9 @@ def command(
     from fpnet_lab.sim.presets import SPLITS
 
     plans = len(SPLITS[split.value][:limit])
-    with common.progress('floorplans', 2 * plans * len(METHODS)) as advance:
+    with progress('floorplans', 2 * plans * len(METHODS)) as advance:
         report = bench_plans(data, split.value, limit, lambda: advance(1.0))
-    with common.progress('robot maps') as advance:
+    with progress('robot maps') as advance:
         report['robot_maps'] = bench_robot_maps(data, limit, lambda: advance(1.0))
     if submap:
         report['submap'] = _bench_submaps(split, limit)
@@ -62,7 +63,7 @@ def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:
     from fpnet_lab.evaluation.submap_segmentation import RECORDINGS, REPORT_SEED, bench_submaps
 
     first_seed = REPORT_SEED if split is Split.REPORT else 0
-    with common.progress('submaps', limit or RECORDINGS) as advance:
+    with progress('submaps', limit or RECORDINGS) as advance:
         return bench_submaps(limit, lambda: advance(1.0), first_seed=first_seed)
 
 

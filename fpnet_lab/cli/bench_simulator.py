@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
@@ -35,7 +36,7 @@ def command(
 
     if blocks <= workers:
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
-    with common.progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
+    with progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
         report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
     rows = [(name, f'{report[f"{name}_per_s"]:.1f}') for name in ('pairs', 'plans', 'scans')]
     common.show_table(('per second', f'{workers} workers'), rows, json_path)

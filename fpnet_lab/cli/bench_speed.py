@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.reports import write_report
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def command(
     figures: list[Figure] = []
     storeys: list[Grown] = []
     parts = only or [part for part in Part if part is not Part.GROWTH]
-    with common.progress('timing', len(parts)) as advance:
+    with progress('timing', len(parts)) as advance:
         for part in parts:
             if part is Part.GROWTH:
                 storeys = _grown()

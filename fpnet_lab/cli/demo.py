@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError
 from fpnet_lab.cli.options import complete_sensor
 
@@ -92,7 +93,7 @@ def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
     from fpnet_lab.sim.sensors import sensor_named
 
     options = RecordingOptions(lidar=sensor_named(sensor))
-    with common.progress('simulating a recording', total=1.0) as advance:
+    with progress('simulating a recording', total=1.0) as advance:
         write_recording(
             make_recording(seed, options),
             folder,

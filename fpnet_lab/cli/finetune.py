@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.train import fit_and_calibrate
 
 
@@ -44,7 +45,7 @@ def command(
 
     config = preset('default').config
     source = GivenPlans([(plan.stem, reading.grid)], config.segmentation)
-    with common.progress('pairs', total=count) as advance:
+    with progress('pairs', total=count) as advance:
         write_pairs(
             out / 'pairs', seed or 0, count, config=config, on_pairs=advance, source=source
         )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import track
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
@@ -54,7 +55,7 @@ def command(
     styles = list(STYLES)
     names = list(FAMILIES) if family is None else [family] * len(styles)
     looks = [styles[i % len(styles)] for i in range(len(names))]
-    shown = common.track(list(zip(names, looks, strict=True)), 'storeys')
+    shown = track(list(zip(names, looks, strict=True)), 'storeys')
     seeds = [[seed or 0, i if family is None else 0] for i in range(len(names))]
     cell_m = CELL_M if family is None else FINE_CELL_M
     drawings = [_draw(name, look, cell_m, seeds[i]) for i, (name, look) in enumerate(shown)]
@@ -71,7 +72,7 @@ def _draw_sheets(out: Path, seed: int) -> None:
     wanted = [(kind, seed * SHEETS + i) for kind in SheetKind for i in range(SHEETS)]
     pictures = [
         (f'{kind.value}, seed {number}', draw_sheet(number, kind).pixels)
-        for kind, number in common.track(wanted, 'sheets')
+        for kind, number in track(wanted, 'sheets')
     ]
     save_contact_sheet(out, pictures, SHEETS)
     typer.echo(f'written: {out}')
@@ -95,4 +96,4 @@ def _scenes(seed: int) -> list[PairScene]:
 
     config = SimConfig(max_rooms=MAX_ROOMS)
     indices = range(0, PAIRS * config.pairs_per_plan, config.pairs_per_plan)
-    return [generate_scene(seed, i, config) for i in common.track(indices, 'pairs')]
+    return [generate_scene(seed, i, config) for i in track(indices, 'pairs')]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli import options
 
@@ -95,7 +96,7 @@ def command(
     if total is None:
         raise ConfigError(f'--preset {preset} names no number of pairs; give --count')
     pairs = sum(shard_blocks(total, part, parts).values())
-    with common.progress('pairs', total=pairs) as advance:
+    with progress('pairs', total=pairs) as advance:
         written = write_pairs(
             out,
             seed or 0,
@@ -150,6 +151,6 @@ def features_command(
     from fpnet_lab.sim.writing import refresh_features
 
     total = sum(map(block_size, present_blocks(data).values()))
-    with common.progress('features', total=total) as advance:
+    with progress('features', total=total) as advance:
         rewritten = refresh_features(data, advance)
     typer.echo(f'{rewritten} of {total} pairs rewritten in {data}')

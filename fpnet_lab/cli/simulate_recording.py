@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.options import complete_building, complete_family, complete_sensor
 
@@ -109,7 +110,7 @@ def command(
         floorplan=_read(plan, said, json_path) if plan else None,
         mesh=read_mesh(mesh) if mesh else None,
     )
-    with common.progress('casting scans', total=len(recording)) as advance:
+    with progress('casting scans', total=len(recording)) as advance:
         write_recording(
             recording,
             folder,

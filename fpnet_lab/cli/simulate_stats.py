@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import track
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +52,7 @@ def command(
 
     real = [measure_floor(floor) for floor in read_floors(common.check_input(data))]
     generated: list[FloorMeasures] = []
-    for i in common.track(range(count), 'storeys'):
+    for i in track(range(count), 'storeys'):
         storey = generate_plan(np.random.default_rng([seed or 0, i]))
         generated.append(measure_floor(floor_of_plan(storey, f'{storey.family}-{i}')))
     rows, told = compare(generated, real), two_sample(generated, real, seed or 0)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError
 from fpnet_lab.cli import options
 
@@ -122,7 +123,7 @@ def fit_and_calibrate(
     if trainer.is_first:
         typer.echo(f'{len(training)} pairs to train on, {len(validation)} held back, in {out}')
     remaining = (config.epochs - trainer.next_epoch) * len(training)
-    with common.progress('training', remaining) as advance:
+    with progress('training', remaining) as advance:
         trainer.fit(training, validation, Hooks(on_pairs=advance, on_epoch=_report))
     if not trainer.is_first:
         return

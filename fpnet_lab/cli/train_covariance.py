@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 
 
 def command(
@@ -50,10 +51,10 @@ def command(
     from fpnet_lab.training.covariance_drives import gather_samples
 
     settings, first = CovarianceTraining(), 7 if seed is None else seed
-    with common.progress('drives', total=drives + measured) as advance:
+    with progress('drives', total=drives + measured) as advance:
         samples = gather_samples(out / 'drives', first, drives, tree, advance)
         others = gather_samples(out / 'drives', first + 1, measured, tree, advance)
-    with common.progress('leaving out', total=settings.folds) as advance:
+    with progress('leaving out', total=settings.folds) as advance:
         held_back = held_back_errors(samples, settings, advance)
     factor = consistency(held_back, samples.run)['nees_mean'] / settings.aim
     model = enlarged(fit_covariance(samples, settings), factor)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 
 
@@ -45,10 +46,10 @@ def command(
 
     settings = DoubtTraining(seed=seed or 0)
     seeds = range(FIRST_SEED, FIRST_SEED + buildings)
-    with common.progress('sheets', total=5.0 * buildings) as advance:
+    with progress('sheets', total=5.0 * buildings) as advance:
         trials = gather_trials(out / 'trials', seeds, tree.segmentation, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
-    with common.progress('leaving out', total=2.0 * settings.folds) as advance:
+    with progress('leaving out', total=2.0 * settings.folds) as advance:
         model, held_out = fit_doubts(trials, settings, advance)
     figures = held_out_figures(trials, held_out, model.doubted_from)
     for name, value in figures.items():

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 
 
@@ -42,7 +43,7 @@ def command(
 
     amounts = Amounts().scaled(share)
     settings = JudgeTraining(seed=seed or 0, without=tuple(without or ()))
-    with common.progress('trials', total=count_blocks(amounts)) as advance:
+    with progress('trials', total=count_blocks(amounts)) as advance:
         trials = gather_trials(
             out / 'trials', settings.seed, data, tree, amounts, workers, advance
         )
@@ -50,7 +51,7 @@ def command(
     figures = held_back_figures(trials, settings)
     for name, value in figures.items():
         typer.echo(f'{name}: {value}')
-    with common.progress('fitting', total=settings.members) as advance:
+    with progress('fitting', total=settings.members) as advance:
         networks = fit_judge(stack_trials(trials), settings, advance)
     drawn = {'trials': len(trials), 'share': share, 'command': Provenance.now().command}
     facts = {'figures': figures, 'data': drawn}

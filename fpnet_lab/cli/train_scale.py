@@ -7,6 +7,7 @@ from __future__ import annotations
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 
 
@@ -50,7 +51,7 @@ def command(
     settings, amounts = ScaleTraining(seed=seed or 0), Amounts().scaled(share)
     kept = out / 'samples.npz'
     if not kept.is_file():
-        with common.progress('maps', total=count_maps(data, amounts)) as advance:
+        with progress('maps', total=count_maps(data, amounts)) as advance:
             gathered = gather_samples(
                 data, settings.seed, amounts, tree.segmentation, workers, advance
             )
@@ -58,7 +59,7 @@ def command(
     samples = read_samples(kept)
     use_threads(1)  # small products: more threads wait for each other
     count = sum(len(folds(samples.where(samples.side == s), settings.folds)) for s in SIDES)
-    with common.progress('leaving out', total=count) as advance:
+    with progress('leaving out', total=count) as advance:
         figures = held_back_figures(samples, held_back_estimates(samples, settings, advance))
     for name, values in figures.items():
         typer.echo(f'{name}: {values}')

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.provenance import Provenance
 
@@ -42,7 +43,7 @@ def command(
     from fpnet_lab.training.walls import HELD_SHEETS, WEIGHTS_FILE, WallTrainer, WallTraining
 
     parts = {'held': HELD_SHEETS, 'train': sheets}
-    with common.progress('sheets', total=sum(parts.values())) as advance:
+    with progress('sheets', total=sum(parts.values())) as advance:
         gather_samples(out / 'samples', parts, data, workers, advance)
     use_threads(workers)
     settings = WallTraining(steps=steps, seed=seed or 0)
@@ -58,6 +59,6 @@ def _train(trainer: WallTrainer, drawn: dict[str, Any]) -> None:
     def on_saved(figures: dict[str, Any]) -> None:
         typer.echo(f'step {figures["step"]}: loss {figures["loss"]}, {figures["iou"]["all"]}')
 
-    with common.progress('steps', total=trainer.config.steps) as advance:
+    with progress('steps', total=trainer.config.steps) as advance:
         advance(float(trainer.step))
         trainer.run(facts, advance, on_saved)

@@ -13,6 +13,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
 from fpnet_lab.evaluation.localization.peers import COLUMNS, peer_rows
+from fpnet_lab.evaluation.published_sites import sites
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
@@ -187,5 +188,6 @@ MAKERS: dict[str, Callable[[Report], tuple[dict[str, str], dict[str, str]]]] = {
     'robot': runs.robot,
     'drift': runs.drift,
     'carried_off': runs.carried_off,
+    'sites': sites,
 }
 """For each benchmark: its report to tables and figures, by the rest of their names."""

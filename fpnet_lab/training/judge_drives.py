@@ -92,7 +92,9 @@ class DriveSource:
                     right = np.zeros(len(found.estimates), dtype=np.bool_)
                     if plan is own:
                         right = _right(found, plan, submap, path, truth)
-                    yield Trial(found.verdict.evidence, right, plan is own, 'drive', case.name)
+                    yield Trial(
+                        found.verdict.evidence.figures_only, right, plan is own, 'drive', case.name
+                    )
 
 
 def _looks(

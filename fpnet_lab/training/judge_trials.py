@@ -179,7 +179,7 @@ class TrialSource:
                 right = np.zeros(len(found.estimates), dtype=np.bool_)
                 if own is not None:
                     right = _right(found, case, own, pair)
-                evidence, is_own = found.verdict.evidence, own is not None
+                evidence, is_own = found.verdict.evidence.figures_only, own is not None
                 yield Trial(evidence, right, is_own, self._kind, case.building, case.kept)
 
     def _case(self, index: int, rng: np.random.Generator) -> _Case:

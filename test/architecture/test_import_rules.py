@@ -19,7 +19,7 @@ LAYERS = {
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'} | {'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
-        {'plan_check'},
+        {'plan_check', 'sites', 'differences', 'library'},
         {'viz', 'report'},
         {'api'},
         {'cli'},

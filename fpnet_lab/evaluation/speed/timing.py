@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fpnet_core.cli.localize import NO_ANSWER
+from fpnet_core.cli.exits import NO_ANSWER
 from fpnet_core.errors import FpnetError
 
 REPEATS = 5

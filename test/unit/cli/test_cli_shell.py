@@ -18,6 +18,7 @@ import typer
 
 from fpnet_core import cli
 from fpnet_core.cli import COMMANDS, Subcommand, common, installed_commands, main
+from fpnet_core.cli.progress import progress, track
 from fpnet_core.errors import ConfigError, FpnetError
 
 
@@ -194,9 +195,9 @@ def test_json_goes_to_a_file_or_to_stdout(tmp_path, capsys):
 
 
 def test_progress_is_silent_without_a_terminal(capfd):
-    with common.progress('working', total=3) as advance:
+    with progress('working', total=3) as advance:
         advance(1.0)
-    assert list(common.track([1, 2, 3], 'counting')) == [1, 2, 3]
+    assert list(track([1, 2, 3], 'counting')) == [1, 2, 3]
     assert capfd.readouterr() == ('', '')
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures between markers: what pages state, where they disagree, and how they are written."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 import json
 from pathlib import Path
 import subprocess
@@ -13,12 +13,14 @@ import pytest
 from fpnet_core.cli import main
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import begin, write_report
+from fpnet_lab.evaluation.differences import DifferenceFigures
 from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.published import MAKERS, published
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
+from fpnet_lab.evaluation.site_drives import SiteRun, site_report
 from fpnet_lab.provenance import Provenance, machine
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -123,7 +125,23 @@ def peers():
     return {'methods': peer_figures([own, other, unmet, rival, fooled])}
 
 
+SITE_RUN = SiteRun(
+    'bays_3', 3, 2, 0.12, True, 0, 0, 'localized', 12.0, 8.0, 150.0, 60.0
+)  # fmt: skip
+SITE_RUNS = [
+    SITE_RUN,
+    replace(SITE_RUN, storeys=12, is_right=False, path_m=None),
+    replace(SITE_RUN, least_different=0.0, path_m=None, status='ambiguous'),
+]
+
+
+def site_figures():
+    found = DifferenceFigures(0.9, 0.85, 0.05, 0.5, 40, 36)
+    return {'sites': site_report(SITE_RUNS), 'differences': asdict(found)}
+
+
 REPORTS = {
+    'sites': site_figures,
     'localization': localization,
     'peers': peers,
     'drawings': lambda: DRAWINGS,
@@ -154,6 +172,17 @@ def test_every_figure_on_a_page_is_one_that_a_benchmark_gives():
         known |= set(published(name, REPORTS[name](), MADE))
     named = {each.name for page in pages(ROOT) for each in stated(page)}
     assert named <= known
+
+
+def test_sites_are_told_apart_by_whether_walls_can_tell():
+    tables = published('sites', site_figures(), MADE)
+    apart, equal = rows(tables['sites'])[2:]
+    assert apart[1:4] == ['2', '1', '0']
+    assert apart[4:6] == ['12.0 m', '8.0 m']
+    assert apart[-1] == '2.5 times'
+    assert equal[1:4] == ['1', 'ambiguous 1', '0']
+    (found,) = rows(tables['sites.differences'])[2:]
+    assert found[:3] == ['90 %', '85 %', '5 %']
 
 
 def test_every_table_on_a_page_says_what_made_it():

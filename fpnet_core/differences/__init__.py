@@ -1,0 +1,8 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Where a drawing and the building differ: what was seen and is not drawn, and the other way."""
+
+from fpnet_core.differences.finding import find_differences
+from fpnet_core.differences.found import Difference, DifferenceKind, Differences
+
+__all__ = ['Difference', 'DifferenceKind', 'Differences', 'find_differences']

@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Differences of a running localizer: of one output and the floorplan that it is on."""
+
+from __future__ import annotations
+
+from fpnet_core.differences.finding import find_differences
+from fpnet_core.differences.found import Differences
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.types import LocalizerOutput
+
+
+def differences_of(output: LocalizerOutput, plan: Floorplan) -> Differences | None:
+    """
+    Return where a floorplan and what was seen so far differ; None unless something is claimed.
+
+    The answer is on the floorplan as it was given. Takes about as long as a tick.
+    """
+    seen, graph = output.segmentation, output.graph
+    if output.A_plan_odom is None or seen is None or graph is None or not output.estimates:
+        return None
+    sub = MapSide(seen, graph, map_evidence(seen.grid))
+    A_working_sub = plan.placed_in_working(output.estimates[0].A_plan_submap)
+    return find_differences(plan.working, sub, A_working_sub, plan.given)

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What was seen, on the raster of the drawing.
+
+The drawing is bent under what was seen as far as the judge bends it: what is drawn half a metre
+off as a whole is inexact, not out of date.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.judging.walls import look_at
+from fpnet_core.pose import MapSide
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import grown
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_FAR_M = 1e3
+"""Numerical: distance from walls where there are none."""
+
+_SMOOTHED_PATCHES = 1.5
+"""Chosen: standard deviation of the smoothing, in patches of four metres."""
+
+_WALL_REACH_M = 0.15
+"""Physical: a wall that was seen has free space in front of it within a few cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """
+    Both maps on the raster of the drawing, ``(H, W)`` each.
+
+    ``drawn_m`` and ``seen_m`` are distances to the nearest wall [m], ``is_free`` and ``is_known``
+    what was seen, ``is_inside`` cells in the building or in its walls; ``cell_m`` is in true
+    metres as far as anybody knows.
+    """
+
+    drawn_m: NDArray[np.float32]
+    seen_m: NDArray[np.float32]
+    is_drawn: Mask
+    is_wall: Mask
+    is_free: Mask
+    is_known: Mask
+    is_inside: Mask
+    cell_m: float
+
+
+def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
+    """
+    Return both maps on the drawing's raster.
+
+    Parameters
+    ----------
+    plan, sub : both sides, in metres
+    A_plan_sub : the placement of the robot's map on the drawing
+    """
+    grid, seen = plan.segmentation.grid, sub.segmentation.grid
+    rc = _places_in(seen, grid, A_plan_sub, _bending(plan, sub, A_plan_sub))
+    wall = seen_walls(seen)
+    labels = plan.segmentation.labels > 0
+    reach = max(1, round(_WALL_REACH_M / grid.resolution))
+    cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
+    seen_m = _looked_up(_metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
+    drawn = (grid.cells == OCCUPIED) & grown(labels, 2 * reach)
+    return Overlay(
+        drawn_m=_metres_to(drawn, grid.resolution),
+        seen_m=seen_m,
+        is_drawn=drawn,
+        is_wall=seen_m <= grid.resolution,
+        is_free=cells == FREE,
+        is_known=cells != UNKNOWN,
+        is_inside=grown(labels, 2 * reach),
+        cell_m=grid.resolution,
+    )
+
+
+def seen_walls(seen: GridMap) -> Mask:
+    """Return the wall cells ``(H, W)`` of a robot's map that have free space in front of them."""
+    reach = max(1, round(_WALL_REACH_M / seen.resolution))
+    return np.asarray((seen.cells == OCCUPIED) & grown(seen.cells == FREE, reach))
+
+
+def _metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
+    if not mask.any():
+        return np.full(mask.shape, _FAR_M, dtype=np.float32)
+    return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)
+
+
+def _bending(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> NDArray[np.float32]:
+    """
+    Return by how much the drawing is bent ``(h, w, 2)`` under the robot's map [m of the plan].
+
+    Smoothed over a room: a wall that stands elsewhere must not bend the drawing there.
+    """
+    evidence = sub.evidence
+    rows, cols = evidence.wall_distance.shape
+    if not len(evidence.walls):
+        return np.zeros((rows, cols, 2), dtype=np.float32)
+    looked = look_at(plan.evidence, evidence, Placements.of([A_plan_sub]))
+    shift_m = looked.bent.shift_cells[0] @ np.linalg.inv(plan.evidence.A_rc_xy[:, :2]).T
+    of_cell = looked.patches.of_cell
+    across = int(of_cell[0, -1]) + 1
+    by_patch = shift_m.reshape(-1, across, 2).astype(np.float32)
+    by_patch = cv2.GaussianBlur(by_patch, (0, 0), _SMOOTHED_PATCHES)
+    smooth = cv2.resize(by_patch, (cols, rows), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(smooth, dtype=np.float32)
+
+
+def _places_in(
+    seen: GridMap, drawn: GridMap, A_plan_sub: Affine2D, bending: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return where each cell of the drawing is in the robot's map, ``(H, W, 2)`` (row, col)."""
+    rc = np.stack(np.meshgrid(*map(np.arange, drawn.shape), indexing='ij'), axis=-1)
+    xy, back = drawn.rc_to_xy(rc), A_plan_sub.inv()
+    at = seen.xy_to_rc(back.apply(xy))
+    share = np.array(bending.shape[:2]) / np.array(seen.shape)
+    near = np.clip(np.rint(at * share), 0, np.array(bending.shape[:2]) - 1).astype(np.int64)
+    shift = bending[near[..., 0], near[..., 1]]
+    return np.asarray(seen.xy_to_rc(back.apply(xy - shift)), dtype=np.float32)
+
+
+def _looked_up(
+    values: NDArray[np.float32], rc: NDArray[np.float32], how: int, outside: float
+) -> NDArray[np.float32]:
+    found = cv2.remap(
+        values, rc[..., 1], rc[..., 0], how, borderMode=cv2.BORDER_CONSTANT, borderValue=outside
+    )
+    return np.asarray(found, dtype=np.float32)

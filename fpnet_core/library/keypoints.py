@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a plan and a part of its building have in common: doors, and corners of rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.frozen import freeze_field
+from fpnet_core.types import Segmentation
+
+# Chosen, not measured:
+# A room's outline is told by straight lines that stay so near to it [m].
+_STRAIGHT_M = 0.35
+# Shorter walls make no corner: pillars, recesses, and steps of a raster [m].
+_LEAST_WALL_M = 0.7
+# Cosine of the angle between both walls from which a corner is none, or a spike.
+_LEAST_TURN = 0.5
+
+
+class Kind(IntEnum):
+    """What a keypoint is: corners point into a room (convex) or around one (reflex)."""
+
+    DOOR = 0
+    CONVEX = 1
+    REFLEX = 2
+
+
+KINDS = len(Kind)
+
+PERIOD = np.array([np.pi, 2.0 * np.pi, 2.0 * np.pi], dtype=np.float32)
+"""Physical, by kind: a door looks the same from both rooms, a corner opens to one side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Keypoints:
+    """
+    Oriented points of a map, in true metres around their own middle.
+
+    ``xy (K, 2)`` [m], ``angle (K,)`` [rad] along a door's line or into a corner, and
+    ``kind (K,)`` of :class:`Kind`.
+    """
+
+    xy: NDArray[np.float32]
+    angle: NDArray[np.float32]
+    kind: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        freeze_field(self, 'xy', np.float32, (None, 2))
+        freeze_field(self, 'angle', np.float32, (len(self.xy),))
+        freeze_field(self, 'kind', np.uint8, (len(self.xy),))
+
+    def __len__(self) -> int:
+        """Count the keypoints."""
+        return len(self.xy)
+
+    def scaled(self, factor: float) -> Keypoints:
+        """Return the keypoints of a map that is ``factor`` times as large."""
+        return Keypoints(self.xy * np.float32(factor), self.angle, self.kind)
+
+
+def keypoints_of(segmentation: Segmentation, metres_per_unit: float = 1.0) -> Keypoints:
+    """Return the doors and corners of a map that was cut into rooms, possibly none."""
+    rows = [*_doors(segmentation), *_corners(segmentation, metres_per_unit)]
+    table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+    xy = table[:, :2] * metres_per_unit
+    if len(xy):
+        xy -= xy.mean(axis=0)
+    kind = table[:, 3].astype(np.uint8)
+    return Keypoints(xy.astype(np.float32), (table[:, 2] % PERIOD[kind]).astype(np.float32), kind)
+
+
+def _doors(segmentation: Segmentation) -> Iterator[tuple[float, float, float, float]]:
+    for portal in segmentation.portals:
+        x, y = portal.ends.mean(axis=0).tolist()
+        along = portal.ends[1] - portal.ends[0]
+        yield x, y, float(np.arctan2(along[1], along[0])), float(Kind.DOOR)
+
+
+def _corners(
+    segmentation: Segmentation, metres_per_unit: float
+) -> Iterator[tuple[float, float, float, float]]:
+    for room in segmentation.rooms:
+        outline = room.polygon.astype(np.float32)[:, None]
+        ring = cv2.approxPolyDP(outline, _STRAIGHT_M / metres_per_unit, True)[:, 0]
+        yield from _corners_of(ring.astype(np.float64), _LEAST_WALL_M / metres_per_unit)
+
+
+def _corners_of(
+    ring: NDArray[np.float64], least: float
+) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the corners of a counter-clockwise ``ring (V, 2)`` between walls of some length."""
+    back, ahead = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
+    lengths = np.hypot(back[:, 0], back[:, 1]), np.hypot(ahead[:, 0], ahead[:, 1])
+    back, ahead = (
+        sides / np.maximum(length, 1e-9)[:, None]
+        for sides, length in zip((back, ahead), lengths, strict=True)
+    )
+    is_corner = np.minimum(*lengths) >= least
+    is_corner &= np.abs((back * ahead).sum(axis=1)) <= _LEAST_TURN
+    cross = ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0]
+    into = back + ahead
+    for index in np.flatnonzero(is_corner):
+        kind = Kind.CONVEX if cross[index] > 0.0 else Kind.REFLEX
+        angle = np.arctan2(into[index, 1], into[index, 0])
+        yield float(ring[index, 0]), float(ring[index, 1]), float(angle), float(kind)

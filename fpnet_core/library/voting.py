@@ -1,0 +1,135 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Votes of equal words for plans and for where what was seen lies in them, compiled."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+# Numerical: cells of the table that votes are counted in. Two placements may share one; both
+# tables, whose cells lie apart by half a step, seldom agree on that:
+_TABLE_BITS = 20
+_TABLE = 1 << _TABLE_BITS
+_GOLDEN = np.uint64(11400714819323198485)  # numerical: of Fibonacci hashing
+_HASH_SHIFT = np.uint64(64 - _TABLE_BITS)
+_OFFSET = 4096  # numerical: makes places in steps positive; plans are smaller
+# Chosen, what counts as the same placement:
+_STEP_M = 1.5
+_TURNS = 24
+# Chosen, how near partners are at first and then [m], and how alike they are turned [rad]:
+_REACH_M, _FIRST_REACH_M = 0.6, 1.0
+_ALIKE_RAD = 0.45
+_ROUNDS = 3  # numerical: each lays the keypoints on their partners
+
+LENGTH_UNIT_M = 0.01
+"""Numerical: places are kept in whole centimetres."""
+
+TURN_UNIT = 2.0 * np.pi / 65536
+"""Numerical: angles are kept in sixteen bits."""
+
+
+@numba.njit(cache=True, nogil=True)
+def count_votes(
+    starts: NDArray[np.int64],
+    plan: NDArray[np.uint32],
+    middle: NDArray[np.int16],
+    bearing: NDArray[np.uint16],
+    word: NDArray[np.int64],
+    weight: NDArray[np.float32],
+    asked_middle: NDArray[np.float32],
+    asked_bearing: NDArray[np.float32],
+    plans: int,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Return for each plan the most votes for one placement ``(N,)``, and that one ``(N, 3)``.
+
+    Placements are yaw, x and y of what was seen in the plan's own metres.
+
+    Parameters
+    ----------
+    starts : (W + 1,) where the pairs of each word begin
+    plan, middle, bearing : (E,), (E, 2), (E,) of all plans' pairs, ordered by word
+    word, weight, asked_middle, asked_bearing : (Q,), (Q,), (Q, 2), (Q,) of what was seen
+    plans : N
+    """
+    table = np.zeros((2, _TABLE), np.float32)
+    most = np.zeros(plans, np.float32)
+    best = np.zeros((plans, 3), np.float32)
+    for q in range(len(word)):
+        x, y = asked_middle[q, 0], asked_middle[q, 1]
+        for e in range(starts[word[q]], starts[word[q] + 1]):
+            yaw = (bearing[e] * TURN_UNIT - asked_bearing[q]) % (2.0 * np.pi)
+            cos, sin = np.cos(yaw), np.sin(yaw)
+            dx = middle[e, 0] * LENGTH_UNIT_M - (cos * x - sin * y)
+            dy = middle[e, 1] * LENGTH_UNIT_M - (sin * x + cos * y)
+            for half in range(2):
+                shift = 0.5 * half
+                turn = int(yaw * _TURNS / (2.0 * np.pi) + shift) % _TURNS
+                col = int(np.floor(dx / _STEP_M + shift)) + _OFFSET
+                row = int(np.floor(dy / _STEP_M + shift)) + _OFFSET
+                place = ((np.uint64(plan[e]) * _TURNS + turn) * (2 * _OFFSET) + col) * (
+                    2 * _OFFSET
+                ) + row
+                cell = np.int64((np.uint64(place) * _GOLDEN) >> _HASH_SHIFT)
+                table[half, cell] += weight[q]
+                if table[half, cell] > most[plan[e]]:
+                    most[plan[e]] = table[half, cell]
+                    best[plan[e], 0], best[plan[e], 1], best[plan[e], 2] = yaw, dx, dy
+    return most, best
+
+
+@numba.njit(cache=True, nogil=True)
+def count_partners(
+    xy: NDArray[np.float32],
+    angle: NDArray[np.float32],
+    kind: NDArray[np.uint8],
+    plan_xy: NDArray[np.int16],
+    plan_angle: NDArray[np.uint16],
+    plan_kind: NDArray[np.uint8],
+    pose: NDArray[np.float32],
+    period: NDArray[np.float32],
+) -> float:
+    """
+    Return how many keypoints find a like one in a plan, each by its nearness, 0 to 1.
+
+    Parameters
+    ----------
+    xy, angle, kind : (K, 2), (K,), (K,) of what was seen
+    plan_xy, plan_angle, plan_kind : (L, 2), (L,), (L,) of the plan, in the units above
+    pose : (3,) yaw, x, y to begin with; it is moved to where partners are nearest
+    period : (3,) of angles by kind
+    """
+    yaw, tx, ty = float(pose[0]), float(pose[1]), float(pose[2])
+    found = 0.0
+    for round_ in range(_ROUNDS):
+        reach = _FIRST_REACH_M if round_ == 0 else _REACH_M
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        found, count, dx, dy, turn = 0.0, 0, 0.0, 0.0, 0.0
+        for i in range(len(xy)):
+            x = cos * xy[i, 0] - sin * xy[i, 1] + tx
+            y = sin * xy[i, 0] + cos * xy[i, 1] + ty
+            whole = float(period[kind[i]])
+            nearest, along_x, along_y, turned = reach * reach, 0.0, 0.0, 0.0
+            is_found = False
+            for j in range(len(plan_xy)):
+                if plan_kind[j] != kind[i]:
+                    continue
+                gap_x = plan_xy[j, 0] * LENGTH_UNIT_M - x
+                gap_y = plan_xy[j, 1] * LENGTH_UNIT_M - y
+                squared = gap_x * gap_x + gap_y * gap_y
+                if squared >= nearest:
+                    continue
+                off = (plan_angle[j] * TURN_UNIT - angle[i] - yaw + whole / 2.0) % whole
+                off -= whole / 2.0
+                if abs(off) < _ALIKE_RAD:
+                    is_found, nearest = True, squared
+                    along_x, along_y, turned = gap_x, gap_y, off
+            if is_found:
+                found += 1.0 - nearest / (reach * reach)
+                count, dx, dy, turn = count + 1, dx + along_x, dy + along_y, turn + turned
+        if count < 2:
+            break
+        yaw, tx, ty = yaw + turn / count / 2.0, tx + dx / count, ty + dy / count
+    return found

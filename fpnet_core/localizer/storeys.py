@@ -1,0 +1,265 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which storey: a tick is about one of them, and here are the others, which compete with it.
+
+Not every storey is searched at every tick. One is, in turn, the least known first; those that may
+still be right are followed on new walls, as rivals on the same storey are; what was found on
+the rest stands. Nothing is claimed before all have been searched with half of what is seen by now.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+import math
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig, ScalePolicy
+from fpnet_core.errors import HintError, MapFormatError
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.judging import Evidence, Judge, Verdict
+from fpnet_core.judging.evidence import CONTEXT, FIGURES
+from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.search import NEWS_GROWTH
+from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.pose import MapSide
+from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.types import GridMap, Submap
+
+# Chosen, not measured:
+_SEARCHED_A_TICK = 1  # other storeys; a search of one takes half of a tick
+_SEARCHED_BEFORE_A_CLAIM = 4  # takes what doubts about mirror image and scale take meanwhile
+_FOLLOWED = 3  # placements on a storey that is not searched in this tick
+_MOST_FOLLOWED = 3  # storeys
+_MAY_BE_RIGHT = 1e-3  # probability from which a storey is followed
+_WELL_SEARCHED = 0.5  # share of what is seen by now that a search must have been of
+
+
+@dataclass(frozen=True, eq=False)
+class StoreyPlan:
+    """
+    One storey's drawing as it is given: its ``name``, unique, and what is known of its scale.
+
+    ``scale`` and ``policy`` are as of :meth:`fpnet_core.localizer.floorplan.Floorplan.prepared`.
+    """
+
+    name: str
+    grid: GridMap
+    scale: ScaleEstimate | None = None
+    policy: ScalePolicy | None = None
+
+
+def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list[Floorplan]:
+    """
+    Return storeys cut into rooms, each as probable as the others.
+
+    Raises
+    ------
+    MapFormatError
+        If a drawing holds no room, or there is none; the message names the storey.
+    """
+    if not storeys:
+        raise MapFormatError('there is no floorplan; give at least one')
+    plans = []
+    for each in storeys:
+        try:
+            plan = Floorplan.prepared(each.grid, config, each.scale, each.policy)
+        except MapFormatError as error:
+            raise MapFormatError(
+                f'storey {each.name!r}: {error}' if each.name else error
+            ) from None
+        plans.append(replace(plan, name=each.name))
+    return plans
+
+
+def check_weights(weights: Mapping[str, float], plans: Sequence[Floorplan]) -> None:
+    """Raise HintError where weights are not those of all storeys, and positive."""
+    names = {plan.name for plan in plans}
+    if unknown := sorted(set(weights) ^ names):
+        raise HintError(
+            f'{unknown[0]!r} is missing or no storey; expected {", ".join(sorted(names))}'
+        )
+    if not all(0.0 < weight < math.inf for weight in weights.values()):
+        raise HintError('weights of storeys must be positive and finite')
+
+
+@dataclass(frozen=True, eq=False)
+class OtherStorey:
+    """
+    A storey that the tick is not about.
+
+    ``tracked`` are its placements, ``A_plan_odom`` in working metres; ``verdict`` what was found
+    at the last look, None before the first; ``searched_m2`` the floor that had been seen when all
+    of it was searched last.
+    """
+
+    plan: Floorplan
+    tracked: Placements = field(default_factory=Placements.empty)
+    verdict: Verdict | None = None
+    searched_m2: float = 0.0
+
+    @property
+    def probability(self) -> float:
+        """Probability of all placements on it."""
+        return 0.0 if self.verdict is None else float(self.verdict.placements.probability.sum())
+
+    @property
+    def best(self) -> float:
+        """Probability of the best placement on it."""
+        return 0.0 if self.verdict is None else self.verdict.best
+
+    @property
+    def explained(self) -> float:
+        """Share of the walls that its best placement explains; 0 without any."""
+        if self.verdict is None or not len(self.verdict.evidence):
+            return 0.0
+        return float(self.verdict.evidence.of('support')[0])
+
+    def is_searched(self, area_m2: float) -> bool:
+        """Tell whether it was searched with as much as a claim takes."""
+        return self.searched_m2 >= _WELL_SEARCHED * area_m2
+
+    def forgotten(self) -> OtherStorey:
+        """Return the storey before anybody has looked."""
+        return OtherStorey(self.plan)
+
+
+@dataclass(frozen=True, eq=False)
+class StoreyLook:
+    """What the other storeys are looked at with: the tick's submap, and who looks."""
+
+    submap: Submap
+    sub: MapSide
+    finder: Finder
+    robot_xy: RobotXY
+
+    def most(self, others: Sequence[OtherStorey], is_near_claim: bool) -> int:
+        """Return how many storeys to search."""
+        is_urgent = is_near_claim and unsearched(others, self.submap.free_area_m2)
+        return _SEARCHED_BEFORE_A_CLAIM if is_urgent else _SEARCHED_A_TICK
+
+    def looked_at(
+        self, others: Sequence[OtherStorey], most: int, timer: StageTimer
+    ) -> tuple[tuple[OtherStorey, ...], list[bool]]:
+        """
+        Return the storeys after this tick, and which of them were looked at in it.
+
+        At most ``most`` are searched.
+        """
+        with timer.stage('storeys'):
+            wanted, followed = self._wanted(others, most), self._followed(others)
+            after, is_fresh = [], []
+            for storey in others:
+                is_searched = any(storey is each for each in wanted)
+                is_fresh.append(is_searched or any(storey is each for each in followed))
+                if is_searched:
+                    after.append(self._searched(storey))
+                else:
+                    after.append(self._kept(storey) if is_fresh[-1] else storey)
+            return tuple(after), is_fresh
+
+    def _wanted(self, others: Sequence[OtherStorey], most: int) -> list[OtherStorey]:
+        """Return the storeys to search in this tick: those that were with the least seen."""
+        area_m2 = self.submap.free_area_m2
+        stale = [each for each in others if area_m2 >= NEWS_GROWTH * each.searched_m2]
+        return sorted(stale, key=lambda each: (each.searched_m2, -each.probability))[:most]
+
+    def _followed(self, others: Sequence[OtherStorey]) -> list[OtherStorey]:
+        likely = [each for each in others if each.probability >= _MAY_BE_RIGHT]
+        return sorted(likely, key=lambda each: -each.probability)[:_MOST_FOLLOWED]
+
+    def _searched(self, storey: OtherStorey) -> OtherStorey:
+        plan, area_m2 = storey.plan, self.submap.free_area_m2
+        tracked = storey.tracked @ self.submap.T_odom_submap
+        found = self.finder.find(
+            plan.working, self.sub, area_m2, plan.scale.search.as_stated, StageTimer(), tracked,
+            self.robot_xy,
+        )  # fmt: skip
+        return replace(
+            storey,
+            tracked=self._in_odom(found.estimates),
+            verdict=found.verdict,
+            searched_m2=area_m2,
+        )
+
+    def _kept(self, storey: OtherStorey) -> OtherStorey:
+        """Return the storey with its best placements on the walls that are seen now."""
+        plan, tracked = storey.plan, storey.tracked.take(slice(_FOLLOWED))
+        area_m2 = self.submap.free_area_m2
+        match = self.finder.matcher.match(plan.working.graph, self.sub.graph, area_m2)
+        found = self.finder.follow(
+            plan.working, self.sub, match, plan.scale.search.as_stated, StageTimer(),
+            tracked @ self.submap.T_odom_submap, self.robot_xy,
+        )  # fmt: skip
+        tracked = self._in_odom(found.estimates)
+        return replace(storey, tracked=tracked, verdict=found.verdict)
+
+    def _in_odom(self, found: Placements) -> Placements:
+        in_odom: Placements = found @ self.submap.T_odom_submap.inv()
+        return in_odom
+
+
+def in_contest(
+    judge: Judge,
+    here: Verdict,
+    plan: Floorplan,
+    others: Sequence[OtherStorey],
+    is_fresh: Sequence[bool],
+) -> tuple[Verdict, tuple[OtherStorey, ...]]:
+    """Return the verdict on ``plan`` and the other storeys, all weighed against each other."""
+    if not others:  # and a site of one is a plan
+        return here, ()
+    drawn = [here, *(each.verdict or _UNSEEN for each in others)]
+    priors = [plan.log_prior, *(each.plan.log_prior for each in others)]
+    verdicts = judge.among_storeys(drawn, priors, [True, *is_fresh])
+    told = (
+        each if each.verdict is None else replace(each, verdict=verdict)
+        for each, verdict in zip(others, verdicts[1:], strict=True)
+    )
+    return verdicts[0], tuple(told)
+
+
+_UNSEEN = Verdict(
+    Placements.empty(),
+    Evidence(np.zeros((0, len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32)),
+    np.zeros(0),
+    0.0,
+    0.0,
+    0.0,
+)
+"""Given: of a storey that nobody has looked at; as probable as another building."""
+
+
+def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
+    """Return a storey with its prior of ``weights``, which need not add up."""
+    even = sum(weights.values()) / len(weights)
+    return replace(plan, log_prior=math.log(weights[plan.name] / even))
+
+
+def unsearched(others: Sequence[OtherStorey], area_m2: float) -> int:
+    """Count the storeys that keep a claim from being made where so much floor has been seen."""
+    return sum(not each.is_searched(area_m2) for each in others)
+
+
+def probabilities(
+    plan: Floorplan, verdict: Verdict, others: Sequence[OtherStorey]
+) -> dict[str, float]:
+    """Return the probability of each storey's placements, by its name."""
+    here = float(verdict.placements.probability.sum())
+    return {plan.name: here, **{each.plan.name: each.probability for each in others}}
+
+
+def to_try(plan: Floorplan, starts: Mapping[str, Affine2D]) -> Placements:
+    """Return the placement to try first on a storey, working metres; none where there is none."""
+    if plan.name not in starts:
+        return Placements.empty()
+    return Placements.of([plan.placed_in_working(starts[plan.name])])
+
+
+def strongest(others: Sequence[OtherStorey]) -> OtherStorey | None:
+    """Return the storey with the most probable placement; None where none has any."""
+    placed = [each for each in others if each.best > 0.0]
+    return max(placed, key=lambda each: each.best, default=None)

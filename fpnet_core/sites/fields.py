@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Values of a site's YAML, checked: every error names the file, the place in it and the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+import math
+from pathlib import Path
+import reprlib
+from typing import Any
+
+from fpnet_core.errors import SiteError
+from fpnet_core.plain_yaml import read_yaml
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """Return the mapping that a YAML file holds; SiteError where it holds none."""
+    try:
+        values = read_yaml(path)
+    except OSError as error:
+        raise SiteError(f'cannot read {path}: {error.strerror}') from None
+    except ValueError as error:
+        raise SiteError(f'{path} is not valid YAML: {error}') from None
+    return as_mapping(values, str(path))
+
+
+def as_mapping(value: Any, where: str) -> dict[str, Any]:
+    """Return ``value`` where it is a mapping, else SiteError."""
+    if not isinstance(value, dict):
+        raise SiteError(f'{where}: expected a mapping, got {reprlib.repr(value)}')
+    return {str(key): each for key, each in value.items()}
+
+
+def as_list(value: Any, where: str) -> list[Any]:
+    """Return ``value`` where it is a list, else SiteError."""
+    if not isinstance(value, list):
+        raise SiteError(f'{where}: expected a list, got {reprlib.repr(value)}')
+    return value
+
+
+def as_numbers(value: Any, count: int, where: str, what: str) -> list[float]:
+    """Return the ``count`` finite numbers that ``value`` begins with, else SiteError."""
+    try:
+        numbers = [float(each) for each in value[:count]]
+    except (TypeError, ValueError, KeyError, OverflowError):
+        numbers = []
+    if len(numbers) < count or not all(map(math.isfinite, numbers)):
+        raise SiteError(f'{where}: expected {what}, got {reprlib.repr(value)}')
+    return numbers
+
+
+def as_number(value: Any, where: str, what: str) -> float:
+    """Return a finite number, else SiteError."""
+    try:
+        return as_numbers([value], 1, where, what)[0]
+    except SiteError:
+        raise SiteError(f'{where}: expected {what}, got {reprlib.repr(value)}') from None
+
+
+def as_text(value: Any, where: str, what: str) -> str:
+    """Return a text that is not empty, else SiteError; numbers are names, too."""
+    if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
+        raise SiteError(f'{where}: expected {what}, got {reprlib.repr(value)}')
+    return str(value)
+
+
+def check_keys(values: dict[str, Any], known: Collection[str], where: str) -> None:
+    """Raise SiteError where there is a key that nobody reads."""
+    if unknown := sorted(set(values) - set(known)):
+        raise SiteError(f'{where}: unknown key {unknown[0]!r}; expected one of {", ".join(known)}')

@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Open-RMF buildings: ``*.building.yaml`` as its traffic editor writes them.
+
+A level names its drawing and measures it: pairs of vertices with metres between them. Vertices,
+fiducials and lifts are in pixels of the drawing, x right and y down; a lift's are those of its
+reference floor. Fiducials of one name are one place on every level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import Reading, ReadOptions
+from fpnet_core.errors import FpnetError, MapFormatError, SiteError
+from fpnet_core.geometry import SE2
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.sites.fields import (
+    as_list,
+    as_mapping,
+    as_number,
+    as_numbers,
+    as_text,
+    read_mapping,
+)
+from fpnet_core.sites.site import Link, LinkKind, NamedDoor, Site, Storey
+
+RMF_SUFFIX = '.building.yaml'
+"""Given: of the files that Open-RMF's traffic editor writes."""
+
+_IN_PIXELS = ('', 'reference_image')  # given: coordinate systems whose units are pixels
+_FEWEST = 2  # physical: places that fix a plane's pose
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """A storey, and its fiducials in its plan [m]."""
+
+    storey: Storey
+    fiducials: dict[str, Array]
+    to_plan: Callable[[Array], Array]
+
+
+def read_open_rmf(path: Path, config: FpnetConfig) -> Site:
+    """
+    Read an Open-RMF building: drawings, scales, levels, lifts and doors.
+
+    Raises
+    ------
+    SiteError
+        If the file is malformed, its units are not pixels, or a level has no measurement.
+    MapFormatError
+        If a drawing cannot be read; the message names the level.
+    """
+    values = read_mapping(path)
+    system = str(values.get('coordinate_system', ''))
+    if system not in _IN_PIXELS:
+        raise SiteError(
+            f'{path}: coordinate_system {system!r} has no drawings in pixels; write a site.yaml '
+            'with the plan of each storey'
+        )
+    told = as_mapping(values.get('levels'), f'{path}: levels')
+    levels = {
+        name: _level(name, as_mapping(each, f'{path}: level {name!r}'), path, config)
+        for name, each in told.items()
+    }
+    if not levels:
+        raise SiteError(f'{path}: it has no levels; draw at least one')
+    reference = levels[_reference(values, levels, path)]
+    lifts = as_mapping(values.get('lifts') or {}, f'{path}: lifts')
+    name = as_text(values.get('name', path.name.removesuffix(RMF_SUFFIX)), f'{path}: name', 'it')
+    storeys = _levelled([_placed(level, reference) for level in levels.values()])
+    poses = {storey.name: storey.T_site_plan for storey in storeys}
+    links = [
+        _lift(lift, as_mapping(each, f'{path}: lift {lift!r}'), levels, poses, path)
+        for lift, each in lifts.items()
+    ]
+    return Site(name, storeys, tuple(link for link in links if len(link.at) > 1))
+
+
+def _reference(values: dict[str, Any], levels: dict[str, _Level], path: Path) -> str:
+    name = str(values.get('reference_level_name') or next(iter(levels)))
+    if name not in levels:
+        raise SiteError(
+            f'{path}: reference_level_name is {name!r}, which is no level; expected one of '
+            f'{", ".join(levels)}'
+        )
+    return name
+
+
+def _level(name: str, told: dict[str, Any], path: Path, config: FpnetConfig) -> _Level:
+    where = f'{path}: level {name!r}'
+    drawing = as_mapping(told.get('drawing'), f'{where}: drawing')
+    file = as_text(drawing.get('filename'), f'{where}: drawing', 'filename: its image')
+    vertices = [
+        as_numbers(each, 2, f'{where}: vertex {k}', '[x, y, ...] in pixels')
+        for k, each in enumerate(as_list(told.get('vertices', []), f'{where}: vertices'))
+    ]
+    points = np.array(vertices, dtype=np.float64).reshape(-1, 2)
+    options = ReadOptions(_metres_per_pixel(told, points, where))
+    try:
+        reading = read_plan(path.parent / file, options, config)
+    except FpnetError as error:
+        raise MapFormatError(f'level {name!r}: {error}') from None
+    to_plan = _to_plan(reading)
+    fiducials = as_list(told.get('fiducials', []), f'{where}: fiducials')
+    placed = {
+        str(each[2]): to_plan(np.array(as_numbers(each, 2, f'{where}: fiducial', '[x, y, name]')))
+        for each in fiducials
+        if isinstance(each, list) and len(each) > 2
+    }
+    elevation = as_number(told.get('elevation', 0.0), f'{where}: elevation', 'metres')
+    doors = tuple(_door(each, points, to_plan, where) for each in told.get('doors') or [])
+    storey = Storey(name, reading, elevation_m=elevation, doors=doors)
+    return _Level(storey, placed, to_plan)
+
+
+def _to_plan(reading: Reading) -> Callable[[Array], Array]:
+    return lambda pixels: np.asarray(map_points(reading.H_plan_image, pixels), dtype=np.float64)
+
+
+def _metres_per_pixel(told: dict[str, Any], points: Array, where: str) -> float:
+    """Return the mean of what a level's measurements say."""
+    scales = []
+    for each in told.get('measurements') or []:
+        ends = _ends(each, points, f'{where}: measurement')
+        metres = as_number(_parameter(each, 'distance'), f'{where}: measurement', 'a distance')
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        if not (metres > 0.0 and length > 0.0):
+            raise SiteError(f'{where}: a measurement of {metres:g} m over {length:g} pixels')
+        scales.append(metres / length)
+    if not scales:
+        raise SiteError(
+            f'{where}: it has no measurement, which tells how long a pixel is; add one in the '
+            'traffic editor'
+        )
+    return float(np.mean(scales))
+
+
+def _ends(value: Any, points: Array, where: str) -> Array:
+    """Return the two vertices ``(2, 2)`` of an edge."""
+    first, second = (int(each) for each in as_numbers(value, 2, where, '[vertex, vertex, {...}]'))
+    if not (0 <= first < len(points) and 0 <= second < len(points)):
+        raise SiteError(
+            f'{where} joins vertices {first} and {second}; there are {len(points)} of them'
+        )
+    return points[[first, second]]
+
+
+def _parameter(edge: list[Any], name: str) -> Any:
+    """Return a parameter of an edge: they are stored as [type, value]."""
+    parameters = edge[2] if len(edge) > 2 and isinstance(edge[2], dict) else {}
+    value = parameters.get(name)
+    return value[1] if isinstance(value, list) and len(value) > 1 else value
+
+
+def _door(value: Any, points: Array, to_plan: Callable[[Array], Array], where: str) -> NamedDoor:
+    ends = _ends(value, points, f'{where}: door')
+    return NamedDoor(str(_parameter(value, 'name') or ''), to_plan(ends))
+
+
+def _placed(level: _Level, reference: _Level) -> Storey:
+    """Return the storey with its pose in the reference level's plan, by common fiducials."""
+    common = sorted(level.fiducials.keys() & reference.fiducials.keys())
+    T = None
+    if level is reference:
+        T = SE2.identity()
+    elif len(common) >= _FEWEST:
+        here, there = (
+            np.array([each.fiducials[name] for name in common]) for each in (level, reference)
+        )
+        T = rigid_fit(here, there)
+    return replace(level.storey, T_site_plan=T)
+
+
+def rigid_fit(here: Array, there: Array) -> SE2:
+    """Return the pose that takes points ``here (N, 2)`` to ``there`` with least squares."""
+    middle, target = here.mean(axis=0), there.mean(axis=0)
+    a, b = here - middle, there - target
+    yaw = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    turn = SE2.from_xy_yaw(0.0, 0.0, float(yaw))
+    x, y = target - turn.apply(middle)
+    return SE2.from_xy_yaw(float(x), float(y), float(yaw))
+
+
+def _levelled(storeys: list[Storey]) -> tuple[Storey, ...]:
+    """Return storeys from the lowest up, with their levels."""
+    ordered = sorted(storeys, key=lambda storey: storey.elevation_m or 0.0)
+    return tuple(replace(storey, level=level) for level, storey in enumerate(ordered))
+
+
+def _lift(
+    name: str,
+    told: dict[str, Any],
+    levels: dict[str, _Level],
+    poses: dict[str, SE2 | None],
+    path: Path,
+) -> Link:
+    """Return a lift where it is on every level it has doors on and whose pose is known."""
+    where = f'{path}: lift {name!r}'
+    floor = as_text(told.get('reference_floor_name'), where, 'reference_floor_name: a level')
+    for stop in (floor, *(told.get('level_doors') or {})):
+        if stop not in levels:
+            raise SiteError(
+                f'{where} stops at {stop!r}, which is no level; expected one of '
+                f'{", ".join(levels)}'
+            )
+    pixels = as_numbers([told.get('x'), told.get('y')], 2, where, 'x and y in pixels')
+    there = levels[floor].to_plan(np.array(pixels))
+    T_site_floor = poses[floor]
+    at = {}
+    for stop in told.get('level_doors') or {}:
+        T_site_stop = poses[stop]
+        if stop == floor:
+            at[stop] = there
+        elif T_site_floor is not None and T_site_stop is not None:
+            at[stop] = (T_site_stop.inv() @ T_site_floor).apply(there)
+    return Link(name, LinkKind.LIFT, at)

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The localizer on a site: it takes words on the level, and notices lifts and stairs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.errors import HintError
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.judging import Judge
+from fpnet_core.localizer import Localizer
+from fpnet_core.matching import RegionMatcher
+from fpnet_core.sites.ride import RideWatch
+from fpnet_core.sites.site import Site
+from fpnet_core.sites.storey_plans import (
+    storey_named,
+    storey_plans,
+    weights_after_leaving,
+    weights_of_elevation,
+    weights_of_level,
+)
+from fpnet_core.types import LocalizerOutput
+
+
+class SiteLocalizer(Localizer):
+    """
+    Finds the robot on one of a site's storeys; everything else is as of :class:`Localizer`.
+
+    Parameters
+    ----------
+    config, matcher, judge : as of :class:`Localizer`
+    """
+
+    def __init__(
+        self, config: FpnetConfig, matcher: RegionMatcher, judge: Judge | None = None
+    ) -> None:
+        super().__init__(config, matcher, judge)
+        self._config_of_plans = config
+        self._site: Site | None = None
+        self._ride = RideWatch()
+        self._left: tuple[str, LocalizerOutput, NDArray[np.float64]] | None = None
+
+    @property
+    def site(self) -> Site | None:
+        """The site; None before the first."""
+        return self._site
+
+    def set_site(self, site: Site) -> None:
+        """
+        Take a site, replacing all floorplans.
+
+        Raises
+        ------
+        MapFormatError
+            If a storey's drawing holds no room; the old floorplans stay in force.
+        """
+        self.set_storeys(storey_plans(site, self._config_of_plans))
+        self._site = site
+
+    def add_scan(
+        self,
+        points: NDArray[np.float32],
+        T_odom_sensor: NDArray[np.float64],
+        stamp_ns: int,
+        viewpoints: NDArray[np.float32] | None = None,
+    ) -> None:
+        """Add a scan as :meth:`Localizer.add_scan`; who rides a lift or climbs begins anew."""
+        super().add_scan(points, T_odom_sensor, stamp_ns, viewpoints)
+        if self._site is None or len(self._site.storeys) == 1:
+            return
+        ride = self._ride.follow(stamp_ns, T_odom_sensor)
+        if ride is None:
+            return
+        if not ride.is_over:
+            self._left = (self.output.storey, self.output, np.array(T_odom_sensor))
+        way = 'up' if ride.rise_m > 0.0 else 'down'
+        why = f'the robot has gone {way} by {abs(ride.rise_m):.1f} m'
+        self._leave(why, ride.rise_m if ride.is_over else None)
+
+    def tell_level(self, said: str) -> None:
+        """
+        Take a word on the storey, as of a lift: its name or its level.
+
+        A claim on another storey ends with it, and so does the submap.
+
+        Raises
+        ------
+        HintError
+            If there is no site, or no storey or several are called so.
+        """
+        site = self._known_site()
+        named, weights = storey_named(site, said), weights_of_level(site, said)
+        output = self.output
+        if output.A_plan_odom is None:
+            self.suggest_storey(weights)
+        elif output.storey != named.name:
+            self.leave_storey(weights, f'it is on storey {named.name} now')
+
+    def tell_elevation(self, elevation_m: float) -> None:
+        """
+        Take the height of the floor, as of a barometer, on the scale of the site's elevations.
+
+        Raises
+        ------
+        HintError
+            If there is no site, or a storey's elevation is not known.
+        """
+        weights = weights_of_elevation(self._known_site(), elevation_m)
+        output = self.output
+        if output.A_plan_odom is None:
+            self.suggest_storey(weights)
+        elif weights[output.storey] < max(weights.values()):
+            self.leave_storey(weights, f'it is at {elevation_m:.1f} m now')
+
+    def _known_site(self) -> Site:
+        if self._site is None:
+            raise HintError('there is no site whose storeys a word could be about')
+        return self._site
+
+    def _leave(self, why: str, rise_m: float | None) -> None:
+        """End the submap; storeys that links lead to become more probable."""
+        assert self._site is not None and self._left is not None  # noqa: PT018
+        storey, output, T_odom_sensor = self._left
+        if storey not in self._site.names or output.A_plan_odom is None:
+            even = dict.fromkeys(self._site.names, 1.0)
+            self.leave_storey(even, why)
+            return
+        pose = output.pose(T_odom_sensor)
+        xy = None if pose is None else pose.translation
+        weights = weights_after_leaving(self._site, storey, xy, rise_m)
+        starts = continued(self._site, storey, output.A_plan_odom)
+        self.leave_storey(weights, why, starts)
+
+
+def continued(site: Site, left: str, A_plan_odom: Affine2D) -> Mapping[str, Affine2D]:
+    """Return where the robot would be on storeys whose plans lie on that of the one it left."""
+    T_site_left = site.storey(left).T_site_plan
+    if T_site_left is None:
+        return {}
+    placed: dict[str, Affine2D] = {}
+    for storey in site.storeys:
+        if storey.T_site_plan is not None and storey.building == site.storey(left).building:
+            T_plan_left: SE2 = storey.T_site_plan.inv() @ T_site_left
+            placed[storey.name] = T_plan_left @ A_plan_odom
+    return placed

@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet bench sites``: which storey of several, and where drawings are out of date."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress, track
+from fpnet_lab.cli import options
+from fpnet_lab.cli.reports import write_report
+
+
+class Part(StrEnum):
+    """What may be measured alone."""
+
+    SITES = 'sites'
+    DIFFERENCES = 'differences'
+    LIBRARY = 'library'
+
+
+class Split(StrEnum):
+    """Halves of the real data."""
+
+    TUNE = 'tune'
+    REPORT = 'report'
+
+
+def command(
+    only: Annotated[
+        list[Part] | None, typer.Option('--only', help='Measure this part; repeatable.')
+    ] = None,
+    sites: Annotated[int, typer.Option('--sites', min=1, help='Generated sites.')] = 12,
+    drives: Annotated[
+        int, typer.Option('--drives', min=1, help='Drives with drawings that are out of date.')
+    ] = 12,
+    plans: Annotated[
+        int, typer.Option('--plans', min=1, help='Generated plans of the library.')
+    ] = 1000,
+    most: Annotated[
+        int, typer.Option('--most', help='Plans of the largest library whose cost is measured.')
+    ] = 100_000,
+    data: Annotated[
+        Path | None,
+        typer.Option('--data', metavar='DIR', help='Also real floorplans and robots in them.'),
+    ] = None,
+    split: Annotated[Split, typer.Option('--split', help='Half of the real ones.')] = Split.REPORT,
+    workers: options.WorkersOption = 1,
+    config: common.ConfigOption = None,
+    settings: common.SetOption = None,
+    seed: common.SeedOption = None,
+    json_path: common.JsonOption = None,
+) -> None:
+    """
+    Drive on one storey of generated sites, through buildings whose drawings are out of date, and
+    in buildings whose plans are among a thousand others.
+
+    Sites have 2 to 12 storeys, of which half share most of their walls and one in four sites has
+    two equal ones. Each drive takes about a minute.
+
+    Example: fpnet bench sites --json out/sites.json
+
+    Example: fpnet bench sites --only sites --sites 24
+    """
+    tree = common.load(config, settings, seed)
+    import cv2
+
+    cv2.setNumThreads(1)
+    report: dict[str, Any] = {}
+    run: dict[Part, Callable[[], dict[str, Any]]] = {
+        Part.SITES: lambda: _sites(sites, tree),
+        Part.DIFFERENCES: lambda: _differences(drives, tree),
+        Part.LIBRARY: lambda: _library(plans, drives, most, data, split.value, workers, tree),
+    }
+    for part in only or Part:
+        report |= run[part]()
+    _print(report)
+    write_report(json_path, report)
+
+
+def _sites(count: int, tree: Any) -> dict[str, Any]:
+    from fpnet_lab.evaluation.site_drives import run_site, site_report
+
+    runs = [run_site(number, tree.seed + 300, tree) for number in track(range(count), 'sites')]
+    return {'sites': site_report(runs)}
+
+
+def _differences(count: int, tree: Any) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from fpnet_lab.evaluation.differences import DifferenceCase, difference_cases, figures_of
+
+    cases: list[DifferenceCase] = []
+    for number in track(range(count), 'drives'):
+        cases += difference_cases(tree.seed + 7000 + number, tree)
+    return {'differences': asdict(figures_of(cases))}
+
+
+def _library(
+    plans: int, drives: int, most: int, data: Path | None, split: str, workers: int, tree: Any
+) -> dict[str, Any]:
+    from fpnet_core.library import PlanLibrary
+    from fpnet_core.library.files import read_library_plan
+    from fpnet_lab.evaluation import plan_library as bench
+
+    seed = tree.seed + 20_000
+    with TemporaryDirectory() as name:
+        folder = Path(name).resolve()
+        with progress('plans', plans) as advance:
+            known = bench.generated_plans(plans, seed, folder, tree, workers, advance)
+        cases = [
+            bench.drive_case(number, seed + plans, folder, tree)
+            for number in track(range(drives), 'drives')
+        ]
+        known += [read_library_plan(Path(case.path), tree) for case in cases]
+        real = []
+        if data is not None:
+            real = list(bench.real_cases(data, split, folder, tree))
+            known += bench.real_plans(data, split, folder, tree)
+        library = PlanLibrary.of(known)
+        bench.ask(library, cases[0])  # kernels are compiled
+        answers = [bench.ask(library, case) for case in [*cases, *real]]
+        found = zip(cases, answers, strict=False)
+        claims = [
+            bench.claim(case, proposals, tree)
+            for case, (_, proposals) in track(list(found), 'searching')
+        ]
+        report = bench.figures([asked for asked, _ in answers], claims, library)
+        return {'library': report | {'growth': bench.growth(known, cases, most, seed)}}
+
+
+def _print(report: dict[str, Any]) -> None:
+    from rich.console import Console
+
+    console = Console()
+    for run in report.get('sites', {}).get('runs', ()):
+        console.print(run)
+    for name, part in report.items():
+        console.print(name, {key: value for key, value in part.items() if key != 'runs'})

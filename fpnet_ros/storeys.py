@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the localizer node says and hears of storeys, and where the drawing is out of date."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nav_msgs.msg import OccupancyGrid
+import numpy as np
+from std_msgs.msg import String
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.differences.of_output import differences_of
+from fpnet_core.errors import FpnetError
+from fpnet_core.localizer.localizer import Snapshot
+from fpnet_core.localizer.map_frame import MapFrame
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.sites.site_files import read_site
+from fpnet_core.sites.site_localizer import SiteLocalizer
+from fpnet_core.types import LocalizerOutput
+from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.runtime import LATCHED, STREAM, one_line
+from msg_adapters.grids import confidence_to_msg
+
+_EVERY_TICKS = 10
+"""Chosen: claimed ticks between two looks at what differs, each about as long as a tick."""
+
+
+def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
+    """
+    Return a localizer for floorplans and sites alike.
+
+    Raises
+    ------
+    WeightsError
+        If the weights are missing, corrupt, or made for another feature schema.
+    """
+    return SiteLocalizer(config, LearnedMatcher(config.matcher))
+
+
+def frame_of(storey: str) -> str:
+    """Return the frame of a storey's plan: its name, as TF takes it."""
+    return storey.replace('/', '_').replace(' ', '_')
+
+
+class StoreyTopics:
+    """
+    ``~/storey``, ``~/storey_hint`` and ``~/differences`` of one configured localizer node.
+
+    Parameters
+    ----------
+    node : of the topics
+    localizer : gets the site
+    site : path of its description; empty: floorplans come as messages, and only the last topic
+        has anything to say
+    config, map_frame : the node's
+
+    Raises
+    ------
+    FpnetError
+        If the site cannot be read.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        localizer: SiteLocalizer,
+        site: str,
+        config: FpnetConfig,
+        map_frame: str,
+    ) -> None:
+        self._log, self._localizer, self._map_frame = node.get_logger(), localizer, map_frame
+        self._storey: str | None = None
+        self._claimed_ticks = 0
+        self._warned = ''
+        self._differences = node.add_publisher(OccupancyGrid, '~/differences', LATCHED)
+        if site:
+            localizer.set_site(read_site(Path(site), config))
+            self._said = node.add_publisher(String, '~/storey', LATCHED)
+            node.add_subscription(String, '~/storey_hint', self._on_hint, STREAM)
+
+    def frame_named(self, frame_id: str) -> tuple[str, MapFrame] | None:
+        """Return the storey whose plan's frame is called so; None without one."""
+        site = self._localizer.site
+        for storey in () if site is None else site.storeys:
+            if frame_id == frame_of(storey.name):
+                return storey.name, MapFrame(storey.plan.grid, frame_id, self._map_frame)
+        return None
+
+    def follow(self, snapshot: Snapshot) -> MapFrame | None:
+        """Return the frames of a storey that is claimed anew, and say which it is."""
+        output, plan = snapshot.output, snapshot.plan
+        is_claimed = output.A_plan_odom is not None and plan is not None
+        if self._localizer.site is None or not is_claimed or output.storey == self._storey:
+            return None
+        assert plan is not None  # a claim is on one
+        self._storey = output.storey
+        self._said.publish(String(data=output.storey))
+        self._log.info(f'the robot is on storey {output.storey}')
+        return MapFrame(plan.given, frame_of(output.storey), self._map_frame)
+
+    def publish_differences(self, snapshot: Snapshot, frame: MapFrame | None) -> None:
+        """Publish what differs where somebody listens; say it once where the drawing is old."""
+        output, plan = snapshot.output, snapshot.plan
+        if output.A_plan_odom is None or plan is None or frame is None:
+            self._claimed_ticks = 0
+            return
+        self._claimed_ticks += 1
+        is_due = self._claimed_ticks % _EVERY_TICKS == 1
+        if not is_due or not self._differences.get_subscription_count():
+            return
+        found = differences_of(output, plan)
+        if found is None or found.grid is not frame.plan:
+            return
+        percent = np.where(found.is_seen, np.rint(100.0 * found.confidence), -1.0)
+        values = percent.astype(np.int8)
+        self._differences.publish(
+            confidence_to_msg(found.grid, values, output.stamp_ns, frame.plan_id)
+        )
+        self._warn(found.outdated(*_here(output)))
+
+    def _warn(self, said: str) -> None:
+        if said and not self._warned:
+            self._log.warning(said)
+        self._warned = said
+
+    def _on_hint(self, msg: String) -> None:
+        try:
+            self._localizer.tell_level(msg.data)
+        except FpnetError as error:
+            self._log.warning(f'storey_hint was rejected: {one_line(error)}')
+            return
+        self._log.info(f'took the word that this is storey {msg.data}')
+
+
+def _here(output: LocalizerOutput) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], float]:
+    """Return where the robot is on the plan, and how much wall lies around it [m]."""
+    submap = output.submap
+    assert submap is not None  # a claim rests on one
+    assert output.A_plan_odom is not None  # the caller has looked
+    xy = submap.T_odom_submap.apply(submap.path_xy[-1])
+    around = submap.recent_xy
+    cells = {tuple(cell) for cell in np.floor(around / submap.grid.resolution).astype(int)}
+    return output.A_plan_odom.apply(xy), len(cells) * submap.grid.resolution

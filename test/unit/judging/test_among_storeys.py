@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Placements on several storeys: one contest, one "none of these", priors of the storeys."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fpnet_core.geometry import SE2, Placements
+from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel, read_judge
+from fpnet_core.judging.evidence import on_one_plan
+from fpnet_core.judging.rivals import Explained
+
+JUDGE = Judge(read_judge(), 0.99)
+BLIND = Judge(JudgeModel.indifferent(), 0.99)
+
+
+def evidence(rng, support, walls=200):
+    """Evidence whose placements explain given shares of the walls, each its own part of them."""
+    count = len(support)
+    explained = np.zeros((count, walls), np.float32)
+    for row, share in zip(explained, support, strict=True):
+        row[: round(share * walls)] = 1.0
+    figures = np.zeros((count, len(FIGURES)), np.float32)
+    for name in ('support', 'bent_support', 'score', 'bent_score', 'seen', 'rooms_pure'):
+        figures[:, FIGURES.index(name)] = support
+    context = rng.normal(size=len(CONTEXT)).astype(np.float32)
+    context[CONTEXT.index('log_plan_m2')] = 5.0
+    return Evidence(figures, context, Explained(explained, explained, 0.5))
+
+
+def verdict(judge, *support, seed=1):
+    found = evidence(np.random.default_rng(seed), support)
+    places = [SE2.from_xy_yaw(10.0 * k, 1.0, 0.3) for k in range(len(support))]
+    return judge.weighed(Placements.of(places), found)
+
+
+def among(judge, *drawn, priors=None, is_fresh=None):
+    return judge.among_storeys(
+        drawn, priors or [0.0] * len(drawn), is_fresh or [True] * len(drawn)
+    )
+
+
+def test_probabilities_of_all_storeys_add_up():
+    here, there, third = among(
+        JUDGE, verdict(JUDGE, 0.9, 0.5), verdict(JUDGE, 0.8), verdict(JUDGE, 0.3, 0.2)
+    )
+    placed = [each.placements.probability.sum() for each in (here, there, third)]
+    assert sum(placed) + here.none + here.foreign == pytest.approx(1.0)
+    for each, own in zip((here, there, third), placed, strict=True):
+        assert (each.none, each.foreign) == pytest.approx((here.none, here.foreign))
+        assert each.elsewhere == pytest.approx(sum(placed) - own)
+
+
+def test_a_site_of_one_is_the_plan():
+    alone = verdict(JUDGE, 0.9, 0.4)
+    (same,) = among(JUDGE, alone)
+    np.testing.assert_allclose(same.placements.probability, alone.placements.probability)
+    assert same.none == pytest.approx(alone.none)
+    assert same.elsewhere == 0.0
+
+
+def test_equal_storeys_come_out_equal():
+    here, there = among(JUDGE, verdict(JUDGE, 0.9, 0.4), verdict(JUDGE, 0.9, 0.4))
+    np.testing.assert_allclose(here.placements.probability, there.placements.probability)
+    assert here.best < 0.5
+
+
+def test_storeys_are_compared_where_they_differ():
+    """What one explains and the other does not decides, as between places on one plan."""
+    good, poor = verdict(JUDGE, 0.95), verdict(JUDGE, 0.6)
+    here, there = among(JUDGE, good, poor)
+    assert here.best > 5.0 * there.best
+    one = on_one_plan([good.evidence, poor.evidence])
+    net = one.of('rival_net')
+    assert net[0] > 0.0 > net[1]
+    assert net[0] == pytest.approx(np.log1p(0.35 * 200 * 0.5), rel=0.02)
+    assert one.context[CONTEXT.index('log_placements')] == pytest.approx(np.log(2.0))
+
+
+@pytest.mark.parametrize('order', [(0, 1, 2), (2, 0, 1)])
+def test_the_order_of_storeys_changes_nothing(order):
+    drawn = [verdict(JUDGE, *support) for support in ((0.9, 0.3), (0.8,), (0.4, 0.2))]
+    straight = among(JUDGE, *drawn)
+    shuffled = among(JUDGE, *(drawn[k] for k in order))
+    for k, each in zip(order, shuffled, strict=True):
+        assert each.best == pytest.approx(straight[k].best)
+
+
+def test_a_prior_decides_between_equal_storeys():
+    weights = [0.999, 0.001]
+    even = [np.log(2.0 * each) for each in weights]
+    drawn = verdict(BLIND, 0.9), verdict(BLIND, 0.9)
+    here, there = among(BLIND, *drawn, priors=even)
+    assert here.best / there.best == pytest.approx(999.0)
+
+
+def test_what_was_found_earlier_stands():
+    stale = replace(verdict(JUDGE, 0.9), weights=np.array([3.0]))
+    here, there = among(JUDGE, verdict(JUDGE, 0.7), stale, is_fresh=[True, False])
+    assert there.weights.tolist() == [3.0]
+    alone = verdict(JUDGE, 0.7)
+    np.testing.assert_allclose(here.weights, alone.weights)
+    assert here.best < alone.best
+
+
+def test_the_mirror_image_leaves_other_storeys_their_share():
+    here, _ = among(BLIND, verdict(BLIND, 0.9), verdict(BLIND, 0.9))
+    against = BLIND.against_mirror(here, verdict(BLIND, 0.9), 0.0)
+    total = against.best + against.elsewhere + against.none + against.foreign
+    assert total == pytest.approx(1.0)
+    assert against.elsewhere == pytest.approx(against.best)
+    assert against.mirror == pytest.approx(against.best)

@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which storey the robot is on: claims name it, equal ones stay open, a word decides."""
+
+from functools import cache
+
+import numpy as np
+from planted import A_BUILDING_PLAN, plan_grid
+from planted_drive import drive, recorded
+from planted_site import EvenMatcher, laid_elsewhere, other_storey
+import pytest
+from test_tick import digest
+
+from fpnet_core.config import load_config
+from fpnet_core.errors import HintError, MapFormatError
+from fpnet_core.geometry import SE2
+from fpnet_core.localizer import Localizer, StoreyPlan
+from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.types import GridMap, Status
+
+TRUE, OTHER = StoreyPlan('true', plan_grid()), StoreyPlan('other', other_storey())
+EQUAL = StoreyPlan('equal', laid_elsewhere(plan_grid()))
+CONFIG = load_config(None)
+
+
+def new(*storeys):
+    localizer = Localizer(CONFIG, EvenMatcher())
+    localizer.set_storeys(storeys)
+    return localizer
+
+
+def run(localizer, scans=None, tick_every=5):
+    outputs = []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(scans or recorded()):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % tick_every == tick_every - 1:
+            outputs.append(localizer.tick(stamp_ns))
+    return outputs
+
+
+@cache
+def ended(*names):
+    return run(new(*(storey for name in names for storey in (TRUE, OTHER, EQUAL) if
+                     storey.name == name)))  # fmt: skip
+
+
+@pytest.mark.parametrize('names', [('true', 'other'), ('other', 'true')])
+def test_a_claim_names_the_storey_wherever_it_is_in_the_list(names):
+    outputs = ended(*names)
+    claims = [output for output in outputs if output.status is Status.LOCALIZED]
+    assert claims
+    assert {output.storey for output in claims} == {'true'}
+    last = claims[-1]
+    assert last is outputs[-1]
+    assert last.storeys['true'] > 0.99 > 0.01 > last.storeys['other']
+    assert last.reason.startswith('storey true: ')
+    x, y, _ = drive()[-1]
+    _, T_odom_sensor, _ = recorded()[-1]
+    place = A_BUILDING_PLAN.apply(last.pose(T_odom_sensor).translation)
+    np.testing.assert_allclose(place, (x, y), atol=0.3)
+
+
+def test_equal_storeys_stay_open_and_say_so():
+    outputs = ended('true', 'other', 'equal')
+    assert Status.LOCALIZED not in {output.status for output in outputs}
+    last = outputs[-1]
+    assert last.status is Status.AMBIGUOUS
+    assert last.storeys['true'] == pytest.approx(last.storeys['equal'], abs=0.1)
+    assert last.storeys['other'] < 0.05
+    assert 'sure of the place, not of the storey' in last.reason
+    rival = 'equal' if last.storey == 'true' else 'true'
+    assert f'storey {rival} explains' in last.reason
+
+
+def test_a_word_on_the_storey_decides_between_equal_ones():
+    localizer = new(TRUE, EQUAL)
+    run(localizer, recorded()[:40])
+    localizer.suggest_storey({'true': 0.001, 'equal': 0.999})
+    outputs = run(localizer, recorded()[40:])
+    assert outputs[-1].status is Status.LOCALIZED
+    assert {o.storey for o in outputs if o.status is Status.LOCALIZED} == {'equal'}
+
+
+def test_a_word_on_the_storey_proves_nothing():
+    localizer = new(TRUE, OTHER)
+    localizer.suggest_storey({'true': 0.1, 'other': 0.9})
+    claims = [o for o in run(localizer) if o.status is Status.LOCALIZED]
+    assert {o.storey for o in claims} == {'true'}
+
+
+def test_an_initial_pose_names_its_storey():
+    localizer = new(TRUE, EQUAL)
+    run(localizer, recorded()[:40])
+    _, T_odom_sensor, _ = recorded()[39]
+    x, y, yaw = drive()[39]
+    T_plan_building = A_BUILDING_PLAN.inv()
+    at = T_plan_building.apply(np.array([x, y]))
+    pose = SE2.from_xy_yaw(*at.tolist(), T_plan_building.apply_yaw(yaw))
+    hint = PoseHint(pose, SE2.from_matrix4(T_odom_sensor), storey='true')
+    localizer.suggest(hint)
+    assert localizer.tick(recorded()[39][2]).storey == 'true'
+
+
+def test_a_robot_that_leaves_begins_anew_where_it_may_be():
+    localizer = new(TRUE, OTHER)
+    run(localizer)
+    localizer.leave_storey({'true': 0.5, 'other': 0.5}, 'it took the lift')
+    output = localizer.output
+    assert output.status is Status.WAITING
+    assert output.reason == 'starting anew: it took the lift'
+    again = run(localizer)
+    assert {o.storey for o in again if o.status is Status.LOCALIZED} == {'true'}
+    assert again[0].submap.free_area_m2 < 0.5 * again[-1].submap.free_area_m2
+
+
+def test_a_site_of_one_is_a_plan_to_the_last_bit():
+    plain = Localizer(CONFIG, EvenMatcher())
+    plain.set_plan(plan_grid())
+    single = new(StoreyPlan('', plan_grid()))
+    scans = recorded()[:60]
+    for mine, theirs in zip(run(single, scans), run(plain, scans), strict=True):
+        assert digest(mine) == digest(theirs)
+
+
+def test_nothing_is_claimed_before_all_storeys_were_searched():
+    outputs = ended('true', 'other', 'equal')
+    first = next(k for k, o in enumerate(outputs) if len([p for p in o.storeys.values() if p]) > 1)
+    assert first <= 2
+
+
+@pytest.mark.parametrize('weights', [{'true': 1.0}, {'true': 1.0, 'other': 0.0}])
+def test_words_must_be_of_all_storeys(weights):
+    with pytest.raises(HintError):
+        new(TRUE, OTHER).suggest_storey(weights)
+
+
+def test_a_storey_without_rooms_is_named():
+    blank = GridMap(np.full((50, 50), 100, dtype=np.int8), 0.05)
+    with pytest.raises(MapFormatError, match="storey 'blank': "):
+        new(TRUE, StoreyPlan('blank', blank))
+    with pytest.raises(MapFormatError, match='at least one'):
+        new()
