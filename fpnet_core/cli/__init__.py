@@ -139,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Always raises SystemExit: 0 success, 1 bad input or no answer, 2 wrong usage, 130 Ctrl-C.
     """
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    sys.unraisablehook = _interrupt_again
+    before, sys.unraisablehook = sys.unraisablehook, _interrupt_again
     subcommand = _subcommand(arguments or _words_to_complete())
     try:
         command = typer.main.get_command(build_app(subcommand))
@@ -154,6 +154,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
     except KeyboardInterrupt:  # while the subcommand was loaded
         raise SystemExit(_INTERRUPTED) from None
+    finally:
+        sys.unraisablehook = before
 
 
 def _interrupt_again(lost: Any) -> None:
