@@ -150,7 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    sys.unraisablehook = _interrupt_again
+    before, sys.unraisablehook = sys.unraisablehook, _interrupt_again
     subcommand = _subcommand(arguments or _words_to_complete())
     try:
         command = typer.main.get_command(build_app(subcommand))
@@ -165,6 +165,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
     except KeyboardInterrupt:  # while the subcommand was loaded
         raise SystemExit(_INTERRUPTED) from None
+    finally:
+        sys.unraisablehook = before
 
 
 def _interrupt_again(lost: Any) -> None:

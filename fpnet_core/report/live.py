@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Mapping
+from functools import partial
 import gzip
 import json
 from pathlib import Path
@@ -20,7 +21,7 @@ from fpnet_core.report.charts import timeline_figure
 from fpnet_core.report.moments import changes, moment
 from fpnet_core.report.page import page_text
 from fpnet_core.report.record import RunRecord, nowhere
-from fpnet_core.report.run_page import run_data, run_figures
+from fpnet_core.report.run_page import published, run_data, run_figures
 from fpnet_core.report.serving import LiveServer
 from fpnet_core.types import Segmentation
 
@@ -58,31 +59,22 @@ class LiveRun:
 
     def show(self, record: RunRecord) -> None:
         """Show a run as far as it went; its last tick is new."""
-        before, self._record = self._record, record
-        count, new = len(record.outputs), np.s_[len(before.published) :]
+        count, new = len(record.outputs), np.s_[len(self._record.published) :]
         if not count:
             return
         is_drawn = count % max(1, count // _TIMELINES) == 0
-        self._server.tell(
-            {
-                'kind': 'tick',
-                'moment': moment(record, record.outputs[-1]),
-                'published': {
-                    'time_s': np.round(
-                        record.seconds(record.published.stamps_ns[new]), 2
-                    ).tolist(),
-                    'x': np.round(record.published.xy[new, 0], 2).tolist(),
-                    'y': np.round(record.published.xy[new, 1], 2).tolist(),
-                },
-                'changes': changes(record),
-                'timeline': _timeline(record) if is_drawn else None,
-            }
-        )
+        event = {
+            'kind': 'tick',
+            'moment': moment(record, record.outputs[-1]),
+            'published': published(record, new),
+            'changes': changes(record),
+            'timeline': _timeline(record) if is_drawn else None,
+        }
+        self._server.tell(event, partial(setattr, self, '_record', record))
 
     def end(self, said: str) -> None:
         """Say how the run ended; open pages stay as they are."""
-        self._said = said
-        self._server.tell({'kind': 'end', 'said': said})
+        self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
     def _whole(self) -> dict[str, Any]:
         record = self._record
@@ -132,15 +124,12 @@ class RecordedRun:
         """Show the moments one after the other, and yield the time [s] of each before it."""
         for index, each in enumerate(self._data['moments']):
             yield each['time_s']
-            self._shown = index + 1
-            self._server.tell(
-                {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
-            )
+            event = {'kind': 'tick', 'moment': each, 'changes': self._changes(each['time_s'])}
+            self._server.tell(event, partial(setattr, self, '_shown', index + 1))
 
     def end(self, said: str) -> None:
         """Say that it is over."""
-        self._said = said
-        self._server.tell({'kind': 'end', 'said': said})
+        self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
     def _changes(self, until_s: float) -> list[Any]:
         return [change for change in self._data['changes'] if change['time_s'] <= until_s]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 import errno
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -62,10 +63,16 @@ class LiveServer:
         """Where the page is."""
         return f'http://{HOST}:{self._server.server_port}/'
 
-    def tell(self, event: Event) -> None:
-        """Send an event to all open pages."""
+    def tell(self, event: Event, change: Callable[[], None]) -> None:
+        """
+        Send an event to all open pages.
+
+        ``change`` makes it part of the whole, in the same moment: who opens the page meanwhile is
+        told of it once.
+        """
         message = _message(event)
         with self._lock:
+            change()
             for client in list(self._clients):
                 try:
                     client.put_nowait(message)
@@ -76,7 +83,8 @@ class LiveServer:
         """End all events and the server."""
         with self._lock:
             for client in self._clients:
-                client.put(None)
+                with suppress(queue.Full):  # who is so far behind ends with the process
+                    client.put_nowait(None)
             self._clients.clear()
         self._server.shutdown()
         self._server.server_close()

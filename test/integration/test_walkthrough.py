@@ -50,6 +50,7 @@ def test_the_tutorials_steps_are_found_with_their_promises():
 
 @pytest.mark.slow
 def test_the_tutorial_gives_what_it_promises(tmp_path):
-    ours = [step for step in TUTORIAL if step.words[0] == 'fpnet']
-    found = {step.command: walkthrough.follow(step, tmp_path) for step in ours}
+    here = [step for step in TUTORIAL if step.program is not None]
+    assert len(here) >= 4
+    found = {step.command: walkthrough.follow(step, tmp_path) for step in here}
     assert {command: wrong for command, wrong in found.items() if wrong} == {}
