@@ -71,7 +71,7 @@ test: lint docs
 # documentation need is of no use there, so that their complaints about versions are not heard.
 OLDEST := build/oldest
 test-oldest: $(STAMP)
-	rm -rf $(OLDEST) && mkdir -p build && cp -al .venv $(OLDEST)
+	rm -rf $(OLDEST) && mkdir -p build && cp -al .venv/. $(OLDEST)
 	$(OLDEST)/bin/python -m pip install -qq --no-input -r requirements-ubuntu-24.04.txt
 	OMP_NUM_THREADS=1 NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba-oldest \
 	  $(OLDEST)/bin/python -m pytest -n 2 $(QUICK)

@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan, MultiEchoLaserScan
 from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
-from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
+from fpnet_core.io.laser_sweeps import SAME_SWEEP_NS, LaserSweep, SweepMerger, mounted
 from fpnet_ros.runtime import Once
 from fpnet_ros.work import Numbering
 from msg_adapters.lasers import laser_from_msg
@@ -115,7 +115,7 @@ class LaserInput:
         base = self._base_frame() or (frame if self._is_alone else '')
         if self._unknown(frame, base):
             self._waiting.append((topic, msg))
-        elif is_late and stamp_from_msg(msg.header.stamp) < self._newest_ns:
+        elif is_late and self._newest_ns - stamp_from_msg(msg.header.stamp) > SAME_SWEEP_NS:
             self.dropped += 1  # other scanners have gone on without it
         else:
             self._hand_on(topic, msg, frame, base)

@@ -19,9 +19,8 @@ from fpnet_core.stamps import NS_PER_S
 MAX_TILT_RAD = math.radians(3.0)
 """Physical: a beam 0.3 m above the floor that dips by more meets it within 6 m, as if a wall."""
 
-_SAME_SWEEP_NS = (
-    200_000_000  # physical: two turns of common scanners; what is further apart is not one
-)
+SAME_SWEEP_NS = 200_000_000
+"""Physical: two turns of common scanners; what is further apart is not one sweep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +146,7 @@ class SweepMerger:
         apart_ns = max(
             (abs(sweep.stamp_ns - s.stamp_ns) for s in self._waiting.values()), default=0
         )
-        if name in self._waiting or apart_ns > _SAME_SWEEP_NS:
+        if name in self._waiting or apart_ns > SAME_SWEEP_NS:
             done += self.flush()
         self._waiting[name] = sweep
         if len(self._waiting) == self._scanners:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 from shapely.geometry import Polygon
+from shapely.ops import polylabel
 
 from fpnet_core.matches import MatchResult
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Region, Segmentation
@@ -51,9 +52,9 @@ def label_xy(region: Region) -> tuple[float, float]:
 
     The centroid of an L-shaped corridor lies in another room.
     """
-    circle = shapely.maximum_inscribed_circle(shapely.make_valid(Polygon(region.polygon)), 0.1)
-    x, y = circle.coords[0]
-    return float(x), float(y)
+    parts = shapely.get_parts(shapely.make_valid(Polygon(region.polygon)))
+    middle = polylabel(max(parts, key=shapely.area), 0.1)
+    return float(middle.x), float(middle.y)
 
 
 def draw_grid(ax: Axes, grid: GridMap) -> None:

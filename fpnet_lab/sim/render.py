@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 import shapely
+from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -216,9 +217,7 @@ def room_outlines(plan: BuildingPlan, wall_m: float) -> list[NDArray[np.float64]
     grown = shapely.buffer(polygons, (plan.wall_m - wall_m) / 2.0, join_style='mitre')
     kept = np.where(shapely.get_type_id(grown) == shapely.GeometryType.POLYGON, grown, polygons)
     kept = np.where(shapely.is_empty(kept), polygons, kept)
-    return [
-        shapely.get_coordinates(polygon.exterior)[:-1] for polygon in shapely.orient_polygons(kept)
-    ]
+    return [shapely.get_coordinates(polygon.exterior)[:-1] for polygon in map(orient, kept)]
 
 
 def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[np.float64]:

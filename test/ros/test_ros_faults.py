@@ -181,12 +181,13 @@ def graph(drive):
 
 
 def _own(names) -> set[str]:
-    """Without what every ROS node has."""
+    """Without what every ROS node has; an action by its own name."""
     common = re.compile(
         r'/(rosout|parameter_events|clock)$|/(describe|get|list|set)_parameter|/get_type_desc'
         r'|/(change_state|get_state|get_available_\w+|get_transition_graph|transition_event)$'
     )
-    return {name for name in names if not common.search(name)}
+    own = {name for name in names if not common.search(name)}
+    return {name.partition('/_action/')[0] for name in own}
 
 
 DISPLAYS = {

@@ -359,29 +359,12 @@ def test_the_state_is_saved_on_request_beside_everything_else(robot):
     assert robot.state_file.exists()
 
 
-def test_killed_and_started_again_it_goes_on_where_it_was(robot):
-    robot.state_file.unlink(missing_ok=True)
-    assert robot.step_until(robot.state_file.exists), 'it saves by itself'
-    os.kill(robot.child.process.pid, signal.SIGKILL)
-    robot.child.process.wait(timeout=30)
+def _end(robot) -> None:
+    robot.child.process.terminate()
+    robot.child.process.wait(timeout=60)
+    gone = lambda: not robot.bench.node.count_services(f'{NODE}/get_state')  # noqa: E731
+    assert robot.bench.wait_for(gone, 60.0)
     robot.statuses.clear()
-    robot.start()
-    assert robot.logs('restored the state'), robot.child.log_tail()
-    assert robot.bench.wait_for(lambda: bool(robot.statuses), PATIENCE_S)
-    explored = []
-    assert robot.step_until(
-        lambda: (
-            bool(explored)
-            or explored.extend(
-                r.values['explored_m2']
-                for r in map(report_from_msg, robot.statuses)
-                if 'explored_m2' in r.values
-            )
-        )
-    )
-    assert explored[0] > 30.0
-    robot.localize()
-    assert 'Traceback' not in robot.child.log.read_text()
 
 
 def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(robot):
@@ -390,10 +373,8 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
         pytest.importorskip('bond.msg').Status, f'{NAMESPACE}/bond', STREAM
     )
     told = robot.bench.collect(PoseWithCovarianceStamped, f'{NAMESPACE}/initialpose', STREAM)
-    robot.child.process.terminate()
-    robot.child.process.wait(timeout=60)
+    _end(robot)
     here = robot.truth(robot.now_ns)
-    robot.statuses.clear()
     robot.start(
         {
             'autostart': False,
@@ -431,12 +412,37 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
     servers = robot.bench.node.count_services
     assert servers(f'{NODE}/relocalize') > 0
     amcl = ('reinitialize_global_localization', 'request_nomotion_update', 'set_initial_pose')
-    # One that was killed stays in the graph for a while.
-    alone = lambda: not any(servers(f'{NAMESPACE}/{name}') for name in amcl)  # noqa: E731
-    assert robot.bench.wait_for(alone, 60.0)
+    assert not any(servers(f'{NAMESPACE}/{name}') for name in amcl)
     assert robot.change_state(Transition.TRANSITION_DEACTIVATE)
     assert robot.bench.wait_for(lambda: not beats[-1].active, 5.0)
     count = len(beats)
     robot.bench.wait_for(lambda: False, 1.0)
     assert len(beats) == count
+    assert 'Traceback' not in robot.child.log.read_text()
+    _end(robot)
+    robot.start()
+
+
+def test_killed_and_started_again_it_goes_on_where_it_was(robot):
+    robot.state_file.unlink(missing_ok=True)
+    assert robot.step_until(robot.state_file.exists), 'it saves by itself'
+    os.kill(robot.child.process.pid, signal.SIGKILL)
+    robot.child.process.wait(timeout=30)
+    robot.statuses.clear()
+    robot.start()
+    assert robot.logs('restored the state'), robot.child.log_tail()
+    assert robot.bench.wait_for(lambda: bool(robot.statuses), PATIENCE_S)
+    explored = []
+    assert robot.step_until(
+        lambda: (
+            bool(explored)
+            or explored.extend(
+                r.values['explored_m2']
+                for r in map(report_from_msg, robot.statuses)
+                if 'explored_m2' in r.values
+            )
+        )
+    )
+    assert explored[0] > 30.0
+    robot.localize()
     assert 'Traceback' not in robot.child.log.read_text()

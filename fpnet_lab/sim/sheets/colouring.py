@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 import shapely
+from shapely.geometry.polygon import orient
 
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.scene import Area, Array, Colour, Lines, Mark, Pen, Role
@@ -126,5 +127,5 @@ def _fat_arrow(start: Array, end: Array, length_m: float, colour: Colour) -> Mar
     neck = end - 0.5 * length_m * along
     ring = [end, head[1][1], neck + across, start + across, start - across, neck - across]
     ring.append(head[0][1])
-    polygon = shapely.orient_polygons(shapely.Polygon(ring))
+    polygon = orient(shapely.Polygon(ring))
     return Area(Role.TEXT, (shapely.get_coordinates(polygon.exterior)[:-1],), colour)

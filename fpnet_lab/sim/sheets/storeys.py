@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
+from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2
 from fpnet_lab.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
@@ -124,8 +125,7 @@ def areas_of(shape: BaseGeometry, role: Role, colour: Colour) -> list[Mark]:
     parts = [part for part in shapely.get_parts(shape).tolist() if part.geom_type == 'Polygon']
     return [
         Area(role, tuple(_rings(part)), colour)
-        for part in shapely.orient_polygons(parts).tolist()
-        if not part.is_empty
+        for part in (orient(part) for part in parts if not part.is_empty)
     ]
 
 
