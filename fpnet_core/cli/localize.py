@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.plans import read_plans, write_differences
 from fpnet_core.config import OdometryChoice
 
 if TYPE_CHECKING:
@@ -103,8 +104,8 @@ def command(
     --verbose localize logs every change of status with its reason.
 
     With --out the folder gets report.html (opens without a network), run.json, poses.tum (on a
-    --site those on the storey at the end), covariances.csv and odometry.tum, map.yaml (the
-    floorplan at the scale that was found), submap.yaml, and run.mcap for Foxglove.
+    --site those on the storey at the end), covariances.csv, odometry.tum, map.yaml (the plan at
+    its scale), submap.yaml, run.mcap, and differences.geojson and .png where it is localized.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -116,7 +117,7 @@ def command(
     from fpnet_core.api.run import scans_of
     from fpnet_core.types import Status
 
-    plans = common.read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
     known = _known(truth)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
@@ -251,4 +252,6 @@ def _write_folder(out: Path, name: str, ended: _Ended) -> None:
         run.result.odometry,
     )
     common.write_json(out / 'run.json', record.figures)
+    if run.differences is not None:
+        write_differences(out, run.differences)
     write_run_report(out / _REPORT_NAME, record)
