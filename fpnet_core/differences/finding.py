@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from fpnet_core.pose import MapSide
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import closed, grown
 from fpnet_core.raster.pieces import label_windows, pieces_of
-from fpnet_core.raster.rays import draw_line, values_at
+from fpnet_core.raster.rays import draw_line
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
@@ -28,7 +27,7 @@ Mask = NDArray[np.bool_]
 APART_M = 0.3
 """Physical: further from a wall than drawings are inexact, and than half of a thick wall."""
 
-WALL_WEIGHTS = (0.6, 0.9, 1.4, 1.3, 0.6, 0.0, 0.0, 0.0)
+WALL_WEIGHTS = (0.6, 0.9, 1.4, 1.3, 1.2)
 """
 Log odds that something seen and not drawn is a wall, for :data:`WALL_FIGURES`. Fitted by
 ``python benchmarks/difference_weights.py`` to 24 generated drives, half of them planar: 758 of 844
@@ -42,10 +41,7 @@ Log odds that a drawn wall is not there, for :data:`MISSING_FIGURES`. Fitted by
 right, of which 127 are missing.
 """
 
-WALL_FIGURES = (
-    'one', 'log_length', 'log_width', 'log_apart',
-    'joined_ends', 'straight', 'both_sides', 'hidden',
-)  # fmt: skip
+WALL_FIGURES = ('one', 'log_length', 'log_width', 'log_apart', 'is_joined')
 """Given: of what is seen and not drawn, in the order of the weights."""
 
 MISSING_FIGURES = ('one', 'log_length', 'log_apart', 'free_share')
@@ -55,8 +51,6 @@ MISSING_FIGURES = ('one', 'log_length', 'log_apart', 'free_share')
 _SHORTEST_M = 0.3  # shorter pieces are corners and noise
 _GAP_M = 0.25  # walls are seen in pieces, with gaps as long
 _DOOR_REACH_M = 0.3  # a leaf lies so near to the opening's line
-_FAR_M = 2.0  # further from a wall than this nothing is told by how far
-_BESIDE_M = 0.35  # beside a wall that is seen from one side: within it, or behind
 _JOINED_M = 0.35  # a wall begins at another one
 # Chosen, not measured:
 _SHUT = 0.8  # share of an opening that must be seen, and be seen to be closed
@@ -93,19 +87,14 @@ def find_differences(
 
 def _new(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Difference]]:
     """Yield what is seen and not drawn: walls, and what is furniture rather."""
-    others = laid.is_wall & ~grown(mask, max(1, round(_GAP_M / laid.cell_m)))
-    to_others_m = np.minimum(_to_nearest(others, laid.cell_m), laid.drawn_m)
-    for piece in _pieces(mask, laid.cell_m, grid):
-        cells, ends, length_m = piece.cells, piece.ends, piece.length_m
+    known = laid.is_wall & ~grown(mask, max(1, round(_GAP_M / laid.cell_m)))
+    to_known_m = _to_nearest(known, laid.cell_m)
+    for cells, ends, length_m, width_m in _pieces(mask, laid.cell_m, grid):
         apart_m = float(laid.drawn_m[cells].mean())
-        known = {
-            'one': 1.0,
-            'log_length': np.log(length_m),
-            'log_width': np.log(piece.width_m),
-            'log_apart': np.log(min(apart_m, _FAR_M)),
-            **_around(piece, laid, to_others_m),
-        }
-        figures = np.array([known[name] for name in WALL_FIGURES])
+        is_joined = float(to_known_m[cells].min() <= _JOINED_M + _GAP_M)
+        figures = np.array(
+            [1.0, np.log(length_m), np.log(width_m), np.log(min(apart_m, 2.0)), is_joined]
+        )
         p = float(expit(figures @ np.array(WALL_WEIGHTS)))
         is_wall = p >= 1.0 - p
         kind = DifferenceKind.WALL if is_wall else DifferenceKind.FURNITURE
@@ -115,18 +104,11 @@ def _new(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Diffe
 def _missing(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Difference]]:
     """Yield drawn walls that were seen through."""
     reach = max(1, round(APART_M / laid.cell_m))
-    for piece in _pieces(mask, laid.cell_m, grid):
-        cells, ends, length_m = piece.cells, piece.ends, piece.length_m
+    for cells, ends, length_m, _ in _pieces(mask, laid.cell_m, grid):
         around = grown(cells, reach)
         free = float(laid.is_free[around].mean())
         apart_m = float(laid.seen_m[cells].mean())
-        known = {
-            'one': 1.0,
-            'log_length': np.log(length_m),
-            'log_apart': np.log(min(apart_m, _FAR_M)),
-            'free_share': free,
-        }
-        figures = np.array([known[name] for name in MISSING_FIGURES])
+        figures = np.array([1.0, np.log(length_m), np.log(min(apart_m, 2.0)), free])
         p = float(expit(figures @ np.array(MISSING_WEIGHTS)))
         yield cells, Difference(DifferenceKind.MISSING, ends, length_m, p, figures)
 
@@ -153,39 +135,10 @@ def _shut_doors(plan: MapSide, laid: Overlay) -> tuple[list[tuple[Mask, Differen
     return found, at_doors
 
 
-def _around(piece: _Piece, laid: Overlay, to_others_m: NDArray[np.float32]) -> dict[str, float]:
-    """Return what is around a piece: walls join others, and are seen from two sides."""
-    joined = values_at(to_others_m, piece.ends_rc, np.inf) <= _JOINED_M + _GAP_M
-    rc = np.argwhere(piece.cells)
-    (d_row, d_col) = np.diff(piece.ends_rc, axis=0)[0] / max(piece.extent, 1.0)
-    off = _BESIDE_M / laid.cell_m * np.array([-d_col, d_row])
-    beside = [values_at(laid.is_free, rc + sign * off, 0.0) for sign in (-1.0, 1.0)]
-    unseen = [~values_at(laid.is_known, rc + sign * off, 0.0) for sign in (-1.0, 1.0)]
-    return {
-        'joined_ends': float(joined.sum()),
-        'straight': min(piece.extent * laid.cell_m / piece.length_m, 1.0),
-        'both_sides': float((beside[0] & beside[1]).mean()),
-        'hidden': float((unseen[0] | unseen[1]).mean()),
-    }
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    """
-    A connected piece: its ``cells (H, W)``, the ``ends (2, 2)`` of its longer axis in the frame,
-    and ``ends_rc`` in cells, ``extent`` apart; however it is bent it is ``length_m`` long.
-    """
-
-    cells: Mask
-    ends: Array
-    ends_rc: Array
-    extent: float
-    length_m: float
-    width_m: float
-
-
-def _pieces(mask: Mask, cell_m: float, grid: GridMap) -> Iterator[_Piece]:
-    """Yield the connected pieces of a mask that are long enough to be told."""
+def _pieces(
+    mask: Mask, cell_m: float, grid: GridMap
+) -> Iterator[tuple[Mask, Array, float, float]]:
+    """Yield the connected pieces of a mask: cells, ends in the frame, length and width [m]."""
     joined = closed(mask, 1 + 2 * max(1, round(0.5 * _GAP_M / cell_m)))
     labels, _ = pieces_of(joined)
     for label, window in label_windows(labels).items():
@@ -197,13 +150,10 @@ def _pieces(mask: Mask, cell_m: float, grid: GridMap) -> Iterator[_Piece]:
         (col, row), size, turn = cv2.minAreaRect(rc[:, ::-1].astype(np.float32))
         along = np.deg2rad(turn) + (0.0 if size[0] >= size[1] else np.pi / 2.0)
         half = 0.5 * max(size) * np.array([np.sin(along), np.cos(along)])
-        ends = np.array([row, col]) + np.stack([-half, half])
+        ends = grid.rc_to_xy(np.array([row, col]) + np.stack([-half, half]))
         length = _length_of(labels[window] == label)
         if length * cell_m >= _SHORTEST_M:
-            yield _Piece(
-                cells, grid.rc_to_xy(ends), ends, float(max(size)), float(length * cell_m),
-                float(len(rc) / length * cell_m),
-            )  # fmt: skip
+            yield cells, ends, float(length * cell_m), float(len(rc) / length * cell_m)
 
 
 def _length_of(piece: Mask) -> float:
