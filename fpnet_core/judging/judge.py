@@ -21,11 +21,12 @@ from fpnet_core.pose import MapSide
 
 Array = NDArray[np.float64]
 
-STOREY_CONTRAST = 1.0
+STOREY_CONTRAST = 2.0
 """
 By how much more the walls tell between storeys than between places on one plan, which the judge
 has learned: a storey's odds against a better one are taken to this power. Fitted by
-``python benchmarks/storey_contrast.py``.
+``python benchmarks/storey_contrast.py`` to 475 ticks of 12 generated sites: 2.1, and hardly worse
+from 1.5 to 3; no tick is sure of a wrong storey.
 """
 
 _RULED_OUT = 4.0
