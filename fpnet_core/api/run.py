@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
+from fpnet_core.differences import Differences
+from fpnet_core.differences.of_output import differences_of
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
@@ -177,6 +179,12 @@ class Run:
         """The floorplan's rooms and doors, at the scale that was found."""
         self.result  # noqa: B018 - the scale is that of the end
         return self.rooms
+
+    @cached_property
+    def differences(self) -> Differences | None:
+        """Where plan and what was seen differ; None unless the robot is localized at the end."""
+        last, plan = self.last, self._localizer.snapshot.plan
+        return None if plan is None else differences_of(last, plan)
 
     def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
         """

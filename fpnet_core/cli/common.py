@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading, ReadOptions
     from fpnet_core.judging.causes import Asked
-    from fpnet_core.sites import Site
     from fpnet_core.types import Cause
 
 
@@ -338,32 +337,6 @@ def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:
         say('likely causes, and what to do:', json_path)
     for number, cause in enumerate(causes, start=1):
         say(f'{number}. {cause.said}\n   next: {cause.next}', json_path)
-
-
-def read_plans(
-    floorplan: Path | None,
-    site: Path | None,
-    said: DrawingOptions,
-    tree: FpnetConfig,
-    option: str,
-    json_path: Path | None,
-) -> Reading | Site:
-    """Return the floorplan or the site that was named; ConfigError unless it is one of them."""
-    if (floorplan is None) == (site is None):
-        raise ConfigError(f'give {option} or --site, one of them')
-    if floorplan is not None:
-        reading = said.read(floorplan, tree)
-        say_reading(reading, json_path)
-        return reading
-    assert site is not None  # one of them was named
-    if given := next(said.pairs(), None):
-        raise ConfigError(f'{given[0]} is for one drawing; say it of a storey in the site')
-    from fpnet_core.sites.site_files import read_site
-
-    read = read_site(site, tree)
-    for storey in read.storeys:
-        say_reading(storey.plan, json_path)
-    return read
 
 
 def check_input(path: Path) -> Path:

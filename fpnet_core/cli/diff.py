@@ -11,6 +11,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.exits import NO_ANSWER
+from fpnet_core.cli.plans import read_plans, write_differences
 
 if TYPE_CHECKING:
     from fpnet_core.differences import Differences
@@ -47,7 +48,7 @@ def command(
     from fpnet_core.api import diff, read_robot_map
     from fpnet_core.errors import NotPlacedError
 
-    plans = common.read_plans(plan, site, said, tree, '--plan', json_path)
+    plans = read_plans(plan, site, said, tree, '--plan', json_path)
     robot_map = read_robot_map(common.check_input(seen), tree)
     try:
         placed = diff(plans, robot_map, tree)
@@ -59,11 +60,7 @@ def command(
     _say(found, json_path)
     common.write_json(json_path, _report(found, placed.storey))
     if out is not None:
-        from fpnet_core.differences.geojson import write_geojson
-        from fpnet_core.viz.differences import save_differences
-
-        write_geojson(out / 'differences.geojson', found)
-        save_differences(found, out / 'differences.png')
+        write_differences(out, found)
 
 
 def _say(found: Differences, json_path: Path | None) -> None:

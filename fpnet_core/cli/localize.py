@@ -13,6 +13,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.exits import NO_ANSWER
+from fpnet_core.cli.plans import read_plans, write_differences
 from fpnet_core.cli.progress import progress
 from fpnet_core.config import OdometryChoice
 
@@ -113,7 +114,7 @@ def command(
 
     With --out the folder gets report.html, run.json, poses.tum (on a --site those on the
     storey at the end), covariances.csv, odometry.tum, map.yaml (at the scale that was found),
-    submap.yaml, and run.mcap for Foxglove.
+    submap.yaml, run.mcap for Foxglove, and differences.geojson and .png where it is localized.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 
@@ -125,7 +126,7 @@ def command(
     from fpnet_core.api.run import scans_of
     from fpnet_core.types import Status
 
-    plans = common.read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
     known = _known(truth, plans)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
@@ -279,4 +280,6 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
             out, record.plan.grid, record.outputs, run.poses, run.covariances, record.odometry
         )
         common.write_json(out / 'run.json', record.figures)
+        if run.differences is not None:
+            write_differences(out, run.differences)
         write_run_report(out / _REPORT_NAME, record)

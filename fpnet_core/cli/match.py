@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.plans import read_plans
 
 if TYPE_CHECKING:
     from fpnet_core.api.values import Match, RobotMap
@@ -68,7 +69,7 @@ def command(
     from fpnet_core.api import read_robot_map
     from fpnet_core.matching.learned import LearnedMatcher
 
-    plans = common.read_plans(plan, site, said, tree, '--plan', json_path)
+    plans = read_plans(plan, site, said, tree, '--plan', json_path)
     seen = read_robot_map(submap, tree, storey=submap_storey)
     found = _matched(plans, seen, tree)
     result = found.best

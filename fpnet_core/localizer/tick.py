@@ -263,7 +263,8 @@ class _Tick:
         output = self._output(plan, look, match, belief.judged, told, A, spread)
         named = replace(output, storey=plan.name, storeys=probabilities(plan, verdict, others))
         best = strongest(others)
-        if best is None or best.best <= verdict.best or (hint and not hint.is_doubted):
+        is_told = hint is not None and not hint.is_doubted
+        if best is None or best.best <= verdict.best or is_told or after.is_elsewhere:
             return after, named
         left = OtherStorey(plan, after.tracked, verdict, found.searched.free_area_m2)
         return after.about(best.plan.name, left), named

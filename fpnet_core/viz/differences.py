@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fpnet_core.differences import DifferenceKind, Differences
-from fpnet_core.viz.segmentation import Colour, draw_grid
+from fpnet_core.raster.morphology import grown
+from fpnet_core.viz.segmentation import Colour, draw_grid, show_raster
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,32 +23,37 @@ _COLOURS: dict[DifferenceKind, Colour] = {
     DifferenceKind.SHUT: (0.1, 0.6, 0.2),
     DifferenceKind.FURNITURE: (0.75, 0.6, 0.2),
 }
-_MARK = 5.0  # marker size of a cell
+_FAINTEST = 0.25  # opacity of what is improbable
+_SHOWN_M = 0.15  # by so much pieces are thickened, as walls of a cell are not seen
+_WIDTH_IN = 11.0
+_TALLEST = 2.5  # height of the picture over its width, at most
 
 
 def draw_differences(ax: Axes, found: Differences) -> None:
     """Draw a drawing and what differs; the surer, the more opaque."""
     draw_grid(ax, found.grid)
-    told: set[DifferenceKind] = set()
+    tint = np.zeros((*found.grid.shape, 4))
+    reach = max(1, round(_SHOWN_M / found.grid.resolution))
     for number, piece in enumerate(found.pieces, start=1):
-        x, y = found.grid.rc_to_xy(np.argwhere(found.piece_of == number)).T
-        label = '_' if piece.kind in told else piece.kind.value
-        alpha = max(piece.confidence, 0.2) if piece.is_likely else 0.15
-        ax.plot(
-            x, y, 's', color=_COLOURS[piece.kind], markersize=_MARK / 2, alpha=alpha,
-            markeredgewidth=0.0, label=label,
-        )  # fmt: skip
-        told.add(piece.kind)
-    if told:
-        ax.legend(loc='upper right')
+        alpha = max(piece.confidence, _FAINTEST) if piece.is_likely else _FAINTEST
+        tint[grown(found.piece_of == number, reach)] = (*_COLOURS[piece.kind], alpha)
+    show_raster(ax, found.grid, tint)
+    present = {piece.kind for piece in found.pieces}
+    for kind, colour in _COLOURS.items():
+        if kind in present:
+            ax.plot([], [], 's', color=colour, label=kind.value)
+    if present:
+        ax.legend(loc='upper center', bbox_to_anchor=(0.5, -0.08), ncols=len(present))
 
 
 def save_differences(found: Differences, path: Path) -> None:
     """Write the picture."""
     from matplotlib.figure import Figure
 
-    height, width = found.grid.shape
-    figure = Figure(figsize=(14.0, max(4.0, 14.0 * height / width)), layout='constrained')
+    corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * found.grid.shape
+    width, height = np.ptp(found.grid.rc_to_xy(corners), axis=0)
+    tall = min(float(height / width), _TALLEST)
+    figure = Figure(figsize=(_WIDTH_IN, _WIDTH_IN * tall + 1.0), layout='constrained')
     draw_differences(figure.add_subplot(), found)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)

@@ -62,7 +62,7 @@ def draw_grid(ax: Axes, grid: GridMap) -> None:
     grey = np.full(grid.shape, _GREY_UNKNOWN)
     grey[grid.cells == FREE] = _GREY_FREE
     grey[grid.cells == OCCUPIED] = _GREY_OCCUPIED
-    _show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
+    show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
     corners = grid.rc_to_xy(np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * grid.shape - 0.5)
     ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
     ax.set_ylim(corners[:, 1].min(), corners[:, 1].max())
@@ -92,7 +92,7 @@ def draw_segmentation(
         )
         if with_ids:
             ax.annotate(str(room.id), label_xy(room), ha='center', va='center', fontsize=7)
-    _show_raster(ax, segmentation.grid, tint)
+    show_raster(ax, segmentation.grid, tint)
     for portal in segmentation.portals:
         style = '-' if portal.rooms[1] is not None else ':'
         colour = chosen.get(portal.door, _DOOR_COLOUR)
@@ -121,7 +121,7 @@ def painted(
     return np.asarray(np.rint(255.0 * image), dtype=np.uint8)
 
 
-def _show_raster(ax: Axes, grid: GridMap, image: NDArray[np.float64], **options: Any) -> None:
+def show_raster(ax: Axes, grid: GridMap, image: NDArray[np.float64], **options: Any) -> None:
     """Show an image of the grid's cells at the grid's place."""
     from matplotlib.transforms import Affine2D as PlotAffine
 

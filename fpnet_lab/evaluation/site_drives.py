@@ -74,8 +74,21 @@ def site_likenesses(count: int, rng: np.random.Generator, has_equal: bool) -> tu
     return tuple(made[rng.permutation(count)])
 
 
-def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
-    """Drive on one storey of site ``number``, with all storeys and with the true plan alone."""
+@dataclass(frozen=True, eq=False)
+class SiteDrive:
+    """A drive on one storey of a site, its scans registered, and what the localizer said."""
+
+    name: str
+    recording: Recording
+    storeys: tuple[DrawnStorey, ...]
+    scans: tuple[Scan, ...]
+    replayed: ReplayResult
+
+
+def site_drive(
+    number: int, seed: int, config: FpnetConfig, equal_every: int = EQUAL_EVERY
+) -> SiteDrive:
+    """Drive on one storey of site ``number``; one in ``equal_every`` has an equal one, 0: none."""
     rng = np.random.default_rng((seed, number, _SITE_STREAM))
     family = FAMILIES[number % len(FAMILIES)]
     # Families and sizes come round together otherwise.
@@ -84,16 +97,21 @@ def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
         family=family, rooms=(8, 60), limits=LIMITS, lidar=sensor_named(_SENSOR)
     )
     recording = first_recording(seed + number, options)
-    has_equal = number % EQUAL_EVERY == EQUAL_EVERY - 1
+    has_equal = equal_every > 0 and number % equal_every == equal_every - 1
     likenesses = site_likenesses(count, rng, has_equal)
     storeys = draw_storeys(recording.building.plan, likenesses, rng)
     drive = Drive(KissOdometry(config.odometry))
     for _ in drive.follow(recording):
         pass
     run = _replayed(drive.kept, storeys, config)
-    true = [storey for storey in storeys if storey.likeness is Likeness.TRUE]
-    alone = _replayed(drive.kept, true, config)
-    return _judged(f'{family}_{count}', recording, storeys, run, alone)
+    return SiteDrive(f'{family}_{count}', recording, storeys, tuple(drive.kept), run)
+
+
+def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
+    """Drive on one storey of site ``number``, with all storeys and with the true plan alone."""
+    driven = site_drive(number, seed, config)
+    true = [storey for storey in driven.storeys if storey.likeness is Likeness.TRUE]
+    return _judged(driven, _replayed(driven.scans, true, config))
 
 
 def _replayed(
@@ -108,13 +126,8 @@ def _refuse(scan: Scan) -> RegisteredSweep:
     raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
-def _judged(
-    name: str,
-    recording: Recording,
-    storeys: Sequence[DrawnStorey],
-    run: ReplayResult,
-    alone: ReplayResult,
-) -> SiteRun:
+def _judged(driven: SiteDrive, alone: ReplayResult) -> SiteRun:
+    recording, storeys, run = driven.recording, driven.storeys, driven.replayed
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     named = {storey.name: storey for storey in storeys}
     is_true = [named[each].likeness is Likeness.TRUE for each in run.storeys]
@@ -124,7 +137,7 @@ def _judged(
     is_right = len(before) > 0 and is_true[before[-1]] and errors_m[before[-1]] <= RIGHT[0]
     others = [s for s in storeys if s.likeness is not Likeness.TRUE]
     return SiteRun(
-        name,
+        driven.name,
         len(storeys),
         sum(s.likeness in (Likeness.ALIKE, Likeness.EQUAL) for s in storeys),
         min(s.different for s in others),

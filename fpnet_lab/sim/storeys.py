@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -87,10 +87,3 @@ def share_apart(sheet: GridMap, other: GridMap) -> float:
     walls, there = (each.cells == OCCUPIED for each in (sheet, other))
     apart = cells_to_nearest(there) * sheet.resolution > _APART_M
     return float((walls & apart).sum()) / max(int(walls.sum()), 1)
-
-
-def on_one_sheet(storey: DrawnStorey, like: DrawnStorey) -> DrawnStorey:
-    """Return a storey whose sheet lies where another one's does."""
-    grid = replace(storey.drawn.grid, T_frame_grid=like.drawn.grid.T_frame_grid)
-    drawn = DrawnPlan(grid, like.drawn.A_plan_building)
-    return replace(storey, drawn=drawn)

@@ -64,6 +64,9 @@ def test_a_drive_is_localised_on_its_storey(folder):
     assert 'storey L1: ' in result.output
     assert (folder / 'run' / 'report.html').is_file()
     assert report['poses'] > 0
+    assert (folder / 'run' / 'differences.png').is_file()
+    found = json.loads((folder / 'run' / 'differences.geojson').read_text())
+    assert found['type'] == 'FeatureCollection'
 
 
 def test_what_was_seen_is_matched_and_compared_on_its_storey(folder):
