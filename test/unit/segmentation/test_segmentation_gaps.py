@@ -86,13 +86,6 @@ def test_unseen_cells_end_no_gap():
     assert find_gaps(free, np.zeros_like(free), CELL_M) == []
 
 
-def test_niche_smaller_than_a_room_stays_open():
-    niche = [(0.0, 7.6, 4.0, 9.0), (6.0, 7.6, 12.0, 9.0)]
-    front = [(4.0, 7.6, 4.4, 7.8), (5.6, 7.6, 6.0, 7.8)]
-    free = drawing(niche + front, 0.0)
-    assert find_gaps(free, ~free, CELL_M) == []
-
-
 def test_gap_onto_a_partition_is_two_openings():
     labels = np.ones((60, 100), dtype=np.int32)
     labels[30:, :50], labels[30:, 50:] = 2, 3
