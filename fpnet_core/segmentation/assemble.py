@@ -32,14 +32,16 @@ class RoomScore:
     frontier_fraction: float = 0.0
 
 
-def upsample_labels(labels: NDArray[np.int32], stride: int, free: Mask) -> NDArray[np.int32]:
+def upsample_labels(
+    labels: NDArray[np.int32], stride: int, free: Mask, reach: int | None = None
+) -> NDArray[np.int32]:
     """
     Spread room labels (h, w) from working to full resolution, over free cells only.
 
     Cells along walls lie in blocks that are not free throughout: they take the label of the
-    room they touch.
+    room they touch, up to ``reach`` cells away, a block for None.
     """
-    return spread(unblocked(labels, stride, free.shape), free, cross(), stride)
+    return spread(unblocked(labels, stride, free.shape), free, cross(), reach or stride)
 
 
 def outline(mask: Mask) -> NDArray[np.float64] | None:

@@ -14,20 +14,7 @@ from fpnet_core.raster.pieces import label_figures
 from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
-# Openings up to this width are judged as doors; fitted to the tune half (docs/segmentation.md).
-_NARROW_WIDTH_M = 1.4
-# Narrow opening over narrower room above which they join;
-# fitted to the tune half (docs/segmentation.md).
-_NARROW_MERGE_RATIO = 0.9
-# The same for wider openings; fitted to the tune half (docs/segmentation.md).
-_WIDE_MERGE_RATIO = 0.8
-# Wider openings join both sides into one room; fitted to the tune half (docs/segmentation.md).
-_OPEN_WIDTH_M = 2.5
-_MERGE_DEPTH_M = 0.1  # numerical: shallower constrictions are of the raster
-# Small rooms with a longer edge to unseen space stay apart;
-# fitted to the tune half (docs/segmentation.md).
-_GLIMPSE_EDGE_M = 0.8
-
+_MERGE_DEPTH_M = 0.02  # numerical: shallower constrictions are of the raster
 # Numerical: clearances are ordered in steps of a millimetre: radix sort, and no ties decided by
 # rounding.
 _STEP_M = 1e-3
@@ -128,82 +115,32 @@ def find_saddles(
     return np.stack([pairs // base, pairs % base], axis=1), value[widest]
 
 
-class _Groups:
-    """Union-find over labels that keeps each group's peak, area and frontier."""
-
-    def __init__(self, basins: Basins) -> None:
-        self.parent = list(range(len(basins.peaks) + 1))
-        self.peak = [0.0, *basins.peaks.tolist()]
-        self.area = [0, *basins.areas.tolist()]
-        self.frontier = [0, *basins.frontiers.tolist()]
-
-    def root(self, label: int) -> int:
-        while self.parent[label] != label:
-            self.parent[label] = self.parent[self.parent[label]]
-            label = self.parent[label]
-        return label
-
-    def join(self, a: int, b: int) -> None:
-        keep, gone = (a, b) if self.peak[a] >= self.peak[b] else (b, a)
-        self.parent[gone] = keep
-        self.area[keep] += self.area[gone]
-        self.frontier[keep] += self.frontier[gone]
-
-
-def is_one_room(saddle_m: float, peak_m: float) -> bool:
-    """
-    Tell whether an opening is too wide or too shallow to separate two rooms.
-
-    ``saddle_m`` is the clearance at the opening (half its width), ``peak_m`` the clearance in
-    the narrower of both rooms.
-    """
-    width = 2.0 * saddle_m
-    narrow = width <= _NARROW_WIDTH_M
-    ratio = _NARROW_MERGE_RATIO if narrow else _WIDE_MERGE_RATIO
-    return width > _OPEN_WIDTH_M or saddle_m > ratio * peak_m or peak_m - saddle_m < _MERGE_DEPTH_M
-
-
-def merge_basins(basins: Basins, work: WorkRaster, min_area_m2: float) -> NDArray[np.int32]:
-    """
-    Join basins into rooms; returns room labels (h, w), 1..R without gaps, 0 outside.
-
-    Saddles are visited from the widest to the narrowest and joined by :func:`is_one_room`;
-    then rooms below ``min_area_m2`` join the neighbour with the widest opening, unless unseen
-    space cuts them short: a glimpse through a door is no part of the room in front. That is the
-    paper's breadth-first clustering "room - connection - room" (section III-B): regions above
-    ``a_th = min_area_m2`` are seeds, smaller candidates are collected across their widest
-    connection, and growth stops at other seeds and at closed (lintel) doorways.
-    """
+def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
+    """Return labels (h, w) without gaps, 0 outside, of basins with what is deeper than noise."""
     pairs, saddles = find_saddles(basins.labels, work.clearance)
-    groups = _Groups(basins)
-    edges = [(*pair, s) for pair, s in zip(pairs.tolist(), saddles.tolist(), strict=True)]
-    for left, right, saddle in edges:
-        a, b = groups.root(left), groups.root(right)
-        if a != b and is_one_room(saddle, min(groups.peak[a], groups.peak[b])):
-            groups.join(a, b)
-    _absorb_small(groups, edges, min_area_m2 / work.cell_m**2, _GLIMPSE_EDGE_M / work.cell_m)
-    roots = np.array([groups.root(label) for label in range(len(groups.parent))])
-    keep = np.array([label for label in np.unique(roots) if label and groups.area[label] >= 1])
-    relabel = np.zeros(len(roots), dtype=np.int32)
-    for number, root in enumerate(keep.tolist(), start=1):
-        relabel[roots == root] = number
-    return np.asarray(relabel[basins.labels], dtype=np.int32)
+    parent = np.arange(len(basins.peaks) + 1)
+    peak = np.concatenate([[0.0], basins.peaks.astype(np.float64)])
+    _join_shallow(pairs, saddles.astype(np.float64), parent, peak, _MERGE_DEPTH_M)
+    _, number = np.unique(parent, return_inverse=True)
+    return np.asarray(number.astype(np.int32)[basins.labels])
 
 
-def _absorb_small(
-    groups: _Groups, edges: list[tuple[int, int, float]], min_cells: float, max_frontier: float
-) -> None:
-    """Join small groups across their widest saddle until none is left that may be joined."""
-    absorbing = True
-    while absorbing:
-        absorbing = False
-        for left, right, _ in edges:
-            a, b = groups.root(left), groups.root(right)
-            small = [
-                g
-                for g in (a, b)
-                if groups.area[g] < min_cells and groups.frontier[g] <= max_frontier
-            ]
-            if a != b and small:
-                groups.join(a, b)
-                absorbing = True
+@njit(cache=True)
+def _join_shallow(pairs, saddles, parent, peak, depth):  # type: ignore[no-untyped-def]
+    """Join basins, widest saddle first; ``parent`` holds each one's root then."""
+    for k in range(len(pairs)):
+        a, b = pairs[k]
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        if a != b and min(peak[a], peak[b]) - saddles[k] < depth:
+            keep, gone = (a, b) if peak[a] >= peak[b] else (b, a)
+            parent[gone] = keep
+    for k in range(len(parent)):
+        root = k
+        while parent[root] != root:
+            root = parent[root]
+        parent[k] = root

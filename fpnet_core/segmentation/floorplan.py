@@ -34,11 +34,11 @@ def segment_floorplan(
     """
     Cut a floorplan into rooms and doors, by default by a watershed of its clearance.
 
-    Door symbols and free-standing obstacles are removed and gaps between the ends of walls are
-    closed. The distance to the walls is cut into basins, basins join across saddles that are too
-    wide or too shallow to be doors, and the gaps and the saddles that remain are doors. Where the
-    paper erodes the free space step by step [6], saddles say in one pass at which erosion two
-    rooms would part.
+    Door symbols and free-standing obstacles are removed. The free space is cut at gaps between the
+    ends of walls and at the saddles of the distance to the walls; pieces join where a learned
+    model says that the line between them is more probably no door, and the lines that remain are
+    the doors. Where the paper erodes the free space step by step [6], saddles say in one pass at
+    which erosion two rooms would part.
 
     Parameters
     ----------
@@ -70,20 +70,31 @@ def segment_floorplan(
     on_paper = is_on_paper(free)
     if free.all():
         return _empty(grid, 'the grid has no walls')
-    if config.method == 'default':
-        free = fill_furniture(erase_door_symbols(free, cell_m), cell_m)
-    blocked = ~free if on_paper else _framed(~free)
-    scene = Scene(free, np.zeros_like(free), blocked, cell_m)
     is_default = config.method == 'default'
-    full, openings, scene = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
-    is_room = _is_room(full, scene, on_paper)
+    scene = drawn_scene(free, cell_m, is_bare=not is_default)
+    cut = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
+    full, openings, clearance = cut
+    is_room = _is_room(full, clearance, cell_m, on_paper)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
 
 
-def _cut_simply(scene: Scene, method: str) -> tuple[NDArray[np.int32], list[Opening], Scene]:
+def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
+    """
+    Return the scene of a drawing's free cells (H, W), door symbols and furniture taken away.
+
+    ``is_bare`` leaves them; ``cell_m`` is the cell edge [true metres].
+    """
+    bare = free if is_bare else fill_furniture(erase_door_symbols(free, cell_m), cell_m)
+    blocked = ~bare if is_on_paper(free) else _framed(~bare)
+    return Scene(bare, np.zeros_like(bare), blocked, cell_m, furniture=bare & ~free)
+
+
+def _cut_simply(
+    scene: Scene, method: str
+) -> tuple[NDArray[np.int32], list[Opening], NDArray[np.float32]]:
     from fpnet_core.segmentation.simple import cut_rooms_simply  # loads scikit-image
 
-    return cut_rooms_simply(scene, method)
+    return *cut_rooms_simply(scene, method), scene.clearance
 
 
 def _empty(grid: GridMap, reason: str) -> Segmentation:
@@ -98,15 +109,17 @@ def _framed(blocked: Mask) -> Mask:
     return framed
 
 
-def _is_room(labels: NDArray[np.int32], scene: Scene, on_paper: bool) -> Mask:
+def _is_room(
+    labels: NDArray[np.int32], clearance: NDArray[np.float32], cell_m: float, on_paper: bool
+) -> Mask:
     """
     Tell which labels (R + 1,) are rooms.
 
     Not those that are small, that nobody fits into (the space between a wall's two drawn faces),
     or that are the paper around the drawing.
     """
-    sizes, widest = label_figures(labels, scene.clearance, int(labels.max(initial=0)) + 1)
-    is_room = sizes >= MIN_ROOM_AREA_M2 / scene.cell_m**2
+    sizes, widest = label_figures(labels, clearance, int(labels.max(initial=0)) + 1)
+    is_room = sizes >= MIN_ROOM_AREA_M2 / cell_m**2
     is_room &= 2.0 * widest >= _MIN_ROOM_WIDTH_M
     if on_paper:
         is_room[np.unique(border_of(labels))] = False

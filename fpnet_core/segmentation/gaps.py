@@ -18,15 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.rays import cells_at, draw_line, is_inside, run_length
-from fpnet_core.segmentation.corridors import is_corridor_frame
+from fpnet_core.raster.rays import draw_line, is_inside, run_length
 from fpnet_core.segmentation.openings import Opening
 
-# Widest opening between the ends of walls that parts rooms;
-# fitted to the tune half (docs/segmentation.md).
-GAP_WIDTH_M = 4.0
-# Gaps that would shut off less stay open; fitted to the tune half (docs/segmentation.md).
-_GAP_ROOM_AREA_M2 = 3.0
+# Numerical: wider openings between the ends of walls are not looked at [m]; which of the others
+# part rooms is learned.
+GAP_WIDTH_M = 6.0
 
 # Chosen, not measured:
 # Outlines of walls are straightened by so much before their corners are looked for [m].
@@ -43,10 +40,10 @@ _INSET_M = 0.05
 # Narrower gaps are cracks [m].
 _MIN_GAP_M = 0.6
 # At a third, two thirds and all of this distance from the gap the space is wider than the gap
-# by the second length, at three of its four corners [m].
+# by the second length, at two of its four corners at least [m]: a line across a corridor has none.
 _DEPTH_M, _WIDER_M = 1.0, 0.25
 _DEPTHS = 3  # numerical
-_MIN_OPEN_CORNERS = 3
+_MIN_OPEN_CORNERS = 2
 # Gaps whose middles are nearer than this are the two faces of one wall [m].
 _SAME_GAP_M = 0.6
 # A room is looked for at this distance from the gap at most [m].
@@ -133,8 +130,8 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64
     Find the openings at which walls end.
 
     A wall's face is continued straight on from a corner where the wall ends until it meets
-    another wall. That is a gap if the space widens behind its corners, on both sides: a line
-    across a corridor continues walls as well, but the corridor goes on as wide as the line.
+    another wall. That is a gap if the space widens behind two of its corners: a line across a
+    corridor continues walls as well, but the corridor goes on as wide as the line.
 
     Parameters
     ----------
@@ -153,8 +150,7 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64
     lengths = np.hypot(*(candidates[:, 1] - candidates[:, 0]).T)
     candidates = candidates[np.argsort(lengths, kind='stable')]
     distinct = candidates[_distinct(candidates, _SAME_GAP_M / cell_m)]
-    kept = [ends for ends in distinct if not is_corridor_frame(ends, free, cell_m)]
-    return _with_rooms_behind(kept, free, cell_m, _GAP_ROOM_AREA_M2)
+    return list(distinct)
 
 
 def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
@@ -281,53 +277,32 @@ def closed_cells(shape: tuple[int, int], gaps: list[NDArray[np.float64]]) -> Mas
     return closed.astype(bool)
 
 
-def _with_rooms_behind(
-    gaps: list[NDArray[np.float64]], free: Mask, cell_m: float, least_m2: float
-) -> list[NDArray[np.float64]]:
-    """Return ``gaps`` without those, widest first, that would shut off less than a room."""
-    if not gaps:
-        return gaps
-    parted = (free & ~closed_cells(free.shape, gaps)).astype(np.uint8)
-    _, pieces, stats, _ = cv2.connectedComponentsWithStats(parted, connectivity=4)
-    area = stats[:, cv2.CC_STAT_AREA] * cell_m**2
-    area[0] = np.inf
-    labels = np.asarray(pieces, dtype=np.int32)
-    sides = [_majority(_labels_beside(labels, ends, cell_m)) for ends in gaps]
-    target = np.arange(len(area))
-    kept = list(range(len(gaps)))
-    for _ in range(len(gaps)):
-        small = [k for k in kept if min(area[target[side]] for side in sides[k]) < least_m2]
-        if not small:
-            break
-        a, b = (int(target[side]) for side in sides[small[-1]])
-        kept.remove(small[-1])
-        if a != b:
-            area[a] += area[b]
-            target[target == b] = a
-    return [gaps[k] for k in kept]
-
-
+@njit(cache=True, nogil=True)
 def _labels_beside(
-    labels: NDArray[np.int32], ends: NDArray[np.float64], cell_m: float
+    labels: NDArray[np.int32], ends: NDArray[np.float64], reach: float
 ) -> NDArray[np.int64]:
-    """Return for each cell of the line the first labels (S, 2) met on both sides, 0 for none."""
-    along = ends[1] - ends[0]
-    length = float(np.hypot(*along))
-    across = np.array([-along[1], along[0]]) / length
-    shares = np.linspace(0.0, 1.0, max(3, round(length)))[:, None, None]
-    offsets = np.arange(1.0, _ROOM_REACH_M / cell_m + 1.0)[:, None]
-    beside = []
-    for sign in (-1.0, 1.0):
-        places = ends[0] + shares * along + sign * offsets * across
-        seen = labels[cells_at(places, labels.shape)]
-        first = (seen > 0).argmax(axis=1)
-        beside.append(np.take_along_axis(seen, first[:, None], axis=1)[:, 0])
-    return np.stack(beside, axis=1).astype(np.int64)
+    """
+    Return for each cell of the line the first labels (S, 2) met on both sides, 0 for none.
 
-
-def _majority(pairs: NDArray[np.int64]) -> tuple[int, int]:
-    left, right = (int(np.bincount(column).argmax()) for column in pairs.T)
-    return left, right
+    They are looked for up to ``reach`` cells away.
+    """
+    d_row, d_col = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    length = np.hypot(d_row, d_col)
+    count = max(3, int(np.rint(length)))
+    found = np.zeros((count, 2), np.int64)
+    for k in range(count):
+        share = k / (count - 1)
+        for side in range(2):
+            sign = -1.0 if side == 0 else 1.0
+            for offset in range(1, int(np.ceil(reach + 1.0))):
+                row = ends[0, 0] + share * d_row - sign * offset * d_col / length
+                col = ends[0, 1] + share * d_col + sign * offset * d_row / length
+                r = int(min(max(np.rint(row), 0), labels.shape[0] - 1))
+                c = int(min(max(np.rint(col), 0), labels.shape[1] - 1))
+                if labels[r, c] > 0:
+                    found[k, side] = labels[r, c]
+                    break
+    return found
 
 
 def openings_across(
@@ -340,7 +315,7 @@ def openings_across(
     """
     openings = []
     for ends in gaps:
-        pairs = _labels_beside(labels, ends, cell_m)
+        pairs = _labels_beside(labels, ends, _ROOM_REACH_M / cell_m)
         has_both = pairs.min(axis=1) > 0
         if has_both.any():
             pairs[~has_both] = -1

@@ -24,7 +24,6 @@ from fpnet_core.raster.blocks import block_means, unblocked
 from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.windows import Window, window_of
 from fpnet_core.segmentation.lintels import Doorway
-from fpnet_core.segmentation.rooms import SURE_WIDTH_M
 from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
@@ -36,6 +35,9 @@ _DIRTY_SHARE = 0.04  # numerical
 # Numerical: what lies this far outside of the touched rooms cannot change how they are cut: longer
 # than the largest piece of furniture and the widest doorway [m].
 _MARGIN_M = 3.0
+# Rooms whose opening is wider, without a lintel, are cut again together: what they look like parts
+# them, and that changes with either [m]. Chosen.
+_SURE_WIDTH_M = 1.2
 # Doors this near to one of the last segmentation are the same [m]. Chosen.
 _SAME_DOOR_M = 0.5
 # Numerical: grids of one submap agree in place to this share of a cell.
@@ -84,7 +86,7 @@ class SubmapSegmenter:
         box, near = _dirty_cells(dirty, grid)
         met = np.bincount(last.segmentation.labels[box][near])
         touched = set((np.flatnonzero(met) - 1).tolist()) - {-1}
-        touched = _with_partners(touched, last.segmentation, SURE_WIDTH_M)
+        touched = _with_partners(touched, last.segmentation, _SURE_WIDTH_M)
         stride = max(1, round(WORK_RESOLUTION_M / grid.resolution))
         window = _window(last.segmentation, touched, box, stride)
         kept, labels = _held(last.segmentation, touched)
@@ -95,6 +97,7 @@ class SubmapSegmenter:
             held=held,
             known_doors=_doorways(kept, grid, window),
             has_scans=is_from_scans(submap),
+            sees_lintels=bool(submap.lintel.any()),
         )
         inherited = _inherited(part, last.segmentation, touched, kept, window)
         part = replace(part, regions=tuple(self._named(part.regions, inherited)))

@@ -4,19 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.segmentation.assemble import upsample_labels
-from fpnet_core.segmentation.basins import grow_basins, merge_basins
-from fpnet_core.segmentation.corridors import is_corridor_frame
+from fpnet_core.segmentation.basins import grow_basins, merge_shallow
+from fpnet_core.segmentation.door_figures import Surroundings, line_figures
+from fpnet_core.segmentation.door_model import MAP_FIGURES, packaged_door_model
 from fpnet_core.segmentation.gaps import closed_cells, find_gaps, openings_across
+from fpnet_core.segmentation.joining import Lines, Pieces, absorb_small, join_pieces
 from fpnet_core.segmentation.openings import (
     Opening,
-    Saddle,
     closing_line,
     find_openings,
     find_saddles_of_rooms,
@@ -26,101 +27,111 @@ from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 # Smaller rooms join the neighbour with the widest opening;
 # fitted to the tune half (docs/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
-# Narrower openings are doors even where nothing widens behind;
+# Small rooms with a longer edge to unseen space stay apart;
 # fitted to the tune half (docs/segmentation.md).
-SURE_WIDTH_M = 1.2
-# How far from an opening both rooms must have widened;
-# fitted to the tune half (docs/segmentation.md).
-_JAMB_REACH_M = 1.0
-# By which factor they must have widened to be rooms;
-# fitted to the tune half (docs/segmentation.md).
-_JAMB_WIDENING = 1.1
+_GLIMPSE_EDGE_M = 0.8
 
-# Numerical: joining rooms changes what their neighbours look like; it settles within so many
-# rounds.
-_MAX_ROUNDS = 4
-
-IsDoor = Callable[[Saddle, NDArray[np.int32], WorkRaster], bool]
+Labels = NDArray[np.int32]
+Line = NDArray[np.float64]
 
 
-def cut_rooms(scene: Scene) -> tuple[NDArray[np.int32], list[Opening], Scene]:
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """
+    A scene cut wherever rooms may part.
+
+    ``labels (h, w)`` are the pieces at working resolution, 0 where there is none; ``gaps`` are
+    lines (2, 2) that were closed in ``scene``, and ``lines`` all places where pieces meet.
+    """
+
+    scene: Scene
+    work: WorkRaster
+    labels: Labels
+    gaps: list[Line]
+    pieces: Pieces
+    lines: Lines
+
+
+def cut_rooms(scene: Scene) -> tuple[Labels, list[Opening], NDArray[np.float32]]:
     """
     Label the rooms of a scene and find the openings between them.
-
-    Parameters
-    ----------
-    scene : free space and closed doorways; where it has a ``wall``, openings must touch
-        it: between two unseen places lies the ragged edge of what was seen, not a door
 
     Returns
     -------
     labels (H, W) int32 : 1..R, 0 where there is no room
     openings : between these labels; saddles first, widest first, then gaps in walls
-    scene : with the gaps in walls closed
+    clearance (H, W) float32 : distance to walls and to the gaps that were looked at [true metres]
     """
+    parts = cut_parts(scene)
+    judge = packaged_door_model().probability_of_one_room
+    target = join_pieces(parts.pieces, parts.lines, judge)
+    target = absorb_small(parts.pieces, parts.lines, target, MIN_ROOM_AREA_M2, _GLIMPSE_EDGE_M)
+    return *_rooms_of(scene, parts, target), parts.scene.clearance
+
+
+def cut_parts(scene: Scene) -> Parts:
+    """Return a scene cut at every gap in a wall and at every saddle of the clearance."""
     gaps = find_gaps(scene.free & ~scene.lintel, _solid(scene), scene.cell_m)
-    if gaps:
-        scene = scene.closed_along(closed_cells(scene.free.shape, gaps) & scene.free)
-    work = reduce_scene(scene)
-    labels = merge_basins(grow_basins(work), work, MIN_ROOM_AREA_M2)
-    passable = scene.free & ~scene.lintel
+    shut = _closed(scene, gaps)
+    work = reduce_scene(shut)
+    labels = merge_shallow(grow_basins(work), work)
+    pieces = Pieces.of(labels, work.clearance, work.frontier, work.cell_m)
+    return Parts(shut, work, labels, gaps, pieces, _lines(scene, shut, work, labels, gaps))
 
-    def is_door(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
-        if not _has_jambs(saddle, labels, work):
-            return False
-        ends = closing_line(saddle, work, passable)
-        if is_corridor_frame(ends, passable, scene.cell_m):
-            return False
-        return scene.wall is None or _is_anchored(ends, scene.wall)
 
-    labels = _join_across(labels, work, is_door)
-    openings = find_openings(labels, work, passable)
+def _lines(scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: list[Line]) -> Lines:
+    """Return all places where pieces meet, the saddles first, with what each shows."""
+    passable = shut.free & ~shut.lintel
+    saddles = find_saddles_of_rooms(labels, work)
+    ends = [closing_line(saddle, work, passable) for saddle in saddles]
+    pairs = [saddle.rooms for saddle in saddles]
     full = upsample_labels(labels, work.stride, passable)
-    return full, openings + openings_across(gaps, full, scene.cell_m), scene
+    for opening in openings_across(gaps, full, scene.cell_m):
+        if min(opening.rooms) > 0:
+            ends.append(opening.ends_rc)
+            pairs.append(opening.rooms)
+    places = np.array(ends).reshape(-1, 2, 2)
+    kinds = np.zeros((len(places), len(MAP_FIGURES)))
+    kinds[len(saddles) :, 0] = 1.0
+    kinds[:, 1:] = scene.wall is None, scene.has_scans, scene.sees_lintels
+    figures = line_figures(places, _surroundings(scene))
+    width_m = np.hypot(*(places[:, 1] - places[:, 0]).T) * scene.cell_m
+    rooms = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return Lines(rooms, width_m, np.column_stack([figures, kinds]))
+
+
+def _surroundings(scene: Scene) -> Surroundings:
+    """Return what lines are looked at in; rooms that are held are as passable as others."""
+    nothing = np.zeros_like(scene.solid)
+    unseen, furniture, high = (
+        nothing if mask is None else mask for mask in (scene.unseen, scene.furniture, scene.high)
+    )
+    return Surroundings(~scene.solid & ~unseen, unseen, furniture, high, scene.cell_m)
+
+
+def _rooms_of(
+    scene: Scene, parts: Parts, target: NDArray[np.int64]
+) -> tuple[Labels, list[Opening]]:
+    """Return labels and openings after pieces have gone to their ``target (P,)``."""
+    _, number = np.unique(target, return_inverse=True)
+    labels = number.astype(np.int32)[parts.labels]
+    work = parts.work
+    apart = upsample_labels(labels, work.stride, parts.scene.free & ~parts.scene.lintel)
+    across = openings_across(parts.gaps, apart, scene.cell_m)
+    shut = _closed(scene, [opening.ends_rc for opening in across])
+    passable = shut.free & ~shut.lintel
+    # Lines that part nothing are open again, two cells wide and with the blocks they lie in.
+    full = upsample_labels(labels, work.stride, passable, work.stride + 2)
+    return full, find_openings(labels, work, passable) + across
+
+
+def _closed(scene: Scene, lines: list[Line]) -> Scene:
+    """Return the scene closed along lines."""
+    if not lines:
+        return scene
+    return scene.closed_along(closed_cells(scene.free.shape, lines) & scene.free)
 
 
 def _solid(scene: Scene) -> Mask:
     """Return the cells (H, W) at which a gap may end."""
     return ~scene.free if scene.wall is None else ~scene.free & scene.wall
-
-
-def _join_across(
-    labels: NDArray[np.int32], work: WorkRaster, is_door: IsDoor
-) -> NDArray[np.int32]:
-    """Return ``labels (h, w)`` with rooms joined wherever one of their openings is no door."""
-    for _ in range(_MAX_ROUNDS):
-        target = np.arange(int(labels.max(initial=0)) + 1, dtype=np.int32)
-        for saddle in find_saddles_of_rooms(labels, work):
-            a, b = (int(target[room]) for room in saddle.rooms)
-            if a != b and not is_door(saddle, labels, work):
-                target[target == max(a, b)] = min(a, b)
-        if (target == np.arange(len(target))).all():
-            break
-        labels = target[labels]
-    return labels
-
-
-def _has_jambs(saddle: Saddle, labels: NDArray[np.int32], work: WorkRaster) -> bool:
-    """
-    Tell whether the free space widens on both sides of an opening, as it does at a door.
-
-    The neck between two bulges of a corridor stays as narrow as its saddle. Openings below
-    ``SURE_WIDTH_M`` are taken for doors without this test.
-    """
-    if 2.0 * saddle.clearance_m < SURE_WIDTH_M:
-        return True
-    reach = _JAMB_REACH_M / work.cell_m
-    row, col = saddle.rc
-    size = int(np.ceil(reach))
-    window = np.s_[max(0, row - size) : row + size + 1, max(0, col - size) : col + size + 1]
-    near, clearance = labels[window], work.clearance[window]
-    rows, cols = np.ogrid[: near.shape[0], : near.shape[1]]
-    disc = np.hypot(rows + window[0].start - row, cols + window[1].start - col) <= reach
-    widest = (float(clearance[disc & (near == room)].max(initial=0.0)) for room in saddle.rooms)
-    return min(widest) >= _JAMB_WIDENING * saddle.clearance_m
-
-
-def _is_anchored(ends_rc: NDArray[np.float64], wall: Mask) -> bool:
-    """Tell whether an end of a line lies on ``wall (H, W)``."""
-    cells = np.clip(np.rint(ends_rc).astype(np.int64), 0, np.array(wall.shape) - 1)
-    return bool(wall[cells[:, 0], cells[:, 1]].any())

@@ -38,7 +38,9 @@ class Scene:
     free and close a doorway. ``cell_m`` is the cell edge in true metres, nominal edge times
     metres per unit. ``solid (H, W)`` is what limits the free space. Of a partial map,
     ``wall (H, W)`` marks cells at or near a wall and ``unseen (H, W)`` those that are neither
-    free nor near a wall; of a drawing both are None.
+    free nor near a wall; of a drawing both are None. ``furniture (H, W)`` are free cells that
+    something stands on, ``high (H, W)`` those below a return at the height of lintels.
+    ``has_scans`` tells a robot's own submap, ``sees_lintels`` that its sensor has met any lintel.
     """
 
     free: Mask
@@ -47,6 +49,10 @@ class Scene:
     cell_m: float
     wall: Mask | None = None
     unseen: Mask | None = None
+    furniture: Mask | None = None
+    high: Mask | None = None
+    has_scans: bool = False
+    sees_lintels: bool = False
 
     @cached_property
     def clearance(self) -> NDArray[np.float32]:

@@ -31,17 +31,17 @@ _LEAST_SEED_M2 = 0.05
 Labels = NDArray[np.int32]
 
 
-def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening], Scene]:
+def cut_rooms_simply(scene: Scene, method: str) -> tuple[Labels, list[Opening]]:
     """
     Label the rooms of a drawing by ``method``, morphological or distance.
 
-    Returns as :func:`fpnet_core.segmentation.rooms.cut_rooms` does.
+    Returns labels and openings as :func:`fpnet_core.segmentation.rooms.cut_rooms` does.
     """
     seeds = _eroded_seeds(scene) if method == 'morphological' else _distant_seeds(scene)
     labels = watershed(np.zeros(seeds.shape, dtype=np.uint8), seeds, mask=scene.free)  # type: ignore[no-untyped-call]
     labels = np.asarray(labels, dtype=np.int32)
     work = WorkRaster(scene.free, scene.clearance, np.zeros_like(scene.free), 1, scene.cell_m)
-    return labels, find_openings(labels, work, scene.free), scene
+    return labels, find_openings(labels, work, scene.free)
 
 
 def _eroded_seeds(scene: Scene) -> Labels:

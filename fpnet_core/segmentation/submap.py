@@ -83,6 +83,7 @@ def segment_part(
     held: Mask | None = None,
     known_doors: Sequence[Doorway] = (),
     has_scans: bool = True,
+    sees_lintels: bool | None = None,
 ) -> Segmentation:
     """
     Cut a window of a partial map into rooms and doors.
@@ -95,35 +96,57 @@ def segment_part(
         cut again; None holds nothing
     known_doors : doorways between held and other rooms, in the window's cells
     has_scans : whether occupied cells are those that scans had returns in
+    sees_lintels : whether the sensor has met lintels anywhere; None looks at the window
     """
     cell_m = grid.resolution * metres_per_unit
-    wall = grid.cells == OCCUPIED
-    free = grid.cells == FREE
-    if has_scans:
-        free = _to_walls(free, wall, cell_m)
-    free = _solid(free, cell_m)
-    if not free.any():
+    made = part_scene(grid, lintel, cell_m, known_doors, has_scans, sees_lintels)
+    if made is None:
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
-    jambs = _grown(wall, _JAMB_REACH_M, cell_m)
-    shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
-    # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
-    open_cells = free & ~shut
-    free = (fill_furniture(open_cells, cell_m) & ~find_stubs(open_cells, cell_m)) | shut
-    near_wall = _grown(wall | shut, _WALL_SHADOW_M, cell_m)
-    scene = _scene(free, shut, near_wall, cell_m)
-    if held is not None:
-        scene = replace(scene, free=free & ~held)
-    full, openings, _ = cut_rooms(scene)
+    scene, doorways = made
+    assert scene.unseen is not None, 'a part of a map has unseen cells or none'
+    inside = scene if held is None else replace(scene, free=scene.free & ~held)
+    full, openings, _ = cut_rooms(inside)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
     rooms = set(np.flatnonzero(np.bincount(full.ravel())).tolist()) - {0}
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
+        wall = grid.cells == OCCUPIED
         full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
-    scores = _scores(full, ~free & ~near_wall)
-    return assemble(grid, full, openings, metres_per_unit, scores)
+    return assemble(grid, full, openings, metres_per_unit, _scores(full, scene.unseen))
+
+
+def part_scene(
+    grid: GridMap,
+    lintel: Mask,
+    cell_m: float,
+    known_doors: Sequence[Doorway] = (),
+    has_scans: bool = True,
+    sees_lintels: bool | None = None,
+) -> tuple[Scene, list[Doorway]] | None:
+    """Return the scene of a partial map and its closed doorways; None without free space."""
+    wall = grid.cells == OCCUPIED
+    free = grid.cells == FREE
+    if has_scans:
+        free = _to_walls(free, wall, cell_m)
+    free = _solid(free, cell_m)
+    if not free.any():
+        return None
+    jambs = _grown(wall, _JAMB_REACH_M, cell_m)
+    shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
+    # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
+    open_cells = free & ~shut
+    free = (fill_furniture(open_cells, cell_m) & ~find_stubs(open_cells, cell_m)) | shut
+    scene = replace(
+        _scene(free, shut, _grown(wall | shut, _WALL_SHADOW_M, cell_m), cell_m),
+        furniture=free & ~open_cells & ~shut,
+        high=lintel,
+        has_scans=has_scans,
+        sees_lintels=bool(lintel.any()) if sees_lintels is None else sees_lintels,
+    )
+    return scene, doorways
 
 
 def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:

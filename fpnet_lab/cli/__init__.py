@@ -16,6 +16,7 @@ COMMANDS = {
     'simulate': _lab('simulate', 'Generate floorplans, matching pairs and lidar recordings.'),
     'train': _lab('train', 'Train the matching network.'),
     'train-covariance': _lab('train_covariance', 'Fit how far a pose may be off.'),
+    'train-doors': _lab('train_doors', 'Train what tells doors from lines inside of rooms.'),
     'train-doubts': _lab('train_doubts', 'Fit what tells a drawing that was read wrongly.'),
     'train-judge': _lab('train_judge', 'Train the judge of placements.'),
     'train-readings': _lab('train_readings', 'Fit what weighs the readings of a drawing.'),

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
 from fpnet_core.submaps import submap_from_grid
@@ -38,6 +39,33 @@ METHODS: tuple[Literal['default', 'morphological', 'distance'], ...] = (
     'morphological',
     'distance',
 )
+
+ROBOT_MAPS: dict[Split, dict[str, str]] = {
+    'tune': {
+        'lab_a': 'lab_a_scan',
+        'lab_c': 'lab_c_scan',
+        'lab_c_scan_furnitures_trashbins': 'lab_c_scan',
+        'freiburg_building52': 'Freiburg52_scan',
+        'lab_ipa_furnitures': 'lab_ipa',
+    },
+    'report': {
+        'Freiburg101_scan': 'Freiburg101_scan',
+        'Freiburg101_scan_furnitures_trashbins': 'Freiburg101_scan',
+        'Freiburg79_scan_furnitures_trashbins': 'Freiburg79_scan',
+        'freiburg_building101': 'Freiburg101_scan',
+        'freiburg_building79': 'Freiburg79_scan',
+        'intel_map': 'lab_intel',
+        'lab_b': 'lab_b_scan',
+        'lab_d': 'lab_d_scan',
+        'lab_d_scan_furnitures': 'lab_d_scan',
+        'lab_e': 'lab_f_scan',
+        'sistD': 'sistD',
+    },
+}
+"""
+Given: labelled robot maps of each half, and their buildings. ``sistD`` is in neither half's list;
+nothing is chosen on it.
+"""
 
 _IMAGES = {'clean': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 # Given: grey level below which cells are sure to be walls.
@@ -96,16 +124,18 @@ def bench_robot_maps(
     Score all methods on robot maps with hand-labelled regions, in ``data / 'areagraph'``.
 
     The default cuts them as submaps: unknown space is no wall. Returns precision, recall and F1
-    by method, and the number of maps; maps whose labels have another size are left out.
+    by method over both halves, the default's on the ``tune`` and the ``report`` half alone, and
+    the number of maps; maps whose labels have another size are left out.
     """
-    folder = data / 'areagraph'
     rows: dict[str, list[list[float]]] = {method: [] for method in METHODS}
-    left_out = []
-    for path in sorted((folder / 'input').glob('*.png'))[:limit]:
-        grid, truth = read_grid(path, has_unknown=True), _colour_labels(folder / 'GT' / path.name)
+    left_out, halves = [], []
+    maps = {stem: half for half, stems in ROBOT_MAPS.items() for stem in stems}
+    for stem in sorted(maps)[:limit]:
+        grid, truth = read_robot_map(data, stem)
         if truth.shape != grid.shape:
-            left_out.append(path.stem)
+            left_out.append(stem)
             continue
+        halves.append(maps[stem])
         for method in METHODS:
             config = SegmentationConfig(method=method)
             found = (
@@ -121,6 +151,10 @@ def bench_robot_maps(
     report: dict[str, Any] = {
         method: dict(zip(_KEYS[:3], means[method], strict=True)) for method in METHODS
     }
+    for half in SPLITS:
+        own = [row for row, of in zip(rows['default'], halves, strict=True) if of == half]
+        if own:
+            report[half] = dict(zip(_KEYS[:3], np.mean(own, axis=0).tolist(), strict=True))
     return report | {'maps': len(rows['default']), 'left_out': left_out}
 
 
@@ -133,6 +167,33 @@ def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
     grey = read_image(path)[::-1]
     rest = np.where(grey < _OCCUPIED_GREY, OCCUPIED, UNKNOWN) if has_unknown else OCCUPIED
     return GridMap(np.where(grey >= FREE_GREY, FREE, rest), RESOLUTION_M)
+
+
+def read_drawing(data: Path, name: str, kind: str) -> tuple[GridMap, NDArray[np.int32]]:
+    """Return a storey of ``data / 'bormann'``, ``clean`` or ``furnished``, and its labels."""
+    grid = read_grid(data / 'bormann' / _IMAGES[kind].format(name))
+    return grid, read_labels(data / 'bormann' / 'room_labels' / f'{name}.png')
+
+
+def read_robot_map(data: Path, stem: str) -> tuple[GridMap, NDArray[np.int32]]:
+    """Return a map of ``data / 'areagraph'`` and its labels."""
+    folder = data / 'areagraph'
+    grid = read_grid(folder / 'input' / f'{stem}.png', has_unknown=True)
+    return grid, _region_labels(folder / 'GT' / f'{stem}.png')
+
+
+def _region_labels(path: Path) -> NDArray[np.int32]:
+    """Return labels of an image of regions: by colours, or by lines where it has none."""
+    labels = _colour_labels(path)
+    return labels if labels.any() else _outlined_labels(path)
+
+
+def _outlined_labels(path: Path) -> NDArray[np.int32]:
+    """Return labels of white regions that dark lines part."""
+    pieces, figures = pieces_of(read_image(path)[::-1] >= FREE_GREY, connectivity=4)
+    kept = figures[:, cv2.CC_STAT_AREA] > _MIN_LABEL_CELLS
+    kept[0] = False
+    return np.where(kept, np.cumsum(kept), 0).astype(np.int32)[pieces]
 
 
 def _colour_labels(path: Path) -> NDArray[np.int32]:

@@ -31,6 +31,8 @@ SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
 # Chosen, not measured:
 # Every sweep is registered; each of so many is kept for the submap.
 _KEEP_EVERY = 3
+_CAST_EVERY = 6  # where poses are not those of KISS-ICP
+_DRIFT = (0.002, 0.002, 0.0004)  # steps of a random walk per sweep [m, m, rad]
 _LIMITS = TourLimits(rooms=4, shortest_s=30.0, longest_s=60.0)
 _ROOMS = (10, 30)
 
@@ -50,6 +52,40 @@ class Drive:
     sweeps: tuple[tuple[NDArray[np.float32], Array, int], ...]
 
 
+def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> Drive:
+    """
+    Return the drive of ``seed`` with a sensor, with true poses that drift at random.
+
+    Sweeps are deskewed by the truth, and every sixth is cast: a tenth of the time of
+    :func:`registered_drive`, which the benchmark's figures are of.
+
+    Raises
+    ------
+    ConfigError
+        If no building with such a tour comes out of the seed.
+    """
+    recording = make_recording(seed, _options(sensor), threads=1)
+    steps = rng.normal(0.0, _DRIFT, (len(recording), 3))
+    sweeps = []
+    for index, (x, y, yaw) in list(enumerate(np.cumsum(steps, axis=0).tolist()))[::_CAST_EVERY]:
+        scan = recording.scan(index)
+        T, time_s = scan.T_truth_sensor, scan.time_s
+        assert T is not None, 'a simulated scan knows its pose'
+        assert isinstance(time_s, np.ndarray), 'and when its points were measured'
+        begin_s = index * recording.lidar.model.period_s
+        R, origin = recording.tour.sensor_poses(begin_s + time_s)
+        points = np.einsum('pij,pj->pi', R, scan.points.astype(np.float64)) + origin - T[:3, 3]
+        drifted = T.copy()
+        drifted[:2, :3] = SE2.from_xy_yaw(0.0, 0.0, yaw).linear @ T[:2, :3]
+        drifted[:2, 3] += x, y
+        sweeps.append(((points @ T[:3, :3]).astype(np.float32), drifted, scan.stamp_ns))
+    return Drive(recording.building.plan, SE2.from_xy_yaw(0.0, 0.0, 0.0), tuple(sweeps))
+
+
+def _options(sensor: str) -> RecordingOptions:
+    return RecordingOptions(rooms=_ROOMS, lidar=sensor_named(sensor), limits=_LIMITS)
+
+
 def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> Drive:
     """
     Return the drive of ``seed`` with a sensor.
@@ -65,8 +101,7 @@ def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> Drive:
     ConfigError
         If no building with such a tour comes out of the seed.
     """
-    options = RecordingOptions(rooms=_ROOMS, lidar=sensor_named(sensor), limits=_LIMITS)
-    recording = make_recording(seed, options, threads=1)
+    recording = make_recording(seed, _options(sensor), threads=1)
     odometry = KissOdometry(config.odometry)
     registered = [(odometry.register_scan(scan), scan.stamp_ns) for scan in recording]
     kept = registered[::_KEEP_EVERY]

@@ -4,14 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from fpnet_core.geometry import Affine2D
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.config import DrawingConfig
 from fpnet_lab.sim.drawings import draw_placement
 from fpnet_lab.sim.plan_sources import GeneratedPlans
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import StyleConfig, draw_style
+from fpnet_lab.sim.types import BuildingPlan
 
 CELL_M = (0.025, 0.12)
 """Smallest and largest cells of drawings, which are drawn evenly in the logarithm. Chosen."""
@@ -33,11 +37,28 @@ def draw_cell_m(rng: np.random.Generator) -> float:
 
 def styled_drawing(rng: np.random.Generator) -> GridMap:
     """Return the drawing of a new generated storey in a random style, at its true scale."""
+    return draw_styled(rng)[2]
+
+
+def draw_styled(
+    rng: np.random.Generator,
+    changed: Callable[[BuildingPlan, np.random.Generator], BuildingPlan] = lambda plan, _: plan,
+) -> tuple[BuildingPlan, Affine2D, GridMap]:
+    """
+    Return a new storey, ``A_plan_building``, and the drawing of :func:`styled_drawing`.
+
+    The storey is ``changed`` before it is drawn.
+    """
     plan = GeneratedPlans(*_ROOMS).storey(int(rng.integers(2**31)), 0, 0).plan
-    return render_plan(
+    plan = changed(plan, rng)
+    resolution_m = draw_cell_m(rng)
+    wall_m = plan.wall_m * float(rng.uniform(*_WALL_FACTOR))
+    A_plan_building = draw_placement(rng, _PLACEMENT)
+    grid = render_plan(
         plan,
-        resolution_m=draw_cell_m(rng),
-        wall_m=plan.wall_m * float(rng.uniform(*_WALL_FACTOR)),
-        T_plan_building=draw_placement(rng, _PLACEMENT),
+        resolution_m=resolution_m,
+        wall_m=wall_m,
+        T_plan_building=A_plan_building,
         style=draw_style(rng, _STYLES),
     )
+    return plan, A_plan_building, grid

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whether there is one room on both sides of a line: a few small networks that vote.
+
+They see the line with its surroundings, the rooms on both sides as far as they have grown, and
+what kind of map it is; drawings, finished maps and a robot's own submaps share the networks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
+from fpnet_core.segmentation.door_figures import LINE_FIGURES
+from fpnet_core.segmentation.joining import ROOM_FIGURES
+from fpnet_core.small_networks import silu, standardised
+
+Array = NDArray[np.float64]
+
+DOOR_SCHEMA = 1
+"""Given: grows when a figure changes its meaning."""
+
+DOOR_NAME = 'doors.safetensors'
+
+CLIP = 4.0
+"""Numerical: figures are held to so many standard deviations."""
+
+MAP_FIGURES = ('is_gap', 'is_drawing', 'has_scans', 'sees_lintels')
+"""Whether the line continues a wall's face, and what is known of the whole map."""
+
+FIGURES = (*LINE_FIGURES, *MAP_FIGURES, *ROOM_FIGURES)
+"""All that a network sees, in this order."""
+
+
+@dataclass(frozen=True, eq=False)
+class DoorModel:
+    """
+    ``tensors`` of the networks.
+
+    Letters: ``D`` figures, ``m`` networks, ``h`` width. ``mean`` and ``spread (D,)`` standardise
+    the figures; ``first (m, h, D)``, ``second (m, h, h)`` and ``out (m, h)`` are the layers, their
+    biases called alike.
+    """
+
+    tensors: dict[str, NDArray[np.float32]]
+
+    def probability_of_one_room(self, figures: Array) -> Array:
+        """Return probabilities (L,) that lines of ``figures (L, D)`` part nothing."""
+        t = self.tensors
+        mean, spread = t['mean'].astype(np.float64), t['spread'].astype(np.float64)
+        x = standardised(figures, mean, spread, CLIP)
+        votes = np.zeros(len(x))
+        for m in range(len(t['out'])):
+            hidden = silu(x @ t['first'][m].T + t['first_bias'][m])
+            hidden = silu(hidden @ t['second'][m].T + t['second_bias'][m])
+            votes += hidden @ t['out'][m] + t['out_bias'][m]
+        return np.asarray(expit(votes / len(t['out'])))
+
+
+@cache
+def packaged_door_model() -> DoorModel:
+    """Return the packaged model, read once."""
+    return model_of(read_weights(None, DOOR_SCHEMA, DOOR_NAME))
+
+
+def model_of(weights: Weights) -> DoorModel:
+    """Return the model that a checkpoint holds; WeightsError if it is made for other figures."""
+    network = network_of(weights, 'doors', {'figures': FIGURES}, 'train-doors')
+    members, width = (int(network.get(key, 0)) for key in ('members', 'width'))
+    check_shapes(DOOR_NAME, weights.tensors, shapes(members, width))
+    return DoorModel(weights.tensors)
+
+
+def shapes(members: int, width: int) -> dict[str, tuple[int, ...]]:
+    """Return the shape of every tensor."""
+    size = len(FIGURES)
+    return {
+        'mean': (size,), 'spread': (size,),
+        'first': (members, width, size), 'first_bias': (members, width),
+        'second': (members, width, width), 'second_bias': (members, width),
+        'out': (members, width), 'out_bias': (members,),
+    }  # fmt: skip

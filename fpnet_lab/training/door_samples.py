@@ -1,0 +1,327 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the model of doors learns from: maps with known rooms, cut wherever rooms may part.
+
+Drawings are those of real buildings of the tune half, bare and furnished, as they are and turned,
+mirrored and at scales that are off, and generated ones in many styles. Finished robots' maps are
+labelled ones of the tune half and drawings made into such. Submaps are ray-cast tours of
+generated buildings, and drives with lidars through others, with true poses that drift a little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+import shapely
+
+from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.io.arrays import read_arrays, write_arrays
+from fpnet_core.io.outside import outside_as_unknown
+from fpnet_core.segmentation.assemble import upsample_labels
+from fpnet_core.segmentation.floorplan import drawn_scene
+from fpnet_core.segmentation.joining import Lines, Pieces
+from fpnet_core.segmentation.rooms import cut_parts
+from fpnet_core.segmentation.scene import Scene
+from fpnet_core.segmentation.submap import is_from_scans, part_scene
+from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_core.types import FREE, GridMap, Submap
+from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_drawing, read_robot_map
+from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, drifting_drive
+from fpnet_lab.pool import each_done
+from fpnet_lab.sim.config import BuildingConfig, SimConfig
+from fpnet_lab.sim.explore import draw_scanner, scan_walk
+from fpnet_lab.sim.floors import TUNE_FLOORS, room_rings
+from fpnet_lab.sim.perturb import build_world, draw_changes
+from fpnet_lab.sim.plan_sources import GeneratedPlans
+from fpnet_lab.sim.render import paint_rings
+from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.styled import draw_styled
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor
+from fpnet_lab.sim.walks import plan_walk
+
+Labels = NDArray[np.int32]
+Array = NDArray[np.float64]
+
+FIRST_DRIVE = 5000
+"""Given: seed of the first drive, beyond those of the benchmark."""
+
+# Chosen, not measured:
+_OFF = 0.1, 0.06  # standard deviations of scales, of real buildings and of generated ones
+_ROOMS = (8, 48)
+_WIDENED = 0.5, 0.3  # share of generated storeys with wide openings, and of their doors
+_WIDE_M, _JAMB_M = (1.4, 3.8), 0.1  # width of such openings, and of the wall left at their ends
+_SIM = SimConfig(
+    building=BuildingConfig(moved_doors=0.0, moved_walls=0.0, removed_walls=0.0, added_walls=0.0)
+)
+
+
+@dataclass(frozen=True)
+class Amounts:
+    """Variants of every real drawing and map, and generated maps of each kind."""
+
+    drawings: int = 5
+    drawn_maps: int = 4
+    robot_maps: int = 5
+    generated: int = 350
+    tours: int = 500
+    drives: int = 70
+
+    def scaled(self, share: float) -> Amounts:
+        """Return so large a share of everything, at least one of each."""
+        counts = {name: max(1, round(share * value)) for name, value in vars(self).items()}
+        return Amounts(**counts)
+
+
+@dataclass(frozen=True, eq=False)
+class DoorSample:
+    """
+    A map cut into pieces.
+
+    ``overlap (P, T + 1)`` is how much of each piece lies in each true room [m2], the first column
+    being what is in none; ``kind`` says where the map came from.
+    """
+
+    building: str
+    kind: str
+    is_real: bool
+    pieces: Pieces
+    lines: Lines
+    overlap: Array
+
+
+@dataclass(frozen=True)
+class _Task:
+    make: Callable[[np.random.Generator], tuple[Scene, Labels] | None]
+    building: str
+    kind: str
+    is_real: bool
+    key: tuple[int, int]
+
+
+def gather_samples(
+    data: Path,
+    seed: int,
+    amounts: Amounts,
+    workers: int = 1,
+    on_map: Callable[[float], None] = lambda _: None,
+) -> list[DoorSample]:
+    """
+    Cut maps with known rooms; the same arguments give the same samples.
+
+    Raises
+    ------
+    FpnetError
+        If the shared data is missing or incomplete.
+    """
+    tasks = list(_tasks(data, amounts))
+    made: dict[tuple[int, int], DoorSample | None] = {}
+    for task, sample in each_done(partial(_sample, seed=seed), tasks, workers):
+        made[task.key] = sample
+        on_map(1.0)
+    return [sample for task in tasks if (sample := made[task.key]) is not None]
+
+
+def count_maps(data: Path, amounts: Amounts) -> int:
+    """Count the maps that :func:`gather_samples` cuts."""
+    return sum(1 for _ in _tasks(data, amounts))
+
+
+def _tasks(data: Path, amounts: Amounts) -> Iterator[_Task]:
+    drawings = [(name, kind) for name in TUNE_FLOORS for kind in ('clean', 'furnished')]
+    for number, (name, kind) in enumerate(drawings):
+        for variant in range(amounts.drawings):
+            key = 0, 100 * number + variant
+            yield _Task(partial(_drawing, data, name, kind, variant), name, 'drawing', True, key)
+        for variant in range(amounts.drawn_maps):
+            key = 1, 100 * number + variant
+            yield _Task(partial(_drawn_map, data, name, kind), name, 'drawn map', True, key)
+    for number, (stem, name) in enumerate(ROBOT_MAPS['tune'].items()):
+        for variant in range(amounts.robot_maps):
+            key = 2, 100 * number + variant
+            yield _Task(partial(_robot_map, data, stem, variant), name, 'robot map', True, key)
+    kinds = (_generated, 'generated', amounts.generated), (_tour, 'tour', amounts.tours)
+    for kind_number, (make, kind, count) in enumerate(kinds, start=3):
+        for number in range(count):
+            yield _Task(make, f'{kind} {number}', kind, False, (kind_number, number))
+    for number in range(amounts.drives):
+        make_drive = partial(_drive, FIRST_DRIVE + number)
+        yield _Task(make_drive, f'drive {number}', 'drive', False, (5, number))
+
+
+def _sample(task: _Task, seed: int) -> DoorSample | None:
+    cv2.setNumThreads(1)
+    made = task.make(np.random.default_rng([seed, *task.key]))
+    if made is None:
+        return None
+    scene, truth = made
+    parts = cut_parts(scene)
+    passable = parts.scene.free & ~parts.scene.lintel
+    labels = upsample_labels(parts.labels, parts.work.stride, passable)
+    count, rooms = len(parts.pieces.peak), int(truth.max(initial=0)) + 1
+    flat = labels.astype(np.int64) * rooms + truth
+    cells = np.bincount(flat.ravel(), minlength=count * rooms).reshape(count, rooms)
+    cells[0] = 0  # true rooms' cells outside of all pieces are nobody's
+    overlap = np.asarray(cells * scene.cell_m**2, np.float64)
+    return DoorSample(task.building, task.kind, task.is_real, parts.pieces, parts.lines, overlap)
+
+
+def _off(rng: np.random.Generator, variant: int, spread: float) -> float:
+    """Return true metres per nominal one; the first variant is as it is."""
+    return 1.0 if variant == 0 else float(np.exp(rng.normal(0.0, spread)))
+
+
+def _drawing(
+    data: Path, name: str, kind: str, variant: int, rng: np.random.Generator
+) -> tuple[Scene, Labels]:
+    grid, truth = read_drawing(data, name, kind)
+    cells = grid.cells
+    if variant:
+        turns, is_mirrored = int(rng.integers(4)), rng.random() < 0.5
+        cells, truth = (_turned(values, turns, is_mirrored) for values in (cells, truth))
+    return _drawn(cells, grid.resolution * _off(rng, variant, _OFF[0])), truth
+
+
+def _turned(values: NDArray[Any], turns: int, is_mirrored: bool) -> NDArray[Any]:
+    return np.ascontiguousarray(np.rot90(values[:, ::-1] if is_mirrored else values, turns))
+
+
+def _drawn(cells: NDArray[np.int8], cell_m: float) -> Scene:
+    """Return the scene of a drawing as it is cut at run time."""
+    return drawn_scene(outside_as_unknown(cells, cell_m) == FREE, cell_m)
+
+
+def _drawn_map(
+    data: Path, name: str, kind: str, rng: np.random.Generator
+) -> tuple[Scene, Labels] | None:
+    grid, truth = read_drawing(data, name, kind)
+    return _seen(submap_from_grid(robot_map_of(grid, rng)), truth, _off(rng, 1, _OFF[0]))
+
+
+def _robot_map(
+    data: Path, stem: str, variant: int, rng: np.random.Generator
+) -> tuple[Scene, Labels] | None:
+    grid, truth = read_robot_map(data, stem)
+    return _seen(submap_from_grid(grid), truth, _off(rng, variant, _OFF[0]))
+
+
+def _seen(submap: Submap, truth: Labels, metres: float = 1.0) -> tuple[Scene, Labels] | None:
+    """Return the scene of a submap as it is cut at run time, ``metres`` per nominal one."""
+    cell_m = submap.grid.resolution * metres
+    made = part_scene(submap.grid, submap.lintel, cell_m, has_scans=is_from_scans(submap))
+    return None if made is None else (made[0], truth)
+
+
+def with_wide_openings(plan: BuildingPlan, rng: np.random.Generator) -> BuildingPlan:
+    """Return a storey, some of whose doors may be as wide as the wall between two rooms allows."""
+    if rng.random() >= _WIDENED[0]:
+        return plan
+    doors = [
+        _widened(plan, door, rng) if not door.is_open and rng.random() < _WIDENED[1] else door
+        for door in plan.doors
+    ]
+    return replace(plan, doors=tuple(doors))
+
+
+def _widened(plan: BuildingPlan, door: PlanDoor, rng: np.random.Generator) -> PlanDoor:
+    """Return a door somewhere in the straight wall between its rooms, as wide as that allows."""
+    middle = door.ends.mean(axis=0)
+    line = shapely.LineString([middle - _WIDE_M[1] * door.along, middle + _WIDE_M[1] * door.along])
+    for room in door.rooms:
+        near = shapely.Polygon(plan.rooms[room].polygon).buffer(plan.wall_m, join_style='mitre')
+        line = _piece_at(line.intersection(near), middle)
+    along = (shapely.get_coordinates(line) - middle) @ door.along
+    begin, end = float(along.min()), float(along.max())
+    most = min(end - begin - 2.0 * (_JAMB_M + plan.wall_m), _WIDE_M[1])
+    if most < _WIDE_M[0]:
+        return door
+    width = float(rng.uniform(_WIDE_M[0], most))
+    margin = _JAMB_M + plan.wall_m + 0.5 * width
+    at = float(rng.uniform(begin + margin, end - margin))
+    offsets = np.array([[at - 0.5 * width], [at + 0.5 * width]])
+    return replace(door, ends=middle + offsets * door.along)
+
+
+def _piece_at(line: shapely.Geometry, place: Array) -> shapely.LineString:
+    """Return the piece of a line nearest to a place (2,)."""
+    point = shapely.Point(place)
+    pieces = [piece for piece in shapely.get_parts(line) if isinstance(piece, shapely.LineString)]
+    return min(pieces, key=point.distance, default=shapely.LineString([place, place]))
+
+
+def _generated(rng: np.random.Generator) -> tuple[Scene, Labels]:
+    plan, A_plan_building, grid = draw_styled(rng, with_wide_openings)
+    metres = _off(rng, 1, _OFF[1])
+    return _drawn(grid.cells, grid.resolution * metres), _painted(plan, A_plan_building, grid)
+
+
+def _painted(plan: BuildingPlan, place: Affine2D | SE2, grid: GridMap) -> Labels:
+    """Return the true rooms (H, W) where ``place`` puts the building."""
+    labels = np.zeros(grid.shape, np.int32)
+    for label, rings in enumerate(room_rings(plan), start=1):
+        for ring in rings:
+            paint_rings(labels, [grid.xy_to_rc(place.apply(ring))[:, ::-1]], label)
+    return labels
+
+
+def _tour(rng: np.random.Generator) -> tuple[Scene, Labels] | None:
+    plan = GeneratedPlans(*_ROOMS).storey(int(rng.integers(2**31)), 0, 0).plan
+    plan = with_wide_openings(plan, rng)
+    scanner = draw_scanner(rng, _SIM.scan)
+    changes = draw_changes(plan, rng, _SIM.building)
+    world = build_world(plan, changes, scanner.height_m)
+    walk = plan_walk(world, rng, _SIM.scan, None)
+    made = scan_walk(world, walk, scanner, rng, _SIM.scan) if len(walk) else None
+    if made is None:
+        return None
+    submap, T_submap_building = made
+    return _seen(submap, _painted(plan, T_submap_building, submap.grid))
+
+
+def _drive(seed: int, rng: np.random.Generator) -> tuple[Scene, Labels] | None:
+    drive = drifting_drive(seed, SENSOR_NAMES[seed % len(SENSOR_NAMES)], rng)
+    builder = SubmapBuilder()
+    for points, T_odom_sensor, stamp_ns in drive.sweeps:
+        builder.add_scan(points, T_odom_sensor, stamp_ns)
+    submap = builder.take()
+    assert submap is not None, 'a drive holds scans with returns'
+    return _seen(submap, _painted(drive.plan, drive.T_building_odom.inv(), submap.grid))
+
+
+def write_samples(path: Path, samples: list[DoorSample]) -> None:
+    """Write samples as one ``.npz``."""
+    arrays: dict[str, NDArray[Any]] = {
+        'building': np.array([s.building for s in samples]),
+        'kind': np.array([s.kind for s in samples]),
+        'is_real': np.array([s.is_real for s in samples]),
+    }
+    for k, sample in enumerate(samples):
+        for values in (sample.pieces, sample.lines):
+            arrays |= {f'{k}.{name}': value for name, value in vars(values).items()}
+        arrays[f'{k}.overlap'] = sample.overlap
+    write_arrays(path, arrays)
+
+
+def read_samples(path: Path) -> list[DoorSample]:
+    """Read what :func:`write_samples` wrote."""
+    arrays = read_arrays(path)
+    heads = zip(
+        arrays['building'].tolist(), arrays['kind'].tolist(), arrays['is_real'].tolist(),
+        strict=True,
+    )  # fmt: skip
+    return [
+        DoorSample(
+            *head,
+            Pieces(*(arrays[f'{k}.{name}'] for name in ('moments', 'peak', 'frontier'))),
+            Lines(*(arrays[f'{k}.{name}'] for name in ('pieces', 'width_m', 'figures'))),
+            arrays[f'{k}.overlap'],
+        )
+        for k, head in enumerate(heads)
+    ]

@@ -1,0 +1,269 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Fitting the model of doors: whether pieces on both sides of a line lie in one true room.
+
+Lines are shown as they look at first, while true rooms grow in any order, when all are whole, and
+after what the last round's model would have joined: mistakes are to be contained, too. A line
+weighs as much as a mistake would cost, and real buildings more than generated ones.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import torch
+from torch import nn
+
+from fpnet_core.io.weights import write_weights
+from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
+from fpnet_core.segmentation.door_model import CLIP, DOOR_SCHEMA, FIGURES, DoorModel
+from fpnet_core.segmentation.joining import figures_now, join_pieces, joining_stages
+from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2
+from fpnet_core.small_networks import standardised
+from fpnet_lab.training.door_samples import DoorSample
+from fpnet_lab.training.members import MemberTraining, fit_member
+
+Array = NDArray[np.float64]
+Target = NDArray[np.int64]
+
+# Chosen, not measured:
+_LEAST_SHARE = 0.5  # of a piece in one true room, or it teaches nothing
+_LEAST_M2 = 0.1  # and so much of it
+_COST_M2 = (0.15, 8.0)  # areas of the smaller piece between which a mistake costs more
+_NOISE_M2 = 0.25  # smaller true rooms are noise of the labels
+_LEAST_SPREAD = 0.01  # numerical: of a figure that hardly varies
+
+
+@dataclass(frozen=True)
+class DoorTraining(MemberTraining):
+    """Settings of a fit; they were chosen with buildings of the tune half left out."""
+
+    members: int = 4
+    width: int = 48
+    epochs: int = 12
+    batch_size: int = 512
+    learning_rate: float = 4e-3
+    weight_decay: float = 2e-2
+    noise: float = 0.1
+    """Standard deviation of what is added to standardised figures."""
+    real_weight: float = 960.0
+    """A real building's lines, all maps of it together, each by what a mistake would cost."""
+    orders: int = 2
+    """In so many random orders true rooms grow, each stopped at a random time."""
+    rounds: int = 2
+    """Fits; all but the first see what the last one would have joined."""
+    folds: int = 4
+    """Of real buildings that are left out together."""
+
+
+class DoorNetwork(nn.Module):
+    """One network; see :class:`DoorModel`."""
+
+    def __init__(self, width: int, dropout: float) -> None:
+        super().__init__()
+        self.first = nn.Linear(len(FIGURES), width)
+        self.second = nn.Linear(width, width)
+        self.out = nn.Linear(width, 1)
+        self._dropout = nn.Dropout(dropout)
+
+    def forward(self, figures: torch.Tensor) -> torch.Tensor:
+        """Return log odds (L,) of one room, of standardised figures (L, D)."""
+        hidden = self._dropout(nn.functional.silu(self.first(figures)))
+        hidden = self._dropout(nn.functional.silu(self.second(hidden)))
+        return torch.as_tensor(self.out(hidden)[:, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """Lines: figures (L, D), whether there is one room (L,), and what a mistake costs (L,)."""
+
+    figures: Array
+    is_one: NDArray[np.bool_]
+    cost: Array
+
+
+def lines_shown(sample: DoorSample, target: Target) -> Shown:
+    """Return the lines that are left after pieces have gone to their ``target (P,)``."""
+    pair = target[sample.lines.pieces]
+    live = np.flatnonzero(pair[:, 0] != pair[:, 1])
+    pair, now = pair[live], sample.pieces.joined(target)
+    overlap = np.zeros_like(sample.overlap)
+    np.add.at(overlap, target, sample.overlap)
+    room, inside = _true_room(overlap)
+    share = inside / np.maximum(overlap.sum(axis=1), _LEAST_M2)
+    is_known = (inside[pair] > _LEAST_M2).all(axis=1) & (share[pair] > _LEAST_SHARE).all(axis=1)
+    smaller = np.clip(now.moments[pair, 0].min(axis=1), *_COST_M2)
+    cost = np.sqrt(smaller) * share[pair].min(axis=1)
+    figures = figures_now(now, pair, sample.lines, live)
+    is_one = room[pair[:, 0]] == room[pair[:, 1]]
+    return Shown(figures[is_known], is_one[is_known], cost[is_known])
+
+
+def _true_room(overlap: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the true room (P,) that each piece shares most with, and how much [m2]."""
+    rooms = np.pad(overlap[:, 1:], ((0, 0), (0, 1)))
+    return rooms.argmax(axis=1), rooms.max(axis=1)
+
+
+def _states(
+    sample: DoorSample, model: DoorModel | None, config: DoorTraining, rng: np.random.Generator
+) -> Iterator[Target]:
+    """Yield what pieces have joined: nothing, some and all of the true rooms, and the model's."""
+    count = len(sample.pieces.peak)
+    yield np.arange(count)
+    room, inside = _true_room(sample.overlap)
+    pair = sample.lines.pieces
+    is_same = (room[pair[:, 0]] == room[pair[:, 1]]) & (inside[pair] > _LEAST_M2).all(axis=1)
+    same = np.flatnonzero(is_same)
+    for order in range(config.orders + 1):
+        share = rng.random() if order < config.orders else 1.0
+        yield _joined(pair[rng.permutation(same)[: int(share * len(same))]], count)
+    if model is not None:
+        is_one = model.probability_of_one_room
+        stages = list(joining_stages(sample.pieces, sample.lines, is_one))
+        if stages:
+            yield stages[-1]
+            yield stages[int(rng.integers(len(stages)))]
+
+
+def _joined(pairs: NDArray[np.int64], count: int) -> Target:
+    """Return where pieces (count,) have gone after ``pairs (K, 2)`` have joined."""
+    target = np.arange(count)
+    for a, b in pairs.tolist():
+        target[target == target[b]] = target[a]
+    return target
+
+
+def fit_doors(samples: Sequence[DoorSample], config: DoorTraining) -> DoorModel:
+    """Fit the model; the same samples and settings give the same model."""
+    model: DoorModel | None = None
+    for number in range(config.rounds):
+        shown = _shown(samples, model, config, np.random.default_rng([config.seed, number]))
+        model = _fitted(shown, config)
+    assert model is not None, 'there is at least one round'
+    return model
+
+
+def _shown(
+    samples: Sequence[DoorSample],
+    model: DoorModel | None,
+    config: DoorTraining,
+    rng: np.random.Generator,
+) -> Shown:
+    """Return the lines of all states of all samples, each by its weight."""
+    maps = Counter(sample.building for sample in samples)
+    found: list[Shown] = []
+    for sample in samples:
+        states = [lines_shown(sample, state) for state in _states(sample, model, config, rng)]
+        total = sum(float(state.cost.sum()) for state in states)
+        if total == 0.0:
+            continue
+        # However large a real building's map is, it weighs the same.
+        real = config.real_weight / maps[sample.building] / total
+        weight = real if sample.is_real else 1.0
+        found += [replace(state, cost=weight * state.cost) for state in states]
+    return Shown(*(np.concatenate([getattr(s, name) for s in found]) for name in vars(found[0])))
+
+
+def _fitted(shown: Shown, config: DoorTraining) -> DoorModel:
+    mean = np.average(shown.figures, axis=0, weights=shown.cost)
+    variance = np.average((shown.figures - mean) ** 2, axis=0, weights=shown.cost)
+    spread = np.sqrt(variance) + _LEAST_SPREAD
+    x = standardised(shown.figures, mean, spread, CLIP)
+    y, weight = shown.is_one.astype(np.float64), shown.cost / shown.cost.mean()
+    data = tuple(torch.from_numpy(np.asarray(v, np.float32)) for v in (x, y, weight))
+    states = [_fit_member(data, config, member) for member in range(config.members)]
+    found = {
+        'mean': mean,
+        'spread': spread,
+        **{name: np.stack([state[name] for state in states]) for name in states[0]},
+    }
+    return DoorModel({name: np.asarray(value, np.float32) for name, value in found.items()})
+
+
+def _fit_member(
+    data: tuple[torch.Tensor, ...], config: DoorTraining, member: int
+) -> dict[str, NDArray[np.float32]]:
+    """Return the layers of one network."""
+    x, y, weight = data
+
+    def loss_of(network: DoorNetwork, chosen: torch.Tensor) -> torch.Tensor:
+        seen = x[chosen] + config.noise * torch.randn(len(chosen), x.shape[1])
+        loss = nn.functional.binary_cross_entropy_with_logits(
+            network(seen), y[chosen], reduction='none'
+        )
+        return (weight[chosen] * loss).mean()
+
+    network = fit_member(
+        lambda: DoorNetwork(config.width, config.dropout), loss_of, len(y), config, member
+    )
+    state = {name: value.numpy() for name, value in network.state_dict().items()}
+    layers = {
+        name.replace('.weight', '').replace('.bias', '_bias'): v for name, v in state.items()
+    }
+    return layers | {'out': layers['out'][0], 'out_bias': layers['out_bias'][0]}
+
+
+def room_f1(sample: DoorSample, model: DoorModel) -> float:
+    """
+    Return the F1 of rooms with intersection over union above one half, by areas of pieces.
+
+    True rooms are those parts of them that lie in pieces.
+    """
+    target = join_pieces(sample.pieces, sample.lines, model.probability_of_one_room)
+    overlap = np.zeros_like(sample.overlap)
+    np.add.at(overlap, target, sample.overlap)
+    found = overlap[overlap.sum(axis=1) >= MIN_ROOM_AREA_M2]
+    whole = sample.overlap.sum(axis=0)
+    is_room = whole > _NOISE_M2
+    is_room[0] = False
+    if not is_room.any() or not len(found):
+        return 0.0
+    both = found[:, is_room]
+    iou = both / (whole[is_room] + found.sum(axis=1)[:, None] - both)
+    return float(2.0 * (iou > SAME_ROOM_IOU).sum() / (is_room.sum() + len(found)))
+
+
+def held_back_figures(
+    samples: Sequence[DoorSample],
+    config: DoorTraining,
+    on_fold: Callable[[float], None] = lambda _: None,
+) -> dict[str, dict[str, float]]:
+    """Return the mean F1 by kind of map of models that have not seen the map's building."""
+    scores: dict[str, list[float]] = {}
+    for fold in folds(samples, config.folds):
+        rest = [sample for sample in samples if sample.building not in fold]
+        model = fit_doors(rest, replace(config, members=1))
+        for sample in samples:
+            if sample.building in fold:
+                scores.setdefault(sample.kind, []).append(room_f1(sample, model))
+        on_fold(1.0)
+    return {
+        kind: {'maps': float(len(values)), 'f1': float(np.mean(values))}
+        for kind, values in sorted(scores.items())
+    }
+
+
+def folds(samples: Sequence[DoorSample], count: int) -> list[set[str]]:
+    """Return the buildings that are left out together: real ones and others in as many folds."""
+    real = sorted({sample.building for sample in samples if sample.is_real})
+    rest = sorted({sample.building for sample in samples} - set(real))
+    return [{*real[k::count], *rest[k::count]} for k in range(count)]
+
+
+def write_doors(path: Path, model: DoorModel, config: DoorTraining, facts: dict[str, Any]) -> None:
+    """Write the model with its manifest; ``facts`` join the manifest."""
+    network: dict[str, Any] = {
+        'members': config.members,
+        'width': config.width,
+        'figures': list(FIGURES),
+    }
+    manifest = {'network': network, 'training': asdict(config), **facts}
+    write_weights(path, model.tensors, DOOR_SCHEMA, manifest)
