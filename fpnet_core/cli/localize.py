@@ -102,8 +102,7 @@ def command(
     """
     Localise a recording on a floorplan, offline.
 
-    The scale of a drawing that states none is estimated, and searched around that estimate as far
-    as it is unsure, unless localizer.scale_policy is set.
+    The scale of a drawing that states none is estimated, and searched around that estimate.
 
     Of a bag, the PointCloud2 topic is read, or else all LaserScan topics, merged as /tf_static
     says. Raw scans run through KISS-ICP; poses that the recording brings, or --poses, are
@@ -112,9 +111,8 @@ def command(
     Exits 0 where the robot is localized in the end, and 3 where all went well and it cannot be
     said where it is: then it prints the likely causes with the next command. Errors exit 1.
 
-    With --out the folder gets report.html, run.json, poses.tum (on a --site those on the
-    storey at the end), covariances.csv, odometry.tum, map.yaml (at the scale that was found),
-    submap.yaml, run.mcap for Foxglove, and differences.geojson and .png where it is localized.
+    With --out the folder gets report.html, run.json, poses.tum (those on the storey at the end),
+    covariances.csv, odometry.tum, map.yaml, submap.yaml, run.mcap, and differences.geojson.
 
     Example: fpnet localize drive/ --floorplan plan.yaml --out out/run
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 
 
@@ -40,12 +41,12 @@ def command(
     settings, amounts = DoorTraining(seed=seed or 0), Amounts().scaled(share)
     kept = out / 'samples.npz'
     if not kept.is_file():
-        with common.progress('maps', total=count_maps(data, amounts)) as advance:
+        with progress('maps', total=count_maps(data, amounts)) as advance:
             gathered = gather_samples(data, settings.seed, amounts, workers, advance)
         write_samples(kept, gathered)
     samples = read_samples(kept)
     use_threads(1)  # small products: more threads wait for each other
-    with common.progress('leaving out', total=settings.folds) as advance:
+    with progress('leaving out', total=settings.folds) as advance:
         figures = held_back_figures(samples, settings, advance)
     for name, values in figures.items():
         typer.echo(f'{name}: {values}')
