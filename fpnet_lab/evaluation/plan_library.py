@@ -46,6 +46,7 @@ _BAND = '50-100'  # given, by the aim
 _RIGHT_M = 1.0  # chosen: as in the benchmark of localization
 _GROWTH = (100, 1_000, 10_000, 100_000)  # given, by the aim: plans
 _STRETCHED = (0.8, 1.25)  # chosen: copies of plans that fill larger libraries
+_CLAIMS = ('right', 'wrong')
 _STREAM = 41  # given: second word of the seed
 
 
@@ -186,8 +187,8 @@ def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig)
     return 'right' if float(np.hypot(off[:, 0], off[:, 1]).max()) <= _RIGHT_M else 'wrong'
 
 
-def figures(asked: Sequence[Asked], claims: Sequence[str], library: PlanLibrary) -> dict[str, Any]:
-    """Return the shares of each group, and what the index takes."""
+def figures_by_group(asked: Sequence[Asked]) -> dict[str, dict[str, Any]]:
+    """Return how often the right plan was proposed, and what asking took, by group."""
     groups = {}
     for group in dict.fromkeys(each.group for each in asked):
         own = [each for each in asked if each.group == group]
@@ -197,14 +198,17 @@ def figures(asked: Sequence[Asked], claims: Sequence[str], library: PlanLibrary)
             'in_first_10': float(np.mean([each.rank is not None for each in own])),
             'query_ms_median': float(np.median([each.milliseconds for each in own])),
         }
+    return groups
+
+
+def figures(asked: Sequence[Asked], claims: Sequence[str], library: PlanLibrary) -> dict[str, Any]:
+    """Return the shares of each group and of claims, and what the index takes."""
+    shares = {what: float(np.mean([each == what for each in claims])) for what in _CLAIMS}
     return {
         'plans': len(library),
         'kilobytes_a_plan': library.size_bytes / len(library) / 1e3,
-        'groups': groups,
-        'claims': {
-            what: float(np.mean([each == what for each in claims])) if claims else None
-            for what in ('right', 'wrong')
-        },
+        'groups': figures_by_group(asked),
+        'claims': shares,
     }
 
 

@@ -18,6 +18,7 @@ from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_fi
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
+from fpnet_lab.evaluation.plan_library import Asked, figures_by_group
 from fpnet_lab.evaluation.published import MAKERS, published
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.site_drives import SiteRun, site_report
@@ -137,7 +138,18 @@ SITE_RUNS = [
 
 def site_figures():
     found = DifferenceFigures(0.9, 0.85, 0.05, 0.5, 40, 36)
-    return {'sites': site_report(SITE_RUNS), 'differences': asdict(found)}
+    asked = [Asked('drives', 1, 12.0), Asked('drives', None, 14.0)]
+    library = {
+        'plans': 1040,
+        'kilobytes_a_plan': 8.05,
+        'groups': figures_by_group(asked),
+        'claims': {'right': 0.9, 'wrong': 0.0},
+        'growth': [
+            {'plans': 1000, 'megabytes': 8.1, 'query_ms_median': 20.0, 'in_first_10': 0.975}
+        ],
+    }
+    differences = asdict(found)
+    return {'sites': site_report(SITE_RUNS), 'differences': differences, 'library': library}
 
 
 REPORTS = {
@@ -185,6 +197,15 @@ def test_sites_are_told_apart_by_whether_walls_can_tell():
     assert found[:3] == ['90 %', '85 %', '5 %']
 
 
+def test_a_library_tells_how_often_the_right_plan_is_proposed():
+    tables = published('sites', site_figures(), MADE)
+    (drives,) = rows(tables['sites.library'])[2:]
+    assert drives == ['drives', '2', '50 %', '50 %', '13 ms']
+    assert '1040 plans, 8.1 kB each' in tables['sites.library']
+    (grown,) = rows(tables['sites.growth'])[2:]
+    assert grown == ['1,000', '8 MB', '20 ms', '98 %']
+
+
 def test_every_table_on_a_page_says_what_made_it():
     tables = [each for page in pages(ROOT) for each in stated(page) if '\n' in each.text]
     for each in tables:
@@ -198,12 +219,21 @@ def on_pages():
     return {each.name: each.text for page in pages(ROOT) for each in stated(page)}
 
 
+MEASURED_APART = {
+    'sites.differences': 'sites.differences',
+    'sites.library': 'sites.library',
+    'sites.growth': 'sites.library',
+}
+"""Parts of a benchmark that have nothing in common but its name."""
+
+
 def test_tables_of_one_benchmark_are_of_one_run():
     """Their first lines have the command, the day and the commit."""
     made = {}
     for name, text in on_pages().items():
         if '\n' in text:
-            made.setdefault(name.partition('.')[0], set()).add(text.partition('\n')[0])
+            run = MEASURED_APART.get(name, name.partition('.')[0])
+            made.setdefault(run, set()).add(text.partition('\n')[0])
     assert {name: lines for name, lines in made.items() if len(lines) > 1} == {}
 
 
