@@ -54,6 +54,18 @@ ELSEWHERE = {
     'ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=/lidar/points': (
         'test/ros/test_ros_launch.py::test_nodes_exist_and_declare_what_they_are_given'
     ),
+    'fpnet localize drive.bag --site site.yaml': 'test/integration/test_site_localize.py::'
+    'test_a_drive_is_localised_on_its_storey',
+    'fpnet diff drive.bag --plan plan.yaml --out out/diff': (
+        'test/integration/test_site_localize.py::'
+        'test_what_was_seen_is_matched_and_compared_on_its_storey'
+    ),
+    'fpnet site check site.yaml': 'test/integration/test_site_localize.py::'
+    'test_site_check_says_what_looks_alike',
+    'fpnet library find plans.library --submap robot_map.yaml': (
+        'test/integration/test_library_cli.py::'
+        'test_a_library_is_built_and_names_the_building_that_was_seen'
+    ),
     'fpnet simulate stats --plot stats.png': 'test/unit/cli/test_cli_simulate_plans.py::'
     'test_stats_compare_with_labelled_drawings',
     'fpnet bench segmentation': 'test/real/test_real_segmentation.py::'
