@@ -22,7 +22,7 @@ import argparse
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 import importlib
 import json
 from pathlib import Path
@@ -31,6 +31,8 @@ import sys
 import time
 from types import CodeType, FrameType, ModuleType
 from typing import Any
+
+import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_lab.evaluation.regression import Case, Outcome, differences, make_cases
@@ -166,8 +168,11 @@ def scaled(value: Any, by: float) -> Any:
     if isinstance(value, dict):
         return {key: scaled(item, by) for key, item in value.items()}
     if isinstance(value, tuple | list):
-        return type(value)(scaled(item, by) for item in value)
-    return value * by
+        parts = [scaled(item, by) for item in value]
+        return type(value)(*parts) if hasattr(value, '_fields') else type(value)(parts)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: scaled(getattr(value, f.name), by) for f in fields(value)})
+    return value * by if isinstance(value, float | np.ndarray | np.floating) else value
 
 
 def codes(module: ModuleType) -> Iterator[CodeType]:
