@@ -11,7 +11,8 @@ the product from one of the simulator.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby, zip_longest
 from typing import Any
 
@@ -32,6 +33,7 @@ from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE
 from fpnet_lab.evaluation.localization.plans import RESOLUTION_M, draw_plan
 from fpnet_lab.evaluation.localization.scenes import first_recording
 from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, varied
+from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.recording import Recording, RecordingOptions
 from fpnet_lab.sim.render import render_plan
@@ -68,16 +70,30 @@ _SAME_PROBABILITY = 0.05
 _SAME_AREA = 0.01
 
 
+@dataclass(frozen=True)
+class Case:
+    """What the product is asked: everything random and simulated is made before."""
+
+    kind: str
+    name: str
+    answer: Callable[[FpnetConfig], Outcome]
+
+
+def make_cases(counts: Mapping[str, int]) -> Iterator[Case]:
+    """Yield so many cases of each kind, made when they are asked for."""
+    for kind, make in _KINDS.items():
+        for number in range(counts[kind]):
+            yield Case(kind, f'{kind}-{number:02d}', make(number))
+
+
 def run_regression(
     counts: Mapping[str, int], config: FpnetConfig, on_case: Callable[[], None] = lambda: None
 ) -> dict[str, Outcomes]:
     """Return what comes out of so many cases of each kind, by kind and name."""
-    found: dict[str, Outcomes] = {}
-    for kind, run in _RUNS.items():
-        found[kind] = {}
-        for number in range(counts[kind]):
-            found[kind][f'{kind}-{number:02d}'] = run(number, config)
-            on_case()
+    found: dict[str, Outcomes] = {kind: {} for kind in _KINDS}
+    for case in make_cases(counts):
+        found[case.kind][case.name] = case.answer(config)
+        on_case()
     return found
 
 
@@ -94,7 +110,7 @@ def differences(found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes])
     return lines
 
 
-def _drive(number: int, config: FpnetConfig) -> Outcome:
+def _drive(number: int) -> Callable[[FpnetConfig], Outcome]:
     recording = first_recording(
         _SEED + number,
         RecordingOptions(
@@ -105,9 +121,14 @@ def _drive(number: int, config: FpnetConfig) -> Outcome:
         ),
     )
     drawing = draw_plan(recording.building.plan, _distortion(number), _SEED + number)
+    return partial(_driven, recording, drawing, list(_scans(recording)))
+
+
+def _driven(
+    recording: Recording, drawing: DrawnPlan, scans: list[Scan], config: FpnetConfig
+) -> Outcome:
     localizer = create_localizer(config)
     localizer.set_plan(drawing.grid)
-    scans = list(_scans(recording))
     run = replay(scans, localizer, _TICK_S, _refuse)
     poses, truth = run.published, recording.truth()
     outcome: Outcome = {
@@ -140,7 +161,7 @@ def _refuse(scan: Scan) -> RegisteredSweep:
     raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
-def _pair(number: int, config: FpnetConfig) -> Outcome:
+def _pair(number: int) -> Callable[[FpnetConfig], Outcome]:
     """Match a cut of a robot's map, now and then with another building's drawing."""
     rng = np.random.default_rng((_SEED, 1, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
@@ -154,9 +175,18 @@ def _pair(number: int, config: FpnetConfig) -> Outcome:
     if is_foreign:
         other = generate_plan(rng, family, *_MAP_ROOMS)
         pair = replace(pair, plan=draw_plan(other, _distortion(number), _SEED).grid)
+    return partial(_matched, pair, is_foreign)
+
+
+def _matched(pair: RobotPair, is_foreign: bool, config: FpnetConfig) -> Outcome:
     matcher = LearnedMatcher(config.matcher)
     found = match_maps(
-        pair.plan, submap_from_grid(pair.robot), matcher, config, is_metric, is_metric
+        pair.plan,
+        submap_from_grid(pair.robot),
+        matcher,
+        config,
+        pair.is_metric,
+        pair.is_metric,
     )
     outcome: Outcome = {
         'input': [*_cells(pair.plan), *_cells(pair.robot)],
@@ -173,8 +203,11 @@ def _pair(number: int, config: FpnetConfig) -> Outcome:
     return outcome
 
 
-def _plan(number: int, config: FpnetConfig) -> Outcome:
-    grid = styled_drawing(np.random.default_rng((_SEED, 2, number)))
+def _plan(number: int) -> Callable[[FpnetConfig], Outcome]:
+    return partial(_cut, styled_drawing(np.random.default_rng((_SEED, 2, number))))
+
+
+def _cut(grid: GridMap, config: FpnetConfig) -> Outcome:
     found = segment_floorplan(grid, config.segmentation)
     return {
         'input': list(_cells(grid)),
@@ -184,7 +217,7 @@ def _plan(number: int, config: FpnetConfig) -> Outcome:
     }
 
 
-_RUNS: dict[str, Callable[[int, FpnetConfig], Outcome]] = {
+_KINDS: dict[str, Callable[[int], Callable[[FpnetConfig], Outcome]]] = {
     'drives': _drive,
     'pairs': _pair,
     'plans': _plan,
