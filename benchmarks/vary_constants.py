@@ -171,7 +171,8 @@ def scaled(value: Any, by: float) -> Any:
         parts = [scaled(item, by) for item in value]
         return type(value)(*parts) if hasattr(value, '_fields') else type(value)(parts)
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{f.name: scaled(getattr(value, f.name), by) for f in fields(value)})
+        moved = {field.name: scaled(getattr(value, field.name), by) for field in fields(value)}
+        return replace(value, **moved)
     return value * by if isinstance(value, float | np.ndarray | np.floating) else value
 
 
