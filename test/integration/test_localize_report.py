@@ -55,6 +55,7 @@ def test_a_folder_with_kiss_icp_poses_ends_in_a_report(folder, capsys):
     assert {path.name for path in out.iterdir()} == {
         *('report.html', 'run.json', 'poses.tum', 'covariances.csv', 'odometry.tum', 'run.mcap'),
         *('map.yaml', 'map.png', 'submap.yaml', 'submap.png'),
+        *('differences.geojson', 'differences.png'),
     }
     assert read_map(out / 'submap.yaml').resolution == 0.05
     text = (out / 'report.html').read_text(encoding='utf-8')
