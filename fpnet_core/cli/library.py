@@ -26,7 +26,7 @@ def _group() -> None:
     """
     Find the floorplan among many.
 
-    Example: fpnet library build plans/ --out plans.library
+    Example: fpnet library build plans/ --out plans.lib
     """
 
 
@@ -48,9 +48,9 @@ def build(
     Plans that cannot be read are named and left out. Several machines may each build a share into
     one folder. The drawings stay where they are; the library keeps their paths.
 
-    Example: fpnet library build plans/ --out plans.library
+    Example: fpnet library build plans/ --out plans.lib
 
-    Example: fpnet library build plans/ --out plans.library --share 3/10
+    Example: fpnet library build plans/ --out plans.lib --share 3/10
     """
     tree = common.load(config, settings)
     from fpnet_core.errors import FpnetError
@@ -96,9 +96,9 @@ def find(
     With --search they compete as storeys of a site do, and with the case that it is none of
     them; exits 3 where that leaves it open.
 
-    Example: fpnet library find plans.library --submap robot_map.yaml
+    Example: fpnet library find plans.lib --submap robot_map.yaml
 
-    Example: fpnet library find plans.library --submap drive/bag --search --json -
+    Example: fpnet library find plans.lib --submap drive/bag --search --json -
     """
     tree = common.load(config, settings, seed)
     from fpnet_core.api import read_robot_map

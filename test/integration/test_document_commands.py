@@ -62,7 +62,7 @@ ELSEWHERE = {
     ),
     'fpnet site check site.yaml': 'test/integration/test_site_localize.py::'
     'test_site_check_says_what_looks_alike',
-    'fpnet library find plans.library --submap robot_map.yaml': (
+    'fpnet library find plans.lib --submap robot_map.yaml': (
         'test/integration/test_library_cli.py::'
         'test_a_library_is_built_and_names_the_building_that_was_seen'
     ),

@@ -6,10 +6,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 import multiprocessing
-from pathlib import Path
-import pickle
 import resource
-import tempfile
 from typing import Any
 
 import cv2
@@ -96,11 +93,8 @@ def growth(area_m2: float) -> Grown:
     plan = wards(np.random.default_rng(_SEED), area_m2)
     grid = render_plan(plan, _CELL_M)
     submap = _explored(plan, min(EXPLORED_M2, _SEEN_SHARE * area_m2))
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / 'storey.pickle'
-        path.write_bytes(pickle.dumps((area_m2, grid, submap)))
-        with multiprocessing.get_context('spawn').Pool(1) as pool:
-            return pool.apply(_measured, (path,))
+    with multiprocessing.get_context('spawn').Pool(1) as pool:
+        return pool.apply(_measured, (area_m2, grid, submap))
 
 
 def _explored(plan: BuildingPlan, area_m2: float) -> Submap:
@@ -130,9 +124,8 @@ def _walked(plan: BuildingPlan, area_m2: float, rng: np.random.Generator) -> lis
     return [] if made is None else [made[0]]
 
 
-def _measured(path: Path) -> Grown:
+def _measured(area_m2: float, grid: GridMap, submap: Submap) -> Grown:
     """Localize once to compile, then time; all that this process has loaded is the product."""
-    area_m2, grid, submap = pickle.loads(path.read_bytes())  # noqa: S301 - our own
     cv2.setNumThreads(1)
     config = load_config(None, {'localizer.search_every_ticks': 1})
     finder = Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)

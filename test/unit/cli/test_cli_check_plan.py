@@ -84,8 +84,11 @@ def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
     write_map(GridMap(grid.cells, 0.01), tmp_path / 'plan.yaml')
     assert run(tmp_path / 'plan.yaml', '--tours', 0, '--json', '-') == 1
     report = json.loads(capsys.readouterr().out)
-    assert 'building at' in report['reasons'][0]['reason']  # such doors, or what the whole says
-    assert '--length X1,Y1,X2,Y2=METRES' in report['reasons'][0]['next']
+    doors, whole = report['reasons']
+    assert doors['reason'].startswith('its middle door is 0.1')
+    assert 'those of a building at 0.0' in whole['reason']
+    for refusal in (doors, whole):
+        assert '--length X1,Y1,X2,Y2=METRES' in refusal['next']
 
 
 def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):
