@@ -46,6 +46,7 @@ from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.styled import draw_styled
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 from fpnet_lab.sim.walks import plan_walk
+from fpnet_lab.training.amounts import Counts
 
 Labels = NDArray[np.int32]
 Array = NDArray[np.float64]
@@ -64,7 +65,7 @@ _SIM = SimConfig(
 
 
 @dataclass(frozen=True)
-class Amounts:
+class Amounts(Counts):
     """Variants of every real drawing and map, and generated maps of each kind."""
 
     drawings: int = 5
@@ -73,11 +74,6 @@ class Amounts:
     generated: int = 350
     tours: int = 500
     drives: int = 70
-
-    def scaled(self, share: float) -> Amounts:
-        """Return so large a share of everything, at least one of each."""
-        counts = {name: max(1, round(share * value)) for name, value in vars(self).items()}
-        return Amounts(**counts)
 
 
 @dataclass(frozen=True, eq=False)

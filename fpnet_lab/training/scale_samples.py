@@ -42,6 +42,7 @@ from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
+from fpnet_lab.training.amounts import Counts
 from fpnet_lab.training.sheets_read import read_from_file
 
 Array = NDArray[np.float64]
@@ -87,7 +88,7 @@ _CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)
-class Amounts:
+class Amounts(Counts):
     """Variants of every real building, and generated buildings, one on a sheet."""
 
     drawings: int = 14
@@ -96,11 +97,6 @@ class Amounts:
     generated: int = 300
     generated_maps: int = 150
     sheets: int = 150
-
-    def scaled(self, share: float) -> Amounts:
-        """Return so large a share of everything, at least one of each."""
-        counts = {name: max(1, round(share * value)) for name, value in vars(self).items()}
-        return Amounts(**counts)
 
 
 @dataclass(frozen=True, eq=False)
