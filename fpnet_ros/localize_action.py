@@ -19,6 +19,10 @@ from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import NO_ACTION, Localize
 from msg_adapters.diagnostics import LocalizerReport
 
+# A client's subscription may be matched after its goal is taken, and what was said before is lost
+# to it: feedback is said again after this time. Numerical: well below a behaviour tree's timeouts.
+_FEEDBACK_EVERY_S = 1.0
+
 
 @dataclass(eq=False)
 class _Goal:
@@ -28,6 +32,11 @@ class _Goal:
     deadline_s: float
     ended: Future = field(default_factory=Future)
     told: LocalizerReport | None = None
+    told_s: float = -math.inf
+
+    def is_due(self, report: LocalizerReport) -> bool:
+        """Tell whether a report is news, or the last feedback is old enough to be said again."""
+        return report is not self.told or time.monotonic() > self.told_s + _FEEDBACK_EVERY_S
 
 
 class LocalizeAction:
@@ -65,13 +74,13 @@ class LocalizeAction:
 
     def follow(self, report: LocalizerReport, pose: Any) -> None:
         """
-        Tell every goal what is new, and end those that are reached, cancelled or too late.
+        Tell every goal what is new or still so, and end those reached, cancelled or too late.
 
         ``pose`` is the claimed PoseWithCovarianceStamped, None: nothing is claimed.
         """
         for goal in list(self._goals):
-            if report is not goal.told:
-                goal.told = report
+            if goal.is_due(report):
+                goal.told, goal.told_s = report, time.monotonic()
                 goal.handle.publish_feedback(_feedback(report))
             if goal.handle.is_cancel_requested:
                 goal.handle.canceled()
