@@ -58,5 +58,5 @@ def _squared_distances(plan: NDArray[np.float32], sub: NDArray[np.float32]) -> N
     distance: NDArray[np.float64] = cdist(
         plan[:, POSITION.stop :], sub[:, POSITION.stop :], 'sqeuclidean'
     )
-    same = (plan[:, LABEL] @ sub[:, LABEL].T) > 0.5
+    same = (plan[:, LABEL] @ sub[:, LABEL].T) > 0.0
     return np.where(same, distance, distance + _LABEL_PENALTY)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.drawings import Comparison, Reader, SheetResult
     from fpnet_lab.sim.sheets import Sheet, SheetKind
 
+_Half = Literal['tune', 'report']
+_Format = Literal['picture', 'pdf', 'svg', 'dxf']
+
 
 def command(
     count: Annotated[
@@ -35,12 +38,11 @@ def command(
         ),
     ] = None,
     half: Annotated[
-        Literal['tune', 'report'],
-        typer.Option('--half', help='Seeds to choose parameters on, or for published figures.'),
+        _Half,
+        common.choice('--half', _Half, 'Seeds to choose parameters on, or for published figures.'),
     ] = 'report',
     file_format: Annotated[
-        Literal['picture', 'pdf', 'svg', 'dxf'],
-        typer.Option('--format', help='What the sheets are read from.'),
+        _Format, common.choice('--format', _Format, 'What the sheets are read from.')
     ] = 'picture',
     data: Annotated[
         Path | None,
@@ -130,9 +132,7 @@ def _read_real(data: Path, half: str, tree: FpnetConfig) -> dict[str, Any]:
 
     total = len(plan_names(half)) * len(TONES)
     with TemporaryDirectory() as folder, progress('real plans', total) as advance:
-        return bench_plans(
-            _reader(tree), data, Path(folder), half, tree.segmentation, lambda: advance(1.0)
-        )
+        return bench_plans(_reader(tree), data, Path(folder), half, tree.segmentation, advance)
 
 
 def _figures(kinds: Sequence[SheetKind], results: Sequence[SheetResult]) -> dict[str, Any]:

@@ -30,13 +30,8 @@ def command(
             '--baselines', metavar='N', min=0, help='Baselines on the first N cases only.'
         ),
     ] = None,
-    data: Annotated[
-        Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
-    ] = Path('../shared/data'),
-    work: Annotated[
-        Path | None,
-        typer.Option('--work', metavar='DIR', help='Keeps finished cases, to go on from.'),
-    ] = None,
+    data: options.RealDataOption = Path('../shared/data'),
+    work: options.WorkOption = None,
     strips: Annotated[
         Path | None,
         typer.Option('--strips', metavar='DIR', help='Draw the first new run of each building.'),

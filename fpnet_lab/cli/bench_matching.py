@@ -159,23 +159,27 @@ def _robot(
     tree: FpnetConfig,
 ) -> dict[str, Any]:
     from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+    from fpnet_lab.evaluation.raster_methods import CLAIMS_ALL, RASTER_METHODS
 
     if data is None:
         raise FpnetError('the set robot needs the real maps; give --data FOLDER')
     cases = robot_cases(common.check_input(data), split, limit, foreign)
-    names = [name for name in _names(methods) if name != 'correlative']
-    correlative = methods is None or 'correlative' in methods.split(',')
+    names = [*_names(methods), *([CLAIMS_ALL] if methods is None else [])]
+    rasters = [name for name in names if name in RASTER_METHODS]
+    made = matchers(tree.matcher, [name for name in names if name not in RASTER_METHODS])
     with progress('matching', len(cases)) as advance:
-        return bench_robot_maps(cases, matchers(tree.matcher, names), tree, correlative, advance)
+        return bench_robot_maps(cases, made, tree, rasters, advance)
 
 
 def _names(methods: str | None) -> list[str]:
     from fpnet_lab.baselines import MATCHERS
+    from fpnet_lab.evaluation.raster_methods import RASTER_METHODS
 
     names = list(MATCHERS) if methods is None else methods.split(',')
+    known = (*MATCHERS, *RASTER_METHODS)
     for name in names:
-        if name not in MATCHERS and name != 'correlative':
-            raise FpnetError(f'no method {name!r}; expected some of {", ".join(MATCHERS)}')
+        if name not in known:
+            raise FpnetError(f'no method {name!r}; expected some of {", ".join(known)}')
     return names
 
 

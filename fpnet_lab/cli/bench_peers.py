@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,45 +15,105 @@ from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import write_report
 
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig
+
 
 def command(
     limit: Annotated[int, typer.Option('--limit', min=1, help='Drives.')] = 12,
-    workers: options.WorkersOption = 1,
-    data: Annotated[
-        Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
-    ] = Path('../shared/data'),
-    work: Annotated[
-        Path | None,
-        typer.Option('--work', metavar='DIR', help='Keeps finished drives, to go on from.'),
+    group: Annotated[
+        list[str] | None,
+        typer.Option('--group', help='Drives of these groups, as logs: real ones. Default: any.'),
     ] = None,
+    maps: Annotated[
+        int, typer.Option('--maps', min=0, help="Real robots' maps on real drawings.")
+    ] = 40,
+    workers: options.WorkersOption = 1,
+    data: options.RealDataOption = Path('../shared/data'),
+    work: options.WorkOption = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
-    Compare the localizer with other ways to a pose, all on the same drives and plans.
+    Compare the localizer with other ways to a pose, on the same drives, maps and plans.
 
     Monte Carlo localisation, correlative search, branch and bound, and the paper's matching with
-    RANSAC get the same submaps, odometry and plans; on each drive a plan of another building as
-    well. The drives are the first of fpnet bench localization.
+    RANSAC get the same submaps, odometry and plans; so do KISS-Matcher and MapClosures, of the
+    extra peers, where they are installed. On each drive a plan of another building comes as well.
+    The drives are the first of fpnet bench localization. All that need no drive also place real
+    robots' maps, whole and in part, on real drawings: those of fpnet bench matching --set robot.
 
     Example: fpnet bench peers --limit 12 --work out/peers --json out/peers.json
+
+    Example: fpnet bench peers --group logs --maps 0
     """
     tree = common.load(config, settings, seed)
+    from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS, installed
+    from fpnet_lab.evaluation.localization.peers import (
+        COLUMNS,
+        MAP_COLUMNS,
+        map_rows,
+        peer_rows,
+    )
+
+    clouds = installed()
+    for name in sorted(set(CLOUD_METHODS) - set(clouds)):
+        common.say(f"without {name}: pip install 'fpnet_ros[peers]'", json_path)
+    drives = _Drives(group, limit, data, work, workers)
+    peers, skipped = _on_drives(drives, tree, clouds, json_path)
+    common.show_table(COLUMNS, peer_rows(peers), json_path)
+    report: dict[str, Any] = {'methods': peers, 'skipped': skipped}
+    if maps and (data / 'bormann').is_dir():
+        report['maps'] = _on_maps(data, maps, tree, clouds)
+        common.show_table(MAP_COLUMNS, map_rows(report['maps']), json_path)
+    elif maps:
+        common.say(
+            f'no real maps: {data}/bormann is missing; name their folder with --data', json_path
+        )
+    for name, reason in skipped.items():
+        common.say(f'skipped {name}: {reason}', json_path)
+    write_report(json_path, report)
+
+
+@dataclass(frozen=True)
+class _Drives:
+    """Which drives are asked for, and how they are run."""
+
+    groups: list[str] | None
+    limit: int
+    data: Path
+    work: Path | None
+    workers: int
+
+
+def _on_drives(
+    asked: _Drives, tree: FpnetConfig, clouds: tuple[str, ...], json_path: Path | None
+) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    """Return the figures of each method, and the drives that were left out."""
     from fpnet_lab.evaluation.localization.cases import make_suite, select
-    from fpnet_lab.evaluation.localization.peers import COLUMNS, peer_figures, peer_rows
+    from fpnet_lab.evaluation.localization.peers import peer_figures
     from fpnet_lab.evaluation.localization.runs import Job
     from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
 
-    cases = select(make_suite(tree.seed), None, limit)
-    jobs = [Job(case, tree, tree.seed, data) for case in cases]
-    minutes = estimated_minutes(jobs, workers)
+    cases = select(make_suite(tree.seed), asked.groups, asked.limit)
+    jobs = [Job(case, tree, tree.seed, asked.data, clouds=clouds) for case in cases]
+    minutes = estimated_minutes(jobs, asked.workers)
     common.say(f'{len(jobs)} drives, about {minutes:.0f} minutes', json_path)
     with progress('localizing', len(jobs)) as advance:
-        records, skipped = run_suite(jobs, work, workers, advance)
-    peers = peer_figures(records)
-    common.show_table(COLUMNS, peer_rows(peers), json_path)
-    for name, reason in skipped.items():
-        common.say(f'skipped {name}: {reason}', json_path)
-    write_report(json_path, {'methods': peers, 'skipped': skipped})
+        records, skipped = run_suite(jobs, asked.work, asked.workers, advance)
+    return peer_figures(records), skipped
+
+
+def _on_maps(data: Path, limit: int, tree: FpnetConfig, clouds: tuple[str, ...]) -> dict[str, Any]:
+    """Return the figures of each method on real robots' maps of the report half."""
+    from fpnet_core.matching.learned import LearnedMatcher
+    from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
+
+    cases = robot_cases(data, 'report', limit, foreign=1)
+    rasters = ('branch_and_bound', 'correlative', *clouds)
+    own = {'fpnet': LearnedMatcher(tree.matcher)}
+    with progress('placing maps', len(cases)) as advance:
+        found: dict[str, Any] = bench_robot_maps(cases, own, tree, rasters, advance)['methods']
+    return found

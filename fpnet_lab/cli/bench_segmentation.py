@@ -33,6 +33,15 @@ def command(
     submap: Annotated[
         bool, typer.Option('--submap/--no-submap', help='Drive and cut generated recordings too.')
     ] = True,
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            '--buildings-from',
+            min=0,
+            help="Seed of the drives' first building; default: the split's.",
+            show_default=False,
+        ),
+    ] = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
@@ -48,23 +57,23 @@ def command(
 
     plans = len(SPLITS[split.value][:limit])
     with progress('floorplans', 2 * plans * len(METHODS)) as advance:
-        report = bench_plans(data, split.value, limit, lambda: advance(1.0))
+        report = bench_plans(data, split.value, limit, advance)
     with progress('robot maps') as advance:
-        report['robot_maps'] = bench_robot_maps(data, limit, lambda: advance(1.0))
+        report['robot_maps'] = bench_robot_maps(data, limit, advance)
     if submap:
-        report['submap'] = _bench_submaps(split, limit)
+        report['submap'] = _bench_submaps(split, limit, seed)
     report['split'] = split.value
     _print_plans(report, json_path)
     _print_others(report, json_path)
     write_report(json_path, report)
 
 
-def _bench_submaps(split: Split, limit: int | None) -> dict[str, Any]:
+def _bench_submaps(split: Split, limit: int | None, seed: int | None) -> dict[str, Any]:
     from fpnet_lab.evaluation.submap_segmentation import RECORDINGS, REPORT_SEED, bench_submaps
 
-    first_seed = REPORT_SEED if split is Split.REPORT else 0
+    first_seed = seed if seed is not None else REPORT_SEED if split is Split.REPORT else 0
     with progress('submaps', limit or RECORDINGS) as advance:
-        return bench_submaps(limit, lambda: advance(1.0), first_seed=first_seed)
+        return bench_submaps(limit, advance, first_seed)
 
 
 def _print_plans(report: dict[str, Any], json_path: Path | None) -> None:

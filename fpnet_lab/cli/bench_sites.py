@@ -22,6 +22,7 @@ class Part(StrEnum):
     """What may be measured alone."""
 
     SITES = 'sites'
+    ONE = 'one'
     DIFFERENCES = 'differences'
     LIBRARY = 'library'
 
@@ -76,6 +77,7 @@ def command(
     report: dict[str, Any] = {}
     run: dict[Part, Callable[[], dict[str, Any]]] = {
         Part.SITES: lambda: _sites(sites, tree),
+        Part.ONE: lambda: _one(drives, tree),
         Part.DIFFERENCES: lambda: _differences(drives, tree),
         Part.LIBRARY: lambda: _library(plans, drives, most, data, split.value, workers, tree),
     }
@@ -90,6 +92,13 @@ def _sites(count: int, tree: Any) -> dict[str, Any]:
 
     runs = [run_site(number, tree.seed + 300, tree) for number in track(range(count), 'sites')]
     return {'sites': site_report(runs)}
+
+
+def _one(count: int, tree: Any) -> dict[str, Any]:
+    from fpnet_lab.evaluation.site_of_one import one_report, site_of_one
+
+    seeds = range(tree.seed + 9000, tree.seed + 9000 + count)
+    return {'one': one_report([site_of_one(seed, tree) for seed in track(seeds, 'site of one')])}
 
 
 def _differences(count: int, tree: Any) -> dict[str, Any]:

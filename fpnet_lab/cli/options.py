@@ -19,6 +19,12 @@ ShareOption = Annotated[
     float, typer.Option('--share', min=0.001, max=1.0, help='Gather so much of the data.')
 ]
 WorkersOption = Annotated[int, typer.Option('--workers', min=1, help='Processes.')]
+RealDataOption = Annotated[
+    Path, typer.Option('--data', metavar='DIR', help='Real data: radish, mesh_*.')
+]
+WorkOption = Annotated[
+    Path | None, typer.Option('--work', metavar='DIR', help='Keeps finished cases, to go on from.')
+]
 
 
 def complete_sensor(incomplete: str) -> list[str]:

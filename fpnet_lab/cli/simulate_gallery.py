@@ -14,7 +14,7 @@ from fpnet_core.cli.progress import track
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
-    from fpnet_lab.sim.pairs import PairScene
+    from fpnet_lab.sim.pairs import MappedPair
 
 PAIRS = 9
 SHEETS = 4
@@ -59,8 +59,8 @@ def command(
     seeds = [[seed or 0, i if family is None else 0] for i in range(len(names))]
     cell_m = CELL_M if family is None else FINE_CELL_M
     drawings = [_draw(name, look, cell_m, seeds[i]) for i, (name, look) in enumerate(shown)]
-    scenes = _scenes(seed or 0) if family is None else []
-    save_gallery(drawings, scenes, out, columns=6 if family is None else 4)
+    pairs = _mapped_pairs(seed or 0) if family is None else []
+    save_gallery(drawings, pairs, out, columns=6 if family is None else 4)
     typer.echo(f'written: {out}')
 
 
@@ -90,10 +90,10 @@ def _draw(family: str, look: str, cell_m: float, seeds: list[int]) -> tuple[str,
     return title.replace('_', ' '), render_plan(storey, cell_m, style=STYLES[look])
 
 
-def _scenes(seed: int) -> list[PairScene]:
+def _mapped_pairs(seed: int) -> list[MappedPair]:
     from fpnet_lab.sim.config import SimConfig
-    from fpnet_lab.sim.pairs import generate_scene
+    from fpnet_lab.sim.pairs import generate_mapped_pair
 
     config = SimConfig(max_rooms=MAX_ROOMS)
     indices = range(0, PAIRS * config.pairs_per_plan, config.pairs_per_plan)
-    return [generate_scene(seed, i, config) for i in track(indices, 'pairs')]
+    return [generate_mapped_pair(seed, i, config) for i in track(indices, 'pairs')]

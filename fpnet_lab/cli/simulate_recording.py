@@ -17,6 +17,8 @@ from fpnet_lab.cli.options import complete_building, complete_family, complete_s
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
 
+_Storage = Literal['sqlite3', 'mcap']
+
 
 @common.reads_drawing
 def command(
@@ -61,7 +63,7 @@ def command(
         ),
     ] = None,
     storage: Annotated[
-        Literal['sqlite3', 'mcap'], typer.Option('--storage', help='Format of the bag.')
+        _Storage, common.choice('--storage', _Storage, 'Format of the bag.')
     ] = 'sqlite3',
     sensor: Annotated[
         str,

@@ -7,19 +7,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import typer
-
 from fpnet_core.cli import common
+
+_Kind = Literal['clean', 'office', 'brochure', 'scan', 'phone']
 
 
 def command(
     out: common.OutOption = None,
     seed: common.SeedOption = 0,
     kind: Annotated[
-        Literal['clean', 'office', 'brochure', 'scan', 'phone'],
-        typer.Option(
+        _Kind,
+        common.choice(
             '--kind',
-            help='A bare plan, a CAD plot, a coloured sheet, or paper scanned or photographed.',
+            _Kind,
+            'A bare plan, a CAD plot, a coloured sheet, or paper scanned or photographed.',
         ),
     ] = 'office',
     json_path: common.JsonOption = None,

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 REAL_FOLDER = Path('../shared/data/bormann')
 
+_WHOLE_FROM = 10.0  # numerical: figures from here on are shown without decimals
+
 
 def command(
     count: Annotated[int, typer.Option('--count', min=10, help='Storeys to generate.')] = 200,
@@ -92,7 +94,7 @@ def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Pa
 
 
 def _short(value: float) -> str:
-    return f'{value:.0f}' if value >= 10.0 else f'{value:.2f}'
+    return f'{value:.0f}' if value >= _WHOLE_FROM else f'{value:.2f}'
 
 
 def _result(rows: Sequence[Row], errors: dict[str, float], told: TwoSample) -> dict[str, Any]:

@@ -5,15 +5,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-import json
 from pathlib import Path
-import sys
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
+from fpnet_core.io.atomic import replaced
+from fpnet_lab.cli.reports import say_figures
 
 
 def command(
@@ -34,7 +34,7 @@ def command(
     Drive through generated buildings on rough drawings and fit the covariance of poses to them.
 
     Prints what the covariances hold on buildings that were left out, and on those of the next
-    seed, and writes covariance.json. Called again, it fits to the drives that it has gathered.
+    seed, and writes covariance.json. Called again, it goes on where it was.
 
     Example: fpnet train-covariance --out runs/covariance
     """
@@ -53,23 +53,24 @@ def command(
     settings, first = CovarianceTraining(), 7 if seed is None else seed
     with progress('drives', total=drives + measured) as advance:
         samples = gather_samples(out / 'drives', first, drives, tree, advance)
-        others = gather_samples(out / 'drives', first + 1, measured, tree, advance)
+        others = None
+        if measured:
+            others = gather_samples(out / 'drives', first + 1, measured, tree, advance)
     with progress('leaving out', total=settings.folds) as advance:
         held_back = held_back_errors(samples, settings, advance)
     factor = consistency(held_back, samples.run)['nees_mean'] / settings.aim
     model = enlarged(fit_covariance(samples, settings), factor)
     figures = {'left_out': consistency(held_back / factor, samples.run)}
-    if len(others):
+    if others is not None:
         nees = normalised_errors_of(model, others)
         figures['other_seed'] = consistency(nees, others.run)
-    for name, values in figures.items():
-        typer.echo(f'{name}: {values}')
-    command = ' '.join(['fpnet', *sys.argv[1:]])
+    said = say_figures(figures, poses=len(samples), drives=drives, seed=first)
     facts = {
         'training': asdict(settings) | {'enlarged': round(factor, 4)},
-        'held': figures,
-        'data': {'poses': len(samples), 'drives': drives, 'seed': first, 'command': command},
+        'held': said['figures'],
+        'data': said['data'],
     }
     path = out / 'covariance.json'
-    path.write_text(json.dumps(stored(model, facts), indent=1) + '\n', encoding='utf-8')
+    with replaced(path) as partial:
+        common.write_json(partial, stored(model, facts))
     typer.echo(f'wrote {path}')

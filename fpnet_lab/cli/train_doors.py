@@ -9,6 +9,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
+from fpnet_lab.cli.reports import say_figures
 
 
 def command(
@@ -22,35 +23,22 @@ def command(
     Gather maps with known rooms, real and generated, and fit the model of doors to them.
 
     Prints what it finds on buildings that were left out, and writes doors.safetensors with its
-    manifest. Called again, it fits to the samples that it has gathered.
+    manifest. Called again, it goes on where it was.
 
     Example: fpnet train-doors --data ../shared/data --out runs/doors
     """
     common.check_input(data)
-    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
-    from fpnet_lab.training.door_samples import (
-        Amounts,
-        count_maps,
-        gather_samples,
-        read_samples,
-        write_samples,
-    )
+    from fpnet_lab.training.door_samples import Amounts, door_tasks, gather_samples
     from fpnet_lab.training.doors import DoorTraining, fit_doors, held_back_figures, write_doors
 
-    settings, amounts = DoorTraining(seed=seed or 0), Amounts().scaled(share)
-    kept = out / 'samples.npz'
-    if not kept.is_file():
-        with progress('maps', total=count_maps(data, amounts)) as advance:
-            gathered = gather_samples(data, settings.seed, amounts, workers, advance)
-        write_samples(kept, gathered)
-    samples = read_samples(kept)
+    settings, path = DoorTraining(seed=seed or 0), out / 'doors.safetensors'
+    tasks = list(door_tasks(data, settings.seed, Amounts().scaled(share)))
+    with progress('maps', total=len(tasks)) as advance:
+        samples = gather_samples(out / 'samples', tasks, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
     with progress('leaving out', total=settings.folds) as advance:
         figures = held_back_figures(samples, settings, advance)
-    for name, values in figures.items():
-        typer.echo(f'{name}: {values}')
-    drawn = {'samples': len(samples), 'share': share}
-    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
-    write_doors(out / 'doors.safetensors', fit_doors(samples, settings), settings, facts)
-    typer.echo(f'wrote {out / "doors.safetensors"}')
+    facts = say_figures(figures, samples=len(samples), share=share)
+    write_doors(path, fit_doors(samples, settings), settings, facts)
+    typer.echo(f'wrote {path}')

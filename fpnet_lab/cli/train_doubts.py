@@ -11,6 +11,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
+from fpnet_lab.cli.reports import say_figures
 
 
 def command(
@@ -34,7 +35,6 @@ def command(
     Example: fpnet train-doubts --out runs/doubts
     """
     tree = common.load(config)
-    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.doubt_trials import FIRST_SEED, gather_trials
     from fpnet_lab.training.doubts import (
@@ -52,10 +52,7 @@ def command(
     with progress('leaving out', total=2.0 * settings.folds) as advance:
         model, held_out = fit_doubts(trials, settings, advance)
     figures = held_out_figures(trials, held_out, model.doubted_from)
-    for name, value in figures.items():
-        typer.echo(f'{name}: {value:.3g}')
-    drawn = {'sheets': 5 * buildings, 'first_seed': FIRST_SEED, 'readings': len(trials)}
-    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
+    facts = say_figures(figures, sheets=5 * buildings, first_seed=FIRST_SEED, readings=len(trials))
     path = out / 'doubts.safetensors'
     write_doubts(path, model, settings, facts)
     typer.echo(f'wrote {path}')

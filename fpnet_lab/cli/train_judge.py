@@ -11,6 +11,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
+from fpnet_lab.cli.reports import say_figures
 
 
 def command(
@@ -35,26 +36,20 @@ def command(
     """
     tree = common.load(config)
     common.check_input(data)
-    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
     from fpnet_lab.training.judge_figures import held_back_figures
-    from fpnet_lab.training.judge_gathering import Amounts, count_blocks, gather_trials
+    from fpnet_lab.training.judge_gathering import Amounts, gather_trials, trial_blocks
 
-    amounts = Amounts().scaled(share)
     settings = JudgeTraining(seed=seed or 0, without=tuple(without or ()))
-    with progress('trials', total=count_blocks(amounts)) as advance:
-        trials = gather_trials(
-            out / 'trials', settings.seed, data, tree, amounts, workers, advance
-        )
+    blocks = trial_blocks(settings.seed, data, tree, Amounts().scaled(share))
+    with progress('trials', total=len(blocks)) as advance:
+        trials = gather_trials(out / 'trials', blocks, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
     figures = held_back_figures(trials, settings)
-    for name, value in figures.items():
-        typer.echo(f'{name}: {value}')
+    facts = say_figures(figures, trials=len(trials), share=share)
     with progress('fitting', total=settings.members) as advance:
         networks = fit_judge(stack_trials(trials), settings, advance)
-    drawn = {'trials': len(trials), 'share': share, 'command': Provenance.now().command}
-    facts = {'figures': figures, 'data': drawn}
     words = ['judge', *(f'without_{word}' for word in settings.without)]
     path = out / f'{"_".join(words)}.safetensors'
     write_judge(path, networks, settings, facts)

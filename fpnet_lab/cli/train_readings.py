@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 from itertools import chain
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
+from fpnet_core.io.atomic import replaced
 from fpnet_lab.cli import options
 
 
@@ -42,7 +42,8 @@ def command(
     drawings = chain(labelled_sheets(sheets), labelled_plans(data) if data else ())
     figures, is_right, numbers = gather_readings(drawings, tree.segmentation, typer.echo)
     stored, held_out = fit_readings(figures, is_right, numbers, seed or 0)
-    agree = ((held_out > 0.5) == is_right).mean()
+    agree = (held_out.round() == is_right).mean()
     typer.echo(f'{len(figures)} readings, {100.0 * agree:.1f} % told right or wrong, held out')
-    out.write_text(json.dumps(stored, indent=1) + '\n', encoding='utf-8')
+    with replaced(out) as partial:
+        common.write_json(partial, stored)
     typer.echo(f'wrote {out}')

@@ -9,6 +9,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
+from fpnet_lab.cli.reports import say_figures
 
 
 def command(
@@ -23,13 +24,12 @@ def command(
     Gather maps of known scale, real and generated, and fit the scale model to them.
 
     Prints what its intervals hold with architects left out in turn, and writes scale.safetensors
-    with its manifest. Called again, it fits to the samples that it has gathered.
+    with its manifest. Called again, it goes on where it was.
 
     Example: fpnet train-scale --data ../shared/data --out runs/scale
     """
     tree = common.load(config)
     common.check_input(data)
-    from fpnet_lab.provenance import Provenance
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.scale import (
         SIDES,
@@ -40,30 +40,16 @@ def command(
         held_back_figures,
         write_scale,
     )
-    from fpnet_lab.training.scale_samples import (
-        Amounts,
-        count_maps,
-        gather_samples,
-        read_samples,
-        write_samples,
-    )
+    from fpnet_lab.training.scale_samples import Amounts, gather_samples, scale_tasks
 
-    settings, amounts = ScaleTraining(seed=seed or 0), Amounts().scaled(share)
-    kept = out / 'samples.npz'
-    if not kept.is_file():
-        with progress('maps', total=count_maps(data, amounts)) as advance:
-            gathered = gather_samples(
-                data, settings.seed, amounts, tree.segmentation, workers, advance
-            )
-        write_samples(kept, gathered)
-    samples = read_samples(kept)
+    settings, path = ScaleTraining(seed=seed or 0), out / 'scale.safetensors'
+    tasks = list(scale_tasks(data, settings.seed, Amounts().scaled(share), tree.segmentation))
+    with progress('maps', total=len(tasks)) as advance:
+        samples = gather_samples(out / 'samples', tasks, tree.segmentation, workers, advance)
     use_threads(1)  # small products: more threads wait for each other
     count = sum(len(folds(samples.where(samples.side == s), settings.folds)) for s in SIDES)
     with progress('leaving out', total=count) as advance:
         figures = held_back_figures(samples, held_back_estimates(samples, settings, advance))
-    for name, values in figures.items():
-        typer.echo(f'{name}: {values}')
-    drawn = {'samples': len(samples), 'share': share}
-    facts = {'figures': figures, 'data': drawn | {'command': Provenance.now().command}}
-    write_scale(out / 'scale.safetensors', fit_scale(samples, settings), settings, facts)
-    typer.echo(f'wrote {out / "scale.safetensors"}')
+    facts = say_figures(figures, samples=len(samples), share=share)
+    write_scale(path, fit_scale(samples, settings), settings, facts)
+    typer.echo(f'wrote {path}')

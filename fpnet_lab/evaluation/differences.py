@@ -21,8 +21,8 @@ from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import OCCUPIED, GridMap
-from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, Drive
-from fpnet_lab.evaluation.localization.scenes import LIMITS, first_recording
+from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, Registrar
+from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
 from fpnet_lab.sim.distort import renovated
 from fpnet_lab.sim.recording import Recording, RecordingOptions
 from fpnet_lab.sim.render import render_plan
@@ -35,6 +35,7 @@ SENSORS = ('beams16', 'planar')
 _RENOVATIONS = 3  # chosen: of a drawing that is out of date
 _NEAR_M = 0.25  # physical: a wall that was found lies so near to the true one
 _CHANGED_STREAM = 21  # given: second word of the seed
+_MOST = 0.5  # numerical: share from which on it is most of a piece
 
 Mask = NDArray[np.bool_]
 
@@ -87,8 +88,8 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
 
 def _driven(recording: Recording, config: FpnetConfig) -> MapSide:
     """Return what was seen on a drive, in the frame of its first pose."""
-    builder, drive = SubmapBuilder(config.submap), Drive(KissOdometry(config.odometry))
-    for index, scan in enumerate(drive.follow(recording)):
+    builder, registrar = SubmapBuilder(config.submap), Registrar(KissOdometry(config.odometry))
+    for index, scan in enumerate(registrar.follow(recording)):
         if index % KEEP_EVERY == 0:
             assert scan.T_odom_sensor is not None  # it was registered
             builder.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
@@ -119,7 +120,7 @@ def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
             continue
         share = near_share(found.piece_of == number, true, case.true.resolution)
         is_missing = piece.kind is DifferenceKind.MISSING
-        made.append(Labelled(piece, share < 0.5 if is_missing else share >= 0.5))
+        made.append(Labelled(piece, bool(share >= _MOST) is not is_missing))
     return made
 
 
@@ -200,5 +201,5 @@ def _recalled(case: DifferenceCase, found: Differences) -> tuple[int, int]:
             if max(stats[label, 2:4]) * cell_m < LEAST_M:
                 continue
             there += 1
-            met += bool((marked_m[labels == label] <= _NEAR_M).mean() >= 0.5)
+            met += bool((marked_m[labels == label] <= _NEAR_M).mean() >= _MOST)
     return met, there

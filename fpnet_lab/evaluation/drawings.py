@@ -267,7 +267,7 @@ def compared(
 
     Of two storeys on a sheet a reader may read one or both. ``most_cells`` are compared a side.
     """
-    width, height = sheet.scene.size_m
+    width, height = sheet.artwork.size_m
     cell_m = max(_CELL_M, max(width, height) / most_cells)
     shape = (int(np.ceil(height / cell_m)), int(np.ceil(width / cell_m)))
     grid = GridMap(np.full(shape, UNKNOWN, np.int8), cell_m, SE2.identity(), 'page')

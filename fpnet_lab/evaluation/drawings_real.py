@@ -28,8 +28,7 @@ from fpnet_lab.evaluation.drawings import (
     segmented,
     share,
 )
-from fpnet_lab.evaluation.segmentation import RESOLUTION_M
-from fpnet_lab.sim.floors import read_image, read_labels
+from fpnet_lab.sim.floors import CELL_M, read_image, read_labels
 from fpnet_lab.sim.presets import SPLITS
 
 TONES: dict[str, int | None] = {
@@ -72,7 +71,7 @@ def bench_plans(
     folder: Path,
     half: str,
     config: SegmentationConfig,
-    on_done: Callable[[], None] = lambda: None,
+    on_done: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
     Read real plans in every tone, without their scale, and compare with labels and black walls.
@@ -84,7 +83,7 @@ def bench_plans(
     folder : for the files that are read
     half : ``tune`` or ``report``
     config : of the segmentation
-    on_done : called after every plan and tone
+    on_done : is told 1.0 after every plan and tone
 
     Returns
     -------
@@ -107,7 +106,7 @@ def bench_plans(
             results[label].append(result)
             black = found if tone == 0 else black
             same[label].append(_compare(found, black))
-            on_done()
+            on_done(1.0)
     return {
         'plans': len(names),
         'tones': {tone: _figures(results[tone], same[tone]) for tone in TONES},
@@ -131,15 +130,15 @@ def _read(
     seconds = processor_s() - started
     rows, cols = truth.shape
     # From metres of the labelled map, row 0 lowest, to pixels of its image, row 0 at the top.
-    per_m = 1.0 / RESOLUTION_M
+    per_m = 1.0 / CELL_M
     H_image_map = np.array([[per_m, 0.0, -0.5], [0.0, -per_m, rows - 0.5], [0.0, 0.0, 1.0]])
     H_plan_map = plan_from_file(reading) @ H_image_map
-    grid = GridMap(np.full(truth.shape, UNKNOWN, np.int8), RESOLUTION_M)
+    grid = GridMap(np.full(truth.shape, UNKNOWN, np.int8), CELL_M)
     segmentation = segmented(reading, config)
     rooms = labels_at(segmentation.grid, segmentation.labels, H_plan_map, grid)
     is_wall = (reading.grid.cells == OCCUPIED).astype(np.int32)
     walls = labels_at(reading.grid, is_wall, H_plan_map, grid)
-    middle = np.array([cols, rows]) * RESOLUTION_M / 2.0
+    middle = np.array([cols, rows]) * CELL_M / 2.0
     result = SheetResult.of('real', name, reading, growth_at(H_plan_map, middle))
     f1 = room_agreement(rooms, truth).f1
     return replace(result, f1=f1, seconds=seconds), _Found(rooms, walls > 0)

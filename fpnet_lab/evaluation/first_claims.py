@@ -17,7 +17,7 @@ from fpnet_lab.sim.recording import Recording
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
+SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_EVERY_S = 2.0
 
 
@@ -44,7 +44,7 @@ def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
     path_m = np.concatenate([[0.0], np.cumsum(steps_m)])
     T_odom_building = np.linalg.inv(poses[0])
     next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * NS_PER_S)
-    for index in range(0, len(recording), _SCAN_EVERY):
+    for index in range(0, len(recording), SCAN_EVERY):
         T_odom_sensor = T_odom_building @ poses[index]
         localizer.add_scan(recording.scan(index).points, T_odom_sensor, int(stamps_ns[index]))
         if stamps_ns[index] < next_tick_ns:

@@ -7,7 +7,7 @@ Every pair is taken as it is and under random rotations, scales and connected cr
 was stated stays. Every robot map also meets plans of other buildings, where nothing is right.
 ``fpnet`` is the whole product: scale from door widths unless stated, regions, network, consensus,
 raster verification and the claim. The other matchers get the same graphs and a transform by
-RANSAC; ``correlative`` gets the rasters.
+RANSAC; those of :mod:`fpnet_lab.evaluation.raster_methods` get the rasters.
 """
 
 from __future__ import annotations
@@ -38,8 +38,9 @@ from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, GridMap
-from fpnet_lab.baselines.correlative import search_placement
 from fpnet_lab.evaluation.matching import Prediction, predict_one, score
+from fpnet_lab.evaluation.pair_sets import SEED
+from fpnet_lab.evaluation.raster_methods import CLAIMS_ALL, RASTER_METHODS, predict_by_raster
 from fpnet_lab.evaluation.robot_figures import Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
@@ -55,14 +56,8 @@ from fpnet_lab.metrics import placement_error
 from fpnet_lab.sim.labels import label_regions
 from fpnet_lab.sim.pairs import MatchingPair
 
-SEED = 9001  # numerical
 VARIANTS = 10
 """Random variants of every pair in each band. Chosen."""
-
-RIGHT_DEG = 5.0
-RIGHT_SCALE = 0.1
-RIGHT_DIAGONALS = 0.03
-"""A transform is right within these: rotation, scale, and share of the plan's diagonal. Chosen."""
 
 _FOREIGN_STREAM = 1  # given: keeps the choice of plans apart from that of crops
 
@@ -134,7 +129,7 @@ def bench_robot_maps(
     cases: Sequence[RobotCase],
     matchers: Mapping[str, RegionMatcher],
     config: FpnetConfig,
-    with_correlative: bool,
+    rasters: Sequence[str],
     on_cases: Callable[[float], None],
 ) -> dict[str, Any]:
     """
@@ -149,8 +144,8 @@ def bench_robot_maps(
     if 'fpnet' not in matchers:
         raise FpnetError('the set robot needs the method fpnet, which cuts the maps into regions')
     if cases:  # compiles and caches what the first case would otherwise be timed for
-        _Bench(matchers, config, False).run(replace(cases[0], foreign=()))
-    bench = _Bench(matchers, config, with_correlative)
+        _Bench(matchers, config, ()).run(replace(cases[0], foreign=()))
+    bench = _Bench(matchers, config, rasters)
     for case in cases:
         bench.run(case)
         on_cases(1.0)
@@ -166,9 +161,9 @@ class _Bench:
     """Runs methods on cases; every map is cut into rooms once."""
 
     def __init__(
-        self, matchers: Mapping[str, RegionMatcher], config: FpnetConfig, with_correlative: bool
+        self, matchers: Mapping[str, RegionMatcher], config: FpnetConfig, rasters: Sequence[str]
     ) -> None:
-        names = [*matchers, 'correlative'] if with_correlative else [*matchers]
+        names = [*matchers, *rasters]
         self.pairs: list[MatchingPair] = []
         self.said: dict[str, list[Prediction]] = {name: [] for name in names}
         self.outcomes: dict[str, list[Outcome]] = {name: [] for name in names}
@@ -201,7 +196,7 @@ class _Bench:
         for drawing in case.foreign:
             match = self._match(drawing, robot)
             is_same_architect = drawing.architect == case.pair.architect
-            for name in self._matchers:
+            for name in found.keys() - {CLAIMS_ALL}:
                 said = _predict(name, match, self._matchers)
                 found[name].append(Foreign(is_same_architect, said.is_claimed))
         return found
@@ -226,8 +221,8 @@ def _timed(cut: Callable[[], CutMap]) -> _TimedCut:
 
 def _predict(name: str, match: MapMatch, matchers: Mapping[str, RegionMatcher]) -> Prediction:
     """Return what a method says; transforms are between metres, stated or estimated from doors."""
-    if name == 'correlative':
-        return _correlative(match)
+    if name in RASTER_METHODS:
+        return predict_by_raster(name, match)
     if not (match.plan.segmentation.regions and match.sub.segmentation.regions):
         return Prediction([], [], None, False, 0.0)
     if name != 'fpnet':
@@ -241,15 +236,6 @@ def _predict(name: str, match: MapMatch, matchers: Mapping[str, RegionMatcher]) 
         is_claimed=match.status is MapMatchStatus.MATCHED,
         milliseconds=match.timings_ms['total'],
     )
-
-
-def _correlative(match: MapMatch) -> Prediction:
-    """The search has no notion of doubt: it claims whatever it finds."""
-    start = time.perf_counter()
-    found = search_placement(match.plan.segmentation.grid, match.sub.segmentation.grid)
-    elapsed_ms = 1e3 * (time.perf_counter() - start)
-    matrix = None if found is None else found.A_plan_submap.matrix.tolist()
-    return Prediction([], [], matrix, found is not None, elapsed_ms)
 
 
 def _as_pair(pair: RobotPair, match: MapMatch) -> MatchingPair | None:
@@ -290,6 +276,5 @@ def _outcome(
     x, y = grid.rc_to_xy(rc).tolist()
     error = placement_error(said.placement, _truth(pair, match), (x, y))
     plan = match.plan.segmentation.grid
-    limit_m = RIGHT_DIAGONALS * float(np.hypot(*plan.shape)) * plan.resolution
-    right = error.is_within(limit_m, RIGHT_DEG) and error.scale <= RIGHT_SCALE
+    right = error.is_right(float(np.hypot(*plan.shape)) * plan.resolution)
     return Outcome(case.band, pair.building, pair.is_distorted, right, said.is_claimed, foreign)

@@ -24,11 +24,12 @@ from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.maps import CutMap, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_lab.evaluation.first_claims import SCAN_EVERY
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
+from fpnet_lab.evaluation.localization.inputs import first_recording
 from fpnet_lab.evaluation.localization.plans import draw_plan
-from fpnet_lab.evaluation.localization.scenes import first_recording
 from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, read_robot_pairs, varied
-from fpnet_lab.pool import each_done
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.recording import RecordingOptions
 from fpnet_lab.sim.sensors import sensor_named
@@ -40,7 +41,6 @@ FIRST = 10
 _ROOMS = (8, 60)  # chosen: as in the benchmark of localization
 _TOUR = TourLimits(rooms=4, shortest_s=40.0, longest_s=60.0)  # chosen
 _DRIVEN_M = 20.0  # given, by the aim
-_SCAN_EVERY = 3  # chosen: at 10 Hz and 1 m/s, a scan every 0.3 m
 _VARIANTS = 3  # chosen: of every real map, cut and turned
 _BAND = '50-100'  # given, by the aim
 _RIGHT_M = 1.0  # chosen: as in the benchmark of localization
@@ -78,11 +78,8 @@ def generated_plans(
 ) -> list[LibraryPlan]:  # fmt: skip
     """Return the plans of a generated library, in order; their drawings go to ``folder``."""
     make = partial(generated_plan, seed=seed, folder=folder, config=config)
-    found = {}
-    for number, plan in each_done(make, range(count), workers):
-        found[number] = plan
-        on_plan(1.0)
-    return [found[number] for number in range(count)]
+    numbers = {str(number): number for number in range(count)}
+    return make_once(None, LibraryPlan, numbers, make, workers, on_plan)
 
 
 def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> LibraryCase:
@@ -103,7 +100,7 @@ def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> Lib
     poses = recording.truth()
     driven = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1))]
     builder, T_odom_building = SubmapBuilder(config.submap), np.linalg.inv(poses[0])
-    for index in range(0, len(recording), _SCAN_EVERY):
+    for index in range(0, len(recording), SCAN_EVERY):
         if driven[index] > _DRIVEN_M:
             break
         scan = recording.scan(index)

@@ -12,14 +12,14 @@ from typing import Any
 from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.figures import markdown_table
-from fpnet_lab.evaluation.localization.peers import COLUMNS, peer_rows
+from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
+from fpnet_lab.evaluation.localization.peers import COLUMNS, MAP_COLUMNS, map_rows, peer_rows
 from fpnet_lab.evaluation.published_sites import sites
 from fpnet_lab.provenance import Provenance
 
 Report = Mapping[str, Any]
 
 _OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
-_ROUGH = 'rough'
 _PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')
 # Chosen: what the aims are, in per cent of the sheets of a kind.
 _AIMS = {'clean': 98, 'office': 95, 'brochure': 92, 'scan': 90, 'phone': 75}
@@ -54,7 +54,7 @@ def published(name: str, report: Report, made: Provenance) -> dict[str, str]:
 def _localization(report: Report) -> tuple[dict[str, str], dict[str, str]]:
     groups, total = report['groups'], report['total']
     closed = [name for name in groups if name not in _OPEN_SET]
-    runs = sum(groups[name]['runs'] for name in closed if name != _ROUGH)
+    runs = sum(groups[name]['runs'] for name in closed if name != ROUGH_GROUP)
     rows = [_closed_row(f'`{name}`', groups[name]) for name in closed]
     rows += [_open_row(title, groups[name]) for name, title in _OPEN_SET.items() if name in groups]
     whole = _closed_row('all', total)
@@ -118,7 +118,10 @@ def _metres(value: float | None) -> str:
 
 
 def _peers(report: Report) -> tuple[dict[str, str], dict[str, str]]:
-    return {'': markdown_table(list(COLUMNS), peer_rows(report['methods']))}, {}
+    tables = {'': markdown_table(list(COLUMNS), peer_rows(report['methods']))}
+    if 'maps' in report:
+        tables['maps'] = markdown_table(list(MAP_COLUMNS), map_rows(report['maps']))
+    return tables, {}
 
 
 def _drawings(report: Report) -> tuple[dict[str, str], dict[str, str]]:

@@ -163,7 +163,7 @@ def carried_off(report: Report) -> Figures:
         'not_asked': 'they are not (`localizer.doubt_probability=1`)',
     }
     rows = [[title, *_carried(report['ways'][way])] for way, title in titles.items()]
-    header = ['', 'localized when lifted', 'withheld', 'after, median and most', 'wrong poses']
+    header = ['with', 'localized when lifted', 'withheld', 'after, median and most', 'wrong poses']
     drives = {'drives': str(len(report['drives']))}
     return {'': markdown_table([*header, 'found again', 'right poses'], rows)}, drives
 

@@ -22,6 +22,8 @@ def sites(report: Report) -> tuple[dict[str, str], dict[str, str]]:
     tables = {}
     if 'sites' in report:
         tables[''] = _storeys(report['sites'])
+    if 'one' in report:
+        tables['one'] = _one(report['one'])
     if 'differences' in report:
         tables['differences'] = _differences(report['differences'])
     if 'library' in report:
@@ -55,6 +57,23 @@ def _right(name: str, row: Report) -> str:
     if name == 'equal':
         return f'ambiguous {row["ambiguous"]}'
     return str(row['right'])
+
+
+def _one(row: Report) -> str:
+    header = ['the same drive', 'on the floorplan', 'on a site of it alone']
+    header += ['ratio, median', 'its quartiles apart']
+    rows = [
+        [
+            title,
+            f'{row[name]:.2f} ms',
+            f'{row[f"{name}_site"]:.2f} ms',
+            f'{row[f"{name}_ratio"]:.3f}',
+            f'{row[f"{name}_ratio_spread"]:.3f}',
+        ]
+        for name, title in (('tick_ms', 'tick, median'), ('scan_ms', 'adding a scan, median'))
+    ]
+    said = f'Poses are equal to the last bit on {row["same"]} of {row["drives"]} drives.'
+    return f'{markdown_table(header, rows)}\n\n{said}'
 
 
 def _differences(row: Report) -> str:

@@ -29,9 +29,10 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.evaluation.first_claims import SCAN_EVERY
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
+from fpnet_lab.evaluation.localization.inputs import first_recording
 from fpnet_lab.evaluation.localization.plans import RESOLUTION_M, draw_plan
-from fpnet_lab.evaluation.localization.scenes import first_recording
 from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, varied
 from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.plans import generate_plan
@@ -56,7 +57,6 @@ _TOUR = TourLimits(rooms=3, shortest_s=25.0, longest_s=50.0)  # chosen
 _ROOMS = (6, 30)  # chosen: of drives, for short tours
 _MAP_ROOMS = (8, 60)  # chosen: as in the benchmark of localization
 _FOREIGN_EVERY = 4  # chosen: pairs of which one is with another building's plan
-_SCAN_EVERY = 3  # chosen: at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_S = 2.0  # chosen
 
 
@@ -152,7 +152,7 @@ def _scans(recording: Recording) -> Iterator[Scan]:
     """Yield some scans of a recording, with true odometry from its first pose on."""
     poses = recording.truth()
     T_odom_building = np.linalg.inv(poses[0])
-    for index in range(0, len(recording), _SCAN_EVERY):
+    for index in range(0, len(recording), SCAN_EVERY):
         scan = recording.scan(index)
         yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_building @ poses[index])
 

@@ -215,7 +215,7 @@ def _cut(grid: GridMap, rng: np.random.Generator, share: float) -> GridMap:
     free = grid.cells == FREE
     height, width = (size // _CUT_CELL for size in free.shape)
     blocks = free[: height * _CUT_CELL, : width * _CUT_CELL]
-    passable = blocks.reshape(height, _CUT_CELL, width, _CUT_CELL).mean(axis=(1, 3)) > 0.5
+    passable = blocks.reshape(height, _CUT_CELL, width, _CUT_CELL).mean(axis=(1, 3)) > _FREE_SHARE
     nodes = np.argwhere(passable)
     start = nodes[rng.integers(len(nodes))]
     costs, _ = MCP_Geometric(np.where(passable, 1.0, np.inf)).find_costs([start])

@@ -25,11 +25,8 @@ from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
-from fpnet_lab.sim.floors import FREE_GREY, read_image, read_labels
+from fpnet_lab.sim.floors import CELL_M, FREE_GREY, read_image, read_labels
 from fpnet_lab.sim.presets import SPLITS, Split
-
-RESOLUTION_M = 0.05
-"""Given: cell edge of all labelled maps."""
 
 DOOR_TOLERANCE_M = 0.75
 """A door found within this distance of a true one is that door. Chosen."""
@@ -78,7 +75,7 @@ def bench_plans(
     data: Path,
     split: Split,
     limit: int | None = None,
-    on_done: Callable[[], None] | None = None,
+    on_done: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
     Score the default and both simple methods on clean and furnished plans of one half.
@@ -88,7 +85,7 @@ def bench_plans(
     data : folder that holds ``bormann``
     split : a key of ``SPLITS``
     limit : use only the first plans
-    on_done : called after every plan and method
+    on_done : is told 1.0 after every plan and method
 
     Returns
     -------
@@ -97,7 +94,7 @@ def bench_plans(
     """
     names = SPLITS[split][:limit]
     warm_up = np.where(np.eye(50, dtype=bool), OCCUPIED, FREE).astype(np.int8)
-    segment_floorplan(GridMap(warm_up, RESOLUTION_M), SegmentationConfig())
+    segment_floorplan(GridMap(warm_up, CELL_M), SegmentationConfig())
     doors = {name: _true_doors(data / 'bormann', name) for name in names}
     figures: dict[str, dict[str, Any]] = {method: {} for method in METHODS}
     for method in METHODS:
@@ -105,8 +102,7 @@ def bench_plans(
             rows = []
             for name in names:
                 rows.append(_score_plan(data / 'bormann', name, kind, method, doors[name]))
-                if on_done is not None:
-                    on_done()
+                on_done(1.0)
             means = np.mean([row[:-1] for row in rows], axis=0)
             figures[method][kind] = dict(zip(_KEYS, means.tolist(), strict=True)) | {
                 'seconds_per_map_median': float(np.median([row[-1] for row in rows]))
@@ -118,7 +114,7 @@ def bench_plans(
 
 
 def bench_robot_maps(
-    data: Path, limit: int | None = None, on_done: Callable[[], None] | None = None
+    data: Path, limit: int | None = None, on_done: Callable[[float], None] = lambda _: None
 ) -> dict[str, Any]:
     """
     Score all methods on robot maps with hand-labelled regions, in ``data / 'areagraph'``.
@@ -145,8 +141,7 @@ def bench_robot_maps(
             )
             rooms = room_agreement(found.labels, truth)
             rows[method].append([rooms.precision, rooms.recall, rooms.f1])
-        if on_done is not None:
-            on_done()
+        on_done(1.0)
     means = {method: np.mean(rows[method], axis=0).tolist() for method in METHODS}
     report: dict[str, Any] = {
         method: dict(zip(_KEYS[:3], means[method], strict=True)) for method in METHODS
@@ -166,7 +161,7 @@ def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
     """
     grey = read_image(path)[::-1]
     rest = np.where(grey < _OCCUPIED_GREY, OCCUPIED, UNKNOWN) if has_unknown else OCCUPIED
-    return GridMap(np.where(grey >= FREE_GREY, FREE, rest), RESOLUTION_M)
+    return GridMap(np.where(grey >= FREE_GREY, FREE, rest), CELL_M)
 
 
 def read_drawing(data: Path, name: str, kind: str) -> tuple[GridMap, NDArray[np.int32]]:
@@ -228,7 +223,7 @@ def _score_plan(
     found = segment_floorplan(grid, SegmentationConfig(method=method))
     seconds = time.perf_counter() - started
     rooms = room_agreement(found.labels, truth)
-    tolerance = DOOR_TOLERANCE_M / RESOLUTION_M
+    tolerance = DOOR_TOLERANCE_M / CELL_M
     doors = place_agreement(_door_places(found), true_doors, tolerance)
     return [rooms.precision, rooms.recall, rooms.f1, doors.precision, doors.recall, seconds]
 

@@ -17,10 +17,10 @@ from fpnet_core.localizer import ReplayResult, StoreyPlan, create_localizer, rep
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
-from fpnet_lab.evaluation.localization.drives import Drive
+from fpnet_lab.evaluation.localization.drives import Registrar
+from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
 from fpnet_lab.evaluation.localization.records import JUDGED_AT_M, RIGHT, stamp_at_path
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.evaluation.localization.scenes import LIMITS, first_recording
 from fpnet_lab.sim.recording import Recording, RecordingOptions
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.storeys import DrawnStorey, Likeness, draw_storeys
@@ -100,11 +100,11 @@ def site_drive(
     has_equal = equal_every > 0 and number % equal_every == equal_every - 1
     likenesses = site_likenesses(count, rng, has_equal)
     storeys = draw_storeys(recording.building.plan, likenesses, rng)
-    drive = Drive(KissOdometry(config.odometry))
-    for _ in drive.follow(recording):
+    registrar = Registrar(KissOdometry(config.odometry))
+    for _ in registrar.follow(recording):
         pass
-    run = _replayed(drive.kept, storeys, config)
-    return SiteDrive(f'{family}_{count}', recording, storeys, tuple(drive.kept), run)
+    run = _replayed(registrar.kept, storeys, config)
+    return SiteDrive(f'{family}_{count}', recording, storeys, tuple(registrar.kept), run)
 
 
 def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.odometry import KissOdometry
+from fpnet_lab.evaluation.localization.drives import KEEP_EVERY
 from fpnet_lab.sim.explore import fit_rigid
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
@@ -29,8 +30,6 @@ SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')
 """Sensor models that drives are made with; ``dome`` does not repeat its pattern."""
 
 # Chosen, not measured:
-# Every sweep is registered; each of so many is kept for the submap.
-_KEEP_EVERY = 3
 _CAST_EVERY = 6  # where poses are not those of KISS-ICP
 _DRIFT = (0.002, 0.002, 0.0004)  # steps of a random walk per sweep [m, m, rad]
 _LIMITS = TourLimits(rooms=4, shortest_s=30.0, longest_s=60.0)
@@ -38,7 +37,7 @@ _ROOMS = (10, 30)
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class RegisteredDrive:
     """
     A registered drive and the building it went through.
 
@@ -52,7 +51,7 @@ class Drive:
     sweeps: tuple[tuple[NDArray[np.float32], Array, int], ...]
 
 
-def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> Drive:
+def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> RegisteredDrive:
     """
     Return the drive of ``seed`` with a sensor, with true poses that drift at random.
 
@@ -79,14 +78,14 @@ def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> Drive:
         drifted[:2, :3] = SE2.from_xy_yaw(0.0, 0.0, yaw).linear @ T[:2, :3]
         drifted[:2, 3] += x, y
         sweeps.append(((points @ T[:3, :3]).astype(np.float32), drifted, scan.stamp_ns))
-    return Drive(recording.building.plan, SE2.from_xy_yaw(0.0, 0.0, 0.0), tuple(sweeps))
+    return RegisteredDrive(recording.building.plan, SE2.from_xy_yaw(0.0, 0.0, 0.0), tuple(sweeps))
 
 
 def _options(sensor: str) -> RecordingOptions:
     return RecordingOptions(rooms=_ROOMS, lidar=sensor_named(sensor), limits=_LIMITS)
 
 
-def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> Drive:
+def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> RegisteredDrive:
     """
     Return the drive of ``seed`` with a sensor.
 
@@ -104,9 +103,9 @@ def registered_drive(seed: int, sensor: str, config: FpnetConfig) -> Drive:
     recording = make_recording(seed, _options(sensor), threads=1)
     odometry = KissOdometry(config.odometry)
     registered = [(odometry.register_scan(scan), scan.stamp_ns) for scan in recording]
-    kept = registered[::_KEEP_EVERY]
-    poses, truth = np.array([s.T_odom_sensor for s, _ in kept]), recording.truth()[::_KEEP_EVERY]
+    kept = registered[::KEEP_EVERY]
+    poses, truth = np.array([s.T_odom_sensor for s, _ in kept]), recording.truth()[::KEEP_EVERY]
     yaw_true, yaw = (np.arctan2(T[:, 1, 0], T[:, 0, 0]) for T in (truth, poses))
     placed = fit_rigid(poses[:, :2, 3], truth[:, :2, 3], yaw_true - yaw)
     sweeps = tuple((s.points, s.T_odom_sensor, stamp_ns) for s, stamp_ns in kept)
-    return Drive(recording.building.plan, placed, sweeps)
+    return RegisteredDrive(recording.building.plan, placed, sweeps)

@@ -32,8 +32,8 @@ from fpnet_core.segmentation import segment_submap
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
-from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, Drive, registered_drive
-from fpnet_lab.pool import each_done
+from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, RegisteredDrive, registered_drive
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.render import paint_rings
 from fpnet_lab.sim.types import BuildingPlan
 
@@ -85,7 +85,7 @@ class SubmapScore:
 
 def bench_submaps(
     limit: int | None = None,
-    on_done: Callable[[], None] | None = None,
+    on_done: Callable[[float], None] = lambda _: None,
     first_seed: int = REPORT_SEED,
 ) -> dict[str, Any]:
     """
@@ -94,7 +94,7 @@ def bench_submaps(
     Parameters
     ----------
     limit : so many drives instead of ``RECORDINGS``; drive k has sensor k modulo their number
-    on_done : called after every drive
+    on_done : is told 1.0 after every drive
     first_seed : seed of the first drive's building; one building per drive
 
     Returns
@@ -105,12 +105,8 @@ def bench_submaps(
     count = RECORDINGS if limit is None else limit
     names = SENSOR_NAMES
     tasks = [(first_seed + index, names[index % len(names)]) for index in range(count)]
-    by_task: dict[_Task, SubmapScore] = {}
-    for task, result in each_done(score_drive, tasks, _WORKERS):
-        by_task[task] = result
-        if on_done is not None:
-            on_done()
-    scores = [by_task[task] for task in tasks]
+    numbered = {str(number): task for number, task in enumerate(tasks)}
+    scores = make_once(None, SubmapScore, numbered, score_drive, _WORKERS, on_done)
     used = [name for name in names if any(s.sensor == name for s in scores)]
     by_sensor = {name: summary([s for s in scores if s.sensor == name]) for name in used}
     return summary(scores) | {'by_sensor': by_sensor, 'first_seed': first_seed}
@@ -127,7 +123,7 @@ def score_drive(task: _Task) -> SubmapScore:
     return score_segmentation(segment_drive(drive, config), drive, sensor, seed)
 
 
-def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
+def segment_drive(drive: RegisteredDrive, config: FpnetConfig) -> Segmentation:
     """Return the segmentation of everything that a drive has seen."""
     builder = SubmapBuilder(config.submap)
     for points, T_odom_sensor, stamp_ns in drive.sweeps:
@@ -138,7 +134,7 @@ def segment_drive(drive: Drive, config: FpnetConfig) -> Segmentation:
 
 
 def score_segmentation(
-    segmentation: Segmentation, drive: Drive, sensor: str, seed: int
+    segmentation: Segmentation, drive: RegisteredDrive, sensor: str, seed: int
 ) -> SubmapScore:
     """Compare a submap's rooms and doors with the building of its drive."""
     truth, usable = _observed_truth(segmentation, drive)
@@ -149,7 +145,7 @@ def score_segmentation(
     return SubmapScore(sensor, seed, np.array([iou for _, iou in pairs]), doors)
 
 
-def paired_rooms(segmentation: Segmentation, drive: Drive) -> dict[int, int]:
+def paired_rooms(segmentation: Segmentation, drive: RegisteredDrive) -> dict[int, int]:
     """Return the found room's id by the index of its partner among :func:`true_rooms`."""
     truth, usable = _observed_truth(segmentation, drive)
     pairs = _pairs(truth, segmentation.labels, usable)
@@ -158,7 +154,7 @@ def paired_rooms(segmentation: Segmentation, drive: Drive) -> dict[int, int]:
 
 
 def _observed_truth(
-    segmentation: Segmentation, drive: Drive
+    segmentation: Segmentation, drive: RegisteredDrive
 ) -> tuple[NDArray[np.int32], list[int]]:
     """Return labels (H, W) of the true rooms' observed parts, and the sufficiently seen ones."""
     grid, rooms = segmentation.grid, true_rooms(drive.plan)

@@ -28,6 +28,12 @@ TS_DIRECTION_RAD = float(np.deg2rad(20.0))
 AUC_DEGREES = (1, 10, 20)
 """Given by the paper: limits of the cumulative curves."""
 
+RIGHT_DEG, RIGHT_SCALE, RIGHT_DIAGONALS = 5.0, 0.1, 0.03
+"""
+A placement is right within these: rotation, scale, and share of the plan's diagonal; the paper's
+direction says nothing where both frames begin anywhere. Chosen.
+"""
+
 
 @dataclass(frozen=True)
 class PlacementError:
@@ -52,6 +58,11 @@ class PlacementError:
             and self.scale < TS_SCALE
             and np.deg2rad(self.direction_deg) < TS_DIRECTION_RAD
         )
+
+    def is_right(self, diagonal_m: float) -> bool:
+        """Tell whether it is right on a plan with such a diagonal."""
+        is_near = self.is_within(RIGHT_DIAGONALS * diagonal_m, RIGHT_DEG)
+        return is_near and self.scale <= RIGHT_SCALE
 
     def is_within(self, distance_m: float, rotation_deg: float) -> bool:
         """Tell whether the submap's middle and heading are this near."""

@@ -21,6 +21,7 @@ from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import warp_map
+from fpnet_lab.sim.drawings import SHIFT_M
 from fpnet_lab.sim.furniture import furnish_loosely
 from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
@@ -28,7 +29,6 @@ from fpnet_lab.sim.rough import roughened
 from fpnet_lab.sim.types import BuildingPlan
 
 # Chosen, not measured:
-_SHIFT_M = 30.0  # maps lie this far from the origin of their frame at most
 _SCAN_HEIGHT_M = 0.4  # furniture is cut at this height
 
 
@@ -45,7 +45,7 @@ def clip_map(
     rng : source of all randomness
     config : how much is kept, and how rough it is
     """
-    x, y = rng.uniform(-_SHIFT_M, _SHIFT_M, 2)
+    x, y = rng.uniform(-SHIFT_M, SHIFT_M, 2)
     T = SE2.from_xy_yaw(x, y, rng.uniform(-np.pi, np.pi))
     A = Affine2D(T.linear, T.translation)
     if storey.raster is None:

@@ -21,7 +21,7 @@ from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import draw_style
 
 # Numerical: drawings lie this far from the origin of their frame at most [m].
-_SHIFT_M = 30.0
+SHIFT_M = 30.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
     )
     c, s = np.cos(angle), np.sin(angle)
     stretch = np.diag([1.0 + common + split, 1.0 + common - split])
-    return Affine2D(stretch @ np.array([[c, -s], [s, c]]), rng.uniform(-_SHIFT_M, _SHIFT_M, 2))
+    return Affine2D(stretch @ np.array([[c, -s], [s, c]]), rng.uniform(-SHIFT_M, SHIFT_M, 2))
 
 
 def _draw_area(

@@ -39,7 +39,7 @@ _X, _Y, _YAW, _SPEED, _RATE = range(5)
 
 
 @dataclass(frozen=True)
-class Drive:
+class Motion:
     """How the robot moves; metres, radians, seconds."""
 
     speed_mps: float = 1.0
@@ -113,7 +113,7 @@ def drive_legs(
     legs: Sequence[Leg],
     rooms: Sequence[int],
     rng: np.random.Generator,
-    drive: Drive,
+    motion: Motion,
     sensor_height_m: float = SENSOR_HEIGHT_M,
 ) -> Tour:
     """
@@ -124,7 +124,7 @@ def drive_legs(
     legs : at least one; each starts where the one before ends
     rooms : the rooms that the tour visits, kept in it
     rng : draws the first heading, roll and pitch
-    drive : how the robot moves
+    motion : how the robot moves
     sensor_height_m : of the sensor above z = 0
     """
     first = legs[0].path[1] - legs[0].path[0]
@@ -132,38 +132,38 @@ def drive_legs(
     state = np.array([*legs[0].path[0], yaw, 0.0, 0.0])
     limits = np.array(
         [
-            drive.speed_mps,
-            drive.acceleration_mps2,
-            drive.turn_rate_radps,
-            drive.turn_acceleration_radps2,
-            drive.step_s,
+            motion.speed_mps,
+            motion.acceleration_mps2,
+            motion.turn_rate_radps,
+            motion.turn_acceleration_radps2,
+            motion.step_s,
         ]
     )
-    tracks = [np.tile(state[:3], (1 + round(drive.standstill_s / drive.step_s), 1))]
-    ahead = round(drive.lookahead_m / _SPACING_M)
+    tracks = [np.tile(state[:3], (1 + round(motion.standstill_s / motion.step_s), 1))]
+    ahead = round(motion.lookahead_m / _SPACING_M)
     for leg in legs:
         points = _resample(leg.path, _SPACING_M)
         tracks.append(_follow(points, _SPACING_M, ahead, state, limits))
         tracks.append(_turn(leg.look_rad, state, limits))
     xy_yaw = np.concatenate(tracks)
-    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], drive.step_s, axis=0), axis=1)
+    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], motion.step_s, axis=0), axis=1)
     return Tour(
-        time_s=drive.step_s * np.arange(len(xy_yaw), dtype=np.float64),
+        time_s=motion.step_s * np.arange(len(xy_yaw), dtype=np.float64),
         xy=xy_yaw[:, :2],
         yaw_rad=xy_yaw[:, 2],
-        tilt_rad=_sway(speed / drive.speed_mps, rng, drive),
+        tilt_rad=_sway(speed / motion.speed_mps, rng, motion),
         rooms=tuple(rooms),
         sensor_height_m=sensor_height_m,
     )
 
 
-def _sway(speed_share: Array, rng: np.random.Generator, drive: Drive) -> Array:
+def _sway(speed_share: Array, rng: np.random.Generator, motion: Motion) -> Array:
     """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
     noise = rng.standard_normal((len(speed_share), 2))
-    smooth = gaussian_filter1d(noise, _SWAY_S / drive.step_s, axis=0)
+    smooth = gaussian_filter1d(noise, _SWAY_S / motion.step_s, axis=0)
     unit = smooth / smooth.std(axis=0)
-    share = gaussian_filter1d(speed_share, _SWAY_S / drive.step_s)
-    sway: Array = drive.sway_rad * share[:, None] * unit
+    share = gaussian_filter1d(speed_share, _SWAY_S / motion.step_s)
+    sway: Array = motion.sway_rad * share[:, None] * unit
     return sway
 
 

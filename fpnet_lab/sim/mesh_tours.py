@@ -13,7 +13,7 @@ from skimage.graph import MCP_Geometric
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
-from fpnet_lab.sim.driving import BODY_RADIUS_M, SENSOR_HEIGHT_M, Drive, Leg, Tour, drive_legs
+from fpnet_lab.sim.driving import BODY_RADIUS_M, SENSOR_HEIGHT_M, Leg, Motion, Tour, drive_legs
 from fpnet_lab.sim.mesh_worlds import CELL_M, MeshWorld
 from fpnet_lab.sim.tours import TourLimits, draw_leg, leg_time_s
 
@@ -36,7 +36,7 @@ def plan_mesh_tour(
     world: MeshWorld,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    drive: Drive | None = None,
+    motion: Motion | None = None,
 ) -> Tour:
     """
     Drive from a random place to others through the largest connected free space.
@@ -48,14 +48,14 @@ def plan_mesh_tour(
         Draws the start, the goals and how to look around.
     limits : TourLimits
         Bounds of the time; rooms are not counted, as a mesh has none.
-    drive : Drive
+    motion : how the robot moves
 
     Raises
     ------
     MapFormatError
         If the free space is too small or too narrow for a robot, or no tour in time is found.
     """
-    limits, drive = limits or TourLimits(), drive or Drive()
+    limits, motion = limits or TourLimits(), motion or Motion()
     clearance = clearance_of(world.free) * CELL_M - CELL_M / 2.0
     coarse = clearance[::_STRIDE, ::_STRIDE]
     drivable = _largest_part(coarse > BODY_RADIUS_M + _MARGIN_M)
@@ -67,10 +67,10 @@ def plan_mesh_tour(
         )
     cost = np.where(drivable, 1.0 + np.square(_WALL_COST_M / np.maximum(coarse, CELL_M)), -1.0)
     for _ in range(_ATTEMPTS):
-        legs = _choose_legs(world, cost, drivable, rng, limits, drive)
+        legs = _choose_legs(world, cost, drivable, rng, limits, motion)
         if not legs:
             continue
-        tour = drive_legs(legs, (), rng, drive, SENSOR_HEIGHT_M)
+        tour = drive_legs(legs, (), rng, motion, SENSOR_HEIGHT_M)
         in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
         rc = np.floor((tour.xy - world.origin) / CELL_M).astype(int)[:, ::-1]
         if in_time and clearance[rc[:, 0], rc[:, 1]].min() > BODY_RADIUS_M - CELL_M:
@@ -94,13 +94,13 @@ def _choose_legs(
     drivable: NDArray[np.bool_],
     rng: np.random.Generator,
     limits: TourLimits,
-    drive: Drive,
+    motion: Motion,
 ) -> list[Leg]:
     """Add goals, each some way from the last and away from all before, until time is filled."""
     places = np.argwhere(drivable)
     visited = [places[rng.integers(len(places))]]
     legs: list[Leg] = []
-    clock_s, cell_m = drive.standstill_s, CELL_M * _STRIDE
+    clock_s, cell_m = motion.standstill_s, CELL_M * _STRIDE
     target_s = 0.5 * (limits.shortest_s + limits.longest_s)
     while clock_s < target_s:
         router = MCP_Geometric(cost)
@@ -116,7 +116,7 @@ def _choose_legs(
         goal = places[rng.choice(chosen)]
         path = world.to_xy(np.array(router.traceback(tuple(goal))) * _STRIDE)
         path = _smoothed(path, cell_m)
-        clock_s += leg_time_s(path, drive)
+        clock_s += leg_time_s(path, motion)
         if clock_s > limits.longest_s:
             break
         legs.append(draw_leg(path, rng))

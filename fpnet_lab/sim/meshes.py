@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.polygon import orient
 
 Array = NDArray[np.float64]
+
+_FLAT = 2  # given: dimensions of a polygon, where a line has one
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +49,7 @@ def extrude_polygon(area: Polygon | MultiPolygon, bottom_m: float, top_m: float)
     """Return the closed surface of the prism over ``area`` (holes allowed), facing outwards."""
     parts = [part for part in shapely.get_parts(area).tolist() if isinstance(part, Polygon)]
     pieces = []
-    for part in shapely.orient_polygons(parts):  # outer rings counter-clockwise, holes clockwise
+    for part in map(orient, parts):  # outer rings counter-clockwise, holes clockwise
         rings = [part.exterior, *part.interiors]
         pieces += [_side_faces(shapely.get_coordinates(r)[:-1], bottom_m, top_m) for r in rings]
         pieces += [_cap(part, top_m, is_top=True), _cap(part, bottom_m, is_top=False)]
@@ -76,8 +79,29 @@ def _side_faces(ring: Array, bottom_m: float, top_m: float) -> TriangleMesh:
 
 
 def _cap(area: Polygon, z_m: float, is_top: bool) -> TriangleMesh:
-    parts = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
-    rings = shapely.get_coordinates(shapely.orient_polygons(parts, exterior_cw=not is_top))
-    corners = rings.reshape(len(parts), 4, 2)[:, :3].reshape(-1, 2)
-    vertices = np.column_stack([corners, np.full(len(corners), z_m)])
-    return TriangleMesh(vertices, np.arange(len(corners), dtype=np.int64).reshape(-1, 3))
+    corners = _triangles(area)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    is_left = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0.0
+    corners = np.where((is_left == is_top)[:, None, None], corners, corners[:, ::-1])
+    flat = corners.reshape(-1, 2)
+    vertices = np.column_stack([flat, np.full(len(flat), z_m)])
+    return TriangleMesh(vertices, np.arange(len(flat), dtype=np.int64).reshape(-1, 3))
+
+
+def _triangles(area: Polygon) -> Array:
+    """
+    Return triangles ``(T, 3, 2)`` that fill a polygon, each in any direction.
+
+    Those of Delaunay ignore its edges; what an edge crosses is cut by it. No corner lies inside of
+    a triangle, so that all pieces are convex.
+    """
+    shapely.prepare(area)
+    found = shapely.get_parts(shapely.delaunay_triangles(area))
+    is_whole = shapely.covers(area, found)
+    crossed = found[~is_whole & shapely.intersects(area, found)]
+    pieces = shapely.get_parts(shapely.intersection(crossed, area))
+    pieces = pieces[shapely.get_dimensions(pieces) == _FLAT]
+    cut = shapely.get_parts(shapely.delaunay_triangles(pieces))
+    triangles = np.concatenate([found[is_whole], cut])
+    rings: Array = shapely.get_coordinates(triangles).reshape(len(triangles), 4, 2)
+    return rings[:, :3]

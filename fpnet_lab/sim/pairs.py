@@ -80,7 +80,7 @@ class MatchingPair:
 
 
 @dataclass(frozen=True, eq=False)
-class PairScene:
+class MappedPair:
     """A pair together with the maps it came from, for pictures and tests."""
 
     pair: MatchingPair
@@ -121,12 +121,12 @@ def generate_pair(
     FpnetError
         If no tour through the storey sees enough of it.
     """
-    return generate_scene(seed, index, config, source).pair
+    return generate_mapped_pair(seed, index, config, source).pair
 
 
-def generate_scene(
+def generate_mapped_pair(
     seed: int, index: int, config: SimConfig | None = None, source: PlanSource | None = None
-) -> PairScene:
+) -> MappedPair:
     """Return pair ``index`` as :func:`generate_pair` does, with the maps behind it."""
     config = config if config is not None else SimConfig()
     if source is None:
@@ -146,8 +146,8 @@ def _one_thread() -> Iterator[None]:
         cv2.setNumThreads(threads)
 
 
-def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) -> PairScene:
-    """Return the scene of the first attempt that sees enough."""
+def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) -> MappedPair:
+    """Return the pair of the first attempt that sees enough."""
     plan_id = source.plan_id(index // config.pairs_per_plan)
     for attempt in range(_ATTEMPTS):
         version = attempt // _TOURS_PER_STOREY
@@ -155,9 +155,9 @@ def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) 
         number = index // config.pairs_per_drawing
         drawing = _drawing(source, config, seed, plan_id, version, number)
         rng = np.random.default_rng([seed, plan_id, _TOUR, index, attempt])
-        scene = _explore(storey, drawing, rng, config, plan_id)
-        if scene is not None:
-            return scene
+        mapped = _explore(storey, drawing, rng, config, plan_id)
+        if mapped is not None:
+            return mapped
     raise FpnetError(
         f'plan {storey.name}: no tour in {_ATTEMPTS} saw {MIN_SUB_REGIONS} regions or more; '
         'expected several rooms with doors at the right metres per pixel'
@@ -181,7 +181,7 @@ def _drawing(
 
 def _explore(
     storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig, plan_id: int
-) -> PairScene | None:
+) -> MappedPair | None:
     """Make a robot map, segment and label it; None where too little is seen."""
     made = _ROBOT_MAPS[config.robot_map](storey, drawing, rng, config)
     if made is None:
@@ -204,7 +204,7 @@ def _explore(
         sub_portals=sub.portals,
         truth=truth,
     )
-    return PairScene(pair, storey.plan, drawing.segmentation, sub, submap)
+    return MappedPair(pair, storey.plan, drawing.segmentation, sub, submap)
 
 
 def _tour(

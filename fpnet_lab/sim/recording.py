@@ -36,7 +36,7 @@ from fpnet_lab.sim.laser_scans import check_planar, laser_readings
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.meshes import TriangleMesh
 from fpnet_lab.sim.scanning import SimulatedScan, cast_scan, scan_stamps_ns, sensor_poses_at
-from fpnet_lab.sim.scenes import RecordingOptions, generated_scene, mesh_scene, traced_scene
+from fpnet_lab.sim.visits import RecordingOptions, generated_visit, mesh_visit, traced_visit
 
 __all__ = [
     'CLOUD_TOPIC',
@@ -165,14 +165,14 @@ def make_recording(
     """
     options = options or RecordingOptions()
     if mesh is not None:
-        scene = mesh_scene(seed, options, mesh, floorplan)
+        visit = mesh_visit(seed, options, mesh, floorplan)
     elif floorplan is not None:
-        scene = traced_scene(seed, options, floorplan)
+        visit = traced_visit(seed, options, floorplan)
     else:
-        scene = generated_scene(seed, options)
-    lidar = LidarSimulator(scene.building, options.lidar, threads)
+        visit = generated_visit(seed, options)
+    lidar = LidarSimulator(visit.building, options.lidar, threads)
     return Recording(
-        seed, scene.building, scene.tour, scene.floorplan, scene.A_plan_building, lidar
+        seed, visit.building, visit.tour, visit.floorplan, visit.A_plan_building, lidar
     )
 
 

@@ -25,8 +25,8 @@ from fpnet_lab.sim.laser_scans import laser_readings
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.recording import Recording, make_recording
 from fpnet_lab.sim.scanning import EPOCH_NS, SimulatedScan, sensor_poses_at
-from fpnet_lab.sim.scenes import RecordingOptions
 from fpnet_lab.sim.sensors import LidarModel
+from fpnet_lab.sim.visits import RecordingOptions
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from fpnet_core.errors import ConfigError
 Walls = Literal['solid', 'thin', 'thick', 'double']
 DoorMark = Literal['gap', 'leaf', 'arc']
 
-_MAX_SEED = 2**31  # numerical
+MAX_SEED = 2**31  # numerical
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def draw_style(rng: np.random.Generator, config: StyleConfig) -> DrawingStyle:
         text=text,
         dimensions=dimensions,
         white_paper=white,
-        seed=int(rng.integers(_MAX_SEED)),
+        seed=int(rng.integers(MAX_SEED)),
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.driving import BODY_RADIUS_M, Drive, Leg, Tour, drive_legs
+from fpnet_lab.sim.driving import BODY_RADIUS_M, Leg, Motion, Tour, drive_legs
 from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.routes import Place, Router, draw_nearby
 from fpnet_lab.sim.types import BuildingPlan
@@ -42,7 +42,7 @@ def plan_tour(
     plan: BuildingPlan,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    drive: Drive | None = None,
+    motion: Motion | None = None,
 ) -> Tour:
     """
     Plan and drive a tour that starts in a random room and visits others near by.
@@ -53,21 +53,21 @@ def plan_tour(
     rng : numpy.random.Generator
         Draws the start, the order of the rooms, where to stand in them and how to look around.
     limits : TourLimits
-    drive : Drive
+    motion : how the robot moves
 
     Raises
     ------
     ConfigError
         If no tour through that many rooms, in the time allowed and clear of walls, was found.
     """
-    limits, drive = limits or TourLimits(), drive or Drive()
+    limits, motion = limits or TourLimits(), motion or Motion()
     router, area = Router(plan), walkable_area(plan)
     candidates = [i for i, room in enumerate(plan.rooms) if room.kind == 'room']
     starts = rng.permutation(candidates)[:_MOST_STARTS].tolist()
     for start in starts if len(candidates) >= limits.rooms else []:
-        rooms, legs = _choose_rooms(plan, router, start, rng, limits, drive)
+        rooms, legs = _choose_rooms(plan, router, start, rng, limits, motion)
         if len(rooms) >= limits.rooms:
-            tour = drive_legs(legs, rooms, rng, drive)
+            tour = drive_legs(legs, rooms, rng, motion)
             in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
             if in_time and _is_clear(tour, area):
                 return tour
@@ -89,7 +89,7 @@ def _choose_rooms(
     start: int,
     rng: np.random.Generator,
     limits: TourLimits,
-    drive: Drive,
+    motion: Motion,
 ) -> tuple[list[int], list[Leg]]:
     """Add rooms until both number and time suffice; stop where the next would take too long."""
     here = router.inner_point(start, rng, VISIT_DEPTH_M)
@@ -105,7 +105,7 @@ def _choose_rooms(
         if path is None:
             closed.add(room)
             continue
-        clock_s += leg_time_s(path, drive)
+        clock_s += leg_time_s(path, motion)
         if clock_s > limits.longest_s:
             break
         legs.append(draw_leg(path, rng))
@@ -114,10 +114,10 @@ def _choose_rooms(
     return rooms, legs
 
 
-def leg_time_s(path: Array, drive: Drive) -> float:
+def leg_time_s(path: Array, motion: Motion) -> float:
     """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
     length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-    return length_m / (_PACE * drive.speed_mps) + _LINGER_S
+    return length_m / (_PACE * motion.speed_mps) + _LINGER_S
 
 
 def draw_leg(path: Array, rng: np.random.Generator) -> Leg:

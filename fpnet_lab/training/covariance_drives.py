@@ -12,7 +12,8 @@ that fits a drawing best.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,18 +22,17 @@ from numpy.typing import NDArray
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import wrap_to_pi
-from fpnet_core.io.arrays import read_arrays
-from fpnet_core.io.atomic import replaced
-from fpnet_core.io.frozen import from_arrays, to_arrays
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose.uncertainty import FIGURES
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.evaluation.localization.cases import Case, Distortion, plain_cases
-from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, run_product
+from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
+from fpnet_lab.evaluation.localization.inputs import CaseInputs, make_inputs, make_rough_plan
 from fpnet_lab.evaluation.localization.records import Truth
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S, settings_of
-from fpnet_lab.evaluation.localization.scenes import Scene, make_rough_plan, make_scene
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.distort import DrawnPlan
+from fpnet_lab.training.gathering import Columns
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ _ROUGHER = (Distortion.STRETCHED_5, Distortion.SKETCH, Distortion.CHANGED_WALLS)
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(Columns):
     """
     ``N`` published poses.
 
@@ -69,24 +69,10 @@ class Samples:
     run: NDArray[np.int64]
     building: NDArray[np.int64]
 
-    def __len__(self) -> int:
-        """Count the poses."""
-        return len(self.run)
-
-    def where(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Samples:
-        """Return the samples at an index or mask."""
-        return Samples(*(getattr(self, each.name)[chosen] for each in fields(self)))
-
-    @classmethod
-    def joined(cls, parts: list[Samples]) -> Samples:
-        """Return all samples of some drives, their runs numbered through."""
-        columns = {
-            each.name: np.concatenate([getattr(part, each.name) for part in parts])
-            for each in fields(cls)
-        }
-        keys = np.column_stack([columns['building'], columns['run']])
-        columns['run'] = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
-        return cls(**columns)
+    def numbered(self) -> Samples:
+        """Return them with the runs of all buildings numbered through."""
+        keys = np.column_stack([self.building, self.run])
+        return replace(self, run=np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1))
 
 
 def gather_samples(
@@ -97,42 +83,35 @@ def gather_samples(
     on_drive: Callable[[float], None] = lambda count: None,
 ) -> Samples:
     """Return the samples of a seed's drives; those that ``folder`` holds are taken over."""
-    folder.mkdir(parents=True, exist_ok=True)
-    parts = []
-    for number in range(drives):
-        path = folder / f'{seed}-{number:03d}.npz'
-        if not path.is_file():
-            with replaced(path) as partial, partial.open('wb') as file:
-                arrays = to_arrays(drive_samples(seed, number, config))
-                np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
-        parts.append(from_arrays(Samples, read_arrays(path)))
-        on_drive(1.0)
-    return Samples.joined(parts)
+    tasks = {f'{seed}-{number:03d}': number for number in range(drives)}
+    make = partial(_drive_samples, seed, config)
+    made = make_once(folder, Samples, tasks, make, on_done=on_drive, columns=FIGURES)
+    return Samples.joined(made).numbered()
 
 
-def drive_samples(seed: int, number: int, config: FpnetConfig) -> Samples:
+def _drive_samples(seed: int, config: FpnetConfig, number: int) -> Samples:
     """Return the samples of one drive on its three drawings."""
     plain = plain_cases(seed)
     case = replace(plain[number % len(plain)], sensor=_SENSORS[number % len(_SENSORS)])
     if case.distortion is Distortion.UNKNOWN_SCALE:  # its metres are not metres
         case = replace(case, distortion=Distortion.EXACT, group=Distortion.EXACT)
-    scene = make_scene(case, Path())
-    drive = Drive(KissOdometry(config.odometry))
-    for _ in drive.follow(scene.scans):
+    inputs = make_inputs(case, Path())
+    registrar = Registrar(KissOdometry(config.odometry))
+    for _ in registrar.follow(inputs.scans):
         pass
     runs = []
-    for run, (drawn, settings) in enumerate(_drawings(case, scene, config)):
-        product = run_product(drive.kept, drawn.grid, settings, TICK_PERIOD_S)
-        truth = Truth(scene.truth, drawn.A_plan_building)
+    for run, (drawn, settings) in enumerate(_drawings(case, inputs, config)):
+        product = run_product(registrar.kept, drawn.grid, settings, TICK_PERIOD_S)
+        truth = Truth(inputs.truth, drawn.A_plan_building)
         runs.append(_samples_of(product, truth, run, number))
-    return Samples.joined(runs)
+    return Samples.joined(runs).numbered()
 
 
 def _drawings(
-    case: Case, scene: Scene, config: FpnetConfig
+    case: Case, inputs: CaseInputs, config: FpnetConfig
 ) -> Iterator[tuple[DrawnPlan, FpnetConfig]]:
     """Yield a drive's drawings, and what a user would say of their scales."""
-    yield DrawnPlan(scene.plan, scene.A_plan_truth), settings_of(case, config)
+    yield DrawnPlan(inputs.plan, inputs.A_plan_truth), settings_of(case, config)
     yield make_rough_plan(case), config
     yield make_rough_plan(case, _ROUGHER[case.seed % len(_ROUGHER)]), config
 

@@ -11,21 +11,21 @@ generated buildings, and drives with lidars through others, with true poses that
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 import shapely
 
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.segmentation.assemble import upsample_labels
+from fpnet_core.segmentation.door_figures import LINE_FIGURES
+from fpnet_core.segmentation.door_model import MAP_FIGURES
 from fpnet_core.segmentation.floorplan import drawn_scene
 from fpnet_core.segmentation.joining import Lines, Pieces
 from fpnet_core.segmentation.rooms import cut_parts
@@ -35,7 +35,7 @@ from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import FREE, GridMap, Submap
 from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_drawing, read_robot_map
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, drifting_drive
-from fpnet_lab.pool import each_done
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.config import BuildingConfig, SimConfig
 from fpnet_lab.sim.explore import draw_scanner, scan_walk
 from fpnet_lab.sim.floors import TUNE_FLOORS, room_rings
@@ -46,7 +46,7 @@ from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.styled import draw_styled
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 from fpnet_lab.sim.walks import plan_walk
-from fpnet_lab.training.amounts import Counts
+from fpnet_lab.training.gathering import Counts, MapTask
 
 Labels = NDArray[np.int32]
 Array = NDArray[np.float64]
@@ -54,9 +54,12 @@ Array = NDArray[np.float64]
 FIRST_DRIVE = 5000
 """Given: seed of the first drive, beyond those of the benchmark."""
 
+_COLUMNS = (*LINE_FIGURES, *MAP_FIGURES)  # of the lines'
+
 # Chosen, not measured:
 _OFF = 0.1, 0.06  # standard deviations of scales, of real buildings and of generated ones
 _ROOMS = (8, 48)
+_MIRRORED = 0.5  # share of variants of drawings
 _WIDENED = 0.5, 0.3  # share of generated storeys with wide openings, and of their doors
 _WIDE_M, _JAMB_M = (1.4, 3.8), 0.1  # width of such openings, and of the wall left at their ends
 _SIM = SimConfig(
@@ -93,70 +96,57 @@ class DoorSample:
     overlap: Array
 
 
-@dataclass(frozen=True)
-class _Task:
-    make: Callable[[np.random.Generator], tuple[Scene, Labels] | None]
-    building: str
-    kind: str
-    is_real: bool
-    key: tuple[int, int]
+DoorTask = MapTask[tuple[Scene, Labels] | None]
 
 
 def gather_samples(
-    data: Path,
-    seed: int,
-    amounts: Amounts,
+    folder: Path,
+    tasks: Sequence[DoorTask],
     workers: int = 1,
     on_map: Callable[[float], None] = lambda _: None,
 ) -> list[DoorSample]:
     """
-    Cut maps with known rooms; the same arguments give the same samples.
+    Cut maps with known rooms; what ``folder`` holds is taken over.
 
     Raises
     ------
     FpnetError
-        If the shared data is missing or incomplete.
+        If the shared data is missing or incomplete, or a kept sample is unusable.
     """
-    tasks = list(_tasks(data, amounts))
-    made: dict[tuple[int, int], DoorSample | None] = {}
-    for task, sample in each_done(partial(_sample, seed=seed), tasks, workers):
-        made[task.key] = sample
-        on_map(1.0)
-    return [sample for task in tasks if (sample := made[task.key]) is not None]
+    named = {task.name: task for task in tasks}
+    kind = tuple[DoorSample, ...]
+    made = make_once(folder, kind, named, _samples, workers, on_map, _COLUMNS)
+    return [sample for samples in made for sample in samples]
 
 
-def count_maps(data: Path, amounts: Amounts) -> int:
-    """Count the maps that :func:`gather_samples` cuts."""
-    return sum(1 for _ in _tasks(data, amounts))
-
-
-def _tasks(data: Path, amounts: Amounts) -> Iterator[_Task]:
+def door_tasks(data: Path, seed: int, amounts: Amounts) -> Iterator[DoorTask]:
+    """Yield the maps to cut, always the same ones."""
     drawings = [(name, kind) for name in TUNE_FLOORS for kind in ('clean', 'furnished')]
     for number, (name, kind) in enumerate(drawings):
         for variant in range(amounts.drawings):
-            key = 0, 100 * number + variant
-            yield _Task(partial(_drawing, data, name, kind, variant), name, 'drawing', True, key)
+            key = seed, 0, 100 * number + variant
+            yield MapTask(partial(_drawing, data, name, kind, variant), name, 'drawing', True, key)
         for variant in range(amounts.drawn_maps):
-            key = 1, 100 * number + variant
-            yield _Task(partial(_drawn_map, data, name, kind), name, 'drawn map', True, key)
+            key = seed, 1, 100 * number + variant
+            yield MapTask(partial(_drawn_map, data, name, kind), name, 'drawn map', True, key)
     for number, (stem, name) in enumerate(ROBOT_MAPS['tune'].items()):
         for variant in range(amounts.robot_maps):
-            key = 2, 100 * number + variant
-            yield _Task(partial(_robot_map, data, stem, variant), name, 'robot map', True, key)
+            key = seed, 2, 100 * number + variant
+            yield MapTask(partial(_robot_map, data, stem, variant), name, 'robot map', True, key)
     kinds = (_generated, 'generated', amounts.generated), (_tour, 'tour', amounts.tours)
     for kind_number, (make, kind, count) in enumerate(kinds, start=3):
         for number in range(count):
-            yield _Task(make, f'{kind} {number}', kind, False, (kind_number, number))
+            yield MapTask(make, f'{kind} {number}', kind, False, (seed, kind_number, number))
     for number in range(amounts.drives):
         make_drive = partial(_drive, FIRST_DRIVE + number)
-        yield _Task(make_drive, f'drive {number}', 'drive', False, (5, number))
+        yield MapTask(make_drive, f'drive {number}', 'drive', False, (seed, 5, number))
 
 
-def _sample(task: _Task, seed: int) -> DoorSample | None:
-    cv2.setNumThreads(1)
-    made = task.make(np.random.default_rng([seed, *task.key]))
+def _samples(task: DoorTask) -> tuple[DoorSample, ...]:
+    """Return a map's sample, none where there is nothing to cut."""
+    made, _ = task.begun()
     if made is None:
-        return None
+        return ()
     scene, truth = made
     parts = cut_parts(scene)
     passable = parts.scene.free & ~parts.scene.lintel
@@ -166,7 +156,8 @@ def _sample(task: _Task, seed: int) -> DoorSample | None:
     cells = np.bincount(flat.ravel(), minlength=count * rooms).reshape(count, rooms)
     cells[0] = 0  # true rooms' cells outside of all pieces are nobody's
     overlap = np.asarray(cells * scene.cell_m**2, np.float64)
-    return DoorSample(task.building, task.kind, task.is_real, parts.pieces, parts.lines, overlap)
+    sample = DoorSample(task.building, task.kind, task.is_real, parts.pieces, parts.lines, overlap)
+    return (sample,)
 
 
 def _off(rng: np.random.Generator, variant: int, spread: float) -> float:
@@ -180,7 +171,7 @@ def _drawing(
     grid, truth = read_drawing(data, name, kind)
     cells = grid.cells
     if variant:
-        turns, is_mirrored = int(rng.integers(4)), rng.random() < 0.5
+        turns, is_mirrored = int(rng.integers(4)), rng.random() < _MIRRORED
         cells, truth = (_turned(values, turns, is_mirrored) for values in (cells, truth))
     return _drawn(cells, grid.resolution * _off(rng, variant, _OFF[0])), truth
 
@@ -289,35 +280,3 @@ def _drive(seed: int, rng: np.random.Generator) -> tuple[Scene, Labels] | None:
     submap = builder.take()
     assert submap is not None, 'a drive holds scans with returns'
     return _seen(submap, _painted(drive.plan, drive.T_building_odom.inv(), submap.grid))
-
-
-def write_samples(path: Path, samples: list[DoorSample]) -> None:
-    """Write samples as one ``.npz``."""
-    arrays: dict[str, NDArray[Any]] = {
-        'building': np.array([s.building for s in samples]),
-        'kind': np.array([s.kind for s in samples]),
-        'is_real': np.array([s.is_real for s in samples]),
-    }
-    for k, sample in enumerate(samples):
-        for values in (sample.pieces, sample.lines):
-            arrays |= {f'{k}.{name}': value for name, value in vars(values).items()}
-        arrays[f'{k}.overlap'] = sample.overlap
-    write_arrays(path, arrays)
-
-
-def read_samples(path: Path) -> list[DoorSample]:
-    """Read what :func:`write_samples` wrote."""
-    arrays = read_arrays(path)
-    heads = zip(
-        arrays['building'].tolist(), arrays['kind'].tolist(), arrays['is_real'].tolist(),
-        strict=True,
-    )  # fmt: skip
-    return [
-        DoorSample(
-            *head,
-            Pieces(*(arrays[f'{k}.{name}'] for name in ('moments', 'peak', 'frontier'))),
-            Lines(*(arrays[f'{k}.{name}'] for name in ('pieces', 'width_m', 'figures'))),
-            arrays[f'{k}.overlap'],
-        )
-        for k, head in enumerate(heads)
-    ]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +21,13 @@ from numpy.typing import NDArray
 import torch
 from torch import nn
 
-from fpnet_core.io.weights import write_weights
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_core.segmentation.door_model import CLIP, DOOR_SCHEMA, FIGURES, DoorModel
 from fpnet_core.segmentation.joining import figures_now, join_pieces, joining_stages
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2
 from fpnet_core.small_networks import standardised
 from fpnet_lab.training.door_samples import DoorSample
-from fpnet_lab.training.members import MemberTraining, fit_member
+from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
 
 Array = NDArray[np.float64]
 Target = NDArray[np.int64]
@@ -179,19 +178,12 @@ def _fitted(shown: Shown, config: DoorTraining) -> DoorModel:
     x = standardised(shown.figures, mean, spread, CLIP)
     y, weight = shown.is_one.astype(np.float64), shown.cost / shown.cost.mean()
     data = tuple(torch.from_numpy(np.asarray(v, np.float32)) for v in (x, y, weight))
-    states = [_fit_member(data, config, member) for member in range(config.members)]
-    found = {
-        'mean': mean,
-        'spread': spread,
-        **{name: np.stack([state[name] for state in states]) for name in states[0]},
-    }
+    networks = [_fit_member(data, config, member) for member in range(config.members)]
+    found = {'mean': mean, 'spread': spread, **stacked_layers(networks)}
     return DoorModel({name: np.asarray(value, np.float32) for name, value in found.items()})
 
 
-def _fit_member(
-    data: tuple[torch.Tensor, ...], config: DoorTraining, member: int
-) -> dict[str, NDArray[np.float32]]:
-    """Return the layers of one network."""
+def _fit_member(data: tuple[torch.Tensor, ...], config: DoorTraining, member: int) -> DoorNetwork:
     x, y, weight = data
 
     def loss_of(network: DoorNetwork, chosen: torch.Tensor) -> torch.Tensor:
@@ -201,14 +193,9 @@ def _fit_member(
         )
         return (weight[chosen] * loss).mean()
 
-    network = fit_member(
+    return fit_member(
         lambda: DoorNetwork(config.width, config.dropout), loss_of, len(y), config, member
     )
-    state = {name: value.numpy() for name, value in network.state_dict().items()}
-    layers = {
-        name.replace('.weight', '').replace('.bias', '_bias'): v for name, v in state.items()
-    }
-    return layers | {'out': layers['out'][0], 'out_bias': layers['out_bias'][0]}
 
 
 def room_f1(sample: DoorSample, model: DoorModel) -> float:
@@ -260,10 +247,4 @@ def folds(samples: Sequence[DoorSample], count: int) -> list[set[str]]:
 
 def write_doors(path: Path, model: DoorModel, config: DoorTraining, facts: dict[str, Any]) -> None:
     """Write the model with its manifest; ``facts`` join the manifest."""
-    network: dict[str, Any] = {
-        'members': config.members,
-        'width': config.width,
-        'figures': list(FIGURES),
-    }
-    manifest = {'network': network, 'training': asdict(config), **facts}
-    write_weights(path, model.tensors, DOOR_SCHEMA, manifest)
+    write_members(path, model.tensors, DOOR_SCHEMA, config, facts, figures=FIGURES)

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -21,13 +23,11 @@ from fpnet_core.drawings.choosing import Found
 from fpnet_core.drawings.looking import Rival, look_at
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
-from fpnet_core.errors import FpnetError
-from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_lab.evaluation.drawings import compared
-from fpnet_lab.pool import each_done
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
-from fpnet_lab.training.sheets_read import read_from_file
+from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,6 @@ FIRST_SEED = 4000
 Numerical: of the sheets to learn from: seeds of the tune half that the benchmark does not reach.
 """
 
-_COMPARED_CELLS = 1200  # numerical: a side of the page: a room has hundreds of them
 # Chosen, not measured:
 _MOST_OTHERS, _LEAST_PLAUSIBLE = 2, 0.1  # readings of a sheet beside the chosen one
 
@@ -59,14 +58,6 @@ class ReadingTrial:
     whole: Array
 
 
-@dataclass(frozen=True)
-class _Task:
-    path: Path
-    kind: SheetKind
-    seed: int
-    config: SegmentationConfig
-
-
 def gather_trials(
     folder: Path,
     seeds: Sequence[int],
@@ -74,22 +65,22 @@ def gather_trials(
     workers: int = 1,
     on_sheet: Callable[[float], None] = lambda _: None,
 ) -> list[ReadingTrial]:
-    """Return the trials of all kinds of sheets; those that ``folder`` has not are made first."""
-    tasks = [
-        _Task(folder / f'{kind.value}-{seed}.npz', kind, seed, config)
-        for seed in seeds
-        for kind in SheetKind
-    ]
-    missing = [task for task in tasks if not task.path.exists()]
-    on_sheet(float(len(tasks) - len(missing)))
-    for _ in each_done(_make, missing, workers):
-        on_sheet(1.0)
-    return [trial for task in tasks for trial in read_trials(task.path)]
+    """Return the trials of all kinds of sheets; what ``folder`` holds is taken over."""
+    tasks = {f'{kind.value}-{seed}': (seed, kind) for seed, kind in product(seeds, SheetKind)}
+    made = make_once(
+        folder,
+        tuple[ReadingTrial, ...],
+        tasks,
+        partial(_trials, config),
+        workers,
+        on_sheet,
+        (*ROOM_FIGURES, *WHOLE_FIGURES),
+    )
+    return [trial for trials in made for trial in trials]
 
 
-def _make(task: _Task) -> None:
-    sheet = draw_sheet(task.seed, task.kind)
-    write_trials(task.path, list(sheet_trials(sheet, task.config)))
+def _trials(config: SegmentationConfig, drawn: tuple[int, SheetKind]) -> tuple[ReadingTrial, ...]:
+    return tuple(sheet_trials(draw_sheet(*drawn), config))
 
 
 def sheet_trials(sheet: Sheet, config: SegmentationConfig) -> Iterator[ReadingTrial]:
@@ -125,58 +116,8 @@ def trials_of(
         )
         rooms = room_figures(look)
         H = reading.H_plan_pixel @ H_pixel_page
-        truth = compared(sheet, reading.segmentation, H, _COMPARED_CELLS)
+        truth = compared(sheet, reading.segmentation, H, COMPARED_CELLS)
         right = best_overlap(truth.found, truth.true, len(rooms)) > SAME_ROOM_IOU
         yield ReadingTrial(
             sheet.kind.value, sheet.seed, is_chosen, truth.f1, rooms, right, whole_figures(look)
         )
-
-
-def write_trials(path: Path, trials: Sequence[ReadingTrial]) -> None:
-    """Write the trials of one sheet."""
-    no_rooms, none = np.zeros((0, len(ROOM_FIGURES))), np.zeros((0, len(WHOLE_FIGURES)))
-    arrays = {
-        'names': np.array([f'{trial.kind}-{trial.seed}' for trial in trials], dtype=np.str_),
-        'chosen': np.array([trial.is_chosen for trial in trials], dtype=np.bool_),
-        'f1': np.array([trial.f1 for trial in trials], dtype=np.float64),
-        'counts': np.array([len(trial.right) for trial in trials], dtype=np.int64),
-        'rooms': np.concatenate([no_rooms, *(trial.rooms for trial in trials)]),
-        'right': np.concatenate([np.zeros(0, np.bool_), *(trial.right for trial in trials)]),
-        'whole': np.concatenate([none, *(trial.whole[None] for trial in trials)]),
-    }
-    write_arrays(path, arrays)
-
-
-def read_trials(path: Path) -> list[ReadingTrial]:
-    """
-    Return the trials of one sheet.
-
-    Raises
-    ------
-    FpnetError
-        If the file is damaged or of other figures.
-    """
-    try:
-        values = read_arrays(path)
-    except (OSError, ValueError) as error:
-        raise FpnetError(f'{path} is damaged ({error}); remove it, and run again') from None
-    widths = values['rooms'].shape[1], values['whole'].shape[1]
-    if widths != (len(ROOM_FIGURES), len(WHOLE_FIGURES)):
-        raise FpnetError(f'{path} is of other figures; gather into another folder')
-    ends = np.cumsum([0, *values['counts']])
-    found = []
-    for k, name in enumerate(values['names'].tolist()):
-        kind, seed = name.split('-')
-        rows = slice(ends[k], ends[k + 1])
-        found.append(
-            ReadingTrial(
-                kind,
-                int(seed),
-                bool(values['chosen'][k]),
-                float(values['f1'][k]),
-                values['rooms'][rows],
-                values['right'][rows],
-                values['whole'][k],
-            )
-        )
-    return found

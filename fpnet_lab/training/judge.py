@@ -11,21 +11,20 @@ localizer moves the even odds to its own prior.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 import torch
 from torch import nn
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.io.weights import write_weights
 from fpnet_core.judging import CONTEXT, FIGURES, JUDGE_SCHEMA
 from fpnet_core.judging.model import CLIP
+from fpnet_lab.training.gathering import Columns
 from fpnet_lab.training.judge_trials import Trial
-from fpnet_lab.training.members import MemberTraining, fit_member
+from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
 
 _NEVER = -1e9  # numerical
 _UNSEEN = 1e9  # numerical: spread of a figure that is not looked at
@@ -44,7 +43,7 @@ class JudgeTraining(MemberTraining):
 
 
 @dataclass(frozen=True, eq=False)
-class TrialTensors:
+class TrialTensors(Columns):
     """
     ``N`` trials of up to ``K`` placements.
 
@@ -184,27 +183,6 @@ def write_judge(
     path: Path, networks: Sequence[JudgeNetwork], config: JudgeTraining, facts: dict[str, Any]
 ) -> None:
     """Write the networks as one checkpoint with its manifest; ``facts`` join the manifest."""
-    states = [network.state_dict() for network in networks]
-    tensors = {
-        name: states[0][name].numpy()
-        for name in ('figure_mean', 'figure_scale', 'context_mean', 'context_scale')
-    }
-
-    def stacked(name: str) -> NDArray[np.float32]:
-        return np.stack([state[name].numpy() for state in states])
-
-    for layer in ('first', 'second', 'none_first', 'none_second'):
-        tensors[layer] = stacked(f'{layer}.weight')
-        tensors[f'{layer}_bias'] = stacked(f'{layer}.bias')
-    tensors['value'] = stacked('value.weight')[:, 0]
-    tensors['value_bias'] = stacked('value.bias')[:, 0]
-    tensors['direct'] = stacked('direct.weight')[:, 0]
-    network = {
-        'members': len(networks),
-        'width': config.width,
-        'figures': list(FIGURES),
-        'context': list(CONTEXT),
-    }
-    write_weights(
-        path, tensors, JUDGE_SCHEMA, {'network': network, 'training': asdict(config), **facts}
-    )
+    moments = {name: value.numpy() for name, value in networks[0].named_buffers()}
+    tensors = moments | stacked_layers(networks)
+    write_members(path, tensors, JUDGE_SCHEMA, config, facts, figures=FIGURES, context=CONTEXT)

@@ -32,9 +32,9 @@ from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Submap
 from fpnet_lab.evaluation.localization.cases import plain_cases
+from fpnet_lab.evaluation.localization.inputs import make_inputs, make_plan
 from fpnet_lab.evaluation.localization.records import RIGHT, Truth, robot_error
 from fpnet_lab.evaluation.localization.runs import settings_of
-from fpnet_lab.evaluation.localization.scenes import make_plan, make_scene
 from fpnet_lab.training.judge_trials import Trial
 
 DRIVE_S = 40.0
@@ -73,14 +73,14 @@ class DriveSource:
         case = self._cases[index % len(self._cases)]
         config = settings_of(case, self._config)
         finder = Finder(self._matcher, Judge(JudgeModel.indifferent(), 0.5), config)
-        scene = make_scene(case, Path())
-        truth = Truth(scene.truth, scene.A_plan_truth)
-        own = Floorplan.prepared(scene.plan, config)
+        inputs = make_inputs(case, Path())
+        truth = Truth(inputs.truth, inputs.A_plan_truth)
+        own = Floorplan.prepared(inputs.plan, config)
         others = [self._cases[number] for number in case.wrong_cases[:_WRONG_PLANS]]
         foreign = [Floorplan.prepared(make_plan(other), config) for other in others]
         odometry = KissOdometry(config.odometry)
         segmenter = SubmapSegmenter()
-        for submap, pose, path in _looks(scene.scans, odometry, config):
+        for submap, pose, path in _looks(inputs.scans, odometry, config):
             sub, segmenter = prepare_submap(submap, segmenter, StageTimer())
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])
             for plan in (own, *foreign):

@@ -85,8 +85,8 @@ def held_back_figures(
             torch.from_numpy(np.flatnonzero(x)) for x in (folds != fold, folds == fold)
         )
         if len(inside) and len(outside):
-            networks = fit_judge(_taken(data, inside), replace(config, members=_FOLD_MEMBERS))
-            log_p[outside] = mean_log_probability(networks, _taken(data, outside))
+            networks = fit_judge(data.where(inside), replace(config, members=_FOLD_MEMBERS))
+            log_p[outside] = mean_log_probability(networks, data.where(outside))
     kinds = np.array([trial.kind for trial in trials])
     return {
         str(kind): _figures(log_p.double().numpy()[kinds == kind], data, kinds == kind)
@@ -137,14 +137,3 @@ def _mean(values: NDArray[np.bool_]) -> float:
 def _building(trial: Trial) -> str:
     """Return what is left out together: data sets name one building in several ways."""
     return trial.building.removesuffix('_scan').removesuffix('_filled')
-
-
-def _taken(data: TrialTensors, index: torch.Tensor) -> TrialTensors:
-    return TrialTensors(
-        data.figures[index],
-        data.context[index],
-        data.there[index],
-        data.right[index],
-        data.own[index],
-        data.weight[index],
-    )

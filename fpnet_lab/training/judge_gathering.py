@@ -4,26 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from fpnet_core.config import FpnetConfig
-from fpnet_lab.pool import each_done
+from fpnet_lab.kept import make_once
+from fpnet_lab.training.gathering import Counts
 from fpnet_lab.training.judge_drives import DRIVE_BLOCK, PLAIN_DRIVES, DriveSource
-from fpnet_lab.training.judge_trials import (
-    BLOCK_CASES,
-    KINDS,
-    Trial,
-    TrialSource,
-    read_trials,
-    write_trials,
-)
+from fpnet_lab.training.judge_trials import BLOCK_CASES, COLUMNS, KINDS, Trial, Trials, TrialSource
 
 
 @dataclass(frozen=True)
-class Amounts:
+class Amounts(Counts):
     """Cases of each kind, rounded up to whole blocks, and drives."""
 
     real: int = 1200
@@ -32,49 +26,52 @@ class Amounts:
     generated: int = 700
     drives: int = 42
 
-    def scaled(self, share: float) -> Amounts:
-        """Return the same mixture of fewer cases."""
-        return Amounts(*(max(1, round(share * getattr(self, n))) for n in (*KINDS, 'drives')))
-
 
 @dataclass(frozen=True)
-class _Block:
+class Block:
+    """Trials that are made one after the other; ``data`` is needed but for generated ones."""
+
     kind: str
     number: int
     seed: int
     data: Path | None
     config: FpnetConfig
-    path: Path
+
+    @property
+    def name(self) -> str:
+        """Its own among the blocks of all seeds."""
+        return f'{self.kind}-{self.seed}-{self.number:04d}'
 
 
 def gather_trials(
     folder: Path,
-    seed: int,
-    data: Path | None,
-    config: FpnetConfig,
-    amounts: Amounts,
+    blocks: Sequence[Block],
     workers: int = 1,
     on_block: Callable[[float], None] = lambda _: None,
 ) -> list[Trial]:
     """
-    Return all trials, those that ``folder`` has not yet are made first.
+    Return all trials; what ``folder`` holds is taken over.
 
     Raises
     ------
     FpnetError
-        If the shared data or a block is unusable.
+        If the shared data or a kept block is unusable.
     """
-    blocks = list(_blocks(folder, seed, data, config, amounts))
-    missing = [block for block in blocks if not block.path.exists()]
-    on_block(float(len(blocks) - len(missing)))
-    for _ in each_done(_make, missing, workers):
-        on_block(1.0)
-    return [trial for block in blocks for trial in read_trials(block.path)]
+    named = {block.name: block for block in blocks}
+    made = make_once(folder, Trials, named, _trials, workers, on_block, COLUMNS)
+    return [trial for trials in made for trial in trials]
 
 
-def count_blocks(amounts: Amounts) -> int:
-    """Return how many blocks there are."""
-    return sum(len(numbers) for _, numbers in _numbers(amounts))
+def trial_blocks(
+    seed: int, data: Path | None, config: FpnetConfig, amounts: Amounts
+) -> list[Block]:
+    """Return all blocks; kinds take turns, so that an interrupted run has some of all."""
+    each = [
+        (number / len(numbers), kind, number)
+        for kind, numbers in _numbers(amounts)
+        for number in numbers
+    ]
+    return [Block(kind, number, seed, data, config) for _, kind, number in sorted(each)]
 
 
 def _numbers(amounts: Amounts) -> Iterator[tuple[str, range]]:
@@ -83,23 +80,9 @@ def _numbers(amounts: Amounts) -> Iterator[tuple[str, range]]:
     yield 'drives', range(-(-min(amounts.drives, PLAIN_DRIVES) // DRIVE_BLOCK))
 
 
-def _blocks(
-    folder: Path, seed: int, data: Path | None, config: FpnetConfig, amounts: Amounts
-) -> Iterator[_Block]:
-    each = [
-        (number / len(numbers), kind, number)
-        for kind, numbers in _numbers(amounts)
-        for number in numbers
-    ]
-    # Kinds take turns, so that an interrupted run has some of all.
-    for _, kind, number in sorted(each):
-        path = folder / f'{kind}-{seed}-{number:04d}.npz'
-        yield _Block(kind, number, seed, data, config, path)
-
-
-def _make(block: _Block) -> None:
+def _trials(block: Block) -> tuple[Trial, ...]:
     source = _source(block.kind, block.seed, block.data, block.config)
-    write_trials(block.path, source.block(block.number))
+    return tuple(source.block(block.number))
 
 
 @lru_cache(maxsize=5)

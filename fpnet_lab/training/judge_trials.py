@@ -12,7 +12,7 @@ plans of other buildings, some by the same architect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,7 +23,6 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, Placements, angle_between
 from fpnet_core.io import read_map
-from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
@@ -33,10 +32,11 @@ from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
 from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs, varied
+from fpnet_lab.metrics.placement import RIGHT_DEG, RIGHT_DIAGONALS, RIGHT_SCALE
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.distort import rough_drawing
 from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.sim.pairs import generate_scene
+from fpnet_lab.sim.pairs import generate_mapped_pair
 from fpnet_lab.sim.rough import robot_map_of
 
 Array = NDArray[np.float64]
@@ -69,13 +69,11 @@ _GENERATED_PLANS, _PLAN_SEED = 36, 991  # numerical
 _TOLERATED_SCALE = 0.09  # nominal scales further off are brought near where they count as stated
 _STATED_ERROR = 0.05  # by how much a stated scale is off, at most
 
-RIGHT_DIAGONALS, RIGHT_LEAST_M, RIGHT_DEG, RIGHT_SCALE = 0.03, 0.9, 5.0, 0.1
-RIGHT_MEDIAN_M = 1.0
+RIGHT_LEAST_M, RIGHT_MEDIAN_M = 0.9, 1.0
 """
-A placement is right as in ``fpnet bench matching``: its middle within 3 per cent of the plan's
-diagonal, 5 degrees, 10 per cent of scale; or if it moves most of the map by less than a metre:
-drawings are locally off by more than 10 per cent. Around a robot, it is right within a metre.
-Chosen.
+A placement is right as in ``fpnet bench matching``, on small plans with its middle within the
+first; or if it moves most of the map by less than the second: drawings are locally off by more
+than 10 per cent. Around a robot, it is right within the second. Chosen.
 """
 
 
@@ -94,6 +92,11 @@ class Trial:
     kind: str
     building: str
     kept: float = np.nan
+
+
+Trials = tuple[Trial, ...]
+COLUMNS = (*FIGURES, *CONTEXT)
+"""Of the evidence of kept trials."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +165,7 @@ class TrialSource:
         if case.plan is not None:
             own = cut_plan(case.plan, self._config, case.is_metric)
             yield from self._met(case, robot, own, case.plan)
-        for name, grid in self._others(case, index, rng):
+        for name, grid in self._others(case, rng):
             yield from self._met(case, robot, self._cut_once(name, grid, case.is_metric), None)
 
     def _met(
@@ -222,23 +225,21 @@ class TrialSource:
 
     def _generated_case(self, index: int, is_metric: bool, rng: np.random.Generator) -> _Case:
         sim = SimConfig()
-        scene = generate_scene(self._seed, index * sim.pairs_per_plan, sim)
-        grid, A = scene.plan_segmentation.grid, scene.pair.A_plan_submap
+        mapped = generate_mapped_pair(self._seed, index * sim.pairs_per_plan, sim)
+        grid, A = mapped.plan_segmentation.grid, mapped.pair.A_plan_submap
         displaced = _by(A)
         if rng.random() < _ROUGH['generated']:
             rough = rough_drawing(grid, rng)
             grid, displaced = rough.grid, _after(rough.displaced, A)
-        name = f'{scene.pair.family}-{index}'
+        name = f'{mapped.pair.family}-{index}'
         return _Case(
-            scene.submap, is_metric, name, grid, displaced, np.array(scene.submap.path_xy[-1])
+            mapped.submap, is_metric, name, grid, displaced, np.array(mapped.submap.path_xy[-1])
         )
 
-    def _others(
-        self, case: _Case, index: int, rng: np.random.Generator
-    ) -> Iterator[tuple[str, GridMap]]:
+    def _others(self, case: _Case, rng: np.random.Generator) -> Iterator[tuple[str, GridMap]]:
         """Yield plans of other buildings."""
         if self._kind == 'generated':
-            yield from self._other_generated(case, index, rng)
+            yield from self._other_generated(case, rng)
             return
         names = [name for name in sorted(self._plans) if name != case.building]
         count = _OTHERS
@@ -250,7 +251,7 @@ class TrialSource:
             yield names[pick], self._plans[names[pick]]
 
     def _other_generated(
-        self, case: _Case, index: int, rng: np.random.Generator
+        self, case: _Case, rng: np.random.Generator
     ) -> Iterator[tuple[str, GridMap]]:
         """Yield the last plan by the same architect, and one of another family."""
         family = case.building.rsplit('-', 1)[0]
@@ -267,8 +268,10 @@ class TrialSource:
     def _generated_plan(self, number: int) -> GridMap:
         while len(self._generated) <= number:
             sim = SimConfig()
-            scene = generate_scene(_PLAN_SEED, len(self._generated) * sim.pairs_per_plan, sim)
-            self._generated.append(scene.plan_segmentation.grid)
+            mapped = generate_mapped_pair(
+                _PLAN_SEED, len(self._generated) * sim.pairs_per_plan, sim
+            )
+            self._generated.append(mapped.plan_segmentation.grid)
         return self._generated[number]
 
     def _cut_once(self, name: str, grid: GridMap, is_metric: bool) -> CutMap:
@@ -343,45 +346,3 @@ def _after(displaced: Displaced, A: Affine2D) -> Displaced:
 
 def _floorplan(data: Path, name: str) -> Path:
     return data / 'bormann' / 'floorplan' / f'{name}.png'
-
-
-def write_trials(path: Path, trials: Sequence[Trial]) -> None:
-    """Write trials as one ``.npz``; a reader sees the old file or the new one."""
-    arrays = {
-        'names': np.array([*FIGURES, *CONTEXT]),
-        'figures': np.concatenate([t.evidence.figures for t in trials]),
-        'context': np.stack([t.evidence.context for t in trials]),
-        'right': np.concatenate([t.right for t in trials]),
-        'counts': np.array([len(t.right) for t in trials], dtype=np.int64),
-        'is_own': np.array([t.is_own for t in trials]),
-        'kind': np.array([t.kind for t in trials]),
-        'building': np.array([t.building for t in trials]),
-        'kept': np.array([t.kept for t in trials]),
-    }
-    write_arrays(path, arrays)
-
-
-def read_trials(path: Path) -> list[Trial]:
-    """
-    Read trials.
-
-    Raises
-    ------
-    FpnetError
-        If the file is missing, damaged, or of another version.
-    """
-    try:
-        arrays = read_arrays(path)
-        if arrays['names'].tolist() != [*FIGURES, *CONTEXT]:
-            raise ValueError('made with other figures')
-        ends = np.cumsum(arrays['counts'])[:-1]
-        return [
-            Trial(Evidence(figures, context), right, bool(is_own), str(kind), str(building), kept)
-            for figures, context, right, is_own, kind, building, kept in zip(
-                np.split(arrays['figures'], ends), arrays['context'],
-                np.split(arrays['right'], ends), arrays['is_own'], arrays['kind'],
-                arrays['building'], arrays['kept'].tolist(), strict=True,
-            )
-        ]  # fmt: skip
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise FpnetError(f'{path} holds no trials: {error}; gather them again') from None

@@ -4,12 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 import torch
 from torch import Tensor, nn
+
+from fpnet_core.io.weights import write_weights
 
 Network = TypeVar('Network', bound=nn.Module)
 
@@ -71,3 +76,32 @@ def fit_member(
                 optimizer.step()
                 schedule.step()
     return network.eval()
+
+
+def stacked_layers(networks: Sequence[nn.Module]) -> dict[str, NDArray[Any]]:
+    """
+    Return weights (members, ...) by layer, and biases by ``LAYER_bias``.
+
+    Layers with one output have no axis for it.
+    """
+    layers: dict[str, NDArray[Any]] = {}
+    for name in dict(networks[0].named_parameters()):
+        each = [network.get_parameter(name).detach().numpy() for network in networks]
+        stacked = np.stack([values[0] if len(values) == 1 else values for values in each])
+        layers[name.replace('.weight', '').replace('.bias', '_bias')] = stacked
+    return layers
+
+
+def write_members(
+    path: Path,
+    tensors: Mapping[str, NDArray[Any]],
+    schema: int,
+    config: MemberTraining,
+    facts: Mapping[str, Any],
+    **inputs: Sequence[str],
+) -> None:
+    """Write networks with their manifest: the names of their ``inputs``, settings, and facts."""
+    network = {'members': config.members, 'width': config.width}
+    named = {kind: list(names) for kind, names in inputs.items()}
+    manifest = {'network': network | named, 'training': asdict(config), **facts}
+    write_weights(path, dict(tensors), schema, manifest)

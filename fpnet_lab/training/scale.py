@@ -11,7 +11,7 @@ measured with each real architect left out in turn, and the generated buildings 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 import torch
 from torch import nn
 
-from fpnet_core.io.weights import write_weights
 from fpnet_core.segmentation.scale_figures import COUNTS, FIGURES, LENGTHS, ScaleFigures
 from fpnet_core.segmentation.scale_model import (
     CLIP,
@@ -37,7 +36,7 @@ from fpnet_core.small_networks import standardised
 from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.training.members import MemberTraining, fit_member
+from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
 from fpnet_lab.training.scale_samples import SHEET, ScaleSamples
 
 Array = NDArray[np.float64]
@@ -123,11 +122,9 @@ def fit_scale_side(samples: ScaleSamples, side: Side, config: ScaleTraining) -> 
     x = standardised(samples.values, mean, spread, CLIP)
     y = (answer[:, 0] - target[0]) / target[1]
     data = tuple(torch.from_numpy(v.astype(np.float32)) for v in (x, y, weight / weight.mean()))
-    states = [_fit_member(data, config, member) for member in range(config.members)]
-    found = {
-        'mean': mean, 'spread': spread, 'target': target, 'tail': np.array(tail),
-        **{name: np.stack([state[name] for state in states]) for name in states[0]},
-    }  # fmt: skip
+    networks = [_fit_member(data, config, member) for member in range(config.members)]
+    moments = {'mean': mean, 'spread': spread, 'target': target, 'tail': np.array(tail)}
+    found = moments | stacked_layers(networks)
     return ScaleModel(
         {f'{side}.{name}': np.asarray(value, np.float32) for name, value in found.items()}
     )
@@ -157,8 +154,7 @@ def _moments(values: Array, weight: Array) -> tuple[Array, Array]:
 
 def _fit_member(
     data: tuple[torch.Tensor, ...], config: ScaleTraining, member: int
-) -> dict[str, NDArray[np.float32]]:
-    """Return the layers of one network."""
+) -> ScaleNetwork:
     x, y, weight = data
 
     def loss_of(network: ScaleNetwork, chosen: torch.Tensor) -> torch.Tensor:
@@ -166,14 +162,9 @@ def _fit_member(
         log_p: torch.Tensor = network(seen, y[chosen])
         return -(weight[chosen] * log_p).mean()
 
-    network = fit_member(
+    return fit_member(
         lambda: ScaleNetwork(config.width, config.dropout), loss_of, len(y), config, member
     )
-    state = {name: value.numpy() for name, value in network.state_dict().items()}
-    layers = {
-        name.replace('.weight', '').replace('.bias', '_bias'): v for name, v in state.items()
-    }
-    return layers | {'direct': layers['direct'][0], 'direct_bias': layers['direct_bias'][0]}
 
 
 def held_back_estimates(
@@ -232,14 +223,4 @@ def write_scale(
     path: Path, model: ScaleModel, config: ScaleTraining, facts: dict[str, Any]
 ) -> None:
     """Write the model with its manifest; ``facts`` join the manifest."""
-    network: dict[str, Any] = {
-        'members': config.members,
-        'width': config.width,
-        'figures': list(FIGURES),
-    }
-    write_weights(
-        path,
-        model.tensors,
-        SCALE_SCHEMA,
-        {'network': network, 'training': asdict(config), **facts},
-    )
+    write_members(path, model.tensors, SCALE_SCHEMA, config, facts, figures=FIGURES)

@@ -17,9 +17,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,23 +25,21 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import read_map
-from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
-from fpnet_core.segmentation.scale_figures import scale_figures
-from fpnet_core.segmentation.scale_model import Side
+from fpnet_core.segmentation.scale_figures import FIGURES, scale_figures
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import UNKNOWN, GridMap, Submap
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
-from fpnet_lab.pool import each_done
+from fpnet_lab.kept import make_once
 from fpnet_lab.sim.distort import redrawn, rewalled, warp_map
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
-from fpnet_lab.training.amounts import Counts
-from fpnet_lab.training.sheets_read import read_from_file
+from fpnet_lab.training.gathering import Columns, Counts, MapTask
+from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
 Array = NDArray[np.float64]
 
@@ -60,7 +56,6 @@ FIRST_SHEET = 5000
 SHEET = 'sheet'
 """What the names of sheets begin with."""
 
-_COMPARED_CELLS = 1200  # numerical: a side of the page; a room has hundreds of them
 _LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
 
 _DECLUTTER = {
@@ -100,7 +95,7 @@ class Amounts(Counts):
 
 
 @dataclass(frozen=True, eq=False)
-class ScaleSamples:
+class ScaleSamples(Columns):
     """
     ``N`` segmented maps.
 
@@ -117,14 +112,6 @@ class ScaleSamples:
     real: NDArray[np.bool_]
     final: NDArray[np.bool_]
 
-    def __len__(self) -> int:
-        """Count the samples."""
-        return len(self.truth)
-
-    def where(self, chosen: NDArray[Any]) -> ScaleSamples:
-        """Return the ``chosen``: a mask ``(N,)`` or indices."""
-        return ScaleSamples(**{name: value[chosen] for name, value in vars(self).items()})
-
 
 @dataclass(frozen=True)
 class _File:
@@ -135,48 +122,37 @@ class _File:
         return read_map(self.path, self.cell_m)
 
 
-_Row = tuple[Array, float, float, Side, str, bool, bool]
 _OfFiles = Callable[[Sequence[_File], int, np.random.Generator], GridMap | Submap]
-
-
-@dataclass(frozen=True)
-class _Task:
-    """A map to segment; ``make`` returns it in true metres, None where there is none."""
-
-    make: Callable[[np.random.Generator], GridMap | Submap | None]
-    side: Side
-    building: str
-    is_real: bool
-    key: tuple[int, int]
+ScaleTask = MapTask[GridMap | Submap | None]
+"""A map to segment in true metres, None where there is none; its kind is its side."""
 
 
 def gather_samples(
-    data: Path,
-    seed: int,
-    amounts: Amounts,
+    folder: Path,
+    tasks: Sequence[ScaleTask],
     config: SegmentationConfig,
     workers: int = 1,
     on_map: Callable[[float], None] = lambda _: None,
 ) -> ScaleSamples:
     """
-    Segment maps of known scale; the same arguments give the same samples.
+    Segment maps of known scale; what ``folder`` holds is taken over.
 
     Raises
     ------
     FpnetError
-        If the shared data is missing or incomplete.
+        If the shared data is missing or incomplete, or kept samples are unusable.
     """
-    tasks = list(_tasks(data, amounts, config))
-    rows: dict[tuple[int, int], list[_Row]] = {}
-    for task, made in each_done(partial(_rows, seed=seed, config=config), tasks, workers):
-        rows[task.key] = made
-        on_map(1.0)
-    in_order = [row for task in tasks for row in rows[task.key]]
-    values, *columns = (np.array(column) for column in zip(*in_order, strict=True))
-    return ScaleSamples(values, *columns)
+    named = {task.name: task for task in tasks}
+    make = partial(_samples, config=config)
+    return ScaleSamples.joined(
+        make_once(folder, ScaleSamples, named, make, workers, on_map, FIGURES)
+    )
 
 
-def _tasks(data: Path, amounts: Amounts, config: SegmentationConfig) -> Iterator[_Task]:
+def scale_tasks(
+    data: Path, seed: int, amounts: Amounts, config: SegmentationConfig
+) -> Iterator[ScaleTask]:
+    """Yield the maps to segment, always the same ones."""
     drawings, maps = _drawings(data), _robot_maps(data)
     counted: tuple[tuple[_OfFiles, dict[str, list[_File]], int], ...] = (
         (_drawing, drawings, amounts.drawings),
@@ -186,42 +162,36 @@ def _tasks(data: Path, amounts: Amounts, config: SegmentationConfig) -> Iterator
     for kind, (make, files, count) in enumerate(counted):
         for number, (building, found) in enumerate(files.items()):
             for variant in range(count):
-                side: Side = 'map' if kind else 'plan'
-                key = kind, 1000 * number + variant
-                yield _Task(partial(make, found, variant), side, building, True, key)
+                side = 'map' if kind else 'plan'
+                key = seed, kind, 1000 * number + variant
+                yield MapTask(partial(make, found, variant), building, side, True, key)
     for number in range(amounts.generated):
-        yield _Task(styled_drawing, 'plan', f'generated {number}', False, (3, number))
+        key = seed, 3, number
+        yield MapTask(styled_drawing, f'generated {number}', 'plan', False, key)
     for number in range(amounts.generated_maps):
-        yield _Task(_generated_map, 'map', f'generated map {number}', False, (4, number))
+        key = seed, 4, number
+        yield MapTask(_generated_map, f'generated map {number}', 'map', False, key)
     for number in range(amounts.sheets):
-        make_sheet = partial(_read_sheet, number, config)
-        yield _Task(make_sheet, 'plan', f'{SHEET} {number}', False, (5, number))
+        key = seed, 5, number
+        yield MapTask(
+            partial(_read_sheet, number, config), f'{SHEET} {number}', 'plan', False, key
+        )
 
 
-def _rows(task: _Task, seed: int, config: SegmentationConfig) -> list[_Row]:
-    cv2.setNumThreads(1)
-    rng = np.random.default_rng([seed, *task.key])
-    source = task.make(rng)
-    if source is None:
-        return []
-    return list(_states(source, task.side, task.building, task.is_real, config, rng))
-
-
-def count_maps(data: Path, amounts: Amounts) -> int:
-    """Count the maps that :func:`gather_samples` segments."""
-    drawings, maps = len(_drawings(data)), len(_robot_maps(data))
-    real = drawings * (amounts.drawings + amounts.drawn_maps) + maps * amounts.robot_maps
-    return real + amounts.generated + amounts.generated_maps + amounts.sheets
-
-
-def write_samples(path: Path, samples: ScaleSamples) -> None:
-    """Write samples as one ``.npz``."""
-    write_arrays(path, vars(samples))
-
-
-def read_samples(path: Path) -> ScaleSamples:
-    """Read what :func:`write_samples` wrote."""
-    return ScaleSamples(**read_arrays(path))
+def _samples(task: ScaleTask, config: SegmentationConfig) -> ScaleSamples:
+    """Return a map segmented at several scales."""
+    source, rng = task.begun()
+    states = [] if source is None else list(_states(source, config, rng))
+    count = len(states)
+    return ScaleSamples(
+        np.array([values for values, *_ in states]).reshape(count, len(FIGURES)),
+        np.array([reference for _, reference, *_ in states], dtype=np.float64),
+        np.array([truth for *_, truth, _ in states], dtype=np.float64),
+        np.full(count, task.kind),
+        np.full(count, task.building),
+        np.full(count, task.is_real),
+        np.array([is_final for *_, is_final in states], dtype=np.bool_),
+    )
 
 
 def _drawings(data: Path) -> dict[str, list[_File]]:
@@ -297,7 +267,7 @@ def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator)
     if read is None:
         return None
     H_plan_page = read.found.H_plan_pixel @ read.H_pixel_page
-    rooms = compared(sheet, read.found.segmentation, H_plan_page, _COMPARED_CELLS)
+    rooms = compared(sheet, read.found.segmentation, H_plan_page, COMPARED_CELLS)
     return read.in_true_metres if rooms.f1 >= _LEAST_F1 else None
 
 
@@ -316,14 +286,9 @@ def _part(grid: GridMap, rng: np.random.Generator) -> Submap:
 
 
 def _states(
-    source: GridMap | Submap,
-    side: Side,
-    building: str,
-    is_real: bool,
-    config: SegmentationConfig,
-    rng: np.random.Generator,
-) -> Iterator[_Row]:
-    """Yield a map segmented at several scales; its own metres are the true ones."""
+    source: GridMap | Submap, config: SegmentationConfig, rng: np.random.Generator
+) -> Iterator[tuple[Array, float, float, bool]]:
+    """Yield values, reference, truth and whether this is the last round, at several scales."""
     factors = [first_guess(source), *np.exp(rng.normal(0.0, _OFF)).tolist()]
     for number, factor in enumerate(factors):
         if abs(np.log(factor)) > _MOST_OFF:
@@ -332,4 +297,4 @@ def _states(
         if figures.reference is not None:
             is_final = number == len(factors) - 1
             truth = -float(np.log(factor))
-            yield figures.values, figures.reference, truth, side, building, is_real, is_final
+            yield figures.values, figures.reference, truth, is_final

@@ -21,6 +21,9 @@ from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.drawings import written
 from fpnet_lab.sim.sheets import Sheet
 
+COMPARED_CELLS = 1200
+"""Numerical: a side of the page where it is compared with the truth; a room has hundreds."""
+
 
 @dataclass(frozen=True, eq=False)
 class SheetRead:

@@ -28,6 +28,7 @@ _PANELS = {
 }
 _GENERATED, _REAL, _SINGLE = '#1f6fb4', '#d1495b', '#e9a9b2'
 _COLUMNS = 3
+_LEGEND_INCHES = 0.4  # chosen: of the strip above
 _PER_STOREY = 'rooms_per_plan'  # one value each: no distribution of its own
 
 
@@ -42,12 +43,15 @@ def save_population(
     from matplotlib.figure import Figure
 
     rows = -(-len(_PANELS) // _COLUMNS)
-    figure = Figure(figsize=(3.6 * _COLUMNS, 2.9 * rows), layout='constrained')
-    for ax, name in zip(figure.subplots(rows, _COLUMNS).ravel(), _PANELS, strict=True):
+    figure = Figure(figsize=(3.6 * _COLUMNS, 2.9 * rows + _LEGEND_INCHES), layout='constrained')
+    heights = [_LEGEND_INCHES, 2.9 * rows]
+    above, panels = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
+    axes = panels.subplots(rows, _COLUMNS).ravel()
+    for ax, name in zip(axes, _PANELS, strict=True):
         singles = [] if name == _PER_STOREY else [storey[name] for storey in real_storeys]
         _draw_panel(ax, name, generated[name], real[name], singles)
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc='outside upper center', ncols=3, frameon=False)
+    handles, labels = axes[0].get_legend_handles_labels()
+    above.legend(handles, labels, loc='center', ncols=3, frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
 

@@ -18,7 +18,7 @@ from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, re
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fpnet_lab.sim.pairs import PairScene
+    from fpnet_lab.sim.pairs import MappedPair
 
 # Chosen, not measured:
 _NO_PARTNER: Colour = (0.25, 0.25, 0.25)
@@ -34,7 +34,7 @@ _PAPER = 0.8
 
 def save_gallery(
     drawings: Sequence[tuple[str, GridMap]],
-    scenes: Sequence[PairScene],
+    pairs: Sequence[MappedPair],
     path: Path,
     columns: int = 6,
 ) -> None:
@@ -45,7 +45,7 @@ def save_gallery(
     """
     from matplotlib.figure import Figure
 
-    rows = [-(-len(drawings) // columns), -(-2 * len(scenes) // columns)]
+    rows = [-(-len(drawings) // columns), -(-2 * len(pairs) // columns)]
     tile_in = _SHEET_IN / columns
     figure = Figure(figsize=(_SHEET_IN, tile_in * sum(rows)), layout='constrained')
     axes = figure.subplots(sum(rows), columns, squeeze=False).ravel()
@@ -55,8 +55,8 @@ def save_gallery(
         draw_page(ax, grid, round(tile_in * _DPI))
         ax.set_title(title, fontsize=_TITLE_PT)
     first = rows[0] * columns
-    for i, scene in enumerate(scenes):
-        draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], scene)
+    for i, mapped in enumerate(pairs):
+        draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], mapped)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_DPI)
 
@@ -83,13 +83,13 @@ def bold(grid: GridMap) -> GridMap:
     return replace(grid, cells=blocks.max(axis=(1, 3)), resolution=grid.resolution * factor)
 
 
-def draw_pair(plan_ax: Axes, sub_ax: Axes, scene: PairScene) -> None:
+def draw_pair(plan_ax: Axes, sub_ax: Axes, mapped: MappedPair) -> None:
     """
     Draw a pair's drawing and submap with the robot's path.
 
     Partners share a colour; submap regions without one are dark, ignored ones grey.
     """
-    pair = scene.pair
+    pair = mapped.pair
     labels = pair.sub_labels.tolist()
     seen = set(labels)
     plan_colours = {i: _ABSENT for i in range(len(pair.plan_graph)) if i not in seen}
@@ -97,13 +97,13 @@ def draw_pair(plan_ax: Axes, sub_ax: Axes, scene: PairScene) -> None:
         i: region_colour(label) if label >= 0 else (_IGNORED if label == IGNORE else _NO_PARTNER)
         for i, label in enumerate(labels)
     }
-    draw_grid(plan_ax, bold(scene.plan_segmentation.grid))
-    draw_segmentation(plan_ax, scene.plan_segmentation, plan_colours)
-    plan_ax.plot(*pair.A_plan_submap.apply(scene.submap.path_xy).T, color=_PATH, linewidth=0.6)
+    draw_grid(plan_ax, bold(mapped.plan_segmentation.grid))
+    draw_segmentation(plan_ax, mapped.plan_segmentation, plan_colours)
+    plan_ax.plot(*pair.A_plan_submap.apply(mapped.submap.path_xy).T, color=_PATH, linewidth=0.6)
     plan_ax.set_title(f'{pair.family}: {len(pair.plan_graph)} regions', fontsize=_TITLE_PT)
-    draw_grid(sub_ax, bold(scene.submap.grid))
-    draw_segmentation(sub_ax, scene.sub_segmentation, sub_colours)
-    sub_ax.plot(*scene.submap.path_xy.T, color=_PATH, linewidth=0.6)
+    draw_grid(sub_ax, bold(mapped.submap.grid))
+    draw_segmentation(sub_ax, mapped.sub_segmentation, sub_colours)
+    sub_ax.plot(*mapped.submap.path_xy.T, color=_PATH, linewidth=0.6)
     matched = sum(label >= 0 for label in labels)
     sub_ax.set_title(
         f'{matched} of {len(labels)} with a partner, {pair.explored_area_m2:.0f} m²',

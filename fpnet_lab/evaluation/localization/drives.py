@@ -19,7 +19,7 @@ from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import MapSide
 from fpnet_core.types import GridMap, LocalizerOutput, Status
 from fpnet_lab.baselines.monte_carlo import planar_slice
-from fpnet_lab.evaluation.localization.records import Belief, MethodRun
+from fpnet_lab.evaluation.localization.records import MethodRun, TickBelief
 
 KEEP_EVERY = 3
 """One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
@@ -28,7 +28,7 @@ _KB_PER_MB = 1024.0  # given
 
 
 @dataclass(eq=False)
-class Drive:
+class Registrar:
     """
     Registers scans and keeps what later runs share.
 
@@ -115,10 +115,10 @@ def _refuse(scan: Scan) -> RegisteredSweep:
     raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
-def _belief(output: LocalizerOutput) -> Belief:
+def _belief(output: LocalizerOutput) -> TickBelief:
     if output.status is Status.LOCALIZED:
-        return Belief(output.stamp_ns, output.probability, output.A_plan_odom)
+        return TickBelief(output.stamp_ns, output.probability, output.A_plan_odom)
     if not output.estimates or output.submap is None:
-        return Belief(output.stamp_ns, output.probability, None)
+        return TickBelief(output.stamp_ns, output.probability, None)
     placed = output.estimates[0].A_plan_submap @ output.submap.T_odom_submap.inv()
-    return Belief(output.stamp_ns, output.probability, placed)
+    return TickBelief(output.stamp_ns, output.probability, placed)

@@ -9,13 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.records import Record
 
 COLUMNS = (
     'method', 'right', 'claimed, right', 'claimed, wrong', 'first pose',
     "claims on other buildings' plans", 'error', 'a look',
 )  # fmt: skip
-_ROUGH = 'rough'  # drives on rough drawings are the localizer's own
+MAP_COLUMNS = (
+    'method', 'right', 'claimed, right', 'claimed, wrong', "claims on other buildings' plans",
+    'a map',
+)  # fmt: skip
 
 
 def peer_figures(records: Sequence[Record]) -> dict[str, dict[str, Any]]:
@@ -28,7 +32,7 @@ def peer_figures(records: Sequence[Record]) -> dict[str, dict[str, Any]]:
     ``look_s``, the median time of a look. Of plans without a right answer, ``foreign`` that all
     methods met and ``foreign_claims`` on them.
     """
-    kept = [record for record in records if record.group != _ROUGH]
+    kept = [record for record in records if record.group != ROUGH_GROUP]
     methods = dict.fromkeys(record.method for record in kept)
     met = [{(r.case, r.plan) for r in kept if r.method == name} for name in methods]
     common = set.intersection(*met) if met else set()
@@ -75,6 +79,25 @@ def peer_rows(peers: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
     ]
 
 
+def map_rows(methods: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
+    """Return the cells of :data:`MAP_COLUMNS`: robots' maps of all bands, one row a method."""
+    rows = []
+    for name, figures in methods.items():
+        bands = list(figures['bands'].values())
+        pairs, foreign = (sum(band[key] for band in bands) for key in ('pairs', 'foreign_pairs'))
+        counts = [
+            sum(round((band[key] or 0.0) * band['pairs']) for band in bands) for key in _SHARES
+        ]
+        claims = sum(
+            round((band['foreign_claimed'] or 0.0) * band['foreign_pairs']) for band in bands
+        )
+        asked = f'{claims} of {foreign}' if foreign else 'not asked'
+        took = _with_unit(1e-3 * figures['ms_per_pair'], 's', 2)
+        rows.append([f'`{name}`', *(f'{count} of {pairs}' for count in counts), asked, took])
+    return rows
+
+
+_SHARES = ('right', 'claimed_right', 'wrong_and_claimed')
 _COUNTS = ('right', 'claimed_right', 'claimed_wrong')
 
 

@@ -65,6 +65,6 @@ def _axis_scales(distortion: Distortion, rng: np.random.Generator) -> Sequence[f
     if distortion is Distortion.SKETCH:
         return tuple(1.0 + rng.uniform(-_SKETCH_STRETCH, _SKETCH_STRETCH, size=2))
     largest = _STRETCH.get(distortion, 0.0)
-    sign = 1.0 if rng.random() < 0.5 else -1.0
+    sign = float(np.copysign(1.0, 0.5 - rng.random()))
     share = largest * rng.uniform(_LEAST_STRETCH, 1.0, size=2)
     return 1.0 + sign * float(share[0]), 1.0 - sign * float(share[1])

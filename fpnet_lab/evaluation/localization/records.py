@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Belief:
+class TickBelief:
     """The best placement at a tick, None where there is none, and its probability."""
 
     stamp_ns: int
@@ -49,7 +48,7 @@ class MethodRun:
 
     published: PlanarTrajectory
     odometry: PlanarTrajectory
-    beliefs: tuple[Belief, ...]
+    beliefs: tuple[TickBelief, ...]
     tick_ms: Array
     add_scan_ms: Array
     rss_mb: float
@@ -99,17 +98,6 @@ class Record:
     statuses: tuple[str, ...] = ()
     nees_mean: float | None = None
     inside_95: float | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, values: dict[str, Any]) -> Record:
-        """Return the record of such a mapping."""
-        beliefs = tuple((float(p), bool(right)) for p, right in values['beliefs'])
-        sequences = {name: tuple(values[name]) for name in ('tick_ms', 'statuses')}
-        return cls(**{**values, **sequences, 'beliefs': beliefs})
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,18 @@ from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_lab.baselines.answer import Answer
 from fpnet_lab.baselines.branch_and_bound import BranchAndBound
+from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS
 from fpnet_lab.baselines.correlative import search_placement
 from fpnet_lab.baselines.matcher_ransac import place_by_ransac
 from fpnet_lab.baselines.monte_carlo import MonteCarlo, MonteCarloSettings
-from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, resident_mb
-from fpnet_lab.evaluation.localization.records import Belief, MethodRun, stamp_at_path
+from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, resident_mb
+from fpnet_lab.evaluation.localization.records import MethodRun, TickBelief, stamp_at_path
 
 CHECKPOINTS_M = (10.0, 20.0, 40.0)
-"""Paths after which branch and bound looks; what it found stands until the next look. Chosen."""
+"""
+Paths after which branch and bound and what registers clouds look; what they found stands until
+the next look. Chosen.
+"""
 
 CORRELATIVE_CHECKPOINTS_M = (40.0,)
 """The same of the correlative search, which takes seconds for one look. Chosen."""
@@ -38,10 +42,16 @@ Look = Callable[[LocalizerOutput], tuple[Answer | None, float]]
 """Places a tick's submap; also returns the milliseconds that it took."""
 
 
-def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[str, MethodRun]:
-    """Return the run of each baseline by name, on the plan that ``product`` ran on."""
+def run_rivals(
+    product: ProductRun, registrar: Registrar, config: FpnetConfig, clouds: Sequence[str] = ()
+) -> dict[str, MethodRun]:
+    """
+    Return the run of each baseline by name, on the plan that ``product`` ran on.
+
+    ``clouds`` are those of :data:`CLOUD_METHODS` that run as well.
+    """
     scales = allowed_scales(config.pose.scale_tolerance)
-    search = BranchAndBound(product.plan.evidence, scales)
+    search, plan = BranchAndBound(product.plan.evidence, scales), product.plan.segmentation.grid
     return {
         'matcher_ransac': _looking(product, product.ticks, _ransac(product)),
         'branch_and_bound': _looking(
@@ -50,9 +60,15 @@ def run_rivals(product: ProductRun, drive: Drive, config: FpnetConfig) -> dict[s
         'correlative': _looking(
             product,
             _checkpoints(product, CORRELATIVE_CHECKPOINTS_M),
-            _timed(partial(_correlated, product.plan.segmentation.grid, scales)),
+            _timed(partial(_correlated, plan, scales)),
         ),
-        'monte_carlo': _monte_carlo(product, drive, config.seed),
+        'monte_carlo': _monte_carlo(product, registrar, config.seed),
+        **{
+            name: _looking(
+                product, _checkpoints(product, CHECKPOINTS_M), _timed(CLOUD_METHODS[name](plan))
+            )
+            for name in clouds
+        },
     }
 
 
@@ -102,7 +118,7 @@ def _checkpoints(product: ProductRun, paths_m: Sequence[float]) -> tuple[Localiz
 
 def _looking(product: ProductRun, ticks: Sequence[LocalizerOutput], look: Look) -> MethodRun:
     """Place the submaps of some ticks; odometry carries on between them."""
-    beliefs: list[Belief] = []
+    beliefs: list[TickBelief] = []
     claims: list[Affine2D | None] = []
     tick_ms: list[float] = []
     rss_mb = resident_mb()
@@ -112,7 +128,7 @@ def _looking(product: ProductRun, ticks: Sequence[LocalizerOutput], look: Look) 
         tick_ms.append(took_ms)
         rss_mb = max(rss_mb, resident_mb())
         A = placement.A_plan_submap @ tick.submap.T_odom_submap.inv() if placement else None
-        beliefs.append(Belief(tick.stamp_ns, placement.score if placement else 0.0, A))
+        beliefs.append(TickBelief(tick.stamp_ns, placement.score if placement else 0.0, A))
         claims.append(A if placement and placement.is_claimed else None)
     stamps = [tick.stamp_ns for tick in ticks]
     return MethodRun(
@@ -164,7 +180,7 @@ class _Claim:
     is_claimed: bool
 
 
-def _monte_carlo(product: ProductRun, drive: Drive, seed: int) -> MethodRun:
+def _monte_carlo(product: ProductRun, registrar: Registrar, seed: int) -> MethodRun:
     """Feed every scan's planar slice; updates are the ticks."""
     rng = np.random.default_rng(seed)
     filter_ = MonteCarlo(product.plan.evidence, rng, MonteCarloSettings())
@@ -173,7 +189,7 @@ def _monte_carlo(product: ProductRun, drive: Drive, seed: int) -> MethodRun:
     tick_ms: list[float] = []
     add_ms: list[float] = []
     rss_mb = resident_mb()
-    for index, beams in enumerate(drive.slices[: len(odometry)]):
+    for index, beams in enumerate(registrar.slices[: len(odometry)]):
         x, y = odometry.xy[index]
         T_odom_base = SE2.from_xy_yaw(x, y, float(odometry.yaw[index]))
         start = time.perf_counter()
@@ -195,7 +211,7 @@ def _monte_carlo(product: ProductRun, drive: Drive, seed: int) -> MethodRun:
     return MethodRun(
         published=carried(odometry, [a.stamp_ns for a in answers], claims),
         odometry=odometry,
-        beliefs=tuple(Belief(a.stamp_ns, a.share, a.T_plan_odom) for a in answers),
+        beliefs=tuple(TickBelief(a.stamp_ns, a.share, a.T_plan_odom) for a in answers),
         tick_ms=np.array(tick_ms),
         add_scan_ms=np.array(add_ms),
         rss_mb=rss_mb,

@@ -13,8 +13,14 @@ from fpnet_core.config import FpnetConfig, parse_config
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, Kind, plain_cases
-from fpnet_lab.evaluation.localization.drives import Drive, ProductRun, run_product
+from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
 from fpnet_lab.evaluation.localization.figures import PRODUCT
+from fpnet_lab.evaluation.localization.inputs import (
+    CaseInputs,
+    make_inputs,
+    make_plan,
+    make_rough_plan,
+)
 from fpnet_lab.evaluation.localization.records import (
     JUDGED_AT_M,
     MethodRun,
@@ -25,12 +31,6 @@ from fpnet_lab.evaluation.localization.records import (
     judge,
 )
 from fpnet_lab.evaluation.localization.rivals import run_rivals
-from fpnet_lab.evaluation.localization.scenes import (
-    Scene,
-    make_plan,
-    make_rough_plan,
-    make_scene,
-)
 
 TICK_PERIOD_S = 2.0
 OPEN_SET_TICK_PERIOD_S = 5.0
@@ -49,7 +49,11 @@ GROUP_SETTINGS: dict[str, dict[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Job:
-    """A case and how to run it; ``suite_seed`` numbers the other buildings' plans."""
+    """
+    A case and how to run it; ``suite_seed`` numbers the other buildings' plans.
+
+    ``clouds`` are those baselines that need packages of their own.
+    """
 
     case: Case
     config: FpnetConfig
@@ -57,6 +61,7 @@ class Job:
     data: Path
     with_baselines: bool = True
     strip: Path | None = None
+    clouds: tuple[str, ...] = ()
 
 
 def run_case(job: Job) -> tuple[Record, ...]:
@@ -71,33 +76,33 @@ def run_case(job: Job) -> tuple[Record, ...]:
         If a plan or the weights cannot be used.
     """
     case, config = job.case, settings_of(job.case, job.config)
-    scene = make_scene(case, job.data)
-    drive = Drive(KissOdometry(config.odometry))
-    product = run_product(drive.follow(scene.scans), scene.plan, config, _period_s(case))
-    truth = _truth(case, scene)
+    inputs = make_inputs(case, job.data)
+    registrar = Registrar(KissOdometry(config.odometry))
+    product = run_product(registrar.follow(inputs.scans), inputs.plan, config, _period_s(case))
+    truth = _truth(case, inputs)
     records = [judge(_labels(case, PRODUCT), product.run, truth)]
     if job.with_baselines:
-        records += _judged_rivals(case, product, drive, config, truth)
+        records += _judged_rivals(case, product, registrar, job, truth)
     if job.strip is not None:
         _draw_strip(job.strip, case, product, truth)
     del product
     if case.has_rough_plan:
-        records.append(_on_rough_plan(job, drive, scene))
-    for index, (name, group, plan) in enumerate(_false_plans(job, scene)):
+        records.append(_on_rough_plan(job, registrar, inputs))
+    for index, (name, group, plan) in enumerate(_false_plans(job, inputs)):
         false_case = replace(case, group=group)
-        product = run_product(drive.kept, plan, config, OPEN_SET_TICK_PERIOD_S)
+        product = run_product(registrar.kept, plan, config, OPEN_SET_TICK_PERIOD_S)
         records.append(judge(_labels(false_case, PRODUCT, name), product.run, None))
         if job.with_baselines and index == 0:
-            records += _judged_rivals(false_case, product, drive, config, None, name)
+            records += _judged_rivals(false_case, product, registrar, job, None, name)
     return tuple(records)
 
 
-def _on_rough_plan(job: Job, drive: Drive, scene: Scene) -> Record:
+def _on_rough_plan(job: Job, registrar: Registrar, inputs: CaseInputs) -> Record:
     """Run the localizer over the drive's kept scans on a rough drawing of the building."""
     case = replace(job.case, group=ROUGH_GROUP)
     rough = make_rough_plan(case)
-    product = run_product(drive.kept, rough.grid, job.config, TICK_PERIOD_S)
-    truth = Truth(scene.truth, rough.A_plan_building, JUDGED_AT_M)
+    product = run_product(registrar.kept, rough.grid, job.config, TICK_PERIOD_S)
+    truth = Truth(inputs.truth, rough.A_plan_building, JUDGED_AT_M)
     return judge(_labels(case, PRODUCT, f'{case.name} {ROUGH_GROUP}'), product.run, truth)
 
 
@@ -126,9 +131,9 @@ def _period_s(case: Case) -> float:
     return LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
 
 
-def _truth(case: Case, scene: Scene) -> Truth:
+def _truth(case: Case, inputs: CaseInputs) -> Truth:
     judged_at_m = JUDGED_AT_M if case.kind is Kind.GENERATED else float('inf')
-    return Truth(scene.truth, scene.A_plan_truth, judged_at_m)
+    return Truth(inputs.truth, inputs.A_plan_truth, judged_at_m)
 
 
 def _labels(case: Case, method: str, plan: str = '') -> RunLabels:
@@ -140,19 +145,20 @@ def _labels(case: Case, method: str, plan: str = '') -> RunLabels:
 def _judged_rivals(
     case: Case,
     product: ProductRun,
-    drive: Drive,
-    config: FpnetConfig,
+    registrar: Registrar,
+    job: Job,
     truth: Truth | None,
     plan: str = '',
 ) -> list[Record]:
-    runs: dict[str, MethodRun] = run_rivals(product, drive, config)
+    config = settings_of(job.case, job.config)
+    runs: dict[str, MethodRun] = run_rivals(product, registrar, config, job.clouds)
     return [judge(_labels(case, name, plan), run, truth) for name, run in runs.items()]
 
 
-def _false_plans(job: Job, scene: Scene) -> Iterator[tuple[str, str, GridMap]]:
+def _false_plans(job: Job, inputs: CaseInputs) -> Iterator[tuple[str, str, GridMap]]:
     """Yield names, groups and plans on which every claim is false."""
     plain = plain_cases(job.suite_seed) if job.case.wrong_cases else ()
     for number in job.case.wrong_cases:
         yield plain[number].name, 'wrong_building', make_plan(plain[number])
     if job.case.has_mirrored_plan:
-        yield f'{job.case.name} mirrored', 'mirrored_plan', scene.plan.mirrored()
+        yield f'{job.case.name} mirrored', 'mirrored_plan', inputs.plan.mirrored()

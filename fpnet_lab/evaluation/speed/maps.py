@@ -29,7 +29,7 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Region, RegionGraph, Region
 from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs
 from fpnet_lab.evaluation.speed.timing import REPEATS, Figure, median_of, shell_figure
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import PairScene, generate_scene
+from fpnet_lab.sim.pairs import MappedPair, generate_mapped_pair
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import STYLES
@@ -40,7 +40,7 @@ _LARGE_FAMILY, _LARGE_ROOMS, _LARGE_SEED = 'racetrack', (40, 60), 11
 _TRIAL_CELL_M = 0.1  # numerical: what a drawing's size is found at
 _BORMANN_CELL_M = 0.05  # given: of all drawings of that collection
 _GRID_SPACING_M = 4.0  # chosen: of rooms on a grid
-_SCENE_SEED, _SCENE = 900, 0  # chosen: a submap of a generated tour, and its plan
+_PAIR_SEED, _PAIR = 900, 0  # chosen: a submap of a generated tour, and its plan
 
 
 def bormann_figure(data: Path) -> Figure:
@@ -102,15 +102,15 @@ def match_figures() -> list[Figure]:
 
 def judge_figures() -> list[Figure]:
     """Return how long the evidence of a tick's placements takes, and the judge's network."""
-    config, scene = FpnetConfig(), _scene()
+    config, mapped = FpnetConfig(), _mapped()
     model = configured_model(config.localizer)
     judge = Judge(model, config.localizer.plan_prior)
     finder = Finder(LearnedMatcher(config.matcher), judge, config)
     search = tolerant_search(config.pose.scale_tolerance, config.pose)
-    plan = plan_side(scene.plan_segmentation)
-    cut = scene.sub_segmentation
-    sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(scene.submap.grid))
-    *_, found = finder.looks(plan, sub, scene.submap.free_area_m2, search, StageTimer())
+    plan = plan_side(mapped.plan_segmentation)
+    cut = mapped.sub_segmentation
+    sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
+    *_, found = finder.looks(plan, sub, mapped.submap.free_area_m2, search, StageTimer())
 
     def evidence() -> object:
         # A tick's submap is new: nothing is derived from it yet.
@@ -128,11 +128,11 @@ def judge_figures() -> list[Figure]:
 
 def shell_figures() -> list[Figure]:
     """Return how long ``fpnet match`` takes from the shell, ``fpnet localize`` and the help."""
-    scene = _scene()
+    mapped = _mapped()
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
-        write_map(scene.plan_segmentation.grid, folder / 'plan.yaml')
-        write_map(scene.submap.grid, folder / 'robot.yaml')
+        write_map(mapped.plan_segmentation.grid, folder / 'plan.yaml')
+        write_map(mapped.submap.grid, folder / 'robot.yaml')
         _write_scans(folder / 'scans')
         match = ['match', '--plan', 'plan.yaml', '--submap', 'robot.yaml', '--json', 'match.json']
         localize = ['localize', 'scans', '--floorplan', 'plan.yaml', '--json', 'run.json']
@@ -143,8 +143,8 @@ def shell_figures() -> list[Figure]:
         ]
 
 
-def _scene() -> PairScene:
-    return generate_scene(_SCENE_SEED, _SCENE, SimConfig())
+def _mapped() -> MappedPair:
+    return generate_mapped_pair(_PAIR_SEED, _PAIR, SimConfig())
 
 
 def _write_scans(folder: Path) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.render import paint_rings
-from fpnet_lab.sim.sheets.scene import Area, Array, Role
+from fpnet_lab.sim.sheets.artwork import Area, Array, Role
 from fpnet_lab.sim.sheets.sheet import Sheet
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, outlines_of, solid_parts
 
@@ -42,7 +42,7 @@ def sheet_classes(
     painter = _Painter(S @ H @ sheet.H_image_page, shape)
     for storey in sheet.storeys:
         _paint_storey(painter, storey, sheet)
-    for mark in sheet.scene.marks:  # columns; walls once more where they are areas
+    for mark in sheet.artwork.marks:  # columns; walls once more where they are areas
         if isinstance(mark, Area) and mark.role is Role.WALL:
             painter.fill(list(mark.rings), WALL)
     return painter.classes()

@@ -11,6 +11,18 @@ import shapely
 
 from fpnet_core.geometry import SE2
 from fpnet_lab.sim.sheets import page
+from fpnet_lab.sim.sheets.artwork import (
+    Area,
+    Array,
+    Artwork,
+    Box,
+    Colour,
+    Letters,
+    Mark,
+    Role,
+    box_ring,
+    inverted,
+)
 from fpnet_lab.sim.sheets.colouring import (
     Departments,
     arrow_marks,
@@ -26,18 +38,6 @@ from fpnet_lab.sim.sheets.lettering import (
     room_letters,
 )
 from fpnet_lab.sim.sheets.looks import Look, Trait
-from fpnet_lab.sim.sheets.scene import (
-    Area,
-    Array,
-    Box,
-    Colour,
-    Letters,
-    Mark,
-    Role,
-    Scene,
-    box_ring,
-    inverted,
-)
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_marks
 from fpnet_lab.sim.types import BuildingPlan
 
@@ -60,7 +60,7 @@ class Beside:
 class Layout:
     """A sheet as drawn: its marks, the storeys and what stands beside them."""
 
-    scene: Scene
+    artwork: Artwork
     storeys: tuple[PlacedStorey, ...]
     beside: tuple[Beside, ...]
 
@@ -109,10 +109,10 @@ def compose(plans: tuple[BuildingPlan, ...], look: Look, rng: np.random.Generato
     storeys = tuple(_moved(storey, spare - low) for storey in storeys)
     sheet = _Sheet(look, rng, [], [])
     _draw_all(sheet, storeys, size, column_m)
-    scene = Scene(size, look.denominator, tuple(sheet.marks), _paper(look, rng))
+    artwork = Artwork(size, look.denominator, tuple(sheet.marks), _paper(look, rng))
     if Trait.INVERTED in look.traits:
-        scene = inverted(scene)
-    return Layout(scene, storeys, tuple(sheet.beside))
+        artwork = inverted(artwork)
+    return Layout(artwork, storeys, tuple(sheet.beside))
 
 
 def _draw_turn(look: Look, rng: np.random.Generator) -> float:

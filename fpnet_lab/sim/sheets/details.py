@@ -7,9 +7,9 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
+from fpnet_lab.sim.sheets.artwork import Area, Array, Colour, Lines, Mark, Pen, Role, lines_of
 from fpnet_lab.sim.sheets.furnishing import furnish_symbols
 from fpnet_lab.sim.sheets.looks import Look, Trait
-from fpnet_lab.sim.sheets.scene import Area, Array, Colour, Lines, Mark, Pen, Role, lines_of
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, hatch, outlines_of
 from fpnet_lab.sim.types import polygons_from_rings
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A scene as DXF: layers, units, arcs, texts, dimensions and blocks as offices hand them out."""
+"""Artwork as DXF: layers, units, arcs, texts, dimensions and blocks as offices hand them out."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from ezdxf.layouts.blocklayout import BlockLayout
 import numpy as np
 
 from fpnet_core.geometry import Affine2D, Similarity2D
-from fpnet_lab.sim.sheets.scene import (
+from fpnet_lab.sim.sheets.artwork import (
     Arcs,
     Area,
+    Artwork,
     Colour,
     Dimension,
     Letters,
@@ -27,7 +28,6 @@ from fpnet_lab.sim.sheets.scene import (
     Mark,
     Pen,
     Role,
-    Scene,
     strokes_of,
 )
 
@@ -82,9 +82,11 @@ def draw_dxf_style(rng: np.random.Generator) -> DxfStyle:
     return DxfStyle(unit, (float(origin[0]), float(origin[1])), blocks, exploded, paper_space)
 
 
-def write_dxf(scene: Scene, path: Path, layers: Mapping[Role, str], style: DxfStyle) -> Affine2D:
+def write_dxf(
+    artwork: Artwork, path: Path, layers: Mapping[Role, str], style: DxfStyle
+) -> Affine2D:
     """
-    Write the scene in model space; of a sheet on dark paper only the ink.
+    Write the artwork in model space; of a sheet on dark paper only the ink.
 
     Returns
     -------
@@ -96,11 +98,11 @@ def write_dxf(scene: Scene, path: Path, layers: Mapping[Role, str], style: DxfSt
     drawing.header['$MEASUREMENT'] = 1
     for name in sorted({*layers.values(), '0'} - {'0'}):
         drawing.layers.add(name)
-    paper_m = 1e3 / scene.denominator
+    paper_m = 1e3 / artwork.denominator
     A_paper_page = Similarity2D.from_scale_yaw(paper_m, 0.0, (0.0, 0.0))
-    model = _Writer(drawing.modelspace(), style.A_file_page, layers, scene.denominator)
-    paper = _Writer(drawing.layout('Layout1'), A_paper_page, layers, scene.denominator)
-    for number, mark in enumerate(scene.marks):
+    model = _Writer(drawing.modelspace(), style.A_file_page, layers, artwork.denominator)
+    paper = _Writer(drawing.layout('Layout1'), A_paper_page, layers, artwork.denominator)
+    for number, mark in enumerate(artwork.marks):
         writer = paper if style.paper_space and mark.role is Role.SHEET else model
         if style.blocks and mark.role in _BLOCK_ROLES:
             block = drawing.blocks.new(f'SYMBOL_{number}')

@@ -14,11 +14,11 @@ from PIL import Image
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import write_map
 from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.sheets.artwork import Array
 from fpnet_lab.sim.sheets.dxf import draw_dxf_style, write_dxf
 from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES
 from fpnet_lab.sim.sheets.looks import SheetKind
 from fpnet_lab.sim.sheets.painting import write_pdf
-from fpnet_lab.sim.sheets.scene import Array
 from fpnet_lab.sim.sheets.sheet import Sheet
 from fpnet_lab.sim.sheets.svg import write_svg
 
@@ -36,8 +36,8 @@ _FILE_STREAM, _PICTURE_STREAM = 1, 2  # given: of a sheet's seed: how its files 
 _PALETTE_SHARE, _PALETTE_COLOURS = 0.15, 64
 _ORIENTATION_TAG = 0x0112  # given
 _UPRIGHT = 1  # given
-# How the stored picture is turned against the scene for each EXIF orientation, and its x and y
-# axes in the scene's.
+# How the stored picture is turned against the artwork for each EXIF orientation, and its x and y
+# axes in the artwork's.
 _HELD = {
     3: (Image.Transpose.ROTATE_180, (-1.0, 0.0), (0.0, -1.0)),
     6: (Image.Transpose.ROTATE_90, (0.0, 1.0), (-1.0, 0.0)),
@@ -100,16 +100,16 @@ def write_vector(sheet: Sheet, path: Path) -> dict[str, Any]:
     style = draw_dxf_style(rng)
     known: dict[str, Any] = {'layers': {}}
     if path.suffix == '.pdf':
-        write_pdf(sheet.scene, path)
-        per_m = _POINTS_PER_MM * 1e3 / sheet.scene.denominator
-        top = sheet.scene.size_m[1] * per_m
+        write_pdf(sheet.artwork, path)
+        per_m = _POINTS_PER_MM * 1e3 / sheet.artwork.denominator
+        top = sheet.artwork.size_m[1] * per_m
         A = Affine2D(np.diag([per_m, -per_m]), np.array([0.0, top]))
         return {**known, 'A_file_page': A.matrix.tolist()}
     known['layers'] = {role.value: name for role, name in LAYERINGS[layering].items()}
     if path.suffix == '.svg':
-        A = write_svg(sheet.scene, path, LAYERINGS[layering], units_per_mm)
+        A = write_svg(sheet.artwork, path, LAYERINGS[layering], units_per_mm)
         return {**known, 'A_file_page': A.matrix.tolist()}
-    A = write_dxf(sheet.scene, path, LAYERINGS[layering], style)
+    A = write_dxf(sheet.artwork, path, LAYERINGS[layering], style)
     return {**known, 'A_file_page': A.matrix.tolist(), 'unit': style.unit}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from fpnet_lab.sim.sheets.scene import Arcs, Array, Lines, Pen, Role, Stroke, circles
+from fpnet_lab.sim.sheets.artwork import Arcs, Array, Lines, Pen, Role, Stroke, circles
 from fpnet_lab.sim.types import BuildingPlan
 
 DOOR_CLEARANCE_M = 1.1

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from fpnet_lab.sim.sheets.scene import Role
+from fpnet_lab.sim.sheets.artwork import Role
 
 LAYERINGS: dict[str, dict[Role, str]] = {
     'national': {

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from fpnet_lab.sim.sheets.scene import Colour, Pen
+from fpnet_lab.sim.sheets.artwork import Colour, Pen
 
 WallLook = Literal['solid', 'thin', 'outlined', 'hatched', 'tinted']
 DoorLook = Literal['gap', 'leaf', 'arc']

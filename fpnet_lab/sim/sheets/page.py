@@ -11,10 +11,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from fpnet_lab.sim.sheets.colouring import Departments
-from fpnet_lab.sim.sheets.lettering import LETTER_ASPECT
-from fpnet_lab.sim.sheets.looks import Look
-from fpnet_lab.sim.sheets.scene import (
+from fpnet_lab.sim.sheets.artwork import (
     Area,
     Array,
     Box,
@@ -27,6 +24,9 @@ from fpnet_lab.sim.sheets.scene import (
     circles,
     lines_of,
 )
+from fpnet_lab.sim.sheets.colouring import Departments
+from fpnet_lab.sim.sheets.lettering import LETTER_ASPECT
+from fpnet_lab.sim.sheets.looks import Look
 from fpnet_lab.sim.sheets.storeys import arrow_head
 
 TITLE_MM = (120.0, 45.0)

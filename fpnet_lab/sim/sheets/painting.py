@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A scene as pixels or as a PDF's page, both painted by matplotlib."""
+"""Artwork as pixels or as a PDF's page, both painted by matplotlib."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from matplotlib.path import Path as Outline
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_lab.sim.sheets.scene import Arcs, Area, Array, Letters, Lines, Pen, Scene, Stroke
+from fpnet_lab.sim.sheets.artwork import Arcs, Area, Array, Artwork, Letters, Lines, Pen, Stroke
 
 _INCH_MM, _POINT_IN = 25.4, 1.0 / 72.0  # physical: by definition
 CAPITAL_SHARE = 0.72
@@ -28,38 +28,38 @@ CAPITAL_SHARE = 0.72
 _SETTINGS: Any = {'path.simplify': False, 'pdf.fonttype': 42, 'lines.scale_dashes': False}
 
 
-def rasterise(scene: Scene, resolution_m: float) -> NDArray[np.uint8]:
-    """Return the scene's pixels (H, W, 4): red, green, blue and opacity, row 0 at the top."""
-    dots_per_inch = _INCH_MM * 1e-3 * scene.denominator / resolution_m
+def rasterise(artwork: Artwork, resolution_m: float) -> NDArray[np.uint8]:
+    """Return the artwork's pixels (H, W, 4): red, green, blue and opacity, row 0 at the top."""
+    dots_per_inch = _INCH_MM * 1e-3 * artwork.denominator / resolution_m
     with rc_context(_SETTINGS):
         # matplotlib rounds down to whole pixels, hence the hundredth.
-        pixels = np.round(np.array(scene.size_m) / resolution_m) + 0.01
-        figure = _figure(scene, dots_per_inch, pixels / dots_per_inch)
+        pixels = np.round(np.array(artwork.size_m) / resolution_m) + 0.01
+        figure = _figure(artwork, dots_per_inch, pixels / dots_per_inch)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()  # type: ignore[no-untyped-call]
         shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         return np.array(shown, dtype=np.uint8)
 
 
-def write_pdf(scene: Scene, path: Path) -> None:
-    """Write the scene as a page of its own size, with lines, curves and real text."""
+def write_pdf(artwork: Artwork, path: Path) -> None:
+    """Write the artwork as a page of its own size, with lines, curves and real text."""
     with rc_context(_SETTINGS):
         # Without dates equal sheets are equal files.
-        figure = _figure(scene, 1.0 / _POINT_IN, np.array(scene.size_mm) / _INCH_MM)
+        figure = _figure(artwork, 1.0 / _POINT_IN, np.array(artwork.size_mm) / _INCH_MM)
         figure.savefig(path, format='pdf', metadata={'CreationDate': None})
 
 
-def _figure(scene: Scene, dots_per_inch: float, inches: Array) -> Figure:
+def _figure(artwork: Artwork, dots_per_inch: float, inches: Array) -> Figure:
     """Return a figure of some size (2,) whose only axes are metres on the page."""
     figure = Figure(figsize=(float(inches[0]), float(inches[1])), dpi=dots_per_inch)
-    figure.patch.set_alpha(0.0 if scene.paper is None else 1.0)
-    figure.patch.set_facecolor(scene.paper or (1.0, 1.0, 1.0))
+    figure.patch.set_alpha(0.0 if artwork.paper is None else 1.0)
+    figure.patch.set_facecolor(artwork.paper or (1.0, 1.0, 1.0))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
-    axes.set_xlim(0.0, scene.size_m[0])
-    axes.set_ylim(0.0, scene.size_m[1])
-    points_per_m = 1e3 / scene.denominator / _INCH_MM / _POINT_IN
-    for order, mark in enumerate(scene.strokes):
+    axes.set_xlim(0.0, artwork.size_m[0])
+    axes.set_ylim(0.0, artwork.size_m[1])
+    points_per_m = 1e3 / artwork.denominator / _INCH_MM / _POINT_IN
+    for order, mark in enumerate(artwork.strokes):
         _paint(axes, mark, points_per_m, order)
     return figure
 

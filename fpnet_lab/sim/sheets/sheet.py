@@ -14,12 +14,13 @@ from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_lab.sim.floors import room_rings
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.render import paint_rings
+from fpnet_lab.sim.sheets.artwork import Array, Artwork, box_ring
 from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
-from fpnet_lab.sim.sheets.scene import Array, Scene, box_ring
 from fpnet_lab.sim.sheets.storeys import PlacedStorey
+from fpnet_lab.sim.styles import MAX_SEED
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
@@ -28,7 +29,6 @@ MAX_AREA_M2 = 2500.0
 
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
-_MAX_SEED = 2**31  # numerical
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
 
@@ -41,7 +41,7 @@ class Sheet:
     ----------
     kind, seed : make the same sheet again
     look : how it is drawn
-    scene : all marks, frame ``page``
+    artwork : all marks, frame ``page``
     storeys : with their places on the page
     beside : what on the page is no building
     pixels : (H, W, 3) or, where the paper is transparent, (H, W, 4) uint8, row 0 at the top
@@ -53,7 +53,7 @@ class Sheet:
     kind: SheetKind
     seed: int
     look: Look
-    scene: Scene
+    artwork: Artwork
     storeys: tuple[PlacedStorey, ...]
     beside: tuple[Beside, ...]
     pixels: NDArray[np.uint8]
@@ -140,19 +140,21 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     look = draw_look(rng, kind, float(extent.max()))
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
     plans = (first, _generate(rng)) if is_double else (first,)
-    placing = int(rng.integers(_MAX_SEED))
+    placing = int(rng.integers(MAX_SEED))
     layout = compose(plans, look, np.random.default_rng(placing))
-    look = with_room_for(look, max(layout.scene.size_m))
+    look = with_room_for(look, max(layout.artwork.size_m))
     layout = compose(plans, look, np.random.default_rng(placing))
-    pixels = rasterise(layout.scene, look.resolution_m)
+    pixels = rasterise(layout.artwork, look.resolution_m)
     H = _image_from_page(pixels.shape[0], look.resolution_m)
-    if layout.scene.paper is not None:
+    if layout.artwork.paper is not None:
         pixels = pixels[..., :3]
     if kind in {SheetKind.SCAN, SheetKind.PHONE}:
         pixels, H_image_drawn = weather(pixels, kind, rng)
         H = H_image_drawn @ H
     quality = int(rng.integers(*_JPEG_QUALITY))
-    return Sheet(kind, seed, look, layout.scene, layout.storeys, layout.beside, pixels, H, quality)
+    return Sheet(
+        kind, seed, look, layout.artwork, layout.storeys, layout.beside, pixels, H, quality
+    )
 
 
 def _generate(rng: np.random.Generator) -> BuildingPlan:

@@ -14,8 +14,7 @@ from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2
 from fpnet_lab.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
-from fpnet_lab.sim.sheets.looks import Look, Trait
-from fpnet_lab.sim.sheets.scene import (
+from fpnet_lab.sim.sheets.artwork import (
     Arcs,
     Area,
     Array,
@@ -24,6 +23,7 @@ from fpnet_lab.sim.sheets.scene import (
     Role,
     lines_of,
 )
+from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.symbols import (
     Leaves,
     door_leaves,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A scene as SVG: groups for layers, real texts, arcs as arcs, dashes as dashes."""
+"""Artwork as SVG: groups for layers, real texts, arcs as arcs, dashes as dashes."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from fpnet_core.geometry import Affine2D
-from fpnet_lab.sim.sheets.painting import CAPITAL_SHARE
-from fpnet_lab.sim.sheets.scene import (
+from fpnet_lab.sim.sheets.artwork import (
     Arcs,
     Area,
     Array,
+    Artwork,
     Colour,
     Lines,
     Pen,
     Role,
-    Scene,
     Stroke,
 )
+from fpnet_lab.sim.sheets.painting import CAPITAL_SHARE
 
 _NAMESPACE = 'http://www.w3.org/2000/svg'
 _INKSCAPE = 'http://www.inkscape.org/namespaces/inkscape'
@@ -32,17 +32,17 @@ _FULL_TURN = 2.0 * np.pi - 1e-6  # numerical
 
 
 def write_svg(
-    scene: Scene, path: Path, layers: Mapping[Role, str], units_per_mm: float = 1.0
+    artwork: Artwork, path: Path, layers: Mapping[Role, str], units_per_mm: float = 1.0
 ) -> Affine2D:
     """
-    Write the scene, its paper in millimetres and ``units_per_mm`` user units to each.
+    Write the artwork, its paper in millimetres and ``units_per_mm`` user units to each.
 
     Returns
     -------
     A_file_page : from page metres to user units, y down
     """
-    per_m = units_per_mm * 1e3 / scene.denominator
-    width, height = (side * per_m for side in scene.size_m)
+    per_m = units_per_mm * 1e3 / artwork.denominator
+    width, height = (side * per_m for side in artwork.size_m)
     A_file_page = Affine2D(np.diag([per_m, -per_m]), np.array([0.0, height]))
     ET.register_namespace('inkscape', _INKSCAPE)
     root = ET.Element(
@@ -50,16 +50,16 @@ def write_svg(
         {
             'xmlns': _NAMESPACE,
             'version': '1.1',
-            'width': f'{scene.size_mm[0]:.3f}mm',
-            'height': f'{scene.size_mm[1]:.3f}mm',
+            'width': f'{artwork.size_mm[0]:.3f}mm',
+            'height': f'{artwork.size_mm[1]:.3f}mm',
             'viewBox': f'0 0 {width:.3f} {height:.3f}',
         },
     )
-    if scene.paper is not None:
-        box = {'width': f'{width:.3f}', 'height': f'{height:.3f}', 'fill': _hex(scene.paper)}
+    if artwork.paper is not None:
+        box = {'width': f'{width:.3f}', 'height': f'{height:.3f}', 'fill': _hex(artwork.paper)}
         ET.SubElement(root, 'rect', box)
     writer = _Writer(A_file_page, per_m)
-    for number, (role, strokes) in enumerate(groupby(scene.strokes, lambda mark: mark.role)):
+    for number, (role, strokes) in enumerate(groupby(artwork.strokes, lambda mark: mark.role)):
         group = ET.SubElement(
             root,
             'g',

@@ -28,7 +28,7 @@ def test_the_command_counts_right_and_wrong_of_each_method(tmp_path, monkeypatch
     monkeypatch.setattr(suite, 'run_case', fake)
     path = tmp_path / 'peers.json'
     with pytest.raises(SystemExit) as ended:
-        main(['bench', 'peers', '--limit', '3', '--json', str(path)])
+        main(['bench', 'peers', '--limit', '3', '--maps', '0', '--json', str(path)])
     assert not ended.value.code
     assert '3 drives' in capsys.readouterr().out
     report = json.loads(path.read_text())

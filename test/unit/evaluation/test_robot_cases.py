@@ -17,7 +17,7 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.io import write_map
 from fpnet_core.localizer.maps import MapMatchStatus
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_lab.evaluation import matching_robot
+from fpnet_lab.evaluation import matching_robot, raster_methods
 from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
 from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
@@ -137,8 +137,8 @@ def planted(data, monkeypatch):
     claims = iter([True, *(said for case in order for said in case)])
     monkeypatch.setattr(matching_robot, 'cut_plan', counted)
     monkeypatch.setattr(matching_robot, 'match_cuts', claimed)
-    nowhere = SimpleNamespace(A_plan_submap=SE2.from_xy_yaw(50.0, 0.0, 0.0))
-    monkeypatch.setattr(matching_robot, 'search_placement', lambda plan, sub: nowhere)
+    nowhere = SimpleNamespace(A_plan_submap=SE2.from_xy_yaw(50.0, 0.0, 0.0), score=0.5)
+    monkeypatch.setattr(raster_methods, 'search_placement', lambda plan, sub: nowhere)
     return cases, cut
 
 
@@ -146,7 +146,7 @@ def test_claims_are_counted_on_the_own_plan_and_on_others(planted):
     cases, cut = planted
     config, done = FpnetConfig(), []
     matcher = {'fpnet': LearnedMatcher(config.matcher)}
-    report = bench_robot_maps(cases, matcher, config, True, done.append)
+    report = bench_robot_maps(cases, matcher, config, ['correlative'], done.append)
     bands = {name: figures['bands']['whole'] for name, figures in report['methods'].items()}
     met = [(case.pair.building, d.building) for case in cases for d in case.foreign]
     others = [own for own, other in met if other == 'gdc2' and own != 'gdc1']

@@ -8,7 +8,7 @@ import pytest
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
-from fpnet_lab.evaluation.submap_recordings import Drive
+from fpnet_lab.evaluation.submap_recordings import RegisteredDrive
 from fpnet_lab.evaluation.submap_segmentation import (
     score_segmentation,
     summary,
@@ -48,7 +48,7 @@ def submap(seen_m=11.0):
 
 
 def drive():
-    return Drive(PLAN, T_BUILDING_ODOM, ())
+    return RegisteredDrive(PLAN, T_BUILDING_ODOM, ())
 
 
 def score(sub):

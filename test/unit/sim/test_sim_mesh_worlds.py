@@ -5,6 +5,7 @@
 import numpy as np
 import open3d as o3d
 import pytest
+import shapely
 
 from fpnet_core.errors import MapFormatError
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
@@ -13,8 +14,6 @@ from fpnet_lab.sim.meshes import TriangleMesh, extrude_polygon, horizontal_sheet
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
-
-shapely = pytest.importorskip('shapely', minversion='2.1', reason='triangulates')
 
 FLOOR_Z = -0.7
 SHORT = TourLimits(rooms=1, shortest_s=10.0, longest_s=60.0)

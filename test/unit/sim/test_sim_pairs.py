@@ -10,7 +10,7 @@ from fpnet_core.types import FREE, OCCUPIED, RegionLabel
 from fpnet_lab.cli.simulate_pairs import parse_shard
 from fpnet_lab.sim.config import BuildingConfig, ScanConfig, SimConfig
 from fpnet_lab.sim.explore import Scanner, fit_rigid, scan_walk
-from fpnet_lab.sim.pairs import generate_pair, generate_scene
+from fpnet_lab.sim.pairs import generate_mapped_pair, generate_pair
 from fpnet_lab.sim.perturb import build_world, draw_changes, move_doors
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.walks import plan_walk
@@ -58,8 +58,8 @@ def test_pairs_of_one_storey_share_its_id_only():
 
 @pytest.mark.parametrize('index', [0, 4, 8])
 def test_the_true_transform_puts_partners_on_each_other(index):
-    scene = generate_scene(21, index, SMALL)
-    pair = scene.pair
+    mapped = generate_mapped_pair(21, index, SMALL)
+    pair = mapped.pair
     labels = pair.sub_labels
     assert len(labels) == len(pair.sub_graph)
     matched = np.flatnonzero(labels >= 0)
@@ -70,9 +70,9 @@ def test_the_true_transform_puts_partners_on_each_other(index):
         if sub.label is RegionLabel.DOOR:
             gap = pair.A_plan_submap.apply(sub.centroid) - plan.centroid
             assert np.hypot(*gap) < 0.6
-    rc = np.argwhere(scene.submap.grid.cells == FREE)
-    xy = pair.A_plan_submap.apply(scene.submap.grid.rc_to_xy(rc))
-    grid = scene.plan_segmentation.grid
+    rc = np.argwhere(mapped.submap.grid.cells == FREE)
+    xy = pair.A_plan_submap.apply(mapped.submap.grid.rc_to_xy(rc))
+    grid = mapped.plan_segmentation.grid
     target = np.rint(grid.xy_to_rc(xy)).astype(int)
     inside = ((target >= 0) & (target < grid.shape)).all(axis=1)
     hits = grid.cells[target[inside, 0], target[inside, 1]] == FREE

@@ -14,7 +14,7 @@ from fpnet_lab.sim.config import DrawingConfig, SimConfig
 from fpnet_lab.sim.dataset import PairDataset, read_manifest
 from fpnet_lab.sim.distort import cut_map, warp_map
 from fpnet_lab.sim.drawings import draw_storey
-from fpnet_lab.sim.pairs import generate_pair, generate_scene
+from fpnet_lab.sim.pairs import generate_mapped_pair, generate_pair
 from fpnet_lab.sim.plan_sources import GivenPlans, Storey, read_plans
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.presets import PRESETS, in_split, preset
@@ -47,12 +47,12 @@ def test_given_plans_take_turns_and_keep_their_names(source):
 
 
 def test_pairs_of_a_given_plan_fit_its_own_raster(source):
-    scene = generate_scene(3, 0, SMALL, source)
-    labels = scene.pair.sub_labels
+    mapped = generate_mapped_pair(3, 0, SMALL, source)
+    labels = mapped.pair.sub_labels
     assert np.count_nonzero(labels >= 0) >= 2
-    rc = np.argwhere(scene.submap.grid.cells == FREE)
-    xy = scene.pair.A_plan_submap.apply(scene.submap.grid.rc_to_xy(rc))
-    grid = scene.plan_segmentation.grid
+    rc = np.argwhere(mapped.submap.grid.cells == FREE)
+    xy = mapped.pair.A_plan_submap.apply(mapped.submap.grid.rc_to_xy(rc))
+    grid = mapped.plan_segmentation.grid
     target = np.rint(grid.xy_to_rc(xy)).astype(int)
     inside = ((target >= 0) & (target < grid.shape)).all(axis=1)
     assert (grid.cells[tuple(target[inside].T)] == FREE).mean() > 0.85

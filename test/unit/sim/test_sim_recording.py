@@ -17,7 +17,7 @@ from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.plans import FAMILIES
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.scanning import EPOCH_NS
-from fpnet_lab.sim.scenes import DEFAULT_FAMILIES
+from fpnet_lab.sim.visits import DEFAULT_FAMILIES
 
 COARSE = LidarModel(beams=16, columns=180)
 SEED = 7

@@ -16,7 +16,7 @@ from fpnet_lab.sim.furniture import (
     furnish,
     furnish_loosely,
 )
-from fpnet_lab.sim.meshes import extrude_polygon, merge_meshes
+from fpnet_lab.sim.meshes import extrude_polygon, horizontal_sheet, merge_meshes
 from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
@@ -228,3 +228,20 @@ def test_boxes_turn_about_their_own_origin():
     turned = piece.moved(np.array([3.0, -2.0]), np.pi / 2.0).boxes.rings
     expected = piece.boxes.rings @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + [3.0, -2.0]
     np.testing.assert_allclose(turned, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_the_caps_of_a_prism_fill_its_area_and_no_more(seed):
+    """A comb with a hole: Delaunay's triangles cross its edges."""
+    rng = np.random.default_rng(seed)
+    teeth = [shapely.box(x, 0.5, x + rng.uniform(0.1, 0.8), rng.uniform(1, 9)) for x in range(12)]
+    comb = shapely.union_all([shapely.box(0, 0, 13, 1), *teeth, shapely.Point(6, 4).buffer(2)])
+    comb = comb - shapely.Point(6, 4).buffer(rng.uniform(0.3, 1.8))
+    area = shapely.transform(comb, lambda xy: xy @ np.array([[0.8, 0.6], [-0.6, 0.8]]))
+    corners = horizontal_sheet(area, 1.5, faces_up=True).corners
+    assert (corners[..., 2] == 1.5).all()
+    triangles = shapely.polygons(corners[..., :2])
+    assert shapely.area(triangles).sum() == pytest.approx(area.area, rel=1e-9)
+    assert shapely.area(shapely.difference(triangles, area)).sum() < 1e-9
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (normals[:, 2] >= 0.0).all()

@@ -18,11 +18,11 @@ from fpnet_core.io import read_map
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE
 from fpnet_lab.sim.sheets import draw_sheet
+from fpnet_lab.sim.sheets.artwork import Arcs, Letters, Role
 from fpnet_lab.sim.sheets.dxf import UNITS, DxfStyle, draw_dxf_style, write_dxf
 from fpnet_lab.sim.sheets.files import write_picture, write_sheet, write_vector
 from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES
 from fpnet_lab.sim.sheets.looks import Trait
-from fpnet_lab.sim.sheets.scene import Arcs, Letters, Role
 from fpnet_lab.sim.sheets.svg import write_svg
 
 SVG = '{http://www.w3.org/2000/svg}'
@@ -44,7 +44,7 @@ def sheet():
 
 
 def first_text(sheet):
-    marks = sheet.scene.marks
+    marks = sheet.artwork.marks
     return next(m for m in marks if isinstance(m, Letters) and m.role is Role.TEXT)
 
 
@@ -68,13 +68,13 @@ def test_a_pdf_shows_the_same_and_has_real_text(sheet, tmp_path):
     drawn = coarse(Image.fromarray(sheet.pixels))
     assert np.abs(shown - drawn).mean() < 3.0 < np.abs(shown[:, ::-1] - drawn).mean()
     A = Affine2D.from_matrix(known['A_file_page'])
-    corner = A.apply(np.array([sheet.scene.size_m[0], 0.0]))
+    corner = A.apply(np.array([sheet.artwork.size_m[0], 0.0]))
     np.testing.assert_allclose(corner, page.get_size(), atol=0.1)
 
 
 def test_an_svg_has_layers_texts_arcs_and_widths(sheet, tmp_path):
     path = tmp_path / 'sheet.svg'
-    A = write_svg(sheet.scene, path, LAYERINGS['national'], 2.0)
+    A = write_svg(sheet.artwork, path, LAYERINGS['national'], 2.0)
     root = ET.parse(path).getroot()
     assert {group.get('class') for group in root.iter(f'{SVG}g')} >= {'A-WALL', 'A-DOOR'}
     text = next(e for e in root.iter(f'{SVG}text') if e.text == first_text(sheet).text)
@@ -83,11 +83,11 @@ def test_an_svg_has_layers_texts_arcs_and_widths(sheet, tmp_path):
     assert float(text.get('y')) == pytest.approx(y, abs=2.0 * sheet.look.letter_m * 1e3)
     doors = [group for group in root.iter(f'{SVG}g') if group.get('class') == 'A-DOOR']
     arcs = [path for group in doors for path in group if ' A ' in path.get('d', '')]
-    drawn = [m for m in sheet.scene.marks if isinstance(m, Arcs) and m.role is Role.DOOR]
+    drawn = [m for m in sheet.artwork.marks if isinstance(m, Arcs) and m.role is Role.DOOR]
     assert len(arcs) == sum(len(mark.radius) for mark in drawn) > 0
     assert all(float(path.get('stroke-width')) > 0.0 for path in arcs)
     left, top, width, height = map(float, root.get('viewBox').split())
-    np.testing.assert_allclose(A.apply(np.array(sheet.scene.size_m)), [width, 0.0], atol=1e-2)
+    np.testing.assert_allclose(A.apply(np.array(sheet.artwork.size_m)), [width, 0.0], atol=1e-2)
     assert (left, top) == (0.0, 0.0)
     assert height == pytest.approx(2.0 * float(root.get('height').removesuffix('mm')), abs=1e-2)
 
@@ -96,7 +96,7 @@ def test_an_svg_has_layers_texts_arcs_and_widths(sheet, tmp_path):
 def test_a_dxf_has_true_lengths_in_its_units(sheet, tmp_path, unit):
     path = tmp_path / 'sheet.dxf'
     style = DxfStyle(unit, origin=(100.0, -50.0))
-    A = write_dxf(sheet.scene, path, LAYERINGS['german'], style)
+    A = write_dxf(sheet.artwork, path, LAYERINGS['german'], style)
     drawing = ezdxf.readfile(path)
     assert drawing.header['$INSUNITS'] == UNITS[unit][0]
     walls = bbox.extents(drawing.modelspace().query('LWPOLYLINE[layer=="Wand"]'))
@@ -114,7 +114,7 @@ def test_blocks_lie_where_the_plain_drawing_has_them(sheet, tmp_path):
     for blocks in (False, True):
         path = tmp_path / f'{blocks}.dxf'
         style = DxfStyle('cm', origin=(7.0, 3.0), blocks=blocks, exploded=True)
-        write_dxf(sheet.scene, path, LAYERINGS['plain'], style)
+        write_dxf(sheet.artwork, path, LAYERINGS['plain'], style)
         space = ezdxf.readfile(path).modelspace()
         assert bool(space.query('INSERT')) is blocks
         doors = bbox.extents(space.query('*[layer=="Doors"]'))
@@ -125,7 +125,7 @@ def test_blocks_lie_where_the_plain_drawing_has_them(sheet, tmp_path):
 
 def test_paper_space_holds_what_is_no_building(sheet, tmp_path):
     path = tmp_path / 'sheet.dxf'
-    write_dxf(sheet.scene, path, LAYERINGS['plain'], DxfStyle(paper_space=True))
+    write_dxf(sheet.artwork, path, LAYERINGS['plain'], DxfStyle(paper_space=True))
     drawing = ezdxf.readfile(path)
     assert not drawing.modelspace().query('*[layer=="Sheet"]')
     assert drawing.layout('Layout1').query('TEXT[layer=="Sheet"]')

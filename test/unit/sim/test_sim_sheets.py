@@ -13,10 +13,10 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets import sheet as sheet_module
+from fpnet_lab.sim.sheets.artwork import Area, Dimension, Letters, inverted, strokes_of
 from fpnet_lab.sim.sheets.lettering import dimension_marks
 from fpnet_lab.sim.sheets.looks import Trait, draw_look
 from fpnet_lab.sim.sheets.paper import weather
-from fpnet_lab.sim.sheets.scene import Area, Dimension, Letters, inverted, strokes_of
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, hatch, storey_marks
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
 
@@ -168,10 +168,10 @@ def test_moved_plans_keep_their_shape():
 
 
 def test_inverted_sheets_have_light_ink_on_dark_paper():
-    scene = replace(draw_sheet(0, 'office', PLAN).scene, paper=(0.9, 1.0, 0.95))
-    dark = inverted(scene)
-    assert np.allclose(np.add(dark.paper, scene.paper), 1.0)
-    for before, after in zip(scene.marks, dark.marks, strict=True):
+    artwork = replace(draw_sheet(0, 'office', PLAN).artwork, paper=(0.9, 1.0, 0.95))
+    dark = inverted(artwork)
+    assert np.allclose(np.add(dark.paper, artwork.paper), 1.0)
+    for before, after in zip(artwork.marks, dark.marks, strict=True):
         for owner in ('pen', 'colour') if isinstance(before, Dimension) else (None,):
             inks = [ink_of(mark, owner) for mark in (before, after)]
             assert np.allclose(np.sum(inks, axis=0), 1.0)
@@ -208,7 +208,7 @@ def test_texts_fit_between_the_walls():
     rng = np.random.default_rng(2)
     plan = generate_plan(rng, 'suites')
     sheet = draw_sheet(3, 'office', plan)
-    letters = [mark for mark in sheet.scene.marks if isinstance(mark, Letters)]
+    letters = [mark for mark in sheet.artwork.marks if isinstance(mark, Letters)]
     assert letters
-    width, height = sheet.scene.size_m
+    width, height = sheet.artwork.size_m
     assert all(0.0 < mark.xy[0] < width and 0.0 < mark.xy[1] < height for mark in letters)

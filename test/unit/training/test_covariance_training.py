@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fitting how far poses may be off to errors whose spread is known."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 import json
 from pathlib import Path
 
@@ -11,9 +11,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from fpnet_core.io.frozen import to_arrays
 from fpnet_core.pose.uncertainty import FIGURES, UncertaintyModel, packaged_uncertainty
 from fpnet_core.spread import Growth
+from fpnet_lab.kept import make_once
 from fpnet_lab.training.covariance import (
     CovarianceTraining,
     consistency,
@@ -114,7 +114,7 @@ def test_drives_are_numbered_through_when_they_are_joined(samples):
         )
         for part in parts
     ]
-    joined = Samples.joined(renumbered)
+    joined = Samples.joined(renumbered).numbered()
     assert len(joined) == sum(map(len, parts))
     assert len(np.unique(joined.run)) == 4
     assert set(joined.building) == {3, 5}
@@ -123,11 +123,11 @@ def test_drives_are_numbered_through_when_they_are_joined(samples):
 def test_the_command_fits_to_the_drives_that_it_has(tmp_path: Path, samples):
     from fpnet_lab.cli.train_covariance import command
 
-    folder = tmp_path / 'drives'
-    folder.mkdir()
-    for name, building in (('3-000', 0), ('3-001', 1), ('3-002', 2), ('4-000', 3)):
-        part = samples.where(samples.building == building)
-        np.savez(folder / f'{name}.npz', **to_arrays(part))
+    tasks = {
+        name: samples.where(samples.building == building)
+        for building, name in enumerate(('3-000', '3-001', '3-002', '4-000'))
+    }
+    make_once(tmp_path / 'drives', Samples, tasks, replace, columns=FIGURES)
     app = typer.Typer()
     app.command()(command)
     said = ['--out', str(tmp_path), '--drives', '3', '--measured', '1', '--seed', '3']

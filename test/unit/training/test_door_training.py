@@ -19,11 +19,10 @@ from fpnet_lab.training.door_samples import (
     DoorSample,
     _drive,
     _generated,
+    _samples,
     _tour,
-    gather_samples,
-    read_samples,
+    door_tasks,
     with_wide_openings,
-    write_samples,
 )
 from fpnet_lab.training.doors import (
     DoorTraining,
@@ -101,15 +100,9 @@ def test_no_building_is_on_both_sides_of_a_fold():
     assert all(any(s.is_real and s.building in fold for s in samples) for fold in left_out)
 
 
-def test_samples_and_weights_come_back_as_they_were(tmp_path):
+def test_weights_come_back_as_they_were(tmp_path):
     samples = made_up(np.random.default_rng(1), 4)
-    write_samples(tmp_path / 'samples.npz', samples)
-    (first, *_) = again = read_samples(tmp_path / 'samples.npz')
-    assert [(s.building, s.kind, s.is_real) for s in again] == [
-        (s.building, s.kind, s.is_real) for s in samples
-    ]
-    np.testing.assert_array_equal(first.lines.figures, samples[0].lines.figures)
-    np.testing.assert_array_equal(first.pieces.moments, samples[0].pieces.moments)
+    first, *_ = samples
     model = fit_doors(samples, replace(QUICK, epochs=1))
     write_doors(tmp_path / 'doors.safetensors', model, QUICK, {'figures': {}})
     read = model_of(read_weights(tmp_path / 'doors.safetensors', DOOR_SCHEMA))
@@ -143,8 +136,9 @@ def test_wide_openings_stay_between_their_rooms():
 
 
 def test_missing_data_is_named(tmp_path):
+    first = next(door_tasks(tmp_path, 0, Amounts().scaled(0.001)))
     with pytest.raises(FpnetError, match=r'\.png is missing'):
-        gather_samples(tmp_path, 0, Amounts().scaled(0.001))
+        _samples(first)
 
 
 def test_a_drive_is_a_submap_of_its_building():

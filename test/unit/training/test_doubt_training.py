@@ -12,7 +12,7 @@ from fpnet_core.drawings.room_figures import ROOM_FIGURES
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import read_weights
-from fpnet_lab.training.doubt_trials import ReadingTrial, read_trials, write_trials
+from fpnet_lab.training.doubt_trials import ReadingTrial
 from fpnet_lab.training.doubts import (
     DoubtTraining,
     fit_doubts,
@@ -58,27 +58,6 @@ def test_nothing_is_learned_from_right_readings_alone():
     right = [replace(trial, f1=1.0) for trial in planted()]
     with pytest.raises(FpnetError, match='right and wrong'):
         fit_doubts(right, SETTINGS)
-
-
-def test_trials_come_back_from_their_file(tmp_path):
-    path = tmp_path / 'trials' / 'scan-3.npz'
-    trials = planted(3)
-    write_trials(path, trials)
-    for written, read in zip(trials, read_trials(path), strict=True):
-        assert (read.kind, read.seed, read.is_chosen, read.f1) == (
-            written.kind,
-            written.seed,
-            written.is_chosen,
-            written.f1,
-        )
-        np.testing.assert_array_equal(read.rooms, written.rooms)
-        np.testing.assert_array_equal(read.right, written.right)
-        np.testing.assert_array_equal(read.whole, written.whole)
-    write_trials(path, [])
-    assert read_trials(path) == []
-    path.write_bytes(b'no')
-    with pytest.raises(FpnetError, match='damaged'):
-        read_trials(path)
 
 
 def test_the_threshold_leaves_a_share_of_the_right_ones_above():

@@ -9,6 +9,7 @@ from fpnet_core.config import LocalizerConfig
 from fpnet_core.errors import FpnetError, WeightsError
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, read_judge
+from fpnet_lab.kept import make_once, read_kept
 from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
 from fpnet_lab.training.judge_figures import (
     at_prior,
@@ -16,12 +17,7 @@ from fpnet_lab.training.judge_figures import (
     mean_log_probability,
     reliability,
 )
-from fpnet_lab.training.judge_trials import (
-    Trial,
-    read_trials,
-    right_placements,
-    write_trials,
-)
+from fpnet_lab.training.judge_trials import COLUMNS, Trial, Trials, right_placements
 
 SUPPORT = FIGURES.index('support')
 QUICK = JudgeTraining(members=2, width=8, epochs=60, batch_size=64, learning_rate=1e-2)
@@ -144,10 +140,10 @@ def test_reliability_counts_claims_where_they_are_wrong(model):
     assert found.ece > 0.5
 
 
-def test_trials_survive_a_file_and_a_damaged_one_is_refused(tmp_path):
+def test_trials_survive_a_file_and_those_of_other_figures_are_refused(tmp_path):
     trials = planted_trials(9, 4)
-    write_trials(tmp_path / 'trials.npz', trials)
-    back = read_trials(tmp_path / 'trials.npz')
+    make_once(tmp_path, Trials, {'block': trials}, tuple, columns=COLUMNS)
+    back = read_kept(tmp_path / 'block.npz', Trials, COLUMNS)
     assert len(back) == 9
     for before, after in zip(trials, back, strict=True):
         np.testing.assert_array_equal(before.evidence.figures, after.evidence.figures)
@@ -156,9 +152,8 @@ def test_trials_survive_a_file_and_a_damaged_one_is_refused(tmp_path):
         assert (before.is_own, before.kind, before.building) == (
             after.is_own, after.kind, after.building,
         )  # fmt: skip
-    (tmp_path / 'trials.npz').write_bytes(b'PK\x03\x04')
-    with pytest.raises(FpnetError, match='gather them again'):
-        read_trials(tmp_path / 'trials.npz')
+    with pytest.raises(FpnetError, match='other columns'):
+        read_kept(tmp_path / 'block.npz', Trials, COLUMNS[1:])
 
 
 def test_a_placement_is_right_within_the_benchmarks_bounds_and_no_further():

@@ -23,9 +23,7 @@ from fpnet_lab.training.scale import (
 from fpnet_lab.training.scale_samples import (
     Amounts,
     ScaleSamples,
-    gather_samples,
-    read_samples,
-    write_samples,
+    scale_tasks,
 )
 
 QUICK = ScaleTraining(members=2, epochs=30, noise=0.05, tail_share=(0.0, 0.0))
@@ -124,14 +122,6 @@ def test_intervals_are_counted():
     assert (figures['sure'], figures['sure_wrong']) == (0.5, 0.25)
 
 
-def test_samples_keep(tmp_path):
-    samples = made_up(np.random.default_rng(0), 10)
-    write_samples(tmp_path / 'run' / 'samples.npz', samples)
-    read = read_samples(tmp_path / 'run' / 'samples.npz')
-    np.testing.assert_array_equal(read.values, samples.values)
-    assert read.building.tolist() == samples.building.tolist()
-
-
 def test_missing_data_is_named(tmp_path):
     with pytest.raises(FpnetError, match='is missing'):
-        gather_samples(tmp_path, 0, Amounts(), None)
+        list(scale_tasks(tmp_path, 0, Amounts(), None))

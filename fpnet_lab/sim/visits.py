@@ -19,7 +19,7 @@ from fpnet_core.raster.rays import values_at
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 from fpnet_lab.sim.building import Building, extrude
 from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere
-from fpnet_lab.sim.driving import Drive, Tour
+from fpnet_lab.sim.driving import Motion, Tour
 from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
 from fpnet_lab.sim.mesh_worlds import survey_mesh
@@ -70,11 +70,11 @@ class RecordingOptions:
     drawn_wall_m: tuple[float, float] = (0.06, 0.3)
     lidar: SensorModel = SENSORS['beams32']
     limits: TourLimits = field(default_factory=TourLimits)
-    drive: Drive = field(default_factory=Drive)
+    motion: Motion = field(default_factory=Motion)
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Visit:
     """
     A building, a tour and a floorplan of the building.
 
@@ -87,7 +87,7 @@ class Scene:
     A_plan_building: Affine2D
 
 
-def generated_scene(seed: int, options: RecordingOptions) -> Scene:
+def generated_visit(seed: int, options: RecordingOptions) -> Visit:
     """
     Draw a building, a tour, and a floorplan that is stretched, redrawn and laid somewhere else.
 
@@ -100,10 +100,10 @@ def generated_scene(seed: int, options: RecordingOptions) -> Scene:
     plan, tour = _draw_plan_and_tour(layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
     drawn = _draw_floorplan(plan, drawing_rng, options)
-    return Scene(building, tour, drawn.grid, drawn.A_plan_building)
+    return Visit(building, tour, drawn.grid, drawn.A_plan_building)
 
 
-def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Scene:
+def traced_visit(seed: int, options: RecordingOptions, floorplan: GridMap) -> Visit:
     """
     Raise the building that a floorplan shows; the floorplan itself is what the robot gets.
 
@@ -121,19 +121,19 @@ def traced_scene(seed: int, options: RecordingOptions, floorplan: GridMap) -> Sc
     plan = plan_from_grid(floorplan).mapped(A_plan_building.inv())
     tour = _longest_tour(plan, layout_rng, options)
     building = _furnished(plan, tour, contents_rng, options)
-    return Scene(building, tour, floorplan, A_plan_building)
+    return Visit(building, tour, floorplan, A_plan_building)
 
 
-def mesh_scene(
+def mesh_visit(
     seed: int, options: RecordingOptions, mesh: TriangleMesh, floorplan: GridMap | None = None
-) -> Scene:
+) -> Visit:
     """
     Drive through a mesh as it is; furniture is not added.
 
     Parameters
     ----------
     seed : draws the tour
-    options : its limits and drive
+    options : its limits and motion
     mesh : metres, z up
     floorplan : in the mesh's own x and y [m]; None takes what a robot could drive on
 
@@ -143,7 +143,7 @@ def mesh_scene(
         If the mesh has no drivable space indoors, or the floorplan shows another building.
     """
     world = survey_mesh(mesh)
-    tour = plan_mesh_tour(world, _streams(seed)[0], options.limits, options.drive)
+    tour = plan_mesh_tour(world, _streams(seed)[0], options.limits, options.motion)
     floorplan = floorplan or world.floorplan()
     shown = _share_on_free(floorplan, tour.xy)
     if shown < _SHOWN_SHARE:
@@ -155,7 +155,7 @@ def mesh_scene(
     line = tour.line()
     visited = [k for k, outline in enumerate(plan.outlines) if outline.intersects(line)]
     building = Building(plan, world.mesh, world.ceiling, merge_meshes([]))
-    return Scene(building, replace(tour, rooms=tuple(visited)), floorplan, Affine2D.identity())
+    return Visit(building, replace(tour, rooms=tuple(visited)), floorplan, Affine2D.identity())
 
 
 def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator, np.random.Generator]:
@@ -190,7 +190,7 @@ def _draw_plan_and_tour(
             reason = f'the last plan has {count} rooms and {len(plan.rooms) - count} corridors'
             continue
         try:
-            return plan, plan_tour(plan, rng, options.limits, options.drive)
+            return plan, plan_tour(plan, rng, options.limits, options.motion)
         except ConfigError as error:
             reason = str(error)
     raise ConfigError(
@@ -207,7 +207,7 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
     for rooms in range(wanted, 1, -1):
         limits = replace(options.limits, rooms=rooms, shortest_s=shortest_s)
         try:
-            return plan_tour(plan, rng, limits, options.drive)
+            return plan_tour(plan, rng, limits, options.motion)
         except ConfigError:
             continue
     raise ConfigError(

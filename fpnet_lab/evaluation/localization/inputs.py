@@ -43,7 +43,7 @@ _SEED_STEP = 100_000  # numerical: to the next seed where a building allows no s
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class CaseInputs:
     """
     What a run needs, and the truth to judge it by.
 
@@ -61,9 +61,9 @@ class MissingDataError(Exception):
     """The case needs real data that is not on this machine; it is skipped."""
 
 
-def make_scene(case: Case, data: Path) -> Scene:
+def make_inputs(case: Case, data: Path) -> CaseInputs:
     """
-    Build the scene of a case.
+    Build the inputs of a case.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def make_scene(case: Case, data: Path) -> Scene:
     MissingDataError
         If the case needs a data set that ``data`` does not hold.
     """
-    makers: dict[Kind, Callable[[Case, Path], Scene]] = {
+    makers: dict[Kind, Callable[[Case, Path], CaseInputs]] = {
         Kind.GENERATED: _generated,
         Kind.MESH: _mesh,
         Kind.LOG: _log,
@@ -93,12 +93,12 @@ def make_rough_plan(case: Case, distortion: Distortion = Distortion.EXACT) -> Dr
     return draw_roughly(_recording(case).building.plan, distortion, case.seed)
 
 
-def _generated(case: Case, data: Path) -> Scene:
+def _generated(case: Case, data: Path) -> CaseInputs:
     del data  # everything is generated
     recording = _recording(case)
     drawing = draw_plan(recording.building.plan, case.distortion, case.seed)
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
-    return Scene(recording, drawing.grid, drawing.A_plan_building, truth)
+    return CaseInputs(recording, drawing.grid, drawing.A_plan_building, truth)
 
 
 def _recording(case: Case) -> Recording:
@@ -127,7 +127,7 @@ def first_recording(seed: int, options: RecordingOptions) -> Recording:
     raise ConfigError(f'{options.family}: no building in {_SEEDS_TRIED} seeds: {reason}')
 
 
-def _mesh(case: Case, data: Path) -> Scene:
+def _mesh(case: Case, data: Path) -> CaseInputs:
     """Drive through a real building's mesh; its plan was cut from it, so both share a frame."""
     folder = data / f'mesh_{case.building}'
     if not folder.is_dir():
@@ -140,10 +140,10 @@ def _mesh(case: Case, data: Path) -> Scene:
         mesh=read_mesh(folder / _MESH_FILES[case.building]),
     )
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
-    return Scene(recording, recording.floorplan, recording.A_plan_building, truth)
+    return CaseInputs(recording, recording.floorplan, recording.A_plan_building, truth)
 
 
-def _log(case: Case, data: Path) -> Scene:
+def _log(case: Case, data: Path) -> CaseInputs:
     folder = data / 'radish'
     if not folder.is_dir():
         raise MissingDataError(f'{folder} is absent')
@@ -151,4 +151,4 @@ def _log(case: Case, data: Path) -> Scene:
     scans = list(open_scans(fitted.log))
     poses = np.array([scan.T_odom_sensor for scan in scans])
     truth = PlanarTrajectory.from_transforms([scan.stamp_ns for scan in scans], poses)
-    return Scene(scans, fitted.plan, fitted.A_plan_log, truth)
+    return CaseInputs(scans, fitted.plan, fitted.A_plan_log, truth)

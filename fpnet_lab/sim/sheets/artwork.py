@@ -128,7 +128,7 @@ Mark = Stroke | Dimension
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Artwork:
     """
     All marks of a sheet in the order in which they are drawn.
 
@@ -191,11 +191,11 @@ def lines_of(role: Role, lines: Sequence[Array], pen: Pen, is_closed: bool = Fal
     return [Lines(role, tuple(lines), pen, is_closed)] if len(lines) else []
 
 
-def inverted(scene: Scene) -> Scene:
-    """Return a scene with light ink on dark paper."""
-    paper = scene.paper or (1.0, 1.0, 1.0)
+def inverted(artwork: Artwork) -> Artwork:
+    """Return artwork with light ink on dark paper."""
+    paper = artwork.paper or (1.0, 1.0, 1.0)
     return replace(
-        scene, paper=_opposite(paper), marks=tuple(_inverted(mark) for mark in scene.marks)
+        artwork, paper=_opposite(paper), marks=tuple(_inverted(mark) for mark in artwork.marks)
     )
 
 

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a site of one storey costs: the same drive on the floorplan and on the site, in pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.io import Scan, write_map
+from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.localizer import Localizer, ReplayResult, create_localizer, replay
+from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_core.odometry import KissOdometry
+from fpnet_core.sites import Site
+from fpnet_core.sites.site_files import read_site
+from fpnet_core.sites.site_localizer import SiteLocalizer
+from fpnet_core.sites.storey_plans import storey_plans
+from fpnet_lab.evaluation.localization.drives import Registrar
+from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
+from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.sim.recording import RecordingOptions
+from fpnet_lab.sim.sensors import sensor_named
+
+_ROUNDS = 2
+"""Numerical: runs of each; of a tick's durations the shortest counts, as machines are busy."""
+
+_SENSOR = 'planar'
+_FAMILY = 'double_corridor'
+
+
+@dataclass(frozen=True, eq=False)
+class SiteOfOne:
+    """
+    A drive on a floorplan and on the site of it alone.
+
+    ``is_same`` tells that poses are equal to the last bit. ``tick_ms (T, 2)`` and ``scan_ms (S,
+    2)`` are durations of ticks and of adding scans, on the plan and on the site.
+    """
+
+    is_same: bool
+    tick_ms: NDArray[np.float64]
+    scan_ms: NDArray[np.float64]
+
+
+def site_of_one(seed: int, config: FpnetConfig) -> SiteOfOne:
+    """Drive through a generated building, and localise in turns with its plan and as a site."""
+    options = RecordingOptions(
+        family=_FAMILY, rooms=(8, 60), limits=LIMITS, lidar=sensor_named(_SENSOR)
+    )
+    recording = first_recording(seed, options)
+    registrar = Registrar(KissOdometry(config.odometry))
+    for _ in registrar.follow(recording):
+        pass
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'plan.yaml'
+        write_map(recording.floorplan, path)
+        site = read_site(path, config)
+    runs = [
+        (
+            _run(registrar.kept, _on_plan(site, config)),
+            _run(registrar.kept, _on_site(site, config)),
+        )
+        for _ in range(_ROUNDS)
+    ]
+    plain, sited = runs[0]
+    return SiteOfOne(
+        np.array_equal(plain.published.xy, sited.published.xy),
+        np.min([np.stack([a.tick_ms, b.tick_ms], axis=1) for a, b in runs], axis=0),
+        np.min([np.stack([a.add_scan_ms, b.add_scan_ms], axis=1) for a, b in runs], axis=0),
+    )
+
+
+def _on_plan(site: Site, config: FpnetConfig) -> Localizer:
+    localizer = create_localizer(config)
+    localizer.set_storeys(storey_plans(site, config))
+    return localizer
+
+
+def _on_site(site: Site, config: FpnetConfig) -> Localizer:
+    localizer = SiteLocalizer(config, LearnedMatcher(config.matcher))
+    localizer.set_site(site)
+    return localizer
+
+
+def _run(scans: Sequence[Scan], localizer: Localizer) -> ReplayResult:
+    return replay(scans, localizer, TICK_PERIOD_S, _refuse)
+
+
+def _refuse(scan: Scan) -> RegisteredSweep:
+    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
+
+
+def one_report(runs: Sequence[SiteOfOne]) -> dict[str, Any]:
+    """Return the report of ``fpnet bench sites`` about sites of one."""
+    row: dict[str, Any] = {'drives': len(runs), 'same': sum(run.is_same for run in runs)}
+    for name in ('tick_ms', 'scan_ms'):
+        pairs = np.concatenate([getattr(run, name) for run in runs])
+        ratio = pairs[:, 1] / pairs[:, 0]
+        row[name] = float(np.median(pairs[:, 0]))
+        row[f'{name}_site'] = float(np.median(pairs[:, 1]))
+        row[f'{name}_ratio'] = float(np.median(ratio))
+        row[f'{name}_ratio_spread'] = float(np.subtract(*np.percentile(ratio, [75, 25])))
+    return row

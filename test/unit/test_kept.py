@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Results that are kept as they come."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import pytest
+
+from fpnet_core.errors import FpnetError
+from fpnet_lab.kept import make_once, read_kept
+from fpnet_lab.training.gathering import Columns, Counts
+
+
+@dataclass(frozen=True, eq=False)
+class Square:
+    side: int
+    table: NDArray[np.int16]
+
+
+class Interrupted(Exception):
+    pass
+
+
+def square(side):
+    if side < 0:
+        raise Interrupted
+    return Square(side, np.full((side, 2), side, dtype=np.int16))
+
+
+def unmade(_):
+    raise AssertionError('made again')
+
+
+TASKS = {'three': 3, 'one': 1, 'two': 2}
+
+
+def sides(folder, make=square, tasks=None, **more):
+    return [each.side for each in make_once(folder, Square, tasks or TASKS, make, **more)]
+
+
+def test_what_was_made_is_taken_over_in_the_order_of_the_tasks(tmp_path):
+    done = []
+    with pytest.raises(Interrupted):
+        sides(tmp_path, tasks={'three': 3, 'no': -1, 'one': 1}, on_done=done.append)
+    assert done == [1.0]
+    assert [path.name for path in tmp_path.iterdir()] == ['three.npz']
+    made = []
+    again = sides(tmp_path, lambda side: made.append(side) or square(side), on_done=done.append)
+    assert again == [3, 1, 2]
+    assert made == [1, 2]
+    assert done == [1.0] * 4
+    assert sides(tmp_path, unmade) == [3, 1, 2]
+
+
+def test_several_processes_give_the_same(tmp_path):
+    assert sides(tmp_path, workers=2) == [3, 1, 2]
+    assert sides(tmp_path, unmade) == [3, 1, 2]
+
+
+def test_results_come_back_as_they_were(tmp_path):
+    make_once(tmp_path, Square, TASKS, square)
+    [back] = make_once(tmp_path, Square, {'three': 3}, unmade)
+    assert back.table.dtype == np.int16
+    np.testing.assert_array_equal(back.table, np.full((3, 2), 3))
+
+
+def test_nothing_is_kept_without_a_folder_or_where_it_may_not_be(tmp_path):
+    assert sides(None) == [3, 1, 2]
+    sides(tmp_path, is_kept=lambda each: each.side != 1)
+    assert sorted(path.stem for path in tmp_path.iterdir()) == ['three', 'two']
+
+
+def test_files_that_are_damaged_or_of_other_columns_are_refused(tmp_path):
+    make_once(tmp_path, Square, TASKS, square, columns=['x', 'y'])
+    with pytest.raises(FpnetError, match=r'one\.npz.*other columns.*another folder'):
+        read_kept(tmp_path / 'one.npz', Square, ['y', 'x'])
+    (tmp_path / 'one.npz').write_bytes(b'PK')
+    with pytest.raises(FpnetError, match=r'one\.npz cannot be gone on with'):
+        sides(tmp_path, columns=['x', 'y'])
+
+
+@dataclass(frozen=True, eq=False)
+class Table(Columns):
+    name: np.ndarray
+    size: np.ndarray
+
+
+def test_columns_are_chosen_and_joined_row_by_row():
+    first = Table(np.array(['a', 'b']), np.array([1.0, 2.0]))
+    none = Table(np.array([], dtype=np.str_), np.array([]))
+    both = Table.joined([first, none, Table(np.array(['longer']), np.array([3.0]))])
+    assert len(both) == 3
+    chosen = both.where(both.size > 1.0)
+    assert (chosen.name.tolist(), chosen.size.tolist()) == (['b', 'longer'], [2.0, 3.0])
+
+
+@dataclass(frozen=True)
+class Amounts(Counts):
+    rooms: int = 10
+    drives: int = 300
+
+
+def test_a_share_has_some_of_everything():
+    assert Amounts().scaled(0.01) == Amounts(1, 3)
