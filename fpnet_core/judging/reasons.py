@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging.judge import Verdict
+from fpnet_core.judging.rivals import NOISE_M
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,6 @@ AT_EDGE = 0.01
 """Numerical: a scale as near to what was searched, as a share, has been held there."""
 
 _LITTLE_M = 25.0  # physical: the walls of one room
-_NOISE_M = 1.0  # physical: contested wall that tells nothing; walls are seen in pieces as long
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
 _WELL = 0.8  # chosen: who explains so much of the walls has seen too few of them
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
@@ -245,7 +245,7 @@ def _parting(verdict: Verdict, look: Look) -> list[str]:
     contested_m = _contested_m(verdict, look.walls_m)
     best, other = verdict.placements.probability[:2]
     supports = verdict.evidence.of('support')
-    if contested_m < _NOISE_M or not best > other > 0.0 or supports[0] <= supports[1]:
+    if contested_m < NOISE_M or not best > other > 0.0 or supports[0] <= supports[1]:
         return []
     needed = math.log(look.claim_probability / (1.0 - look.claim_probability))
     more = needed / math.log(best / other) - 1.0

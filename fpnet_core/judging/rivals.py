@@ -14,7 +14,7 @@ from fpnet_core.judging import kernels
 Array = NDArray[np.float64]
 Figures = dict[str, Array]
 
-_NOISE_M = 1.0
+NOISE_M = 1.0
 """Contested length that tells nothing: walls are seen in pieces of about this length. Chosen."""
 
 _ALONE = (
@@ -70,7 +70,7 @@ def rival_figures(figures: Figures, explained: Explained) -> Figures:
     return {
         'rival_net': _signed_log(net_m),
         'rival_bent_net': _signed_log(bent_m),
-        'rival_z': bent_m / np.sqrt(total_m + _NOISE_M),
+        'rival_z': bent_m / np.sqrt(total_m + NOISE_M),
         'rival_contested': np.log1p(total_m),
         'rival_score': _less_best_other(figures['score'], other),
         'rival_bent_score': _less_best_other(figures['bent_score'], other),

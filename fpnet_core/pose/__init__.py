@@ -10,16 +10,16 @@ from fpnet_core.pose.estimate import (
 from fpnet_core.pose.evidence import MapEvidence, MapSide, map_evidence
 from fpnet_core.pose.hypotheses import propose
 from fpnet_core.pose.refine import FINE, ROUGH, Effort, Freedom, refine
-from fpnet_core.pose.verify import Agreement, agreement, coarse_support, wall_support
+from fpnet_core.pose.verify import WallAgreement, agreement, coarse_support, wall_support
 
 __all__ = [
     'FINE',
     'ROUGH',
-    'Agreement',
     'Effort',
     'Freedom',
     'MapEvidence',
     'MapSide',
+    'WallAgreement',
     'agreement',
     'coarse_support',
     'compared_at',

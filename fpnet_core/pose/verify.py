@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.pose.evidence import MapEvidence
-from fpnet_core.raster.rays import nearest_cell
 
 WALL_SIGMA_M = 0.2
 """
@@ -41,7 +40,7 @@ _OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class WallAgreement:
     """
     Scores of ``C`` candidates, each ``(C,) float64`` in [0, 1].
 
@@ -89,7 +88,7 @@ def wall_support(
 
 def agreement(
     plan: MapEvidence, sub: MapEvidence, candidates: Placements, sigma_m: float
-) -> Agreement:
+) -> WallAgreement:
     """
     Return the full two-way scores of ``C`` candidates; zero candidates give empty arrays.
 
@@ -113,7 +112,7 @@ def agreement(
             sub.A_rc_xy,
             seen,
         )
-    return Agreement(support, seen, violation)
+    return WallAgreement(support, seen, violation)
 
 
 def _forward_scores(
@@ -140,22 +139,21 @@ def _forward(
     support: Array,
     violation: Array,
 ) -> None:
-    rows, cols = wall_likelihood.shape
+    likelihood, depth = wall_likelihood.reshape(-1), outside_depth.reshape(-1)
+    cells = np.empty(max(len(walls), len(free)), np.int32)
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
+        _cells_of(A, walls, wall_likelihood.shape, cells)
         total = 0.0
         for k in range(len(walls)):
-            row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
-            if _inside(rows, cols, row, col):
-                total += wall_likelihood[row, col]
+            if cells[k] >= 0:
+                total += likelihood[cells[k]]
         support[c] = total / max(len(walls), 1)
+        _cells_of(A, free, outside_depth.shape, cells)
         outside = 0.0
         for k in range(len(free)):
-            row, col = nearest_cell(A, free[k, 0], free[k, 1])
-            depth = _OUTSIDE_FULL_M
-            if _inside(rows, cols, row, col):
-                depth = outside_depth[row, col]
-            share = (depth - _OUTSIDE_TOLERANCE_M) / (_OUTSIDE_FULL_M - _OUTSIDE_TOLERANCE_M)
+            own = depth[cells[k]] if cells[k] >= 0 else _OUTSIDE_FULL_M
+            share = (own - _OUTSIDE_TOLERANCE_M) / (_OUTSIDE_FULL_M - _OUTSIDE_TOLERANCE_M)
             outside += min(max(share, 0.0), 1.0)
         violation[c] = outside / max(len(free), 1)
 
@@ -170,17 +168,33 @@ def _backward(
     A_rc_xy: Array,
     seen: Array,
 ) -> None:
-    rows, cols = wall_likelihood.shape
+    likelihood, is_observed = wall_likelihood.reshape(-1), observed.reshape(-1)
+    cells = np.empty(len(walls), np.int32)
     for c in range(len(inverse)):
-        A = _chain(A_rc_xy, inverse[c], back[c])
-        total = 0.0
-        count = 0
+        _cells_of(_chain(A_rc_xy, inverse[c], back[c]), walls, observed.shape, cells)
+        total, count = 0.0, 0
         for k in range(len(walls)):
-            row, col = nearest_cell(A, walls[k, 0], walls[k, 1])
-            if _inside(rows, cols, row, col) and observed[row, col]:
-                total += wall_likelihood[row, col]
+            if cells[k] >= 0 and is_observed[cells[k]]:
+                total += likelihood[cells[k]]
                 count += 1
         seen[c] = total / max(count, 1)
+
+
+@numba.njit(cache=True, nogil=True)
+def _cells_of(A: Array, points: Array, shape: tuple[int, int], cells: NDArray[np.int32]) -> None:
+    """
+    Write the flat indices of the cells nearest to ``points (P, 2)`` to ``cells``, -1 off it.
+
+    ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, is
+    carried out for several points at once.
+    """
+    rows, cols = float(shape[0]), float(shape[1])
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        row = np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5)
+        col = np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5)
+        is_inside = (row >= 0.0) & (col >= 0.0) & (row < rows) & (col < cols)
+        cells[k] = np.int32(row * cols + col) if is_inside else np.int32(-1)
 
 
 @numba.njit(cache=True, nogil=True, inline='always')
@@ -192,9 +206,3 @@ def _chain(A_rc_xy: Array, linear: Array, translation: Array) -> Array:
             A[i, j] = A_rc_xy[i, 0] * linear[0, j] + A_rc_xy[i, 1] * linear[1, j]
         A[i, 2] = A_rc_xy[i, 0] * translation[0] + A_rc_xy[i, 1] * translation[1] + A_rc_xy[i, 2]
     return A
-
-
-@numba.njit(cache=True, nogil=True, inline='always')
-def _inside(rows: int, cols: int, row: int, col: int) -> bool:
-    # Not the raster itself: every call would count the references to it, at thrice the time.
-    return bool(0 <= row < rows and 0 <= col < cols)

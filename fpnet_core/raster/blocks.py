@@ -22,22 +22,32 @@ def block_means(
 
     ``beyond`` fills the blocks that reach beyond the edge.
     """
-    rows, cols = values.shape
-    padded = np.pad(values, ((0, -rows % side), (0, -cols % side)), constant_values=beyond)
+    padded = _whole_blocks(values, side, beyond)
     size = (padded.shape[1] // side, padded.shape[0] // side)
     return np.asarray(cv2.resize(padded, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
-def block_any(mask: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
-    """Return which blocks (ceil(H / side), ceil(W / side)) hold a True cell."""
+def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> NDArray[np.bool_]:
+    """
+    Return which blocks (ceil(H / side), ceil(W / side)) hold a True cell.
+
+    ``is_beyond`` tells that those do which reach beyond the edge.
+    """
     if side == 1:
         return mask
-    rows, cols = mask.shape
-    padded = np.pad(mask, ((0, -rows % side), (0, -cols % side)))
+    padded = _whole_blocks(mask, side, is_beyond)
     found = padded[::side, ::side].copy()
     for row, col in np.ndindex(side, side):
         found |= padded[row::side, col::side]
     return found
+
+
+def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[Scalar]:
+    """Return ``values (H, W)`` with ``beyond`` added up to whole blocks."""
+    rows, cols = values.shape
+    if rows % side == 0 and cols % side == 0:
+        return values
+    return np.pad(values, ((0, -rows % side), (0, -cols % side)), constant_values=beyond)
 
 
 def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:
@@ -50,8 +60,20 @@ def unblocked(
     blocks: NDArray[Scalar], side: int, shape: tuple[int, ...] | None = None
 ) -> NDArray[Scalar]:
     """Return a raster of ``shape`` (all of the blocks for None), each cell as its block is."""
-    rows, cols = shape or (None, None)
-    return np.repeat(np.repeat(blocks, side, axis=0), side, axis=1)[:rows, :cols]
+    rows, cols = shape or (side * blocks.shape[0], side * blocks.shape[1])
+    return np.asarray(_unblocked(np.ascontiguousarray(blocks), side, rows, cols))
+
+
+@njit(cache=True, nogil=True)
+def _unblocked(blocks, side, rows, cols):  # type: ignore[no-untyped-def]
+    """Return what :func:`unblocked` does."""
+    raster = np.empty((rows, cols), blocks.dtype)
+    for first in range(0, rows, side):
+        for col in range(cols):
+            raster[first, col] = blocks[first // side, col // side]
+        for row in range(first + 1, min(first + side, rows)):
+            raster[row] = raster[first]
+    return raster
 
 
 def thinned(mask: NDArray[np.bool_], spacing: float) -> NDArray[np.float64]:

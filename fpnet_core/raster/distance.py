@@ -1,31 +1,146 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The exact Euclidean distance transform, to the last digit the same wherever arrays lie."""
+"""
+The exact Euclidean distance transform, to the last digit the same wherever arrays lie.
+
+In two passes (Felzenszwalb and Huttenlocher, 2012): distances within columns, then along each row
+the lowest of the parabolas that their squares are. Squares are whole numbers. The second pass is
+what takes time, and is made only where distances are asked for.
+"""
 
 from __future__ import annotations
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.blocks import block_middles
+_NOWHERE = np.sqrt(np.finfo(np.float32).max)
+"""Numerical: how far a True cell is that there is not; its square is finite."""
 
 
-def cells_to_nearest(mask: NDArray[np.bool_], step: int = 1) -> NDArray[np.float32]:
+def cells_to_nearest(
+    mask: NDArray[np.bool_], step: int = 1, where: NDArray[np.bool_] | None = None
+) -> NDArray[np.float32]:
     """
     Return the distance (H, W) float32 from each cell to the nearest True cell, in cells.
 
     With a ``step`` only of the cells in the middle of blocks of that side, as
-    :func:`~fpnet_core.raster.blocks.block_middles` chooses them.
-
-    OpenCV's last digit depends on where its arrays lie in memory, so that equal maps would be
-    cut differently once in a while. Squared distances are whole numbers, which settles them.
+    :func:`~fpnet_core.raster.blocks.block_middles` chooses them; with ``where (H, W)`` only of
+    its True cells, 0 for all others.
     """
-    cells = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    distance = block_middles(np.asarray(cells, dtype=np.float32), step)
-    for settle in (np.square, np.rint, np.sqrt):
-        settle(distance, out=distance)
-    return distance
+    asked = np.ones((1, mask.shape[1]), np.bool_) if where is None else where
+    down = _down_columns(np.ascontiguousarray(mask))
+    return np.asarray(_along_rows(down, np.ascontiguousarray(asked), step))
+
+
+@njit(cache=True, nogil=True)
+def _down_columns(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
+    rows, cols = mask.shape
+    down = np.empty((rows, cols), np.int32)
+    for col in range(cols):
+        down[0, col] = 0 if mask[0, col] else rows + cols
+    for row in range(1, rows):
+        for col in range(cols):
+            down[row, col] = 0 if mask[row, col] else down[row - 1, col] + 1
+    for row in range(rows - 2, -1, -1):
+        for col in range(cols):
+            down[row, col] = min(down[row, col], down[row + 1, col] + 1)
+    return down
+
+
+@njit(cache=True, nogil=True)
+def _along_rows(
+    down: NDArray[np.int32], asked: NDArray[np.bool_], step: int
+) -> NDArray[np.float32]:
+    """Return what :func:`cells_to_nearest` does; a single row of ``asked`` holds for all."""
+    rows, cols = down.shape
+    first = (step - 1) // 2
+    out = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
+    lowest = np.empty((3, cols + 1), np.int64)
+    for k in range(len(out)):
+        row = first + k * step
+        near, is_asked = down[row], asked[row % len(asked)]
+        begin = 0
+        while begin < cols:
+            if not is_asked[begin]:
+                begin += 1
+                continue
+            end = begin + 1
+            while end < cols and is_asked[end]:
+                end += 1
+            # From cell to cell a distance changes by one at most.
+            low = max(begin - _at_most(near, begin), 0)
+            high = min(end - 1 + _at_most(near, end - 1), cols - 1)
+            count = _lowest_parabolas(near, low, high, rows + cols, lowest)
+            _write_distances(lowest, count, begin, end, step, out[k])
+            begin = end
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _at_most(near: NDArray[np.int32], col: int) -> int:
+    """Return how far the nearest True cell is along the row, and then along a column."""
+    cols, least, offset = len(near), near[col], 1
+    while offset < min(least, cols):
+        if offset <= col:
+            least = min(least, near[col - offset] + offset)
+        if col + offset < cols:
+            least = min(least, near[col + offset] + offset)
+        offset += 1
+    return int(least)
+
+
+@njit(cache=True, nogil=True)
+def _lowest_parabolas(
+    near: NDArray[np.int32], low: int, high: int, beyond: int, lowest: NDArray[np.int64]
+) -> int:
+    """
+    Count the parabolas that are lowest somewhere from ``low`` to ``high``, and list them.
+
+    ``lowest (3, W)`` gets each one's column, its height there and the column from which on it is
+    lowest; a column whose cells are ``beyond`` has none.
+    """
+    count = 0
+    for col in range(low, high + 1):
+        if near[col] >= beyond:
+            continue
+        height, since = np.int64(near[col]) ** 2, np.int64(low)
+        while count:
+            place, own = lowest[0, count - 1], lowest[1, count - 1]
+            # They meet half a column too far right at most: there they are equally low.
+            meet = (col * col - place * place + height - own) * (0.5 / (col - place))
+            since = np.int64(np.floor(meet)) + 1
+            if since > lowest[2, count - 1]:
+                break
+            count, since = count - 1, np.int64(low)
+        if since <= high:
+            lowest[0, count], lowest[1, count], lowest[2, count] = col, height, since
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _write_distances(
+    lowest: NDArray[np.int64],
+    count: int,
+    begin: int,
+    end: int,
+    step: int,
+    out: NDArray[np.float32],
+) -> None:
+    """Write the distances of the columns from ``begin`` to before ``end``."""
+    first, k = (step - 1) // 2, 0
+    for n in range((begin - first + step - 1) // step, (end - first + step - 1) // step):
+        col = first + n * step
+        if count == 0:
+            out[n] = _NOWHERE
+            continue
+        while k + 1 < count and lowest[2, k + 1] <= col:
+            k += 1
+        away = col - lowest[0, k]
+        out[n] = np.sqrt(np.float32(away * away + lowest[1, k]))
 
 
 def clearance_of(free: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,12 +32,12 @@ def cross() -> Kernel:
 
 def grown(mask: Mask, reach: int) -> Mask:
     """Return the cells (H, W) within ``reach`` of ``mask (H, W)``, in the maximum norm."""
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), square(2 * reach + 1)) > 0)
+    return grown_by(mask, square(2 * reach + 1))
 
 
 def grown_by(mask: Mask, kernel: Kernel) -> Mask:
     """Return the cells (H, W) that ``kernel (K, K)``, K odd, covers from a cell of the mask."""
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
+    return np.asarray(cv2.dilate(mask.view(np.uint8), kernel)).view(np.bool_)
 
 
 def shrunk(mask: Mask, reach: int) -> Mask:
@@ -46,7 +47,7 @@ def shrunk(mask: Mask, reach: int) -> Mask:
 
 def shrunk_by(mask: Mask, kernel: Kernel) -> Mask:
     """Return the cells (H, W) at which ``kernel (K, K)`` lies in the mask or off the raster."""
-    return np.asarray(cv2.erode(mask.astype(np.uint8), kernel) > 0)
+    return np.asarray(cv2.erode(mask.view(np.uint8), kernel)).view(np.bool_)
 
 
 def opened(mask: Mask, diameter: int) -> Mask:
@@ -63,9 +64,9 @@ def opened_by(mask: Mask, kernel: Kernel, is_beyond: bool = False) -> Mask:
     side, anchor = len(kernel), (len(kernel) - 1) // 2
     padded = np.pad(mask, side, constant_values=is_beyond)
     # Kernels of even size move a mask by a cell unless the second one is the first one mirrored.
-    eroded = cv2.erode(padded.astype(np.uint8), kernel)
+    eroded = cv2.erode(padded.view(np.uint8), kernel)
     found = cv2.dilate(eroded, kernel[::-1, ::-1], anchor=(anchor, anchor))
-    return np.asarray(found[side:-side, side:-side] > 0)
+    return np.ascontiguousarray(found[side:-side, side:-side]).view(np.bool_)
 
 
 def closed(mask: Mask, side: int) -> Mask:
@@ -82,12 +83,41 @@ def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
     """
     Return ``labels (H, W)`` after so many steps into unlabelled cells of a mask (H, W).
 
-    A cell that several labels reach in the same step takes the largest.
+    A step reaches as far as ``kernel (3, 3)``, which is symmetric. A cell that several labels
+    reach in the same step takes the largest.
     """
-    # OpenCV dilates no 32-bit integers; these hold all labels exactly.
-    is_few = int(labels.max(initial=0)) <= np.iinfo(np.uint16).max
-    found: NDArray[Any] = labels.astype(np.uint16 if is_few else np.float32)
+    return np.asarray(_spread(labels.copy(), np.ascontiguousarray(into), kernel, steps))
+
+
+@njit(cache=True, nogil=True)
+def _spread(found: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) -> NDArray[np.int32]:
+    """Carry out :func:`spread` in place."""
+    rows, cols = found.shape
+    left, count = np.empty(found.size, np.int32), 0
+    for row in range(rows):
+        for col in range(cols):
+            left[count] = row * cols + col
+            count += int(into[row, col] & (found[row, col] == 0))
+    values, flat = np.empty(count, np.int32), found.reshape(-1)
     for _ in range(steps):
-        further = cv2.dilate(found, kernel)
-        np.copyto(found, further, where=(found == 0) & into)
-    return found.astype(np.int32)
+        for k in range(count):
+            values[k] = _largest_beside(found, kernel, left[k] // cols, left[k] % cols)
+        before, count = count, 0
+        for k in range(before):
+            flat[left[k]] = values[k]
+            left[count] = left[k]
+            count += values[k] == 0
+    return found
+
+
+@njit(cache=True, nogil=True, inline='always')
+def _largest_beside(  # type: ignore[no-untyped-def]
+    found: NDArray[np.int32], kernel: Kernel, row: int, col: int
+):
+    """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers around a cell."""
+    largest = np.int32(0)
+    for r in range(max(row - 1, 0), min(row + 2, found.shape[0])):
+        for c in range(max(col - 1, 0), min(col + 2, found.shape[1])):
+            if kernel[r - row + 1, c - col + 1]:
+                largest = max(largest, found[r, c])
+    return largest

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 Mask = NDArray[np.bool_]
 Window = tuple[slice, slice]
 """Rows and columns, with both ends."""
+Scalar = TypeVar('Scalar', bound=np.generic)
 
 _ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
 NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
@@ -24,6 +25,17 @@ def window_of(mask: Mask) -> Window | None:
     if not rows.size:
         return None
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+
+def cropped(values: NDArray[Scalar], window: Window, beyond: float) -> NDArray[Scalar]:
+    """Return a window of ``values (H, W)``; what of it is off the raster is ``beyond``."""
+    inner = tuple(
+        slice(max(s.start, 0), min(s.stop, size))
+        for s, size in zip(window, values.shape, strict=True)
+    )
+    margins = [(i.start - s.start, s.stop - i.stop) for i, s in zip(inner, window, strict=True)]
+    found = values[inner]
+    return np.pad(found, margins, constant_values=beyond) if np.any(margins) else found
 
 
 def border_of(values: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -14,7 +14,7 @@ import shapely
 
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import Mask, cross, spread
-from fpnet_core.raster.pieces import label_windows
+from fpnet_core.raster.pieces import label_windows, looked_up
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -54,7 +54,7 @@ def outline(mask: Mask) -> NDArray[np.float64] | None:
     # A corner of the lattice between cells belongs to the piece where any of its cells does;
     # contours of such corners run exactly along the cells' outer edges.
     corners = cv2.dilate(
-        np.pad(mask, ((0, 1), (0, 1))).astype(np.uint8), np.ones((2, 2), np.uint8), anchor=(1, 1)
+        np.pad(mask, ((0, 1), (0, 1))).view(np.uint8), np.ones((2, 2), np.uint8), anchor=(1, 1)
     )
     contours, _ = cv2.findContours(corners, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     if not contours:
@@ -64,6 +64,12 @@ def outline(mask: Mask) -> NDArray[np.float64] | None:
     if len(simple) < 3 or not shapely.LinearRing(simple).is_simple:
         simple = ring[:, 0, ::-1]
     return np.asarray(simple - 0.5, dtype=np.float64)
+
+
+def _middle(mask: Mask) -> NDArray[np.float64]:
+    """Return the mean row and column (2,) of the True cells of ``mask (H, W)``."""
+    counts = np.count_nonzero(mask, axis=1), np.count_nonzero(mask, axis=0)
+    return np.array([count @ np.arange(len(count)) / count.sum() for count in counts])
 
 
 def _signed_area(ring: NDArray[np.float64]) -> float:
@@ -141,14 +147,14 @@ def _rooms(
                 id=len(rooms),
                 label=RegionLabel.ROOM,
                 polygon=polygon,
-                centroid=grid.rc_to_xy(np.argwhere(mask).mean(axis=0) + corner),
+                centroid=grid.rc_to_xy(_middle(mask) + corner),
                 area_m2=float(counts[label]) * grid.resolution**2,
                 observed_fraction=score.observed_fraction,
                 frontier_fraction=score.frontier_fraction,
                 confidence=score.observed_fraction * confidence.get(label, 1.0),
             )
         )
-    return ids, rooms, lut[labels]
+    return ids, rooms, looked_up(labels, lut)
 
 
 def _opening_confidence(opening: Opening) -> float:

@@ -106,18 +106,33 @@ def wall_direction(passable: Mask) -> float:
 @njit(cache=True, nogil=True)
 def _slopes(values: NDArray[np.int16]) -> tuple[float, float]:
     """Return the sum of all slopes of ``values (H, W)``, four times turned: x and y."""
+    steepest = _BLUR_CELLS**2
+    turned = _turned(steepest)
     x, y = 0.0, 0.0
     for row in range(1, values.shape[0] - 1):
         for col in range(1, values.shape[1] - 1):
-            d_row = float(values[row + 1, col] - values[row - 1, col])
-            d_col = float(values[row, col + 1] - values[row, col - 1])
+            d_row = values[row + 1, col] - values[row - 1, col]
+            d_col = values[row, col + 1] - values[row, col - 1]
+            if d_row != 0 or d_col != 0:
+                x += turned[d_row + steepest, d_col + steepest, 0]
+                y += turned[d_row + steepest, d_col + steepest, 1]
+    return x, y
+
+
+@njit(cache=True, nogil=True)
+def _turned(steepest: int) -> Array:
+    """Return all slopes that there may be (N, N, 2), four times turned."""
+    turned = np.zeros((2 * steepest + 1, 2 * steepest + 1, 2))
+    for i in range(len(turned)):
+        for j in range(len(turned)):
+            d_row, d_col = float(i - steepest), float(j - steepest)
             square = d_row * d_row + d_col * d_col
             if square > 0.0:
                 # The fourth power of a slope as a complex number, over its third.
                 even, odd = d_col * d_col - d_row * d_row, 2.0 * d_col * d_row
-                x += (even * even - odd * odd) / square**1.5
-                y += 2.0 * even * odd / square**1.5
-    return x, y
+                turned[i, j, 0] = (even * even - odd * odd) / square**1.5
+                turned[i, j, 1] = 2.0 * even * odd / square**1.5
+    return turned
 
 
 @njit(cache=True, nogil=True)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.raster.blocks import block_means, unblocked
 from fpnet_core.raster.morphology import Mask, grown
+from fpnet_core.raster.pieces import looked_up, shared_cells
 from fpnet_core.raster.windows import Window, window_of
 from fpnet_core.segmentation.lintels import Doorway
 from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
@@ -93,7 +94,7 @@ class SubmapSegmenter:
         held = labels[window] > 0
         part = segment_part(
             grid.cropped(*window),
-            submap.lintel[window],
+            submap.lintel[window].copy(),
             held=held,
             known_doors=_doorways(kept, grid, window),
             has_scans=is_from_scans(submap),
@@ -114,7 +115,7 @@ class SubmapSegmenter:
         """Return regions with the given tracks, new ones where there is None."""
         fresh = iter(range(self.tracks, self.tracks + len(regions)))
         return [
-            replace(region, track=next(fresh) if track is None else track)
+            _numbered(region, region.id, next(fresh) if track is None else track)
             for region, track in zip(regions, tracks, strict=True)
         ]
 
@@ -256,7 +257,7 @@ def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray
         ends = place.get(portal.rooms[0]), place.get(portal.rooms[1])
         if ends != (None, None):
             doors.append(_Door(segmentation.regions[portal.door], portal, ends))
-    return _Kept(rooms, doors), lookup[segmentation.labels]
+    return _Kept(rooms, doors), looked_up(segmentation.labels, lookup)
 
 
 def _doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
@@ -284,10 +285,7 @@ def _inherited(
     from scipy.optimize import linear_sum_assignment  # nothing needs it before a second tick
 
     tracks: list[int | None] = [None] * len(part.regions)
-    count = len(old.rooms) + 1
-    flat = part.labels.astype(np.int64) * count + old.labels[window]
-    shared = np.bincount(flat.ravel(), minlength=(len(part.rooms) + 1) * count)
-    shared = shared.reshape(-1, count)[1:, 1:]
+    shared = shared_cells(part.labels, old.labels[window].copy(), len(part.rooms), len(old.rooms))
     for new, room in zip(*linear_sum_assignment(shared, maximize=True), strict=True):
         if shared[new, room] > 0 and room in touched:
             tracks[new] = old.regions[room].track
@@ -311,14 +309,13 @@ def _spliced(
     first = len(kept.rooms)
     labels[window] = np.where(part.labels > 0, part.labels + first, labels[window])
     rooms = [*kept.rooms, *part.rooms]
-    doors = _relinked(kept.doors, labels, grid)
-    known = np.array([door.portal.ends.mean(axis=0) for door in doors]).reshape(-1, 2)
-    for portal in part.portals:
-        middle = portal.ends.mean(axis=0)
+    known = _middles([door.portal for door in kept.doors])
+    found = []
+    for portal, middle in zip(part.portals, _middles(part.portals), strict=True):
         if (np.hypot(*(known - middle).T) >= _SAME_DOOR_M).all():
             ends = tuple(None if room is None else room + first for room in portal.rooms)
-            door = _Door(part.regions[portal.door], portal, (ends[0], ends[1]))
-            doors += _relinked([door], labels, grid)
+            found.append(_Door(part.regions[portal.door], portal, (ends[0], ends[1])))
+    doors = _relinked([*kept.doors, *found], labels, grid)
     order = sorted(range(len(rooms)), key=lambda k: (-rooms[k].area_m2, rooms[k].track))
     ids = {number: position for position, number in enumerate(order)}
     lookup = np.zeros(len(rooms) + 1, dtype=np.int32)
@@ -331,11 +328,21 @@ def _spliced(
         portals.append(replace(door.portal, door=len(regions), rooms=portal_rooms))
         regions.append(_numbered(door.region, len(regions)))
     reason = '' if rooms else part.reason
-    return Segmentation(grid, lookup[labels], tuple(regions), tuple(portals), reason)
+    return Segmentation(grid, looked_up(labels, lookup), tuple(regions), tuple(portals), reason)
 
 
-def _numbered(region: Region, position: int) -> Region:
-    return region if region.id == position else replace(region, id=position)
+def _numbered(region: Region, number: int, track: int | None = None) -> Region:
+    """Return the region with another id, and another track if one is given."""
+    other = object.__new__(Region)  # what was checked is not checked again
+    kept = region.track if track is None else track
+    other.__dict__.update(vars(region), id=number, track=kept)
+    return other
+
+
+def _middles(portals: Sequence[Portal]) -> NDArray[np.float64]:
+    """Return the middles (D, 2) of doors [m]."""
+    ends = np.array([portal.ends for portal in portals], dtype=np.float64)
+    return np.asarray(ends.reshape(-1, 2, 2).mean(axis=1))
 
 
 def _relinked(doors: Sequence[_Door], labels: NDArray[np.int32], grid: GridMap) -> list[_Door]:

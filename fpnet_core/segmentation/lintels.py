@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.pieces import pieces_of_few
 from fpnet_core.raster.rays import cells_at, draw_line
 from fpnet_core.raster.windows import first_of_each
-from fpnet_core.segmentation.openings import Opening, narrowest_line
+from fpnet_core.segmentation.openings import Opening, narrowest_line, roominess
 
 # Chosen, not measured:
 # A doorway is neither narrower nor wider than this [m].
@@ -103,11 +104,12 @@ def find_lintels(
     for door in known:
         draw_line(closed, door.ends_rc)
     lines = np.array([door.ends_rc for door in doors]).reshape(-1, 2, 2)
+    space = roominess(free)
     for centre in _centres(lintel, cell_m):
-        if (_distances(lines, np.array(centre)) * cell_m <= _LINE_REACH_M).any():
+        if _is_beside(lines, *centre, cell_m):
             continue
         ends = narrowest_line(
-            free, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
+            space, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
         )
         apart = lines.mean(axis=1) - ends.mean(axis=0)
         is_new = (np.hypot(*apart.T) * cell_m >= _MIN_WIDTH_M).all()
@@ -115,7 +117,7 @@ def find_lintels(
             doors.append(Doorway(ends, cell_m))
             lines = np.concatenate([lines, ends[None]])
             draw_line(closed, ends)
-    return closed.astype(bool) & free, doors
+    return closed.view(np.bool_) & free, doors
 
 
 def _is_doorway(
@@ -135,32 +137,35 @@ def _is_in_wall(ends: NDArray[np.float64], wall: Mask) -> bool:
     return bool(wall[cells_at(ends, wall.shape)].all())
 
 
-def _distances(lines: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distances (D,) of ``place (2,)`` from the lines with ends ``lines (D, 2, 2)``."""
-    along, offset = lines[:, 1] - lines[:, 0], place - lines[:, 0]
-    share = (offset * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-9)
-    nearest = np.clip(share, 0.0, 1.0)[:, None] * along
-    return np.asarray(np.hypot(*(offset - nearest).T))
+@njit(cache=True, nogil=True)
+def _is_beside(lines: NDArray[np.float64], row: float, col: float, cell_m: float) -> bool:
+    """Tell whether a place belongs to one of the lines with ends ``lines (D, 2, 2)``."""
+    for k in range(len(lines)):
+        d_row, d_col = lines[k, 1, 0] - lines[k, 0, 0], lines[k, 1, 1] - lines[k, 0, 1]
+        r, c = row - lines[k, 0, 0], col - lines[k, 0, 1]
+        share = (r * d_row + c * d_col) / max(d_row * d_row + d_col * d_col, 1e-9)
+        share = min(max(share, 0.0), 1.0)
+        if np.hypot(r - share * d_row, c - share * d_col) * cell_m <= _LINE_REACH_M:
+            return True
+    return False
 
 
 def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     """
-    Return a cell in the middle of each component of high returns, largest first.
+    Return a cell in the middle of each piece of high returns, largest first.
 
-    Components with too few high returns around them to cover even the narrowest doorway are
-    left out.
+    Pieces with too few high returns around them to cover even the narrowest doorway are left
+    out.
     """
-    mask = lintel.astype(np.uint8)
     window = 2 * round(_MIN_WIDTH_M / cell_m) + 1
-    around = cv2.boxFilter(mask, cv2.CV_32S, (window, window), normalize=False)
-    dense = mask * (around >= _MIN_COVERAGE * _MIN_WIDTH_M / cell_m).astype(np.uint8)
-    _, components, stats, centroids = cv2.connectedComponentsWithStats(dense, connectivity=8)
-    cells = np.argwhere(components > 0)
-    owner = components[components > 0]
-    off_centre = np.hypot(*(cells - centroids[owner, ::-1]).T)
-    # Sorted by owner first, so that the first of each are in the order of the components.
+    around = cv2.boxFilter(lintel.view(np.uint8), cv2.CV_32S, (window, window), normalize=False)
+    cells, owner = pieces_of_few(lintel & (around >= _MIN_COVERAGE * _MIN_WIDTH_M / cell_m))
+    size = np.bincount(owner)
+    centroid = np.stack([np.bincount(owner, along) for along in cells.T], axis=1) / size[:, None]
+    off_centre = np.hypot(*(cells - centroid[owner]).T)
+    # Sorted by owner first, so that the first of each are in the order of the pieces.
     nearest = first_of_each(owner, np.lexsort((off_centre, owner)))
-    largest_first = np.argsort(-stats[1:, cv2.CC_STAT_AREA], kind='stable')
+    largest_first = np.argsort(-size, kind='stable')
     middle = cells[nearest][largest_first].astype(np.float64)
     return [(row, col) for row, col in middle.tolist()]
 

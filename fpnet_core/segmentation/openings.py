@@ -12,8 +12,7 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.rays import is_inside
+from fpnet_core.raster.morphology import Mask, square
 from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
@@ -27,10 +26,14 @@ _LINE_REACH = 3.0
 # It may move so far across the wall to find the jambs [m].
 _SLIDE_M = 0.3
 # Numerical: directions tried for the line across an opening, over half a turn.
-DIRECTIONS = 36
+_DIRECTIONS = 36
 _BOUNDING = 6  # numerical: of which every so many are tried first
 _STEP_CELLS = 0.25  # numerical: along a line
 _SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
+_ROOMY_CELLS = 7  # numerical: where all is free within so many cells, lines are looked at in leaps
+
+Space = NDArray[np.uint8]
+"""What is free, see :func:`roominess`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,31 +52,40 @@ class Opening:
     has_lintel: bool = False
 
 
+def roominess(free: Mask) -> Space:
+    """Return 0 (H, W) where cells are not ``free``, 2 where all within some cells are, else 1."""
+    cells = free.view(np.uint8)
+    kernel = square(2 * _ROOMY_CELLS + 1)
+    roomy = cv2.erode(cells, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return np.asarray(cells + roomy)
+
+
 @njit(cache=True)
-def narrowest_chord(
-    free: NDArray[np.bool_],
+def _narrowest_chord(
+    space: Space,
     row: float,
     col: float,
     reach: float,
-    directions: int,
+    units: NDArray[np.float64],
     bound: float = np.inf,
 ) -> tuple[float, float, float, float]:
     """
     Return the ends (row, col, row, col) of the shortest free chord through a point.
 
-    Where all are longer than ``bound``, it is only some chord that is.
+    Where all are longer than ``bound``, it is only some chord that is. ``units (K, 2)`` are the
+    directions to try.
     """
     best = (row, col, row, col)
     best_length = 1e18
     # A few directions bound the length first: most others are then given up early.
-    for k in range(0, directions, _BOUNDING):
-        bound = min(bound, sum(_runs(free, row, col, reach, np.pi * k / directions, bound)))
-    for k in range(directions):
-        angle = np.pi * k / directions
-        ahead, behind = _runs(free, row, col, reach, angle, min(bound, best_length))
+    for k in range(0, len(units), _BOUNDING):
+        bound = min(bound, sum(_runs(space, row, col, reach, units[k, 0], units[k, 1], bound)))
+    for k in range(len(units)):
+        d_row, d_col = units[k, 0], units[k, 1]
+        limit = min(bound, best_length)
+        ahead, behind = _runs(space, row, col, reach, d_row, d_col, limit)
         if ahead + behind < best_length:
             best_length = ahead + behind
-            d_row, d_col = np.sin(angle), np.cos(angle)
             best = (
                 row + ahead * d_row,
                 col + ahead * d_col,
@@ -83,27 +95,39 @@ def narrowest_chord(
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, inline='always')
 def _runs(
-    free: NDArray[np.bool_], row: float, col: float, reach: float, angle: float, bound: float
+    space: Space, row: float, col: float, reach: float, d_row: float, d_col: float, bound: float
 ) -> tuple[float, float]:
     """
     Return how far a place's line is free ahead and behind, up to ``reach`` [cells].
 
     Nothing is exact of a line longer than ``bound``, but that it is.
     """
-    d_row, d_col = np.sin(angle), np.cos(angle)
-    ends = (0.0, 0.0)
-    for side in range(2):
-        sign, before = (1.0, 0.0) if side == 0 else (-1.0, ends[0])
-        run = 0.0
-        while run < reach and before + run <= bound:
-            ahead = sign * (run + _STEP_CELLS)
-            if not is_inside(free, row + ahead * d_row, col + ahead * d_col, False):
-                break
-            run += _STEP_CELLS
-        ends = (run, 0.0) if side == 0 else (ends[0], run)
-    return ends
+    ahead = _run(space, row, col, d_row, d_col, reach, bound, 0.0)
+    return ahead, _run(space, row, col, -d_row, -d_col, reach, bound, ahead)
+
+
+@njit(cache=True, inline='always')
+def _run(
+    space: Space, row: float, col: float, d_row: float, d_col: float, reach: float,
+    bound: float, before: float,
+) -> float:  # fmt: skip
+    """Return how far it is free from a place on, up to ``reach``, ``before`` more to ``bound``."""
+    rows, cols = space.shape
+    leap = _ROOMY_CELLS - 1.0
+    run = 0.0
+    while run < reach and before + run <= bound:
+        r = int(np.floor(row + (run + _STEP_CELLS) * d_row + 0.5))
+        c = int(np.floor(col + (run + _STEP_CELLS) * d_col + 0.5))
+        if r < 0 or c < 0 or r >= rows or c >= cols or space[r, c] == 0:
+            break
+        run += _STEP_CELLS
+        # Where all is free around, so are the next places on the line.
+        while space[r, c] > 1 and run + leap < reach and before + run + leap <= bound:
+            run += leap
+            r, c = int(np.floor(row + run * d_row + 0.5)), int(np.floor(col + run * d_col + 0.5))
+    return run
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,17 +161,17 @@ def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[S
     ]
 
 
-def closing_line(saddle: Saddle, work: WorkRaster, free: Mask) -> NDArray[np.float64]:
-    """Return the ends (2, 2) of the line in ``free (H, W)`` that closes a saddle's opening."""
+def closing_line(saddle: Saddle, work: WorkRaster, space: Space) -> NDArray[np.float64]:
+    """Return the ends (2, 2) of the line in ``space (H, W)`` that closes a saddle's opening."""
     row, col = ((k + 0.5) * work.stride - 0.5 for k in saddle.rc)
     clearance = saddle.clearance_m / work.cell_m * work.stride
     reach = _LINE_REACH * (clearance + work.stride)
     slide = _SLIDE_M / work.cell_m * work.stride
-    return narrowest_line(free, (row, col), reach, slide, clearance)
+    return narrowest_line(space, (row, col), reach, slide, clearance)
 
 
 def narrowest_line(
-    free: Mask, place: tuple[float, float], reach: float, slide: float, min_length: float
+    space: Space, place: tuple[float, float], reach: float, slide: float, min_length: float
 ) -> NDArray[np.float64]:
     """
     Return the ends (2, 2) of the narrowest line across the doorway near ``place``.
@@ -158,28 +182,24 @@ def narrowest_line(
 
     Parameters
     ----------
-    free : (H, W) bool
+    space : (H, W) what is free, see :func:`roominess`
     place : row and column, fractional
     reach, slide, min_length : cells; half the longest line, and the shortest line when sliding
     """
-    ends = _slide_to_narrowest(
-        free, float(place[0]), float(place[1]), reach, slide, min_length, DIRECTIONS
-    )
+    ends = _slide_to_narrowest(space, float(place[0]), float(place[1]), reach, slide, min_length)
     return np.array(ends).reshape(2, 2)
 
 
 @njit(cache=True)
 def _slide_to_narrowest(
-    free: NDArray[np.bool_],
-    row: float,
-    col: float,
-    reach: float,
-    slide: float,
-    min_length: float,
-    directions: int,
+    space: Space, row: float, col: float, reach: float, slide: float, min_length: float
 ) -> tuple[float, float, float, float]:
     """Carry out :func:`narrowest_line` in compiled code; long submaps ask for hundreds."""
-    first = narrowest_chord(free, row, col, reach, directions)
+    units = np.empty((_DIRECTIONS, 2))
+    for k in range(_DIRECTIONS):
+        angle = np.pi * k / _DIRECTIONS
+        units[k] = np.sin(angle), np.cos(angle)
+    first = _narrowest_chord(space, row, col, reach, units)
     d_row, d_col = first[2] - first[0], first[3] - first[1]
     first_length = np.hypot(d_row, d_col)
     unit = max(1.0, first_length)
@@ -192,10 +212,10 @@ def _slide_to_narrowest(
     least = first_length
     for k in range(1, count):
         offset = k - 1 - slide
-        r = min(max(row - offset * d_col / unit, 0.0), free.shape[0] - 1.0)
-        c = min(max(col + offset * d_row / unit, 0.0), free.shape[1] - 1.0)
-        if free[round(r), round(c)]:
-            chord = narrowest_chord(free, r, c, reach, directions, least + _SAME_CELLS + 1e-6)
+        r = min(max(row - offset * d_col / unit, 0.0), space.shape[0] - 1.0)
+        c = min(max(col + offset * d_row / unit, 0.0), space.shape[1] - 1.0)
+        if space[round(r), round(c)]:
+            chord = _narrowest_chord(space, r, c, reach, units, least + _SAME_CELLS + 1e-6)
             lines[k, :] = chord
             lengths[k] = np.hypot(chord[2] - chord[0], chord[3] - chord[1])
             if lengths[k] >= shortest:
@@ -233,7 +253,8 @@ def find_openings(
             for other in kept
         ):
             kept.append(saddle)
-    return [Opening(s.rooms, closing_line(s, work, free), s.clearance_m) for s in kept]
+    space = roominess(free)
+    return [Opening(s.rooms, closing_line(s, work, space), s.clearance_m) for s in kept]
 
 
 def _boundary(

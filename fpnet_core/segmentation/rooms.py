@@ -21,6 +21,7 @@ from fpnet_core.segmentation.openings import (
     closing_line,
     find_openings,
     find_saddles_of_rooms,
+    roominess,
 )
 from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 
@@ -83,7 +84,8 @@ def _lines(scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: li
     """Return all places where pieces meet, the saddles first, with what each shows."""
     passable = shut.free & ~shut.lintel
     saddles = find_saddles_of_rooms(labels, work)
-    ends = [closing_line(saddle, work, passable) for saddle in saddles]
+    space = roominess(passable)
+    ends = [closing_line(saddle, work, space) for saddle in saddles]
     pairs = [saddle.rooms for saddle in saddles]
     full = upsample_labels(labels, work.stride, passable)
     for opening in openings_across(gaps, full, scene.cell_m):

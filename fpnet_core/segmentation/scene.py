@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.blocks import block_means
+from fpnet_core.raster.blocks import block_any, block_means
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, grown
+from fpnet_core.raster.pieces import looked_up, pieces_of
 
 # Free-standing obstacles smaller than this are furniture;
 # fitted to the tune half (docs/segmentation.md).
@@ -25,8 +27,7 @@ WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
 _UNSEEN_CREDIT_M = 0.5  # clearance at the very edge of unseen space; chosen
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
 
-# Numerical: mean of a block of ones, with room for rounding.
-_ALL = 1.0 - 1e-4
+_BLUR_ENDS = 4.0  # numerical: OpenCV's blur ends at so many standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +58,28 @@ class Scene:
     @cached_property
     def clearance(self) -> NDArray[np.float32]:
         """
-        Distance (H, W) to what limits the free space [true metres].
+        Distance (H, W) to what limits the free space [true metres], 0 far from free space.
 
         Unseen space limits it less than a wall does: a room seen through its door keeps a
         clearance that grows behind the jambs, so that the door is found before the room is.
         """
-        clearance = clearance_m(self.solid, self.cell_m)
-        if self.unseen is None:
-            return clearance
-        beyond = clearance_m(self.unseen, self.cell_m) + np.float32(_UNSEEN_CREDIT_M)
-        return np.asarray(np.minimum(clearance, beyond))
+        blurred = int(np.ceil(_BLUR_ENDS * self.blur)) * self.stride
+        where = grown(self.free & ~self.lintel, blurred + self.stride - 1)
+        clearance = clearance_m(self.solid, self.cell_m, where)
+        if self.unseen is not None:
+            beyond = clearance_m(self.unseen, self.cell_m, where, _UNSEEN_CREDIT_M)
+            np.minimum(clearance, beyond, out=clearance)
+        return clearance
+
+    @property
+    def stride(self) -> int:
+        """Return the side of a block of the working resolution, in cells."""
+        return max(1, round(WORK_RESOLUTION_M / self.cell_m))
+
+    @property
+    def blur(self) -> float:
+        """Return the standard deviation of the blur of the clearance, in blocks."""
+        return _SMOOTHING_M / (self.cell_m * self.stride)
 
     def closed_along(self, line: Mask) -> Scene:
         """Return the scene with the cells of lines closed as if they were under a lintel."""
@@ -98,43 +111,57 @@ def fill_furniture(free: Mask, cell_m: float) -> Mask:
     Components of not-free cells are furniture where both area and bounding-box diagonal stay
     below these limits; what touches the image's border is never furniture.
     """
-    blocked = (~free).astype(np.uint8)
-    count, components, stats, _ = cv2.connectedComponentsWithStats(blocked, connectivity=8)
-    rows, cols = free.shape
-    left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
-    width, height = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
-    inside = (left > 0) & (top > 0) & (left + width < cols) & (top + height < rows)
-    small = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < _FURNITURE_AREA_M2
+    obstacles, figures = pieces_of(~free)
+    return free | looked_up(obstacles, is_furniture(figures, free.shape, cell_m))
+
+
+def is_furniture(figures: NDArray[np.int32], shape: tuple[int, ...], cell_m: float) -> Mask:
+    """Tell of obstacles (N,) whether they are: ``figures (N, 5)`` as of :func:`pieces_of`."""
+    left, top, width, height, area = figures.T
+    inside = (left > 0) & (top > 0) & (left + width < shape[1]) & (top + height < shape[0])
+    small = area * cell_m**2 < _FURNITURE_AREA_M2
     short = np.hypot(width, height) * cell_m < _FURNITURE_EXTENT_M
     furniture = inside & small & short
     furniture[0] = False
-    if count == 1 or not furniture.any():
-        return free
-    return np.asarray(free | furniture[components])
+    return np.asarray(furniture)
 
 
-def clearance_m(blocked: Mask, cell_m: float) -> NDArray[np.float32]:
-    """Return the distance (H, W) float32 from each cell to the nearest blocked cell's face."""
-    faces = cells_to_nearest(blocked)
-    faces -= np.float32(0.5)
-    np.maximum(faces, np.float32(0.0), out=faces)
-    faces *= np.float32(cell_m)
-    return faces
+def clearance_m(
+    blocked: Mask, cell_m: float, where: Mask | None = None, credit_m: float = 0.0
+) -> NDArray[np.float32]:
+    """
+    Return the distance (H, W) float32 from each cell to the nearest blocked cell's face.
+
+    Where ``where`` is given and False it says nothing; ``credit_m`` is added.
+    """
+    cells = cells_to_nearest(blocked, where=where)
+    _to_metres(cells, np.float32(cell_m), np.float32(credit_m))
+    return cells
+
+
+@njit(cache=True, nogil=True)
+def _to_metres(cells: NDArray[np.float32], cell_m: np.float32, credit_m: np.float32) -> None:
+    """Make distances to cells' middles distances to their faces, in place."""
+    half, nothing = np.float32(0.5), np.float32(0.0)
+    for row in range(cells.shape[0]):
+        for col in range(cells.shape[1]):
+            cells[row, col] = max(cells[row, col] - half, nothing) * cell_m + credit_m
 
 
 def reduce_scene(scene: Scene) -> WorkRaster:
     """Reduce a scene to the working resolution."""
-    stride = max(1, round(WORK_RESOLUTION_M / scene.cell_m))
-    passable = block_means((scene.free & ~scene.lintel).astype(np.float32), stride)
-    work = block_means(scene.clearance, stride)
-    sigma = _SMOOTHING_M / (scene.cell_m * stride)
-    if sigma > 0.0:
-        work = np.asarray(
-            cv2.GaussianBlur(work, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), np.float32
-        )
-    mask = np.asarray(passable > _ALL)
+    stride = scene.stride
+    work = np.asarray(
+        cv2.GaussianBlur(
+            block_means(scene.clearance, stride),
+            (0, 0),
+            scene.blur,
+            borderType=cv2.BORDER_REPLICATE,
+        ),
+        np.float32,
+    )
+    mask = ~block_any(~scene.free | scene.lintel, stride, is_beyond=True)
     frontier = np.zeros_like(mask)
     if scene.unseen is not None:
-        unseen = block_means(scene.unseen.astype(np.float32), stride) > 0.0
-        frontier = mask & grown(unseen, 1)
+        frontier = mask & grown(block_any(scene.unseen, stride), 1)
     return WorkRaster(mask, work, frontier, stride, scene.cell_m * stride)

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, spread, square
-from fpnet_core.raster.pieces import label_windows
+from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
+from fpnet_core.raster.windows import Window, cropped
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Scene, fill_furniture
-from fpnet_core.segmentation.stubs import find_stubs
+from fpnet_core.segmentation.scene import Scene, is_furniture
+from fpnet_core.segmentation.stubs import is_stub
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
@@ -138,10 +139,10 @@ def part_scene(
     shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
     open_cells = free & ~shut
-    free = (fill_furniture(open_cells, cell_m) & ~find_stubs(open_cells, cell_m)) | shut
+    furniture = _furniture(open_cells, cell_m) & ~shut
     scene = replace(
-        _scene(free, shut, _grown(wall | shut, _WALL_SHADOW_M, cell_m), cell_m),
-        furniture=free & ~open_cells & ~shut,
+        _scene(open_cells | furniture | shut, shut, wall, cell_m),
+        furniture=furniture,
         high=lintel,
         has_scans=has_scans,
         sees_lintels=bool(lintel.any()) if sees_lintels is None else sees_lintels,
@@ -149,9 +150,17 @@ def part_scene(
     return scene, doorways
 
 
-def _scene(free: Mask, lintel: Mask, wall: Mask, cell_m: float) -> Scene:
+def _furniture(free: Mask, cell_m: float) -> Mask:
+    """Return the cells (H, W) that are not free and no wall's either."""
+    obstacles, figures = pieces_of(~free)
+    is_any = is_furniture(figures, free.shape, cell_m) & ~is_stub(obstacles, figures, cell_m)
+    return looked_up(obstacles, is_any)
+
+
+def _scene(free: Mask, lintel: Mask, returns: Mask, cell_m: float) -> Scene:
     """Return the scene of a partial map."""
-    return Scene(free, lintel, (~free & wall) | lintel, cell_m, wall, ~free & ~wall)
+    wall = _grown(returns | lintel, _WALL_SHADOW_M, cell_m)
+    return Scene(free, lintel, (~free & wall) | lintel, cell_m, wall, ~(free | wall))
 
 
 def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
@@ -200,49 +209,80 @@ def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[n
 
 def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:
     """Return the completeness of every room in ``labels (H, W)``; beyond the grid is unseen."""
-    labels = np.pad(labels, _BEYOND_CELLS)
-    unseen = np.pad(unseen, _BEYOND_CELLS, constant_values=True)
     scores: dict[int, RoomScore] = {}
     for label, window in label_windows(labels).items():
         # The rectangle around a turned room leaves its axis-aligned window by less than
         # half of the window's shorter side.
         margin = 1 + min(s.stop - s.start for s in window) // 2
-        wide = tuple(slice(max(s.start - margin, 0), s.stop + margin) for s in window)
-        scores[label] = _score(labels[wide] == label, unseen[wide])
+        wide = tuple(
+            slice(
+                max(s.start - margin, -_BEYOND_CELLS), min(s.stop + margin, size + _BEYOND_CELLS)
+            )
+            for s, size in zip(window, labels.shape, strict=True)
+        )
+        scores[label] = _score(labels, label, unseen, window, (wide[0], wide[1]))
     return scores
 
 
-def _score(room: Mask, unseen: Mask) -> RoomScore:
+def _score(
+    labels: NDArray[np.int32], label: int, unseen: Mask, window: Window, wide: Window
+) -> RoomScore:
     """
-    Score one room in its window: ``room`` and ``unseen (h, w)`` bool.
+    Score the room in a window of ``labels`` and ``unseen (H, W)``.
 
     The unseen part is estimated as the unseen cells inside the smallest rectangle around the
-    room that can be reached from its outline without crossing a wall.
+    room that can be reached from its outline without crossing a wall, as far as ``wide``.
     """
+    near = (
+        slice(window[0].start - 1, window[0].stop + 1),
+        slice(window[1].start - 1, window[1].stop + 1),
+    )
+    room = cropped(labels, near, 0) == label
     rim = grown(room, 1) & ~room
-    frontier = rim & unseen
+    frontier = rim & cropped(unseen, near, True)
+    reached = np.argwhere(frontier) + np.array([near[0].start, near[1].start])
+    seen = float(np.count_nonzero(room))
+    hidden = float(_hidden(room, near, unseen, wide, reached)) if len(reached) else 0.0
+    return RoomScore(
+        observed_fraction=seen / (seen + hidden),
+        frontier_fraction=len(reached) / max(1.0, float(np.count_nonzero(rim))),
+    )
+
+
+def _hidden(
+    room: Mask, near: Window, unseen: Mask, wide: Window, reached: NDArray[np.int64]
+) -> int:
+    """
+    Count the unseen cells in the rectangle around a room that hang together with ``reached``.
+
+    ``room (h, w)`` lies in the window ``near``, ``reached (K, 2)`` are cells of ``unseen (H, W)``.
+    """
     rows = np.flatnonzero(room.any(axis=1))
     first = room[rows].argmax(axis=1)
     last = room.shape[1] - 1 - room[rows, ::-1].argmax(axis=1)
-    sides = np.stack([np.r_[first, last], np.r_[rows, rows]], axis=1).astype(np.int32)
-    box = np.zeros(room.shape, np.uint8)
-    corners = cv2.boxPoints(cv2.minAreaRect(sides))
-    cv2.fillConvexPoly(box, np.rint(corners).astype(np.int32), 1)
-    _, pieces = cv2.connectedComponents((box.astype(bool) & unseen).astype(np.uint8))
-    reached = np.unique(pieces[frontier])
-    hidden = np.isin(pieces, reached[reached > 0]).sum()
-    seen = float(np.count_nonzero(room))
-    return RoomScore(
-        observed_fraction=seen / (seen + float(hidden)),
-        frontier_fraction=float(frontier.sum()) / max(1.0, float(rim.sum())),
-    )
+    sides = np.stack([np.r_[first, last], np.r_[rows, rows]], axis=1)
+    corner = np.array([wide[1].start, wide[0].start])
+    sides += (near[1].start, near[0].start) - corner
+    corners = np.rint(cv2.boxPoints(cv2.minAreaRect(sides.astype(np.int32)))).astype(np.int64)
+    low = np.maximum(corners.min(axis=0) + corner, corner)
+    high = np.minimum(corners.max(axis=0) + corner + 1, (wide[1].stop, wide[0].stop))
+    inner = slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
+    box = np.zeros((inner[0].stop - inner[0].start, inner[1].stop - inner[1].start), np.uint8)
+    cv2.fillConvexPoly(box, (corners + corner - low).astype(np.int32), 1)
+    pieces, figures = pieces_of(box.view(np.bool_) & cropped(unseen, inner, True))
+    is_within = ((reached >= low[::-1]) & (reached < high[::-1])).all(axis=1)
+    numbers = np.unique(pieces[tuple((reached[is_within] - low[::-1]).T)])
+    return int(figures[numbers[numbers > 0], cv2.CC_STAT_AREA].sum())
 
 
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
     """Return ``labels`` without rooms whose wide part is no room's."""
-    wide = np.zeros(labels.shape, dtype=bool)
+    keep = np.zeros(int(labels.max(initial=0)) + 1, np.int32)
+    least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
     for label, window in label_windows(labels).items():
-        wide[window] |= _opened(labels[window] == label, _ROOM_DISC_M, cell_m)
-    cells = np.bincount(labels[wide], minlength=int(labels.max(initial=0)) + 1)
-    keep = cells * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2
-    return np.where(keep[labels], labels, 0).astype(np.int32)
+        room = labels[window] == label
+        if np.count_nonzero(room) < least:  # so is any part of it
+            continue
+        wide = np.count_nonzero(_opened(room, _ROOM_DISC_M, cell_m))
+        keep[label] = label * (wide * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2)
+    return looked_up(labels, keep)

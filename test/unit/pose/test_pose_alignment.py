@@ -18,9 +18,10 @@ from fpnet_core.pose import (
     compared_at,
     map_evidence,
     refine,
+    select_promising,
     verified_estimates,
 )
-from fpnet_core.pose.estimate import DISTINCT_M
+from fpnet_core.pose.estimate import DISTINCT_M, MAX_REFINED
 from fpnet_core.pose.refine import STRAIN_LIMIT
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 
@@ -48,6 +49,22 @@ def test_dominant_orientation_is_that_of_the_walls():
     turned = 4 * (plan.orientation - sub.orientation)
     assert angle_between(turned, 4 * np.deg2rad(67.0)) / 4 < np.deg2rad(1.0)
     assert min(plan.orientation_strength, sub.orientation_strength) > 0.8
+
+
+def test_of_thousands_the_right_candidate_is_kept_once_and_first():
+    plan, sub = sides()
+    rng = np.random.default_rng(12)
+    wrong = np.column_stack([rng.uniform(-9.0, 9.0, (3000, 2)), rng.uniform(1.0, 5.0, 3000)])
+    candidates = [SE2.from_xy_yaw(*row) @ A_PLAN_SUBMAP for row in wrong.tolist()]
+    candidates[700:705] = [A_PLAN_SUBMAP] * 5
+    kept = select_promising(plan, sub, Placements.of(candidates))
+    assert len(kept) == MAX_REFINED
+    there = kept.apply(sub.corners) - A_PLAN_SUBMAP.apply(sub.corners)
+    moved = np.linalg.norm(there, axis=2).max(axis=1)
+    assert moved[0] < 1e-9
+    assert moved[1:].min() > 0.2
+    few = Placements.of([A_PLAN_SUBMAP, candidates[0]])
+    assert len(select_promising(plan, sub, few)) == 2
 
 
 def test_truth_scores_high_and_every_wrong_placement_low():

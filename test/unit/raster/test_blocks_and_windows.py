@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.raster.blocks import block_any, block_means, block_middles, thinned, unblocked
-from fpnet_core.raster.windows import NEIGHBOURS, border_of, first_of_each, window_of
+from fpnet_core.raster.windows import NEIGHBOURS, border_of, cropped, first_of_each, window_of
 
 
 def blocks_of(values, side, beyond):
@@ -36,6 +36,8 @@ def test_any_of_a_block_and_back(side):
     found = block_any(mask, side)
     for row, col, block in blocks_of(mask, side, False):
         assert found[row, col] == block.any()
+    for row, col, block in blocks_of(mask, side, True):
+        assert block_any(mask, side, is_beyond=True)[row, col] == block.any()
     back = unblocked(found, side, mask.shape)
     assert back.shape == mask.shape
     assert not (mask & ~back).any()
@@ -84,3 +86,11 @@ def test_the_first_of_each_key_in_the_order_of_the_visit():
     assert found.tolist() == [5, 4, 3]
     assert keys[found].tolist() == [7, 9, 3]
     assert first_of_each(np.zeros(0, int), np.zeros(0, int)).tolist() == []
+
+
+@pytest.mark.parametrize('window', [np.s_[1:4, 0:5], np.s_[-2:3, 2:9], np.s_[-1:8, -3:7]])
+def test_a_window_may_leave_the_raster(window):
+    values = np.arange(1, 31).reshape(6, 5)
+    around = np.pad(values, 4, constant_values=-7)
+    inside = tuple(slice(side.start + 4, side.stop + 4) for side in window)
+    np.testing.assert_array_equal(cropped(values, window, -7), around[inside])

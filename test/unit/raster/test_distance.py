@@ -5,6 +5,7 @@
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from fpnet_core.raster.blocks import block_middles
 from fpnet_core.raster.distance import cells_to_nearest, clearance_of, near_code, nearest_labels
 
 
@@ -17,6 +18,23 @@ def test_distances_are_those_of_a_full_search():
         squared = cdist(cells, np.argwhere(mask), 'sqeuclidean').min(axis=1)
         exact = np.sqrt(squared.astype(np.float32)).reshape(shape)
         np.testing.assert_array_equal(cells_to_nearest(mask), exact)
+
+
+def test_distances_are_made_where_they_are_asked_for_and_in_the_middle_of_blocks():
+    rng = np.random.default_rng(5)
+    for share, step in ((0.0, 1), (0.01, 1), (0.01, 2), (0.2, 3)):
+        mask, where = rng.random((61, 47)) < share, rng.random((61, 47)) < 0.5
+        everywhere = cells_to_nearest(mask)
+        np.testing.assert_array_equal(
+            cells_to_nearest(mask, step), block_middles(everywhere, step)
+        )
+        asked = np.where(where, everywhere, 0.0)
+        found = cells_to_nearest(mask, step, where)
+        np.testing.assert_array_equal(found, block_middles(asked, step))
+
+
+def test_what_is_nowhere_is_farther_than_any_raster_is_wide():
+    assert (cells_to_nearest(np.zeros((4, 3), dtype=bool)) > 1e15).all()
 
 
 def test_clearance_ends_at_the_edge():

@@ -3,8 +3,16 @@
 """Figures and windows of labels, against a search label by label."""
 
 import numpy as np
+import pytest
 
-from fpnet_core.raster.pieces import label_figures, label_windows
+from fpnet_core.raster.pieces import (
+    label_figures,
+    label_windows,
+    looked_up,
+    pieces_of,
+    pieces_of_few,
+    shared_cells,
+)
 
 
 def random_labels():
@@ -32,3 +40,26 @@ def test_windows_are_the_smallest():
         rows, cols = np.nonzero(labels == label)
         assert window == (slice(rows.min(), rows.max() + 1), slice(cols.min(), cols.max() + 1))
     assert label_windows(np.zeros((3, 4), np.int32)) == {}
+
+
+@pytest.mark.parametrize('share', [0.0, 0.02, 0.2, 0.6])
+def test_pieces_of_few_cells_are_those_of_all(share):
+    rng = np.random.default_rng(9)
+    for shape in ((1, 40), (40, 1), (37, 53)):
+        mask = rng.random(shape) < share
+        labels, _ = pieces_of(mask)
+        cells, piece = pieces_of_few(mask)
+        np.testing.assert_array_equal(cells, np.argwhere(mask))
+        np.testing.assert_array_equal(piece + 1, labels[mask])
+
+
+def test_labels_are_looked_up_and_counted_cell_by_cell():
+    labels, values = random_labels()
+    names = np.arange(10, 20, dtype=np.int32)
+    np.testing.assert_array_equal(looked_up(labels, names), names[labels])
+    np.testing.assert_array_equal(looked_up(labels, names > 14), (names > 14)[labels])
+    others = (4 * values).astype(np.int32)
+    shared = shared_cells(labels, others, 8, 3)
+    for ours, theirs in np.ndindex(8, 3):
+        both = (labels == ours + 1) & (others == theirs + 1)
+        assert shared[ours, theirs] == np.count_nonzero(both)
