@@ -11,17 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.frozen import freeze_field
-from fpnet_core.judging.reasons import metres, percent
 from fpnet_core.types import GridMap
 
-_LIKELY = 0.5
+LIKELY = 0.5
 """Given: confidence from which a difference is more probable than none."""
-
-_AROUND_M = 10.0
-"""Chosen: what lies so far from the robot is "here"."""
-
-_OUTDATED = 0.15
-"""Chosen: share of the walls here that must differ for the drawing to be called outdated."""
 
 
 class DifferenceKind(StrEnum):
@@ -57,7 +50,7 @@ class Difference:
     @property
     def is_likely(self) -> bool:
         """Tell whether it is more probable than not."""
-        return self.confidence >= _LIKELY
+        return self.confidence >= LIKELY
 
     @property
     def is_of_drawing(self) -> bool:
@@ -104,29 +97,3 @@ class Differences:
         """Probability ``(H, W)`` that the drawing is wrong at a cell; 0 where nothing was seen."""
         of_piece = [0.0, *(each.confidence * each.is_of_drawing for each in self.pieces)]
         return np.array(of_piece, dtype=np.float32)[self.piece_of]
-
-    def outdated(self, xy: NDArray[np.float64], walls_m: float) -> str:
-        """
-        Say that the drawing is out of date around a place, in one sentence; empty where not.
-
-        Parameters
-        ----------
-        xy : (2,) the place in the drawing's frame [m]
-        walls_m : length of the walls seen around it [m]
-        """
-        near = [
-            each
-            for each in self.likely
-            if each.is_of_drawing
-            and np.linalg.norm(each.ends.mean(axis=0) - xy) <= _AROUND_M + each.length_m / 2.0
-        ]
-        length_m = sum(each.length_m for each in near)
-        if not near or length_m < _OUTDATED * walls_m:
-            return ''
-        new = sum(each.length_m for each in near if each.kind is DifferenceKind.WALL)
-        return (
-            f'the drawing is out of date here: {metres(new)} of wall that is not drawn, '
-            f'{metres(length_m - new)} drawn and not there, '
-            f'{percent(min(length_m / max(walls_m, length_m), 1.0))} of the walls within '
-            f'{metres(_AROUND_M)}'
-        )

@@ -104,7 +104,7 @@ def _write_bag(
             cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
             bag.write_uncertain_pose(_TWIN, stamp_ns, _MAP, T_map_sensor, cov)
-        with_submap = set(chosen_ticks(outputs))
+        with_submap = set(chosen_ticks([output.status.value for output in outputs]))
         for index, output in enumerate(outputs):
             _write_belief(bag, output, frame)
             if index in with_submap and output.submap is not None:

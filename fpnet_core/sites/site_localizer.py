@@ -15,8 +15,9 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.judging import Judge
 from fpnet_core.localizer import Localizer
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.sites.cabin import CABIN_M, CabinWatch
 from fpnet_core.sites.ride import RideWatch
-from fpnet_core.sites.site import Site
+from fpnet_core.sites.site import LinkKind, Site
 from fpnet_core.sites.storey_plans import (
     storey_named,
     storey_plans,
@@ -42,8 +43,9 @@ class SiteLocalizer(Localizer):
         super().__init__(config, matcher, judge)
         self._config_of_plans = config
         self._site: Site | None = None
-        self._ride = RideWatch()
+        self._ride, self._cabin = RideWatch(), CabinWatch()
         self._left: tuple[str, LocalizerOutput, NDArray[np.float64]] | None = None
+        self._told: Mapping[str, float] | None = None  # of the storey, since the last was left
 
     @property
     def site(self) -> Site | None:
@@ -73,14 +75,49 @@ class SiteLocalizer(Localizer):
         super().add_scan(points, T_odom_sensor, stamp_ns, viewpoints)
         if self._site is None or len(self._site.storeys) == 1:
             return
+        if self._cabin.is_shut or self._is_at_lift(T_odom_sensor):
+            self._follow_cabin(stamp_ns, points, T_odom_sensor)
+        self._follow_height(stamp_ns, T_odom_sensor)
+
+    def _follow_height(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> None:
         ride = self._ride.follow(stamp_ns, T_odom_sensor)
         if ride is None:
             return
-        if not ride.is_over:
-            self._left = (self.output.storey, self.output, np.array(T_odom_sensor))
+        if not ride.is_over and not self._cabin.is_shut:
+            self._remember_leaving(T_odom_sensor)
         way = 'up' if ride.rise_m > 0.0 else 'down'
         why = f'the robot has gone {way} by {abs(ride.rise_m):.1f} m'
         self._leave(why, ride.rise_m if ride.is_over else None)
+
+    def _follow_cabin(
+        self, stamp_ns: int, points: NDArray[np.float32], T_odom_sensor: NDArray[np.float64]
+    ) -> None:
+        """End the claim where a lift shuts, and begin where it opens."""
+        if not self._cabin.follow(stamp_ns, points, T_odom_sensor):
+            return
+        if self._cabin.is_shut:
+            self._remember_leaving(T_odom_sensor)
+            self._leave('the robot is in a lift that is shut', None)
+        else:
+            self._leave('the lift has opened', None)
+
+    def _is_at_lift(self, T_odom_sensor: NDArray[np.float64]) -> bool:
+        """Tell whether the claimed pose is where a lift stops."""
+        output, site = self.output, self._known_site()
+        pose = output.pose(T_odom_sensor)
+        if pose is None or output.storey not in site.names:
+            self._cabin.forget()
+            return False
+        stops = [
+            link.at[output.storey]
+            for link in site.linked(output.storey)
+            if link.kind is LinkKind.LIFT
+        ]
+        return any(np.linalg.norm(stop - pose.translation) <= CABIN_M for stop in stops)
+
+    def _remember_leaving(self, T_odom_sensor: NDArray[np.float64]) -> None:
+        self._left = self.output.storey, self.output, np.array(T_odom_sensor)
+        self._told = None
 
     def tell_level(self, said: str) -> None:
         """
@@ -96,6 +133,7 @@ class SiteLocalizer(Localizer):
         site = self._known_site()
         named, weights = storey_named(site, said), weights_of_level(site, said)
         output = self.output
+        self._told = weights
         if output.A_plan_odom is None:
             self.suggest_storey(weights)
         elif output.storey != named.name:
@@ -111,7 +149,7 @@ class SiteLocalizer(Localizer):
             If there is no site, or a storey's elevation is not known.
         """
         weights = weights_of_elevation(self._known_site(), elevation_m)
-        output = self.output
+        output, self._told = self.output, weights
         if output.A_plan_odom is None:
             self.suggest_storey(weights)
         elif weights[output.storey] < max(weights.values()):
@@ -128,21 +166,25 @@ class SiteLocalizer(Localizer):
         storey, output, T_odom_sensor = self._left
         if storey not in self._site.names or output.A_plan_odom is None:
             even = dict.fromkeys(self._site.names, 1.0)
-            self.leave_storey(even, why)
+            self.leave_storey(self._told or even, why)
             return
         pose = output.pose(T_odom_sensor)
         xy = None if pose is None else pose.translation
-        weights = weights_after_leaving(self._site, storey, xy, rise_m)
+        weights = self._told or weights_after_leaving(self._site, storey, xy, rise_m)
         starts = continued(self._site, storey, output.A_plan_odom)
         self.leave_storey(weights, why, starts)
 
 
 def continued(site: Site, left: str, A_plan_odom: Affine2D) -> Mapping[str, Affine2D]:
-    """Return where the robot would be on storeys whose plans lie on that of the one it left."""
+    """
+    Return where the robot would be on storeys whose plans lie on that of the one it left.
+
+    On that one it is where it was: doors open and close where nobody gets out.
+    """
     T_site_left = site.storey(left).T_site_plan
+    placed = {left: A_plan_odom}
     if T_site_left is None:
-        return {}
-    placed: dict[str, Affine2D] = {}
+        return placed
     for storey in site.storeys:
         if storey.T_site_plan is not None and storey.building == site.storey(left).building:
             T_plan_left: SE2 = storey.T_site_plan.inv() @ T_site_left

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Chosen, not measured:
-_COLOURS: dict[DifferenceKind, Colour] = {
+DIFFERENCE_COLOURS: dict[DifferenceKind, Colour] = {
     DifferenceKind.WALL: (0.85, 0.1, 0.1),
     DifferenceKind.MISSING: (0.1, 0.3, 0.9),
     DifferenceKind.SHUT: (0.1, 0.6, 0.2),
@@ -36,10 +36,10 @@ def draw_differences(ax: Axes, found: Differences) -> None:
     reach = max(1, round(_SHOWN_M / found.grid.resolution))
     for number, piece in enumerate(found.pieces, start=1):
         alpha = max(piece.confidence, _FAINTEST) if piece.is_likely else _FAINTEST
-        tint[grown(found.piece_of == number, reach)] = (*_COLOURS[piece.kind], alpha)
+        tint[grown(found.piece_of == number, reach)] = (*DIFFERENCE_COLOURS[piece.kind], alpha)
     show_raster(ax, found.grid, tint)
     present = {piece.kind for piece in found.pieces}
-    for kind, colour in _COLOURS.items():
+    for kind, colour in DIFFERENCE_COLOURS.items():
         if kind in present:
             ax.plot([], [], 's', color=colour, label=kind.value)
     if present:

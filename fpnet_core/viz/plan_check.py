@@ -53,7 +53,10 @@ def save_plan_check(
     shape = (2, 1) if aspect < 1.0 else (1, 2)
     size = (_EDGE_INCHES * shape[1], _EDGE_INCHES * shape[0] * aspect + _LEGEND_INCHES)
     figure = Figure(figsize=size, layout='constrained')
-    plain, coloured = figure.subplots(*shape)
+    # The legend in a part of its own: Matplotlib before 3.7 has no place for it outside of axes.
+    heights = [size[1] - _LEGEND_INCHES, _LEGEND_INCHES]
+    plans, below = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
+    plain, coloured = plans.subplots(*shape)
     draw_grid(plain, segmentation.grid)
     draw_segmentation(plain, segmentation, with_ids=True)
     plain.set_title(f'{len(segmentation.rooms)} rooms, {len(segmentation.doors)} doors')
@@ -62,6 +65,6 @@ def save_plan_check(
     draw_segmentation(coloured, segmentation, colours, with_ids=True)
     coloured.set_title('rooms that look alike')
     handles = [Patch(color=colour, label=name) for name, colour in _NAMES.items()]
-    figure.legend(handles=handles, loc='outside lower center', frameon=False)
+    below.legend(handles=handles, loc='center', frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_DPI)

@@ -116,16 +116,6 @@ def test_the_whole_drawing_off_by_a_little_is_not_out_of_date():
     assert [piece for piece in differences.likely if piece.is_of_drawing] == []
 
 
-def test_it_says_where_the_drawing_is_out_of_date():
-    differences = found(other_storey(), submap_grid())
-    (new,) = likely(differences, DifferenceKind.WALL)
-    said = differences.outdated(new.ends.mean(axis=0), 20.0)
-    assert said.startswith('the drawing is out of date here: ')
-    assert 'drawn and not there' in said
-    assert differences.outdated(new.ends.mean(axis=0) + 200.0, 20.0) == ''
-    assert differences.outdated(new.ends.mean(axis=0), 1000.0) == ''
-
-
 def test_geojson_has_every_piece_with_its_confidence(tmp_path):
     differences = found(other_storey(), submap_grid())
     write_geojson(tmp_path / 'new' / 'd.geojson', differences)

@@ -3,9 +3,9 @@
 """Lifts and stairs are noticed, ramps and drift are not; a ride ends a claim and begins anew."""
 
 import numpy as np
-from planted import plan_grid
-from planted_drive import SCAN_NS, recorded
-from planted_site import EvenMatcher, laid_elsewhere
+from planted import A_BUILDING_PLAN, plan_grid
+from planted_drive import SCAN_NS, drive, recorded
+from planted_site import MOVED, EvenMatcher, laid_elsewhere
 import pytest
 
 from fpnet_core.config import FpnetConfig
@@ -131,6 +131,30 @@ def test_a_word_on_another_level_ends_the_claim(ridden):
     assert 'it is at 3.4 m now' in localizer.output.reason
 
 
+def test_a_lift_that_shuts_ends_the_claim_and_a_word_inside_counts():
+    x, y, _ = drive()[-1]
+    at = A_BUILDING_PLAN.inv().apply(np.array([x, y]))
+    lift = Link('A', LinkKind.LIFT, {'low': at, 'high': MOVED.apply(at)})
+    localizer = SiteLocalizer(FpnetConfig(), EvenMatcher())
+    localizer.set_site(Site('tower', site().storeys, (lift,)))
+    localizer.tell_level('low')
+    assert driven(localizer, recorded())[-1].storey == 'low'
+    points, T, stamp_ns = recorded()[-1]
+    cabin = (points / np.linalg.norm(points, axis=1)[:, None]).astype(np.float32)
+    for k in range(1, 11):
+        localizer.add_scan(cabin, T, stamp_ns + k * SCAN_NS)
+    assert localizer.output.status is Status.WAITING
+    assert localizer.output.reason == 'starting anew: the robot is in a lift that is shut'
+    localizer.tell_level('high')
+    localizer.add_scan(points, T, stamp_ns + 11 * SCAN_NS)
+    assert localizer.output.reason == 'starting anew: the lift has opened'
+    back = [(p, T_there, t) for (p, T_there, _), (_, _, t) in
+            zip(recorded()[::-1], recorded(), strict=True)]  # fmt: skip
+    after = driven(localizer, back, start_ns=stamp_ns + 12 * SCAN_NS)
+    claims = {output.storey for output in after if output.status is Status.LOCALIZED}
+    assert claims == {'high'}
+
+
 def test_plans_that_lie_on_each_other_carry_a_placement_on():
     low, high = site().storeys
     T_low, T_high = SE2.from_xy_yaw(1.0, 2.0, 0.3), SE2.from_xy_yaw(-4.0, 0.5, 1.1)
@@ -147,4 +171,4 @@ def test_plans_that_lie_on_each_other_carry_a_placement_on():
     np.testing.assert_allclose(
         (T_high @ starts['high']).matrix, (T_low @ A_low_odom).matrix, atol=1e-12
     )
-    assert continued(site(), 'low', A_low_odom) == {}
+    assert set(continued(site(), 'low', A_low_odom)) == {'low'}  # where nobody gets out
