@@ -88,7 +88,7 @@ class ManagedNode(OwnValues, LifecycleNode):
         """Pause."""
 
     def cleanup(self) -> None:
-        """Give up what ``configure`` made beside ROS entities; it may have made it in part."""
+        """Begin to give up what ``configure`` made, or made in part: the rest goes by itself."""
 
     def start(self) -> None:
         """
@@ -167,6 +167,10 @@ class ManagedNode(OwnValues, LifecycleNode):
         timer = self.create_timer(period_s, callback, clock=clock)
         self._undo.append(lambda: self.destroy_timer(timer))
         return timer
+
+    def add_end(self, end: Callable[[], Any]) -> None:
+        """Have something ended when the node is cleaned up, before what was made earlier."""
+        self._undo.append(end)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Run ``configure``; on bad input give up what was made."""

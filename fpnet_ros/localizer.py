@@ -7,16 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Future
 import sys
-from threading import Lock
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
-from std_srvs.srv import Trigger
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.errors import FpnetError
 from fpnet_core.localizer import create_localizer
-from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
@@ -28,15 +24,20 @@ from fpnet_ros.inputs import LocatedScan, ScanInput
 from fpnet_ros.lifecycle import ManagedNode, run_managed
 from fpnet_ros.localize_action import LocalizeAction
 from fpnet_ros.optional_messages import NO_TF, TFMessage
-from fpnet_ros.outputs import LocalizerOutputs, Moment
+from fpnet_ros.outputs import LocalizerOutputs
 from fpnet_ros.params import ParameterTree
-from fpnet_ros.runtime import STREAM, SilenceLog, StatusLog, error_reporter, one_line
-from fpnet_ros.services import offer_amcl_services, offer_services, offer_set_initial_pose
+from fpnet_ros.runtime import STREAM, SilenceLog, error_reporter
+from fpnet_ros.services import (
+    offer_amcl_services,
+    offer_save_state,
+    offer_services,
+    offer_set_initial_pose,
+)
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.storeys import StoreyTopics, create_site_localizer
+from fpnet_ros.telling import Telling
 from fpnet_ros.work import DroppingWorker, Worker
-from msg_adapters.diagnostics import LocalizerReport
 
 _DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
@@ -59,20 +60,10 @@ class LocalizerNode(ManagedNode):
             self, FpnetConfig, without=('odometry',), live=LIVE_CONFIG, on_change=follow
         )
         self._report = error_reporter(self)
-        self._statuses = StatusLog(self.get_logger().info, self.get_logger().warning)
         self._silence = SilenceLog(self.get_logger().info, self.get_logger().warning)
-        self._publish_lock = Lock()
-        self.add_slow_service(Trigger, '~/save_state', self._on_save_state)
-        self._action = LocalizeAction(self, self._look_again)
-        self._forget()
-
-    def _forget(self) -> None:
         self._is_configured = False
-        self._settings.is_frozen = self._config.is_frozen = False
-        self._frame: MapFrame | None = None
-        self._newest: LocatedScan | None = None
-        self._told: LocalizerReport | None = None
-        self._tick: Future[None] | None = None
+        offer_save_state(self, lambda: self._settings.value.state_file, self._save)
+        self._action = LocalizeAction(self, self._look_again)
 
     def configure(self) -> None:
         """Load the weights, compile, and connect; a bad parameter or file is an FpnetError."""
@@ -82,57 +73,62 @@ class LocalizerNode(ManagedNode):
         warm_up(create_localizer(config))
         if TFMessage is None and parameters.sends_tf:
             self.get_logger().warning(f'no TF: {NO_TF}')
-        self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
-        self._ticks = Worker('ticks', self._report)
-        self._is_configured = True
+        self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
+        self.add_end(lambda: self._run_folder.write('last_tick.npz', self._localizer.output))
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
-        self._input = ScanInput(
-            self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
-        )
-        self._state_file = StateFile(
-            parameters.state_file, self._localizer, self._input.odometry_run, self.get_logger()
-        )
-        self._state_file.restore()
         self._storeys = StoreyTopics(
             self, self._localizer, parameters.site, config, parameters.map_frame
         )
+        self._start_threads(parameters)
+        self._input = ScanInput(
+            self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
+        )
+        health = Health(self._input, self._scans)
+        self._telling = Telling(
+            self, self._localizer, self._out, self._storeys, health, lambda: self._settings.value
+        )
+        self._open_state_file(parameters.state_file)
         self._checkup = Checkup(self, self._input.topics())
-        self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
-        self._health = Health(self._input, self._scans)
         if not parameters.site:
-            self._plans = FloorplanInput(self, self._on_floorplan, self._report)
+            FloorplanInput(self, self._on_floorplan, self._report)
         self._listen_to_words(parameters)
         self._add_timers(config.localizer.tick_period_s, parameters)
+        self._is_configured = True
         self._settings.is_frozen = self._config.is_frozen = True
 
     def activate(self) -> None:
         """Say how things stand: until now nobody could hear it."""
-        self._publish_tick()
+        self._telling.tick()
 
     def deactivate(self) -> None:
         """Publish nothing from now on: a running tick ends unheard."""
         self._action.stop()
-        with self._publish_lock:
-            self._out.forget_claim()
+        self._telling.stop()
 
     def cleanup(self) -> None:
-        """Save the state, before anything that may take long; end the threads."""
+        """End goals; parameters may change again."""
         self._action.stop()
-        if not self._is_configured:
-            return
-        self._scans.close()
-        try:
-            if self._state_file.path and self._newest is not None:
-                self._state_file.save()
-        finally:
-            self._ticks.close()
-            self._run_folder.write('last_tick.npz', self._localizer.output)
-            self._forget()
+        self._is_configured = self._settings.is_frozen = self._config.is_frozen = False
+
+    def _start_threads(self, parameters: LocalizerParameters) -> None:
+        self._tick: Future[None] | None = None
+        self._ticks = Worker('ticks', self._report)
+        self.add_end(self._ticks.close)
+        self._scans = DroppingWorker(self._add_scan, parameters.max_pending_scans, self._report)
+        self.add_end(self._scans.close)
+
+    def _open_state_file(self, path: str) -> None:
+        """Go on from it, and save before anything ends that may take long."""
+        self._state_file = StateFile(
+            path, self._localizer, self._input.odometry_run, self.get_logger()
+        )
+        self.add_end(lambda: self._telling.newest and self._state_file.save())
+        self._state_file.restore()
 
     def _listen_to_words(self, parameters: LocalizerParameters) -> None:
         """Take what others say; beside AMCL what has its names is AMCL's."""
         self._words = InitialPoses(
-            self._situation,
+            self._telling.situation,
             self._storeys.frame_named,
             self._localizer.suggest,
             self.get_logger(),
@@ -151,7 +147,7 @@ class LocalizerNode(ManagedNode):
         # The others go on while the simulated clock stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._tick_timer = self.add_timer(tick_period_s, self._start_tick)
-        self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._broadcast, steady)
+        self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._follow, steady)
         self.add_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
         if parameters.state_file and parameters.autosave_period_s:
             self.add_timer(parameters.autosave_period_s, self._autosave, steady)
@@ -177,38 +173,24 @@ class LocalizerNode(ManagedNode):
         self._localizer.restart_odometry()
 
     def _on_floorplan(self, plan: ServedPlan) -> None:
-        self._ticks.submit(self._take_floorplan, plan)
+        policy = self._config.value.localizer.scale_policy
+        self._ticks.submit(self._telling.floorplan, plan, policy)
 
     # ---- services: the executor's thread
-
-    def _situation(self) -> tuple[MapFrame | None, LocatedScan | None]:
-        return self._frame, self._newest
 
     def _look_again(self) -> None:
         self._localizer.relocalize()
         if self._hand_over is not None:
             self._hand_over.again()
         if self.is_active:
-            self._publish_tick()
+            self._telling.tick()
 
     def _tick_now(self) -> None:
         if self.is_active:  # behind a running tick, which has not seen what the caller has
             self._tick = self._ticks.submit(self._run_tick)
 
-    async def _on_save_state(
-        self, _: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        path = self._settings.value.state_file
-        if not path:
-            response.message = 'parameter state_file is empty; set it to a path'
-        elif not self._is_configured:
-            response.message = 'the node is not configured'
-        else:
-            saved = self._ticks.submit(self._state_file.save)
-            await self.finished(saved)
-            error = 'the node was cleaned up' if saved.cancelled() else saved.result()
-            response.success, response.message = not error, error or f'saved to {path}'
-        return response
+    def _save(self) -> Future[str] | None:
+        return self._ticks.submit(self._state_file.save) if self._is_configured else None
 
     # ---- timers: the executor's thread
 
@@ -216,34 +198,23 @@ class LocalizerNode(ManagedNode):
         if self.is_active and (self._tick is None or self._tick.done()):
             self._tick = self._ticks.submit(self._run_tick)
 
-    def _broadcast(self) -> None:
-        """Repeat the TF for now and a little longer, as long as scans come."""
-        parameters, now_ns = self._settings.value, self.get_clock().now().nanoseconds
-        if self.is_active and self._health.has_turned(now_ns, parameters.scan_timeout_s):
-            self._publish_tick()
-        self._follow_words()
-        if parameters.sends_tf and now_ns and not self._health.is_starved:
-            self._out.broadcast(now_ns + round(parameters.transform_tolerance * NS_PER_S))
-
-    def _follow_words(self) -> None:
+    def _follow(self) -> None:
+        self._telling.transform()
         self._words.follow()
-        if self._told is not None:
-            claimed = None if self._health.is_starved else self._out.claimed
-            self._action.follow(self._told, claimed)
+        if self._telling.told is not None:
+            self._action.follow(self._telling.told, self._telling.claimed)
 
     def _publish_diagnostics(self) -> None:
-        output, stale_s = self._localizer.output, self._settings.value.stale_input_s
         self._state_file.follow_odometry()
         if self.is_active:
-            self._silence.follow(self._input.silence_s, stale_s)
+            self._silence.follow(self._input.silence_s, self._settings.value.stale_input_s)
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.claimed)
-        news, findings = self._health.news(output, stale_s), self._checkup.findings()
-        self._out.publish_diagnostics(news, findings, self.get_clock().now().nanoseconds)
+        self._telling.diagnostics(self._checkup.findings())
 
     def _autosave(self) -> None:
-        if self.is_active and self._newest is not None:
-            self._ticks.submit(self._state_file.save)
+        if self.is_active and self._telling.newest is not None:
+            self._save()
 
     # ---- scans: their own thread
 
@@ -251,59 +222,17 @@ class LocalizerNode(ManagedNode):
         cloud = scan.unpack()
         self._checkup.look(scan, cloud.points)
         self._localizer.add_scan(cloud.points, scan.T_odom_sensor, scan.stamp_ns, cloud.viewpoints)
-        self._newest = scan
-        self._health.saw_scan(self.get_clock().now().nanoseconds)
-        self._publish_moment()
-
-    def _publish_moment(self) -> Moment:
-        """Publish where the robot is, by what holds now, and return that."""
-        with self._publish_lock:  # of two threads the later one publishes the later moment
-            moment = Moment.of(self._localizer.snapshot, self._frame, self._newest)
-            if self.is_active:
-                self._out.publish_pose(moment)
-        return moment
+        self._telling.scan(scan)
 
     # ---- ticks: their own thread
 
     def _run_tick(self) -> None:
         before = self._localizer.output
         output = self._localizer.tick(self.get_clock().now().nanoseconds)
-        self._publish_tick()
+        self._telling.tick()
         if output is not before:
-            self._storeys.publish_differences(self._localizer.snapshot, self._frame)
+            self._telling.differences()
             self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
-
-    def _publish_tick(self) -> None:
-        changed = self._storeys.follow(self._localizer.snapshot)
-        if changed is not None:
-            self._out.forget_path()
-            self._show(changed)
-        frame, A_plan_odom = self._frame, self._localizer.output.A_plan_odom
-        if frame is not None and A_plan_odom is not None:
-            self._show(frame.followed(A_plan_odom))
-        moment = self._publish_moment()  # the tick may have found the robot after its newest scan
-        report = self._health.report(moment.output, self._settings.value.stale_input_s)
-        self._told = report
-        self._statuses.tell(report)
-        self._out.publish_status(report)
-        self._out.publish_tick(moment)
-
-    def _take_floorplan(self, plan: ServedPlan) -> None:
-        try:
-            plan.give_to(self._localizer, self._config.value.localizer.scale_policy)
-        except FpnetError as error:
-            self.get_logger().error(one_line(error))
-            return
-        self._out.forget_path()
-        self.get_logger().info(f'took the floorplan in frame {plan.frame_id}{plan.said_of_scale}')
-        self._show(MapFrame(plan.grid, plan.frame_id, self._settings.value.map_frame))
-        self._publish_tick()
-
-    def _show(self, frame: MapFrame) -> None:
-        """Take the frame ``map`` as it is now; publish the floorplan in it if it has changed."""
-        if frame is not self._frame:
-            self._frame = frame
-            self._out.publish_scaled(frame, self.get_clock().now().nanoseconds)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,10 +12,8 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 from rclpy.clock import Clock, ClockType
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
@@ -23,21 +21,19 @@ from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
 from fpnet_core.errors import ConfigError, OdometryError
-from fpnet_core.geometry.motion import twist
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import GuidedOdometry, Verdict
-from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.lasers import LaserInput
-from fpnet_ros.optional_messages import NO_TF, TFMessage
+from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
+from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.robot_odometry import RobotOdometry, RobotOdometryParameters
+from fpnet_ros.robot_odometry import RobotOdometry
 from fpnet_ros.runtime import (
     STALE_INPUT_S,
     STREAM,
-    TF,
     TF_STATIC,
     Once,
     SilenceLog,
@@ -46,21 +42,14 @@ from fpnet_ros.runtime import (
     sensor_data,
 )
 from fpnet_ros.work import DroppingWorker, Numbering
-from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
+from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
-from msg_adapters.odometry import odometry_to_msg
 from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.transforms import transform_from_msg, transform_to_msg
+from msg_adapters.transforms import transform_from_msg
 
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
 _PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
-
-_TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
-"""
-Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives
-(`python benchmarks/wirings.py`).
-"""
 
 _DOUBTS = {
     Verdict.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
@@ -69,33 +58,6 @@ _DOUBTS = {
 }
 
 Array = NDArray[np.float64]
-
-
-class OdometryParameters(RobotOdometryParameters):
-    """Frames and covariances, named as in KISS-ICP's node."""
-
-    base_frame: str = Field(
-        '',
-        description='Frame whose pose is published; empty: what the sensor is fixed to by '
-        '/tf_static, else the sensor.',
-    )
-    lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
-    publish_odom_tf: bool = Field(
-        True,
-        description='Publish the odometry as TF, too; false where the robot has its own.',
-    )
-    invert_odom_tf: bool = Field(
-        False, description='Publish TF from the moving frame to the odometry frame.'
-    )
-    position_covariance: float = Field(
-        0.1, ge=0.0, description='Variance of the position in the messages [m^2].'
-    )
-    orientation_covariance: float = Field(
-        0.1, ge=0.0, description='Variance of the orientation in the messages [rad^2].'
-    )
-    max_pending_scans: int = Field(
-        10, ge=1, le=1000, description='Clouds that may wait; then the oldest are dropped.'
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +100,13 @@ class OdometryNode(OwnValues):
         self._stamps = SweepStamps(scans.stamp, logger.warning)
         self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
         self._robot = RobotOdometry(self._subscribe_to, self._settings, self._report)
-        self._last: tuple[int, Array] | None = None  # stamp and pose that were published
-        self._odometry_publisher = self._publisher(Odometry, 'kiss/odometry', STREAM)
-        self._frame_publisher = self._publisher(PointCloud2, 'kiss/frame', STREAM)
+        self._out = OdometryOutputs(
+            self._publisher, self._subscribe_to, self._settings, logger.warning
+        )
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
-        self._connect_tf()
+        self._static_topic = self.resolve_topic_name('/tf_static')
+        if TFMessage is not None:
+            self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
         self._clouds = Numbering()
         self._reported_drops = self._unplaced = 0
         self._unplaced_ways = Once(self._report)
@@ -203,34 +167,9 @@ class OdometryNode(OwnValues):
             self._settings.max_pending_scans,
         )
 
-    def _connect_tf(self) -> None:
-        self._moving, self._static_topic = '', self.resolve_topic_name('/tf_static')
-        self._tf_publisher = None
-        if TFMessage is None:
-            self.get_logger().warning(f'no TF: {NO_TF}')
-            return
-        if self._settings.publish_odom_tf:
-            self._tf_publisher = self._publisher(TFMessage, '/tf', TF)
-            if not self._settings.invert_odom_tf:
-                self.create_subscription(TFMessage, '/tf', self._on_tf, TF)
-        self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
-
     def _on_tf_static(self, msg: Any) -> None:
         for transform in map(transform_from_msg, msg.transforms):
             self._robot.add_fixed(transform.parent, transform.child, transform.T_parent_child)
-
-    def _on_tf(self, msg: Any) -> None:
-        """Withhold our TF where somebody else has one for the same frame: it has one parent."""
-        own = self._settings.lidar_odom_frame.lstrip('/')
-        for transform in msg.transforms:
-            parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
-            if self._moving == child.lstrip('/') and parent != own and self._tf_publisher:
-                self._tf_publisher = None
-                self.get_logger().warning(
-                    f'somebody publishes {parent} -> {self._moving} on /tf, so ours from {own} is '
-                    f'withheld; set publish_odom_tf: false, and odom_frame: {parent} of the '
-                    'localizer'
-                )
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._clouds.follow(info)
@@ -252,23 +191,19 @@ class OdometryNode(OwnValues):
             return
         # A sensor that is fixed to something has a parent already.
         tree = self._robot.where.tree
-        self._moving = moving = self._settings.base_frame or tree.body(sensor)
+        moving = self._settings.base_frame or tree.body(sensor)
         T_base_sensor = tree.mount(moving, sensor)
         guess = self._robot.pose(sensor, scan.stamp_ns)
         # As KISS-ICP's node: odom is where the base, not the sensor, was at the first cloud.
         scan = replace(scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor)
         found = self._kiss.register_scan(scan)
-        T_odom_base = found.T_odom_sensor @ np.linalg.inv(T_base_sensor)
-        self._publish(T_odom_base, scan.stamp_ns, moving)
-        self._frame_publisher.publish(
-            cloud_to_msg(found.points, scan.stamp_ns, sensor, viewpoints=found.viewpoints)
-        )
+        self._out.publish(found, scan.stamp_ns, sensor, moving, T_base_sensor)
 
     def _is_placed(self, sensor: str, deadline_s: float) -> bool:
         """Wait for the sensor's place on the robot; a sweep that it does not come for is lost."""
         tree, base = self._robot.where.tree, self._settings.base_frame
         if not base:  # without a place the sensor is the robot, once there was time for one
-            if not self._moving and self.count_publishers(self._static_topic):
+            if not self._out.moving and self.count_publishers(self._static_topic):
                 self._robot.wait_until(lambda: tree.parent(sensor) is not None, deadline_s)
             return True
         if self._robot.wait_until(lambda: tree.lookup(base, sensor, 0) is not None, deadline_s):
@@ -280,34 +215,8 @@ class OdometryNode(OwnValues):
         return False
 
     def _on_clock_back(self, back_s: float) -> None:
-        self._last = None
+        self._out.begin_anew()
         self.get_logger().warning(f'the clock went back by {back_s:.3f} s; starting anew')
-
-    def _publish(self, T_odom_base: Array, stamp_ns: int, moving: str) -> None:
-        settings, odom = self._settings, self._settings.lidar_odom_frame
-        variances = (settings.position_covariance,) * 3 + (settings.orientation_covariance,) * 3
-        velocity = self._velocity(T_odom_base, stamp_ns)
-        self._odometry_publisher.publish(
-            odometry_to_msg(
-                T_odom_base, stamp_ns, odom, moving, variances, velocity, _TWIST_VARIANCES
-            )
-        )
-        publisher = self._tf_publisher
-        if publisher is None:
-            return
-        if settings.invert_odom_tf:
-            T_base_odom = np.linalg.inv(T_odom_base)
-            transform = transform_to_msg(T_base_odom, stamp_ns, moving, odom)
-        else:
-            transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
-        publisher.publish(TFMessage(transforms=[transform]))
-
-    def _velocity(self, T_odom_base: Array, stamp_ns: int) -> Array | None:
-        """Return the velocity since the last sweep, None after the first."""
-        last, self._last = self._last, (stamp_ns, T_odom_base)
-        if last is None:
-            return None
-        return twist(np.linalg.inv(last[1]) @ T_odom_base, (stamp_ns - last[0]) / NS_PER_S)
 
     def _publish_diagnostics(self) -> None:
         scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')

@@ -26,6 +26,7 @@ from fpnet_core.types import GridMap, LocalizerOutput
 from fpnet_ros.checkup import findings_to_msg
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
+from fpnet_ros.live_view import ViewTopics
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM, TF
 from msg_adapters.diagnostics import LocalizerReport, diagnostics_to_msg, report_to_msg
@@ -105,6 +106,7 @@ class LocalizerOutputs:
         self._submap = add(OccupancyGrid, '~/submap', LATCHED)
         self._scaled = add(OccupancyGrid, '~/floorplan_scaled', LATCHED)
         self._tf = add(TFMessage, '/tf', TF) if TFMessage else None
+        self._view = ViewTopics(node)
 
     def forget_path(self) -> None:
         """Begin a new path: the floorplan was replaced."""
@@ -123,6 +125,7 @@ class LocalizerOutputs:
         in ``map``.
         """
         scan, frame, located = moment.scan, moment.frame, moment.located
+        self._view.saw(scan, located)
         if scan is None or frame is None or located is None:
             self.forget_claim()
             return
@@ -160,6 +163,7 @@ class LocalizerOutputs:
     def publish_tick(self, moment: Moment) -> None:
         """Publish the path so far, and what was seen and thought, to those who listen."""
         frame, output = moment.frame, moment.output
+        self._view.show(moment.snapshot)
         if frame is None:
             return
         if output.A_plan_odom is not None and self._path_publisher.get_subscription_count():

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from std_srvs.srv import Empty, Trigger
@@ -61,6 +62,30 @@ def offer_set_initial_pose(node: ManagedNode, words: InitialPoses, is_amcl_there
 
     for name in ('~/set_initial_pose', *(() if is_amcl_there else ('set_initial_pose',))):
         node.add_service(SetInitialPose, name, on_set)
+
+
+def offer_save_state(
+    node: ManagedNode, path: Callable[[], str], save: Callable[[], Future[str] | None]
+) -> None:
+    """
+    Offer to write the state; the answer waits for the file.
+
+    ``save`` begins to, and its future has what went wrong, empty: nothing; None: the node is not
+    configured.
+    """
+
+    async def on_save(_: Any, response: Trigger.Response) -> Trigger.Response:
+        if not path():
+            response.message = 'parameter state_file is empty; set it to a path'
+        elif (saved := save()) is None:
+            response.message = 'the node is not configured'
+        else:
+            await node.finished(saved)
+            error = 'the node was cleaned up' if saved.cancelled() else saved.result()
+            response.success, response.message = not error, error or f'saved to {path()}'
+        return response
+
+    node.add_slow_service(Trigger, '~/save_state', on_save)
 
 
 def succeeded(response: Trigger.Response, message: str) -> Trigger.Response:

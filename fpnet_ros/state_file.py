@@ -45,7 +45,9 @@ class StateFile:
         self._errors = Once(logger.error)
 
     def save(self) -> str:
-        """Write the state; returns what went wrong, empty: nothing."""
+        """Write the state, if anywhere; returns what went wrong, empty: nothing."""
+        if not self.path:
+            return ''
         try:
             self._localizer.save_state(self.path, self._run.as_text())
         except StateError as error:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from nav_msgs.msg import OccupancyGrid
@@ -11,20 +12,18 @@ import numpy as np
 from std_msgs.msg import String
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.differences.of_output import differences_of
+from fpnet_core.differences.outdated import DrawingWatch
 from fpnet_core.errors import FpnetError
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.sites.site_files import read_site
 from fpnet_core.sites.site_localizer import SiteLocalizer
-from fpnet_core.types import LocalizerOutput
+from fpnet_core.types import Status
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.runtime import LATCHED, STREAM, one_line
+from msg_adapters.diagnostics import LocalizerReport
 from msg_adapters.grids import confidence_to_msg
-
-_EVERY_TICKS = 10
-"""Chosen: claimed ticks between two looks at what differs, each about as long as a tick."""
 
 
 def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
@@ -72,8 +71,7 @@ class StoreyTopics:
     ) -> None:
         self._log, self._localizer, self._map_frame = node.get_logger(), localizer, map_frame
         self._storey: str | None = None
-        self._claimed_ticks = 0
-        self._warned = ''
+        self._drawing = DrawingWatch()
         self._differences = node.add_publisher(OccupancyGrid, '~/differences', LATCHED)
         if site:
             localizer.set_site(read_site(Path(site), config))
@@ -101,29 +99,30 @@ class StoreyTopics:
         return MapFrame(plan.given, frame_of(output.storey), self._map_frame)
 
     def publish_differences(self, snapshot: Snapshot, frame: MapFrame | None) -> None:
-        """Publish what differs where somebody listens; say it once where the drawing is old."""
-        output, plan = snapshot.output, snapshot.plan
-        if output.A_plan_odom is None or plan is None or frame is None:
-            self._claimed_ticks = 0
-            return
-        self._claimed_ticks += 1
-        is_due = self._claimed_ticks % _EVERY_TICKS == 1
-        if not is_due or not self._differences.get_subscription_count():
-            return
-        found = differences_of(output, plan)
-        if found is None or found.grid is not frame.plan:
+        """Look at what differs now and then; say it where the drawing gets out of date."""
+        before = self._drawing.outdated
+        output = snapshot.output
+        found = self._drawing.follow(output, None if frame is None else snapshot.plan)
+        after = self._drawing.outdated
+        if after is not None and before is None:
+            self._log.warning(after.said)
+        elif before is not None and after is None and output.A_plan_odom is not None:
+            self._log.info('the drawing agrees with what is seen here')
+        if found is None or frame is None or found.grid is not frame.plan:
             return
         percent = np.where(found.is_seen, np.rint(100.0 * found.confidence), -1.0)
         values = percent.astype(np.int8)
         self._differences.publish(
             confidence_to_msg(found.grid, values, output.stamp_ns, frame.plan_id)
         )
-        self._warn(found.outdated(*_here(output)))
 
-    def _warn(self, said: str) -> None:
-        if said and not self._warned:
-            self._log.warning(said)
-        self._warned = said
+    def noted(self, report: LocalizerReport) -> LocalizerReport:
+        """Return a report that says where the drawing is out of date around the pose."""
+        outdated = self._drawing.outdated
+        if outdated is None or report.status is not Status.LOCALIZED:
+            return report
+        values = {**report.values, 'outdated_share': outdated.share}
+        return replace(report, outdated=outdated.said, values=values)
 
     def _on_hint(self, msg: String) -> None:
         try:
@@ -132,14 +131,3 @@ class StoreyTopics:
             self._log.warning(f'storey_hint was rejected: {one_line(error)}')
             return
         self._log.info(f'took the word that this is storey {msg.data}')
-
-
-def _here(output: LocalizerOutput) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], float]:
-    """Return where the robot is on the plan, and how much wall lies around it [m]."""
-    submap = output.submap
-    assert submap is not None  # a claim rests on one
-    assert output.A_plan_odom is not None  # the caller has looked
-    xy = submap.T_odom_submap.apply(submap.path_xy[-1])
-    around = submap.recent_xy
-    cells = {tuple(cell) for cell in np.floor(around / submap.grid.resolution).astype(int)}
-    return output.A_plan_odom.apply(xy), len(cells) * submap.grid.resolution

@@ -7,14 +7,13 @@ fpnet simulate recording makes one; a bag of a robot does as well.
 Example: ros2 launch fpnet_ros demo.launch.py bag:=rec/bag floorplan:=rec/floorplan.yaml
 """
 
+from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
-
-from launch import LaunchDescription
 
 _ROWS = (
     ('bag', None, 'Folder of the recording.'),

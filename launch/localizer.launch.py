@@ -9,6 +9,8 @@ Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml points:=
 Example: ros2 launch fpnet_ros localizer.launch.py floorplan:=plan.yaml scan:=/scan
 """
 
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     GroupAction,
@@ -23,7 +25,6 @@ from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from fpnet_ros.wiring import ARGUMENTS, wired
-from launch import LaunchDescription
 
 
 def _arguments():
@@ -69,23 +70,32 @@ def _on_exit(event, _):
     return []
 
 
-def _nodes(context):
-    given = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
-    specs = wired(given)
-    (localizer,) = [spec for spec in specs if spec.executable == 'localizer']
-    share = FindPackageShare('fpnet_ros')
-    rviz = Node(
+def _rviz(localizer):
+    """Return RViz; where it is not installed, as on most robots, a line in its place."""
+    wanted = IfCondition(LaunchConfiguration('rviz'))
+    try:
+        get_package_prefix('rviz2')
+    except PackageNotFoundError:
+        return LogInfo(msg='rviz2 is not installed: going on without it', condition=wanted)
+    layout = PathJoinSubstitution([FindPackageShare('fpnet_ros'), 'config', 'fpnet.rviz'])
+    return Node(
         package='rviz2',
         executable='rviz2',
-        arguments=['-d', PathJoinSubstitution([share, 'config', 'fpnet.rviz'])],
+        arguments=['-d', layout],
         parameters=_parameters(
             {k: v for k, v in localizer.parameters.items() if k == 'use_sim_time'}
         ),
         remappings=[(k, v) for k, v in localizer.remappings.items() if k.startswith('/tf')],
-        condition=IfCondition(LaunchConfiguration('rviz')),
+        condition=wanted,
     )
+
+
+def _nodes(context):
+    given = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    specs = wired(given)
+    (localizer,) = [spec for spec in specs if spec.executable == 'localizer']
     namespace = PushRosNamespace(LaunchConfiguration('namespace'))
-    return [GroupAction([namespace, *map(_node, specs), rviz])]
+    return [GroupAction([namespace, *map(_node, specs), _rviz(localizer)])]
 
 
 def generate_launch_description() -> LaunchDescription:

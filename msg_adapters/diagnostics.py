@@ -41,7 +41,7 @@ class LocalizerReport:
 
     ``is_mirrored`` says that the floorplan has to be flipped. ``warning`` says what is wrong
     beside the status, as scans that are dropped; empty: nothing. ``causes`` are the likely ones
-    of having no pose.
+    of having no pose; ``outdated`` says where the drawing is out of date around a pose.
     """
 
     status: Status
@@ -52,6 +52,7 @@ class LocalizerReport:
     is_mirrored: bool = False
     warning: str = ''
     causes: tuple[Cause, ...] = ()
+    outdated: str = ''
 
     @property
     def is_trouble(self) -> bool:
@@ -109,12 +110,13 @@ def report_to_msg(report: LocalizerReport, name: str) -> Any:
         'reason': report.reason,
         'mirrored': _TRUE if report.is_mirrored else _FALSE,
         'warning': report.warning,
+        'outdated': report.outdated,
         'causes': json.dumps([cause.as_json() for cause in report.causes]),
     }
     level = _LEVELS[report.status]
-    if report.warning or report.is_mirrored:
+    if report.warning or report.is_mirrored or report.outdated:
         level = max(level, WARN)
-    message = '; '.join(filter(None, (report.said, report.warning)))
+    message = '; '.join(filter(None, (report.said, report.outdated, report.warning)))
     return named_status_to_msg(level, name, message, {**entries, **_figures(report.values)})
 
 
@@ -136,6 +138,7 @@ def report_from_msg(msg: Any) -> LocalizerReport:
             reason=entries.pop('reason'),
             is_mirrored=entries.pop('mirrored') == _TRUE,
             warning=entries.pop('warning'),
+            outdated=entries.pop('outdated'),
             causes=_causes_from_json(entries.pop('causes')),
             values={key: float(value) for key, value in entries.items()},
         )

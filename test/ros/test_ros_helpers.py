@@ -22,9 +22,11 @@ from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, Odometr
 from fpnet_core.types import Status
 from fpnet_ros import processes
 from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
+from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
 from fpnet_ros.runtime import ErrorLog, SilenceLog, StatusLog
+from fpnet_ros.state_file import StateFile
 from fpnet_ros.work import DroppingWorker, Numbering, Worker
 from msg_adapters.diagnostics import LocalizerReport
 
@@ -302,3 +304,17 @@ class TestProcesses:
 
     def test_the_domain_is_one_that_nobody_uses(self):
         assert 1 <= processes.free_domain_id() <= 100
+
+
+def test_without_a_place_for_the_state_nothing_is_saved_and_nothing_told():
+    class Never:
+        """Whatever is asked of it is one thing too many."""
+
+        def __getattr__(self, name: str):
+            if name != 'error':
+                raise AssertionError(name)
+            return self
+
+    file = StateFile('', Never(), OdometryRun, Never())
+    file.restore()
+    assert file.save() == ''

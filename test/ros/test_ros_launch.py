@@ -17,6 +17,7 @@ import sys
 from types import ModuleType, SimpleNamespace
 import xml.etree.ElementTree as ET
 
+from ament_index_python.packages import PackageNotFoundError
 import pytest
 
 pytest.importorskip('rclpy')
@@ -90,6 +91,7 @@ def described(monkeypatch):
         for name in class_names:
             setattr(module, name, type(name, (Noted,), {}))
         monkeypatch.setitem(sys.modules, module_name, module)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', sys.prefix)  # as ros2 launch has it
 
     def flat(item):
         yield item
@@ -191,6 +193,26 @@ def test_a_node_that_cannot_start_ends_the_launch_and_one_that_dies_is_told(desc
         assert 'it has died (-9)' in told.keywords['msg']
 
 
+@pytest.mark.parametrize('is_installed', [True, False])
+def test_where_rviz_is_not_installed_a_line_says_so_and_the_nodes_start(
+    described, monkeypatch, is_installed
+):
+    def prefix(name: str) -> str:
+        if not is_installed:
+            raise PackageNotFoundError(name)
+        return '/opt/ros/jazzy'
+
+    monkeypatch.setattr('ament_index_python.packages.get_package_prefix', prefix)
+    found = described('localizer', floorplan='plan.yaml', rviz='true')
+    packages = [node.keywords['package'] for node in found['Node']]
+    said = [each for each in found.get('LogInfo', []) if 'rviz2' in each.keywords['msg']]
+    assert packages.count('fpnet_ros') == 3
+    assert (packages.count('rviz2'), len(said)) == ((1, 0) if is_installed else (0, 1))
+    assert all(
+        each.keywords['condition'].evaluate({'used': set(), 'rviz': 'true'}) for each in said
+    )
+
+
 def test_scans_go_to_our_odometry_or_else_to_the_localizer(described):
     found = described('localizer', floorplan='a.yaml', scan='/front/scan, /rear/scan')
     topics = {'scan_topics': ['/front/scan', '/rear/scan']}
@@ -243,4 +265,4 @@ def test_every_message_package_is_a_dependency():
                     imported.add(node.module.partition('.')[0])
     ros = {name for name in imported if name.endswith(('_msgs', '_srvs', '_interfaces'))}
     assert len(ros) > 8
-    assert ros | {'rclpy', 'launch', 'launch_ros'} <= known
+    assert ros | {'ament_index_python', 'rclpy', 'launch', 'launch_ros'} <= known

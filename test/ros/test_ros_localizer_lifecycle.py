@@ -10,6 +10,7 @@ from planted import plan_grid
 import pytest
 import rclpy
 
+from fpnet_core.errors import ConfigError
 from fpnet_core.localizer import Localizer
 from fpnet_ros import localizer as module
 from fpnet_ros.floorplans import ServedPlan
@@ -86,10 +87,46 @@ def test_a_defect_while_configuring_is_told_once_and_configuring_again_works(
     assert state(node) == 'inactive'
 
 
+PARTS = (
+    'RunFolder',
+    'LocalizerOutputs',
+    'StoreyTopics',
+    'ScanInput',
+    'StateFile',
+    'Checkup',
+    'FloorplanInput',
+    'InitialPoses',
+    'offer_services',
+    'Clock',
+)
+
+
+@pytest.mark.parametrize('error', [ConfigError, ZeroDivisionError])
+def test_whatever_part_fails_is_told_once_and_leaves_nothing_behind(
+    node, monkeypatch, capfd, error
+):
+    """What the parts are made of, and in which order, is not what giving them up rests on."""
+    before = threading.active_count()
+    for part in PARTS:
+
+        def broken(*_, part=part, **__):
+            raise error(f'planted in {part}')
+
+        with monkeypatch.context() as planted:
+            planted.setattr(module, part, broken)
+            node.trigger_configure()
+        (line,) = errors(capfd)
+        assert f'planted in {part}' in line
+        assert state(node) == 'unconfigured'
+        assert threading.active_count() == before, part
+    node.trigger_configure()
+    assert state(node) == 'inactive'
+
+
 def test_a_defect_while_saving_ends_every_thread_all_the_same(node, monkeypatch, capfd):
     before = threading.active_count()
     node.trigger_configure()
-    node._newest = object()
+    node._telling.newest = object()
 
     def broken(self):
         raise np.linalg.LinAlgError('planted')

@@ -25,9 +25,11 @@ from std_srvs.srv import Trigger
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer.state import read_state
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap, Status
 from fpnet_ros.processes import node_command
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM
+from fpnet_ros.settings import LocalizerParameters
 from msg_adapters.clouds import cloud_to_msg
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.grids import grid_to_msg
@@ -40,6 +42,8 @@ START_NS = 1_700_000_000_000_000_000
 PERIOD_NS = 100_000_000
 PATIENCE_S = 180.0  # for busy machines
 SOON_S = 1.0
+PENDING = 30
+SCAN_TIMEOUT_S = LocalizerParameters().scan_timeout_s
 RELIABLE = 'qos_overrides./kiss/{}.subscription.reliability'
 
 
@@ -75,7 +79,7 @@ class Robot:
         self.diagnostics.clear()
         common = {
             'localizer.tick_period_s': 0.2,
-            'max_pending_scans': 30,
+            'max_pending_scans': PENDING,
             RELIABLE.format('frame'): 'reliable',
             RELIABLE.format('odometry'): 'reliable',
         }
@@ -103,13 +107,14 @@ class Robot:
     def take_the_floorplan_away(self) -> None:
         self.bench.node.destroy_publisher(self._floorplans)
 
-    def send(self, x: float = 0.0) -> None:
-        """One scan further."""
+    def send(self, frame_id: str = 'lidar', child: str = 'lidar') -> None:
+        """One scan further; without a frame nothing comes of the lidar, or of odometry."""
         self.index += 1
         stamp_ns = START_NS + self.index * PERIOD_NS
-        pose = SE2.from_xy_yaw(x, 0.0, 0.0).as_matrix4()
-        self._odometry.publish(odometry_to_msg(pose, stamp_ns, 'odom', 'lidar'))
-        self._frames.publish(cloud_to_msg(self._points, stamp_ns, 'lidar'))
+        if child:
+            self._odometry.publish(odometry_to_msg(np.eye(4), stamp_ns, 'odom', child))
+        if frame_id:
+            self._frames.publish(cloud_to_msg(self._points, stamp_ns, frame_id))
 
     def send_until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
         deadline = time.monotonic() + timeout_s
@@ -268,6 +273,39 @@ def test_bad_initial_poses_are_told_once_each_and_change_nothing(running):
     assert running.send_until(lambda: len(running.statuses) > ticks + 3)
     assert all(running.says(text) == 1 for text in bad)
     assert not running.says('took the initial pose')
+
+
+LIDAR, ODOMETRY = 'nothing on /kiss/frame', 'nothing on /kiss/odometry'
+
+
+@pytest.mark.parametrize(
+    ('sent', 'reason'),
+    [
+        ({'frame_id': ''}, LIDAR),
+        ({'child': ''}, ODOMETRY),
+        ({'frame_id': '', 'child': ''}, 'nothing on /kiss/'),
+        ({'frame_id': 'camera'}, 'see the log'),
+    ],
+    ids=['lidar dead', 'odometry dead', 'both dead', 'wrong frame'],
+)
+def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, reason):
+    """A claim would be as old as the last scan: it ends ``scan_timeout_s`` after that."""
+    assert running.send_until(lambda: running.report.status is not Status.WAITING), running.tail()
+    told, last_s = running.says('no scan with a pose comes any more'), time.monotonic()
+    waiting = lambda: running.report.status is Status.WAITING  # noqa: E731
+    while not waiting() and time.monotonic() - last_s < 10.0:
+        running.send(**sent)
+        running.bench.wait_for(waiting, PERIOD_NS / NS_PER_S)
+    assert time.monotonic() - last_s < SCAN_TIMEOUT_S + SOON_S
+    assert reason in running.report.reason
+    assert running.report.warning
+    for _ in range(PENDING + 5):  # what waits for a pose that never comes is dropped in the end
+        running.send(**sent)
+        running.bench.wait_for(lambda: False, 0.05)
+    assert waiting()
+    assert running.says('no scan with a pose comes any more') == told + 1, running.tail()
+    if sent.get('frame_id') == 'camera':
+        assert running.says("the place of 'camera' on 'lidar' is unknown") == 1, running.tail()
 
 
 def test_a_clock_that_goes_back_is_waiting_within_a_second(running):

@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the odometry node publishes: poses with velocities, clouds, and TF where it may."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nav_msgs.msg import Odometry
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from sensor_msgs.msg import PointCloud2
+
+from fpnet_core.geometry.motion import twist
+from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.stamps import NS_PER_S
+from fpnet_ros.optional_messages import NO_TF, TFMessage
+from fpnet_ros.robot_odometry import RobotOdometryParameters
+from fpnet_ros.runtime import STREAM, TF
+from msg_adapters.clouds import cloud_to_msg
+from msg_adapters.odometry import odometry_to_msg
+from msg_adapters.transforms import transform_to_msg
+
+_TWIST_VARIANCES = (0.15**2,) * 3 + (0.06**2,) * 3
+"""
+Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated drives
+(`python benchmarks/wirings.py`).
+"""
+
+Array = NDArray[np.float64]
+
+
+class OdometryParameters(RobotOdometryParameters):
+    """Frames and covariances, named as in KISS-ICP's node."""
+
+    base_frame: str = Field(
+        '',
+        description='Frame whose pose is published; empty: what the sensor is fixed to by '
+        '/tf_static, else the sensor.',
+    )
+    lidar_odom_frame: str = Field('odom_lidar', description='Frame of the published odometry.')
+    publish_odom_tf: bool = Field(
+        True,
+        description='Publish the odometry as TF, too; false where the robot has its own.',
+    )
+    invert_odom_tf: bool = Field(
+        False, description='Publish TF from the moving frame to the odometry frame.'
+    )
+    position_covariance: float = Field(
+        0.1, ge=0.0, description='Variance of the position in the messages [m^2].'
+    )
+    orientation_covariance: float = Field(
+        0.1, ge=0.0, description='Variance of the orientation in the messages [rad^2].'
+    )
+    max_pending_scans: int = Field(
+        10, ge=1, le=1000, description='Clouds that may wait; then the oldest are dropped.'
+    )
+
+
+class OdometryOutputs:
+    """
+    The publishers of one odometry node.
+
+    Parameters
+    ----------
+    publisher
+        Makes one: message class, topic, QoS.
+    subscribe
+        Makes a subscription: message class, topic, callback, QoS.
+    settings
+        Frames and covariances.
+    warn
+        Takes a line for the log.
+    """
+
+    def __init__(
+        self,
+        publisher: Callable[[type, str, Any], Any],
+        subscribe: Callable[[type, str, Callable[[Any], None], Any], Any],
+        settings: OdometryParameters,
+        warn: Callable[[str], Any],
+    ) -> None:
+        self._settings, self._warn = settings, warn
+        self.moving = ''
+        """The frame whose pose was published last, empty before the first."""
+        self._last: tuple[int, Array] | None = None  # stamp and pose that were published
+        self._odometry = publisher(Odometry, 'kiss/odometry', STREAM)
+        self._frames = publisher(PointCloud2, 'kiss/frame', STREAM)
+        self._tf = None
+        if TFMessage is None:
+            warn(f'no TF: {NO_TF}')
+        elif settings.publish_odom_tf:
+            self._tf = publisher(TFMessage, '/tf', TF)
+            if not settings.invert_odom_tf:
+                subscribe(TFMessage, '/tf', self._on_tf, TF)
+
+    def publish(
+        self,
+        found: RegisteredSweep,
+        stamp_ns: int,
+        sensor: str,
+        moving: str,
+        T_moving_sensor: Array,
+    ) -> None:
+        """Publish a sweep, and the pose of the frame that moves with its sensor ``(4, 4)``."""
+        self.moving = moving
+        self._publish_pose(found.T_odom_sensor @ np.linalg.inv(T_moving_sensor), stamp_ns)
+        self._frames.publish(
+            cloud_to_msg(found.points, stamp_ns, sensor, viewpoints=found.viewpoints)
+        )
+
+    def begin_anew(self) -> None:
+        """Forget the last pose: the clock went back."""
+        self._last = None
+
+    def _publish_pose(self, T_odom_base: Array, stamp_ns: int) -> None:
+        settings, odom, moving = self._settings, self._settings.lidar_odom_frame, self.moving
+        variances = (settings.position_covariance,) * 3 + (settings.orientation_covariance,) * 3
+        velocity = self._velocity(T_odom_base, stamp_ns)
+        self._odometry.publish(
+            odometry_to_msg(
+                T_odom_base, stamp_ns, odom, moving, variances, velocity, _TWIST_VARIANCES
+            )
+        )
+        publisher = self._tf
+        if publisher is None:
+            return
+        if settings.invert_odom_tf:
+            transform = transform_to_msg(np.linalg.inv(T_odom_base), stamp_ns, moving, odom)
+        else:
+            transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
+        publisher.publish(TFMessage(transforms=[transform]))
+
+    def _velocity(self, T_odom_base: Array, stamp_ns: int) -> Array | None:
+        """Return the velocity since the last sweep, None after the first."""
+        last, self._last = self._last, (stamp_ns, T_odom_base)
+        if last is None:
+            return None
+        return twist(np.linalg.inv(last[1]) @ T_odom_base, (stamp_ns - last[0]) / NS_PER_S)
+
+    def _on_tf(self, msg: Any) -> None:
+        """Withhold our TF where somebody else has one for the same frame: it has one parent."""
+        own = self._settings.lidar_odom_frame.lstrip('/')
+        for transform in msg.transforms:
+            parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
+            if self.moving == child.lstrip('/') and parent != own and self._tf:
+                self._tf = None
+                self._warn(
+                    f'somebody publishes {parent} -> {self.moving} on /tf, so ours from {own} is '
+                    f'withheld; set publish_odom_tf: false, and odom_frame: {parent} of the '
+                    'localizer'
+                )
