@@ -17,6 +17,7 @@ from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.config import FpnetConfig, OdometryChoice, ScanStamp
 from fpnet_core.differences import Differences
 from fpnet_core.differences.of_output import differences_of
+from fpnet_core.differences.outdated import Outdated, outdated_here
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
@@ -185,6 +186,11 @@ class Run:
         """Where plan and what was seen differ; None unless the robot is localized at the end."""
         last, plan = self.last, self._localizer.snapshot.plan
         return None if plan is None else differences_of(last, plan)
+
+    @property
+    def outdated(self) -> Outdated | None:
+        """How far the plan is out of date where the robot is at the end; None unless it is."""
+        return None if self.differences is None else outdated_here(self.last, self.differences)
 
     def causes(self, asked: Asked | None = None, storey: int | None = None) -> tuple[Cause, ...]:
         """

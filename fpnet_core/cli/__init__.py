@@ -165,8 +165,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
     except KeyboardInterrupt:  # while the subcommand was loaded
         raise SystemExit(_INTERRUPTED) from None
+    except SystemExit as ended:
+        if _is_interrupted(ended):
+            raise SystemExit(_INTERRUPTED) from None
+        raise
     finally:
         sys.unraisablehook = before
+
+
+def _is_interrupted(ended: SystemExit) -> bool:
+    """Tell whether a Ctrl-C ended typer, which older ones call an abort with another status."""
+    why = ended.__context__
+    return isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
 
 
 def _interrupt_again(lost: Any) -> None:

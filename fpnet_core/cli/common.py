@@ -16,7 +16,7 @@ import inspect
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
@@ -34,6 +34,27 @@ def complete_setting(incomplete: str) -> list[str]:
     from fpnet_core.config import config_keys
 
     return [f'{key}=' for key in config_keys() if key.startswith(incomplete)]
+
+
+def choice(name: str, words: Any, said: str) -> Any:
+    """
+    Return an option that takes one of a Literal's words.
+
+    Typer itself knows a Literal from 0.19 on only.
+    """
+    known = get_args(words)
+
+    def parse(word: str) -> str:
+        if word in known:
+            return word
+        raise typer.BadParameter(f'{word!r} is not one of {", ".join(known)}')
+
+    def complete(incomplete: str) -> list[str]:
+        return [word for word in known if word.startswith(incomplete)]
+
+    return typer.Option(
+        name, parser=parse, metavar=f'[{"|".join(known)}]', help=said, autocompletion=complete
+    )
 
 
 ConfigOption = Annotated[

@@ -48,8 +48,9 @@ def command(
     from fpnet_core.api import diff, read_robot_map
     from fpnet_core.errors import NotPlacedError
 
+    common.check_input(seen)
     plans = read_plans(plan, site, said, tree, '--plan', json_path)
-    robot_map = read_robot_map(common.check_input(seen), tree)
+    robot_map = read_robot_map(seen, tree)
     try:
         placed = diff(plans, robot_map, tree)
     except NotPlacedError as error:

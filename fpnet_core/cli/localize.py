@@ -52,9 +52,10 @@ _PosesOption = Annotated[
 ]
 _OdometryOption = Annotated[
     OdometryChoice | None,
-    typer.Option(
+    common.choice(
         '--odometry',
-        help="Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
+        OdometryChoice,
+        "Of a bag: kiss (KISS-ICP), robot (the bag's own), or both (KISS-ICP, helped and "
         "checked by the bag's own). Default: the bag's own if it has one.",
     ),
 ]
@@ -124,14 +125,14 @@ def command(
     from fpnet_core.api.run import scans_of
     from fpnet_core.types import Status
 
-    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
-    known = _known(truth, plans)
-    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
-    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
     source = scans_of(
         common.check_input(recording), poses=poses, odometry=odometry, topics=topics or (),
         scan_stamp=tree.scans.stamp,
     )  # fmt: skip
+    plans = read_plans(floorplan, site, said, tree, '--floorplan', json_path)
+    known = _known(truth, plans)
+    given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
+    asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
     title = f'{recording.name} on {Path(asked.drawing).name}'
     run = _ended(plans, source, tree, odometry, title, port if view else None)
     ended = _Ended(run, known, run.causes(asked, said.storey))
@@ -191,6 +192,7 @@ class _Ended:
             'probability': round(last.probability, 4),
             'reason': last.reason,
             'causes': [cause.as_json() for cause in self.causes],
+            'outdated': None if self.run.outdated is None else self.run.outdated.as_json(),
             'scans': len(result.odometry),
             'rejected_scans': result.rejected_scans,
             'path_m': round(result.odometry.path_length_m(), 3),
@@ -205,7 +207,7 @@ class _Ended:
         return RunRecord(
             title, f'{run.last.said}. {self.summary}', run.segmentation, run.result.outputs,
             run.poses, known.reference, known.A_plan_truth, self.figures(), self.causes,
-            run.result.odometry,
+            run.result.odometry, run.differences,
         )  # fmt: skip
 
     def _storeys(self) -> dict[str, Any]:
@@ -250,6 +252,8 @@ def _ended(
 
 def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     common.say(ended.run.last.said, json_path)
+    if ended.run.outdated is not None:
+        common.say(ended.run.outdated.said, json_path)
     seen = '' if out is None else f'; see {out / _REPORT_NAME}'
     common.say(f'{ended.summary}{seen}', json_path)
     common.say_causes(ended.causes, json_path)

@@ -69,6 +69,7 @@ def command(
     from fpnet_core.api import read_robot_map
     from fpnet_core.matching.learned import LearnedMatcher
 
+    common.check_input(submap)
     plans = read_plans(plan, site, said, tree, '--plan', json_path)
     seen = read_robot_map(submap, tree, storey=submap_storey)
     found = _matched(plans, seen, tree)
@@ -76,8 +77,7 @@ def command(
     given = common.typed_settings(config, settings)
     given += [] if submap_storey is None else ['--submap-storey', str(submap_storey)]
     asked = said.asked_of(('match', '--submap', str(submap), *given), '--plan', plan, site)
-    matcher = LearnedMatcher(tree.matcher)
-    causes = _causes(result, matcher, tree, found.plan, asked, said.storey)
+    causes = _causes(result, LearnedMatcher(tree.matcher), tree, found.plan, asked, said.storey)
     stated = found.plan.scale.is_known, seen.is_metric
     report = _report(result, found.plan, seen.submap.grid, *stated) | found.storeys()
     report['causes'] = [cause.as_json() for cause in causes]

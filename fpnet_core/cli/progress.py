@@ -19,6 +19,9 @@ def progress(description: str, total: float | None = None) -> Iterator[Callable[
 
     Nothing is drawn unless stdout and stderr are terminals, so that logs and pipes stay clean.
     """
+    if not (sys.stdout.isatty() and sys.stderr.isatty()):
+        yield lambda _: None
+        return
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -34,9 +37,7 @@ def progress(description: str, total: float | None = None) -> Iterator[Callable[
     if total is not None:
         columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
     columns.append(TimeElapsedColumn())
-    shown = sys.stdout.isatty() and sys.stderr.isatty()
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=total)
 
         def advance(steps: float) -> None:

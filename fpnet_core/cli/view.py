@@ -4,6 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib.metadata import entry_points
 from pathlib import Path
 import threading
 import time
@@ -17,34 +21,47 @@ from fpnet_core.stamps import NS_PER_S
 
 if TYPE_CHECKING:
     from fpnet_core.api.run import Run
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
     from fpnet_core.report.live import LiveRun
 
+LIVE_NODES = 'fpnet.live_nodes'
+"""
+Group of entry points: functions of a namespace, or of an empty one, that yield what a running
+localizer shows (:mod:`fpnet_core.io.parcels`) and lines about it.
+"""
+
 _REPORT_NAME = 'report.html'
+_Input = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar='[INPUT]',
+        help='Recording, as of fpnet localize; or the folder that its --out has written.',
+    ),
+]
+_NodesOption = Annotated[bool, typer.Option('--nodes', help='The localizer node that runs now.')]
+_NamespaceOption = Annotated[
+    str, typer.Option('--namespace', metavar='NS', help='Of the node, where several run.')
+]
+_RateOption = Annotated[
+    float,
+    typer.Option('--rate', min=0.0, help='Recorded seconds per second; 0: as fast as they come.'),
+]
+_EndOption = Annotated[
+    bool, typer.Option('--end', help='End with the run; else the page stays until Ctrl-C.')
+]
 
 
 @common.reads_drawing
 def command(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar='INPUT',
-            help='Recording, as of fpnet localize; or the folder that its --out has written.',
-        ),
-    ],
     said: common.DrawingOptions,
-    floorplan: Annotated[
-        Path | None, typer.Option('--floorplan', metavar='F', help=common.DRAWING_HELP)
-    ] = None,
-    rate: Annotated[
-        float,
-        typer.Option(
-            '--rate', min=0.0, help='Recorded seconds per second; 0: as fast as they come.'
-        ),
-    ] = 1.0,
+    source: _Input = None,
+    nodes: _NodesOption = False,
+    namespace: _NamespaceOption = '',
+    floorplan: common.FloorplanOption = None,
+    rate: _RateOption = 1.0,
     port: common.PortOption = common.DEFAULT_PORT,
-    end: Annotated[
-        bool, typer.Option('--end', help='End with the run; else the page stays until Ctrl-C.')
-    ] = False,
+    end: _EndOption = False,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     seed: common.SeedOption = None,
@@ -54,12 +71,20 @@ def command(
 
     The page has the floorplan, the growing submap, all likely placements, the status with its
     reason, and everything that a report has. It is on 127.0.0.1, for this machine only, and loads
-    nothing from the network.
+    nothing from the network. With --nodes it shows the localizer node that runs now, on this
+    machine or another of the ROS domain.
 
     Example: fpnet view drive/bag --floorplan drive/floorplan.yaml
 
     Example: fpnet view out/run --rate 4
+
+    Example: fpnet view --nodes --namespace /robot_1
     """
+    if nodes is (source is not None):
+        raise ConfigError('give either a recording, the folder of a run, or --nodes')
+    if source is None:
+        _watch_nodes(namespace, port, end)
+        return
     report = common.check_input(source) / _REPORT_NAME
     if report.is_file():
         _show_again(report, port, rate, end)
@@ -72,15 +97,24 @@ def command(
     tree = common.load(config, settings, seed)
     reading = said.read(floorplan, tree)
     common.say_reading(reading, None)
+    with _recording_on(source, reading, tree, port) as (run, live):
+        follow(run, live, rate)
+        _stay(end)
+
+
+@contextmanager
+def _recording_on(
+    source: Path, reading: Reading, tree: FpnetConfig, port: int
+) -> Iterator[tuple[Run, LiveRun]]:
+    """Yield a run of a recording, and the page that shows it."""
     from fpnet_core.api.run import Run, scans_of
     from fpnet_core.drawings.scaling import with_scale_of
     from fpnet_core.report.live import LiveRun
 
     scans = scans_of(source, scan_stamp=tree.scans.stamp)
     run = Run(reading, scans, with_scale_of(reading, tree))
-    with LiveRun(f'{source.name} on {floorplan.name}', run.rooms, port) as live:
-        follow(run, live, rate)
-        _stay(end)
+    with LiveRun(f'{source.name} on {reading.drawing.name}', run.rooms, port) as live:
+        yield run, live
 
 
 def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
@@ -96,6 +130,20 @@ def follow(run: Run, live: LiveRun, rate: float = 0.0) -> None:
             RunRecord('', '', run.rooms, known.outputs, known.published, odometry=known.odometry)
         )
     live.end(f'ended: {run.last.said}')
+
+
+def _watch_nodes(namespace: str, port: int, end: bool) -> None:
+    """Show a running localizer until it has gone."""
+    from fpnet_core.report.watched import WatchedRun
+
+    viewers = list(entry_points(group=LIVE_NODES))
+    if not viewers:
+        raise ConfigError('no ROS is installed to listen with; name a recording')
+    with WatchedRun(port, partial(typer.echo, err=True)) as watched:
+        for heard in viewers[0].load()(namespace):
+            watched.take(heard)
+        watched.end('the localizer has gone')
+        _stay(end)
 
 
 def _show_again(report: Path, port: int, rate: float, end: bool) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.report.moments import SHOWN_PLACEMENTS, door_lines
 from fpnet_core.report.pictures import Picture, segmentation_picture
 from fpnet_core.report.record import (
@@ -25,6 +26,7 @@ from fpnet_core.report.record import (
 )
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
+from fpnet_core.viz.differences import DIFFERENCE_COLOURS
 from fpnet_core.viz.segmentation import label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
@@ -50,6 +52,8 @@ def plan_figure(record: RunRecord) -> go.Figure:
     figure = go.Figure()
     show_regions(figure, record.plan, segmentation_picture(record.plan, _PLAN_PX))
     add_rooms(figure, record.plan)
+    if record.differences is not None:
+        add_differences(figure, record.differences)
     if len(record.truth_on_plan):
         x, y = _path(record.truth_on_plan)
         line = {'color': _TRUTH, 'width': 5}
@@ -126,6 +130,29 @@ def add_rooms(
         name='room numbers',
         showlegend=False,
     )
+
+
+def add_differences(figure: go.Figure, found: Differences) -> None:
+    """Draw what differs from the drawing, a line each; furniture where somebody asks for it."""
+    for kind, colour in DIFFERENCE_COLOURS.items():
+        pieces = [piece for piece in found.pieces if piece.kind is kind and piece.is_likely]
+        if not pieces:
+            continue
+        ends = np.array([[*piece.ends, (np.nan, np.nan)] for piece in pieces]).reshape(-1, 2)
+        said = [
+            f'{p.kind.value}, {p.length_m:.1f} m, {100.0 * p.confidence:.0f} %' for p in pieces
+        ]
+        figure.add_scatter(
+            x=np.round(ends[:, 0], 2),
+            y=np.round(ends[:, 1], 2),
+            mode='lines',
+            name=kind.value,
+            line={'color': to_hex(colour), 'width': 6},
+            opacity=0.7,
+            hovertext=[text for text in said for _ in range(3)],
+            hoverinfo='text',
+            visible='legendonly' if kind is DifferenceKind.FURNITURE else True,
+        )
 
 
 def show_regions(figure: go.Figure, segmentation: Segmentation, picture: Picture) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 import gzip
 import json
@@ -18,7 +19,7 @@ import numpy as np
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.report.charts import timeline_figure
-from fpnet_core.report.moments import changes, moment
+from fpnet_core.report.moments import MAX_MOMENTS, changes, chosen_ticks, moment
 from fpnet_core.report.page import page_text
 from fpnet_core.report.record import RunRecord, nowhere
 from fpnet_core.report.run_page import published, run_data, run_figures
@@ -29,6 +30,9 @@ _CONTENT = re.compile(r'<script type="text/plain" id="content">([A-Za-z0-9+/=]+)
 _TIMELINES = (
     100  # numerical: charts of so many ticks are sent with each of them, longer ones rarer
 )
+
+_SHOWN_MOMENTS = 2 * MAX_MOMENTS
+"""Numerical: of more, every other one is kept, or so: a page may stay open for days."""
 
 
 class LiveRun:
@@ -49,43 +53,77 @@ class LiveRun:
 
     def __init__(self, title: str, plan: Segmentation, port: int) -> None:
         self._record, self._said = RunRecord(title, '', plan, (), nowhere()), ''
-        page = _page(title, run_figures(self._record), run_data(self._record))
-        self._server = LiveServer(page, self._whole, port)
+        self._moments: list[dict[str, Any]] = []
+        self._server = LiveServer(_growing(self._record), self._whole, port)
 
     @property
     def url(self) -> str:
         """Where the page is."""
         return self._server.url
 
-    def show(self, record: RunRecord) -> None:
-        """Show a run as far as it went; its last tick is new."""
+    def begin(self, title: str, plan: Segmentation) -> None:
+        """Forget the run, and begin another one on another floorplan; open pages follow."""
+        record = RunRecord(title, '', plan, (), nowhere())
+
+        def forget() -> None:
+            self._record, self._said, self._moments = record, '', []
+
+        self._server.replace(_growing(record), forget)
+
+    def show(self, record: RunRecord, said: str = '') -> None:
+        """Show a run as far as it went; its last tick is new, ``said`` stands for its words."""
+        record = replace(record, title=self._record.title)
         count, new = len(record.outputs), np.s_[len(self._record.published) :]
         if not count:
             return
+        if record.plan is not self._record.plan:  # another storey, or its scale is known now
+            before = replace(self._record, plan=record.plan)
+            self._server.replace(_growing(before), partial(setattr, self, '_record', before))
+        shown = moment(record, record.outputs[-1])
         is_drawn = count % max(1, count // _TIMELINES) == 0
         event = {
             'kind': 'tick',
-            'moment': moment(record, record.outputs[-1]),
+            'moment': shown,
             'published': published(record, new),
             'changes': changes(record),
             'timeline': _timeline(record) if is_drawn else None,
+            'said': said,
         }
-        self._server.tell(event, partial(setattr, self, '_record', record))
+        self._server.tell(event, partial(self._take, record, shown, said))
+        if len(self._moments) > _SHOWN_MOMENTS:
+            self._thin_out()
+
+    def say(self, said: str) -> None:
+        """Show a line in the place of the status, until the next tick."""
+        self._server.tell({'kind': 'said', 'said': said}, partial(setattr, self, '_said', said))
 
     def end(self, said: str) -> None:
         """Say how the run ended; open pages stay as they are."""
         self._server.tell({'kind': 'end', 'said': said}, partial(setattr, self, '_said', said))
 
+    def _take(self, record: RunRecord, shown: dict[str, Any], said: str) -> None:
+        self._record, self._said = record, said
+        self._moments.append(shown)
+
+    def _thin_out(self) -> None:
+        kept = chosen_ticks([each['status'] for each in self._moments])
+        self._moments = [self._moments[index] for index in kept]
+        self._server.tell(self._whole(), lambda: None)
+
     def _whole(self) -> dict[str, Any]:
-        record = self._record
-        timeline = _timeline(record)
-        return {'kind': 'run', 'data': run_data(record), 'timeline': timeline, 'said': self._said}
+        record, moments = self._record, list(self._moments)
+        timeline, data = _timeline(record), run_data(record, moments)
+        return {'kind': 'run', 'data': data, 'timeline': timeline, 'said': self._said}
 
     def __enter__(self) -> Self:
         """Return itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """Close the page's server."""
+        self.close()
+
+    def close(self) -> None:
         """Close the page's server."""
         self._server.close()
 
@@ -177,6 +215,11 @@ def read_content(report: Path) -> dict[str, Any]:
 
 def _timeline(record: RunRecord) -> Any:
     return json.loads(timeline_figure(record).to_json())
+
+
+def _growing(record: RunRecord) -> str:
+    """Return the page of a run that nothing is known of but its floorplan."""
+    return _page(record.title, run_figures(record), run_data(record, []))
 
 
 def _page(title: str, figures: Mapping[str, Any], data: Mapping[str, Any]) -> str:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ _PATH_SAMPLES = 400  # numerical
 
 def moments(record: RunRecord) -> list[dict[str, Any]]:
     """Return the ticks to step through, time order; empty for a run without ticks."""
-    return [moment(record, record.outputs[index]) for index in chosen_ticks(record.outputs)]
+    return [moment(record, record.outputs[index]) for index in chosen_ticks(record.statuses)]
 
 
 def changes(record: RunRecord) -> list[dict[str, Any]]:
@@ -50,13 +51,13 @@ def _said(record: RunRecord, output: LocalizerOutput) -> dict[str, Any]:
     }
 
 
-def chosen_ticks(outputs: tuple[LocalizerOutput, ...]) -> list[int]:
+def chosen_ticks(statuses: Sequence[str]) -> list[int]:
     """Return indices of evenly spaced ticks; those where the status changes come first."""
-    if len(outputs) <= MAX_MOMENTS:
-        return list(range(len(outputs)))
-    changes = [k for k in range(1, len(outputs)) if outputs[k].status is not outputs[k - 1].status]
+    if len(statuses) <= MAX_MOMENTS:
+        return list(range(len(statuses)))
+    changes = [k for k in range(1, len(statuses)) if statuses[k] != statuses[k - 1]]
     kept = set(changes[: MAX_MOMENTS // 2])
-    even = np.linspace(0, len(outputs) - 1, MAX_MOMENTS - len(kept)).astype(int)
+    even = np.linspace(0, len(statuses) - 1, MAX_MOMENTS - len(kept)).astype(int)
     return sorted(kept | set(even.tolist()))
 
 

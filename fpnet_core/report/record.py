@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.accuracy import pose_errors
+from fpnet_core.differences import Differences
 from fpnet_core.geometry import Affine2D
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
@@ -42,7 +43,8 @@ class RunRecord:
     nominal metres. ``truth`` holds true poses in a truly metric frame, None where there is no
     truth, and ``A_plan_truth`` maps that frame to the plan's nominal metres. ``figures`` are
     shown in their order, by name; ``causes`` are likely ones of having no answer, best first.
-    ``odometry`` is the sensor's path in ``odom``, which knows its heading.
+    ``odometry`` is the sensor's path in ``odom``, which knows its heading; ``differences``
+    is where the plan and what was seen differ, None where nobody knows.
     """
 
     title: str
@@ -55,6 +57,7 @@ class RunRecord:
     figures: Mapping[str, Any] = field(default_factory=dict)
     causes: tuple[Cause, ...] = ()
     odometry: PlanarTrajectory = field(default_factory=nowhere)
+    differences: Differences | None = None
 
     @property
     def start_ns(self) -> int:
@@ -63,6 +66,11 @@ class RunRecord:
         stamps.append(np.array([output.stamp_ns for output in self.outputs[:1]]))
         known = np.concatenate(stamps)
         return int(known.min()) if len(known) else 0
+
+    @property
+    def statuses(self) -> list[str]:
+        """The status of each tick."""
+        return [output.status.value for output in self.outputs]
 
     @property
     def truth_on_plan(self) -> PlanarTrajectory:

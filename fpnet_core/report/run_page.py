@@ -22,7 +22,7 @@ from fpnet_core.report.page import write_page
 from fpnet_core.report.record import PLACEMENT_COLOURS, PLACEMENT_SIGNS, RunRecord
 
 _PUBLISHED_SAMPLES = 3000  # numerical
-_ELSEWHERE = ('reason', 'causes')  # sentences, which have their own place on the page
+_ELSEWHERE = ('reason', 'causes', 'outdated')  # sentences, which have their own place on the page
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB's channels, by ITU-R BT.709
 _UNITS = ('m', 's', 'ms', 'deg')
 
@@ -37,12 +37,12 @@ def write_run_report(path: Path | str, record: RunRecord) -> None:
         Path(path),
         'run.html.j2',
         run_figures(record),
-        run_data(record),
+        run_data(record, moments(record)),
         title=record.title,
         summary=record.summary,
         figures_shown=_shown(record),
         causes=record.causes,
-        ticks=len(chosen_ticks(record.outputs)),
+        ticks=len(chosen_ticks(record.statuses)),
     )
 
 
@@ -55,11 +55,11 @@ def run_figures(record: RunRecord) -> dict[str, go.Figure]:
     }
 
 
-def run_data(record: RunRecord) -> dict[str, Any]:
-    """Return what the page's script moves through, as plain values."""
+def run_data(record: RunRecord, shown: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what the page's script moves through, as plain values; ``shown`` are its moments."""
     step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
     return {
-        'moments': moments(record),
+        'moments': shown,
         'changes': changes(record),
         'published': published(record, np.s_[::step]),
         'status_colours': HEX_OF_STATUS,

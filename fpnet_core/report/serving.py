@@ -63,6 +63,15 @@ class LiveServer:
         """Where the page is."""
         return f'http://{HOST}:{self._server.server_port}/'
 
+    def replace(self, page: str, change: Callable[[], None]) -> None:
+        """Serve another page from now on, to those as well who have the old one open."""
+
+        def anew() -> None:
+            self._page = page.encode('utf-8')
+            change()
+
+        self.tell({'kind': 'reload'}, anew)
+
     def tell(self, event: Event, change: Callable[[], None]) -> None:
         """
         Send an event to all open pages.
@@ -113,8 +122,9 @@ def _handler(live: LiveServer) -> type[BaseHTTPRequestHandler]:
             if not live._is_ours(self.headers.get('Host')):
                 self.send_error(HTTPStatus.FORBIDDEN)
             elif self.path == '/':
-                self._begin('text/html; charset=utf-8', len(live._page))
-                self.wfile.write(live._page)
+                page = live._page
+                self._begin('text/html; charset=utf-8', len(page))
+                self.wfile.write(page)
             elif self.path == '/events':
                 self._begin('text/event-stream')
                 self._follow()

@@ -239,11 +239,12 @@ function sayStatus(moment, said) {
 
 const told = {
   async run(event) {
+    const at = isFollowing() ? Infinity : data.moments[Number(slider.value)].time_s;
     Object.assign(data, event.data);
     slider.max = Math.max(data.moments.length - 1, 0);
     await showTimeline(event.timeline);
     showChanges();
-    show(data.moments.length - 1);
+    show(at === Infinity ? data.moments.length - 1 : nearest(at));
     sayStatus(data.moments[data.moments.length - 1], event.said);
   },
   async tick(event) {
@@ -256,8 +257,15 @@ const told = {
     slider.max = data.moments.length - 1;
     await showTimeline(event.timeline);
     showChanges();
-    sayStatus(event.moment, '');
+    sayStatus(event.moment, event.said);
     if (follows) show(data.moments.length - 1);
+  },
+  async said(event) {
+    sayStatus(null, event.said);
+  },
+  async reload() {
+    source.close();
+    location.reload();
   },
   async end(event) {
     sayStatus(null, event.said);

@@ -14,6 +14,7 @@ from fpnet_core.cli import main
 from fpnet_core.errors import FpnetError
 from fpnet_core.report import write_run_report
 from fpnet_core.report.live import LiveRun, RecordedRun, read_content
+from fpnet_core.report.moments import MAX_MOMENTS
 
 
 @pytest.fixture
@@ -67,6 +68,48 @@ def test_poses_are_told_once(live, made_up_run):
     assert len(told(stream)['published']['x']) == 2
     live.show(until(made_up_run, 3))
     assert told(stream)['published']['x'] == []
+
+
+def test_another_floorplan_takes_the_page_and_nothing_of_the_old_run(live, made_up_run):
+    live.show(until(made_up_run, 2))
+    stream = asked(live, '/events')
+    assert len(told(stream)['data']['moments']) == 1
+    live.begin('the next floor', made_up_run.plan)
+    assert told(stream) == {'kind': 'reload'}
+    assert b'the next floor' in asked(live).read()
+    assert told(asked(live, '/events'))['data']['moments'] == []
+
+
+def test_rooms_that_are_cut_anew_take_the_page_and_keep_the_run(live, made_up_run):
+    live.show(replace(until(made_up_run, 1), title=''))
+    stream = asked(live, '/events')
+    told(stream)
+    live.show(replace(until(made_up_run, 2), title='', plan=replace(made_up_run.plan)))
+    assert [told(stream)['kind'] for _ in range(2)] == ['reload', 'tick']
+    assert b'a &lt;drive&gt;' in asked(live).read()
+    assert len(told(asked(live, '/events'))['data']['moments']) == 2
+
+
+def test_a_line_stands_for_the_status_until_the_next_tick(live, made_up_run):
+    live.show(until(made_up_run, 1))
+    live.say('scans have ceased')
+    stream = asked(live, '/events')
+    assert told(stream)['said'] == 'scans have ceased'
+    live.show(until(made_up_run, 2), 'ambiguous; scans are dropped')
+    assert told(stream)['said'] == 'ambiguous; scans are dropped'
+
+
+def test_a_page_that_is_open_for_days_stays_small(live, made_up_run):
+    [first] = until(made_up_run, 1).outputs
+    outputs = tuple(replace(first, stamp_ns=k) for k in range(2 * MAX_MOMENTS + 2))
+    stream = asked(live, '/events')
+    for count in range(1, len(outputs) + 1):
+        live.show(replace(until(made_up_run, 1), outputs=outputs[:count]))
+    events = [told(stream) for _ in range(len(outputs) + 2)]
+    thinned = events[-2]
+    assert [event['kind'] for event in events[-3:]] == ['tick', 'run', 'tick']
+    assert len(thinned['data']['moments']) == MAX_MOMENTS
+    assert len(told(asked(live, '/events'))['data']['moments']) == MAX_MOMENTS + 1
 
 
 def test_it_serves_one_page_to_this_machine_and_nothing_else(live):
@@ -146,6 +189,12 @@ def test_a_browser_follows_until_somebody_goes_back(live, made_up_run, tmp_path)
         wait_for(browser, "document.getElementById('summary').textContent.startsWith('localized')")
         status = browser.execute_script("return document.getElementById('status').textContent")
         assert status == 'waiting', 'who looks back is not torn away'
+        live.begin('the next floor', made_up_run.plan)
+        wait_for(browser, "document.title === 'the next floor'")
+        live.show(until(made_up_run, 1))
+        wait_for(browser, shown + "'waiting'")
+        live.say('scans have ceased')
+        wait_for(browser, "document.getElementById('summary').textContent === 'scans have ceased'")
         live.end('over')
         wait_for(browser, "document.getElementById('summary').textContent === 'over'")
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []

@@ -13,9 +13,10 @@ import numpy as np
 from planted import A_PLAN_SUBMAP, plan_grid
 import pytest
 
+from fpnet_core.differences import Difference, DifferenceKind, Differences
 from fpnet_core.geometry import SE2
 from fpnet_core.report import write_run_report
-from fpnet_core.report.charts import HEX_OF_STATUS
+from fpnet_core.report.charts import HEX_OF_STATUS, plan_figure
 from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks
 from fpnet_core.report.pictures import grid_picture
 from fpnet_core.report.record import best_placement_error, published_errors
@@ -192,10 +193,9 @@ def test_a_run_without_truth_poses_or_ticks_has_a_report(made_up_run, tmp_path):
 
 def test_long_runs_are_thinned_out_but_changes_stay():
     statuses = [Status.SEARCHING] * 501 + [Status.AMBIGUOUS] + [Status.SEARCHING] * 600
-    outputs = tuple(LocalizerOutput(k, status) for k, status in enumerate(statuses))
-    chosen = chosen_ticks(outputs)
+    chosen = chosen_ticks([status.value for status in statuses])
     assert len(chosen) <= MAX_MOMENTS
-    assert {0, 501, 502, len(outputs) - 1} <= set(chosen)
+    assert {0, 501, 502, len(statuses) - 1} <= set(chosen)
     assert chosen == sorted(set(chosen))
 
 
@@ -332,3 +332,25 @@ def test_a_run_without_a_pose_names_its_causes(made_up_run, report, tmp_path):
     assert '<b>drawing mirrored</b>: fits &lt;flipped&gt;.' in text
     assert '<code>fpnet localize a --mirrored</code>' in text
     assert 'Likely causes' not in report.read_text(encoding='utf-8')
+
+
+def test_what_differs_from_the_drawing_lies_on_the_floorplan(made_up_run):
+    def piece(kind, confidence):
+        return Difference(kind, np.array([[1.0, 2.0], [3.0, 2.0]]), 2.0, confidence, np.zeros(1))
+
+    pieces = (
+        piece(DifferenceKind.WALL, 0.9),
+        piece(DifferenceKind.FURNITURE, 0.8),
+        piece(DifferenceKind.MISSING, 0.3),
+    )
+    grid = made_up_run.plan.grid
+    none = np.zeros(grid.shape, dtype=np.int32)
+    found = Differences(grid, pieces, none, none > 0)
+    traces = plan_figure(replace(made_up_run, differences=found)).data
+    shown = {trace.name: trace for trace in traces}
+    assert 'drawn wall not there' not in shown
+    assert shown['furniture'].visible == 'legendonly'
+    wall = shown['wall not drawn']
+    np.testing.assert_allclose(wall.x[:2], [1.0, 3.0])
+    assert wall.hovertext[0] == 'wall not drawn, 2.0 m, 90 %'
+    assert 'wall not drawn' not in {trace.name for trace in plan_figure(made_up_run).data}
