@@ -8,12 +8,13 @@
 #   make lint    ruff and mypy
 #   make walkthrough   follow the tutorial word for word, and compare with what it promises
 #   make docs    build the documentation into build/docs, every link checked
+#   make wheels   install the wheel into empty environments, for each Python at hand and each extra
 #   make release VERSION=0.2.0   version, changelog, wheel, commit and tag
 #   make clean   remove what was built, not .venv; make distclean removes that, too
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-oldest lint walkthrough docs release clean distclean
+.PHONY: help setup demo test test-oldest lint walkthrough docs wheels release clean distclean
 
 BIN := .venv/bin
 # The stamp's name holds a hash of what set-up depends on: another checkout date alone does not
@@ -58,6 +59,9 @@ walkthrough: $(STAMP)
 
 docs: $(STAMP)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+wheels: $(STAMP)
+	$(BIN)/python tools/wheels.py
 
 release: $(STAMP)
 	$(BIN)/python tools/release.py $(VERSION)

@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Install the wheel into empty environments, for each Python at hand and each extra, and use it.
+
+Run: python tools/wheels.py [--python PYTHON ...] [--extra EXTRA ...] [--work DIR]
+                            [--without-torch]                              (make wheels)
+
+Without ``--python`` it takes those of 3.11 to 3.13 that are on the path or pyenv's. What no extra
+is needed for is installed first; each extra goes into a copy of that by hard links, so that none
+sees another's libraries. Prints a row for each, and exits 1 where one cannot be installed or used.
+
+``--without-torch`` is for machines that do not reach PyTorch's index: all is installed but PyTorch
+and what needs it, which is training and the reading of drawings; floorplans of map_server do
+without.
+"""
+
+import argparse
+from collections.abc import Iterator
+from email import message_from_bytes
+from pathlib import Path
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).resolve().parents[1]
+VERSIONS = ('3.11', '3.12', '3.13')
+PYENV = Path.home() / '.pyenv' / 'versions'
+NONE = 'none'
+WITH_TORCH = ('torch', 'lightning-fabric')
+
+PLAN = """
+from PIL import Image, ImageDraw
+plan = Image.new('L', (900, 600), 255)
+pen = ImageDraw.Draw(plan)
+for room in ((20, 20, 880, 580), (20, 20, 400, 580), (400, 300, 880, 580)):
+    pen.rectangle(room, outline=0, width=8)
+for door in ((390, 120, 410, 165), (390, 420, 410, 465)):
+    pen.rectangle(door, fill=255)
+plan.save('plan.png')
+"""
+MAP = """image: plan.png
+resolution: 0.02
+origin: [0, 0, 0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.196
+"""
+PLY = 'from fpnet_core.io import read_cloud; print(len(read_cloud("cloud.ply").points))'
+CLOUD = """ply
+format ascii 1.0
+element vertex 1
+property float x
+property float y
+property float z
+end_header
+1 2 3
+"""
+USES = {
+    NONE: ['fpnet --version', 'fpnet segment plan.yaml --json -'],
+    'plans': ['python -c "import ezdxf, pypdfium2, svgelements"'],
+    'report': ['fpnet check-plan plan.yaml --tours 0 --out check'],
+    'clouds': [f"python -c '{PLY}'"],
+    'e57': ['python -c "import pye57"'],
+    'laz': ['python -c "import laspy, lazrs"'],
+    'ifc': ['python -c "import ifcopenshell"'],
+    'cluster': ['python -c "import distributed"'],
+    'peers': ['python -c "import map_closures.map_closures"'],
+    'ros': ['python -c "import fpnet_ros.localizer"'],
+    'lab': ['fpnet simulate stats --help', 'python -c "import fpnet_lab.evaluation.demo"'],
+}
+"""What is done with each extra; a map of three rooms and a cloud of one point are there."""
+
+
+def main() -> None:
+    """Try every Python with every extra."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--python', action='append', type=Path)
+    parser.add_argument('--extra', action='append', choices=[*USES], default=[])
+    parser.add_argument('--work', type=Path, help='keeps the environments')
+    parser.add_argument('--without-torch', action='store_true')
+    arguments = parser.parse_args()
+    work = arguments.work or Path(tempfile.mkdtemp(prefix='wheels-'))
+    work.mkdir(parents=True, exist_ok=True)
+    wheel = built(work)
+    failed = 0
+    for python in arguments.python or at_hand():
+        for extra in arguments.extra or USES:
+            failed += not tried(wheel, python, extra, work, arguments.without_torch)
+    if arguments.work is None:
+        shutil.rmtree(work)
+    sys.exit(bool(failed))
+
+
+def at_hand() -> Iterator[Path]:
+    """Yield an interpreter of each version that is installed."""
+    for version in VERSIONS:
+        found = shutil.which(f'python{version}') or next(
+            map(str, sorted(PYENV.glob(f'{version}.*/bin/python'))), None
+        )
+        if found is None:
+            print(f'Python {version} is not at hand')
+        else:
+            yield Path(found)
+
+
+def built(work: Path) -> Path:
+    """Return the wheel of this checkout's commit; built elsewhere, where nothing old lies."""
+    sources = work / 'sources'
+    shutil.rmtree(sources, ignore_errors=True)
+    run('git', 'clone', '-q', '--shared', ROOT, sources)
+    run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '-w', work, sources)
+    [wheel] = work.glob('*.whl')
+    return wheel
+
+
+def tried(wheel: Path, python: Path, extra: str, work: Path, is_partial: bool) -> bool:
+    """Tell whether an extra can be installed for an interpreter, and what it brings be used."""
+    version = run(python, '-c', 'import sys; print("%d.%d" % sys.version_info[:2])').strip()
+    started = time.monotonic()
+    try:
+        home = environment(wheel, python, extra, work / version, is_partial)
+        for use in USES[extra]:
+            run('bash', '-c', use, cwd=home, path=home / 'bin')
+    except subprocess.CalledProcessError as error:
+        print(f'{version} {extra}: failed\n{error.stdout}{error.stderr}', flush=True)
+        return False
+    size = int(run('du', '-sm', home).split()[0])
+    print(f'{version} {extra}: {size} MB, {time.monotonic() - started:.0f} s', flush=True)
+    return True
+
+
+def environment(wheel: Path, python: Path, extra: str, folder: Path, is_partial: bool) -> Path:
+    """Return an environment with the wheel and one extra, made anew."""
+    home = folder / extra
+    shutil.rmtree(home, ignore_errors=True)
+    if extra == NONE:
+        run(python, '-m', 'venv', home)
+    else:
+        if not (folder / NONE).is_dir():
+            environment(wheel, python, NONE, folder, is_partial)
+        run('cp', '-al', folder / NONE, home)
+        run(python, '-m', 'venv', '--upgrade', home)
+    pip = (home / 'bin' / 'python', '-m', 'pip', 'install', '-q', '--no-input')
+    pip += ('--disable-pip-version-check',)
+    # In a copy, too: its scripts name the environment that they were copied from.
+    run(*pip, '--force-reinstall', '--no-deps', wheel)
+    if is_partial:
+        run(*pip, *without_torch(wheel, extra))
+    else:
+        wanted = wheel if extra == NONE else f'{wheel}[{extra}]'
+        run(*pip, '-c', ROOT / 'constraints-cpu.txt', wanted)
+    run(home / 'bin' / 'python', '-c', PLAN, cwd=home)
+    (home / 'plan.yaml').write_text(MAP, encoding='utf-8')
+    (home / 'cloud.ply').write_text(CLOUD, encoding='utf-8')
+    return home
+
+
+def without_torch(wheel: Path, extra: str) -> Iterator[str]:
+    """Yield what the wheel and one of its extras ask for, but for PyTorch."""
+    with zipfile.ZipFile(wheel) as archive:
+        [name] = [name for name in archive.namelist() if name.endswith('.dist-info/METADATA')]
+        stated = message_from_bytes(archive.read(name)).get_all('Requires-Dist') or []
+    for each in map(Requirement, stated):
+        if each.marker is not None and not each.marker.evaluate({'extra': extra}):
+            continue
+        if each.name == 'fpnet_ros':
+            for other in sorted(each.extras):
+                yield from without_torch(wheel, other)
+        elif each.name not in WITH_TORCH:
+            each.marker = None
+            yield str(each)
+
+
+def run(*words: object, cwd: Path | None = None, path: Path | None = None) -> str:
+    """Return what a program prints."""
+    environment = {'PATH': f'{path}:/usr/bin:/bin'} if path else None
+    done = subprocess.run(  # noqa: S603 - our own commands
+        [str(word) for word in words], cwd=cwd, env=environment, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    return done.stdout
+
+
+if __name__ == '__main__':
+    main()
