@@ -138,7 +138,7 @@ def _read_page(page: Any, name: str) -> VectorPage:
     width, height = page.get_size()
     if not (0.0 < width < _LARGEST_PAGE and 0.0 < height < _LARGEST_PAGE):
         raise MapFormatError(f'{name} has a page of {width:g} x {height:g} points; print it anew')
-    A_top_page = _upright(page, width, height)
+    A_top_page = _upright(page)
     reader = _Reader(raw, page.get_textpage(), PageBuilder(name), A_top_page)
     objects = [raw.FPDFPage_GetObject(page, k) for k in range(raw.FPDFPage_CountObjects(page))]
     _walk(reader, objects, np.eye(2, 3), EVERYWHERE, 0)
@@ -151,7 +151,7 @@ def _read_page(page: Any, name: str) -> VectorPage:
     return result.with_renderer(_Renderer(reader, page, (width, height)), is_scan)
 
 
-def _upright(page: Any, width: float, height: float) -> Array:
+def _upright(page: Any) -> Array:
     """Return the affine from PDF coordinates to points from the top left of the page as shown."""
     left, bottom, right, top = page.get_cropbox()
     media = page.get_mediabox()

@@ -10,6 +10,7 @@ sizes are compared with what the file holds first. Nothing is unpickled.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal, Self
 from zipfile import ZipFile
@@ -44,7 +45,7 @@ def read_array(path: Path) -> NDArray[Any]:
         return _read(file, path.stat().st_size, path.name)
 
 
-def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path | BytesIO) -> dict[str, NDArray[Any]]:
     """
     Return all arrays of a ``.npz`` archive by name, in the order of the archive.
 
@@ -80,7 +81,7 @@ class ArrayArchive:
         On opening or while reading, as :func:`read_arrays`; ``MAX_BYTES`` is for each array.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path | BytesIO) -> None:
         try:
             self._archive = ZipFile(path)
         except (OSError, ValueError):

@@ -20,10 +20,10 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
 from fpnet_core.errors import BagFormatError
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid
+from fpnet_core.io.bags import TYPESTORE
 from fpnet_core.io.laserscan import LaserScanLike
 from fpnet_core.io.message_types import (
     GRID,
@@ -44,8 +44,7 @@ Storage = Literal['sqlite3', 'mcap']
 
 _BAG_VERSION: Literal[9] = 9  # given: what ROS 2 Jazzy writes
 _NO_LIMIT = QosTime(0, 0)  # given
-_TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
-_MSG = _TYPESTORE.types
+_MSG = TYPESTORE.types
 # Given: where x, y and yaw are in ROS's order x, y, z, roll, pitch, yaw.
 _PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
 
@@ -251,12 +250,12 @@ class BagWriter:
     ) -> None:
         if topic not in self._connections:
             self._connections[topic] = self._writer.add_connection(
-                topic, msgtype, typestore=_TYPESTORE, offered_qos_profiles=[qos]
+                topic, msgtype, typestore=TYPESTORE, offered_qos_profiles=[qos]
             )
         connection = self._connections[topic]
         if connection.msgtype != msgtype:
             raise BagFormatError(f'{topic} carries {connection.msgtype}, cannot add {msgtype}')
-        self._writer.write(connection, stamp_ns, _TYPESTORE.serialize_cdr(message, msgtype))
+        self._writer.write(connection, stamp_ns, TYPESTORE.serialize_cdr(message, msgtype))
 
 
 def _header(stamp_ns: int, frame_id: str) -> Any:

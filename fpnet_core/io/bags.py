@@ -21,7 +21,7 @@ from fpnet_core.errors import BagFormatError
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 
-_TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
+TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 class BagReader:
@@ -90,7 +90,7 @@ class BagReader:
         """
         for topic, msgtype, stamp_ns, data in self.raw_messages(topics):
             try:
-                message = _TYPESTORE.deserialize_cdr(data, msgtype)
+                message = TYPESTORE.deserialize_cdr(data, msgtype)
             except Exception as error:
                 raise self._corrupt(error) from None
             yield topic, stamp_ns, message
