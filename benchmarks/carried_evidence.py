@@ -21,14 +21,15 @@ from unittest import mock
 
 from carried_off import ROOMS, TOUR, carried
 import drift
-from generated_drives import FAMILIES, TICK_PERIOD_S
+from generated_drives import FAMILIES
 import numpy as np
 from scipy.optimize import minimize
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer.surroundings import Surroundings, signs_of
 from fpnet_core.odometry import KissOdometry
-from fpnet_lab.evaluation.localization.drives import Drive, run_product
+from fpnet_lab.evaluation.localization.drives import Registrar, run_product
+from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
 
@@ -78,7 +79,7 @@ def gather(seed: int, count: int) -> Iterator[tuple[str, list]]:
                 family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR
             )
             recording = make_recording(first + number, options, threads=1)
-            driven = list(Drive(KissOdometry(config.odometry)).follow(recording))
+            driven = list(Registrar(KissOdometry(config.odometry)).follow(recording))
             scans, _, lifted_ns = carried(driven)
             name = f'carried off, {sensor}, {family}'
             yield name, looks(scans, recording.floorplan, config, lifted_ns)
@@ -88,7 +89,7 @@ def gather(seed: int, count: int) -> Iterator[tuple[str, list]]:
             family=family, rooms=drift.ROOMS, lidar=sensor_named('planar'), limits=drift.TOUR
         )
         recording = make_recording(seed + 2000 + number, options, threads=1)
-        scans = list(Drive(KissOdometry(config.odometry)).follow(recording))
+        scans = list(Registrar(KissOdometry(config.odometry)).follow(recording))
         rough = drift.rough(recording.floorplan, ROUGH_M, np.random.default_rng(seed + number))
         for name, plan in {'exact': recording.floorplan, 'rough': rough}.items():
             yield f'drift, {name}, {family}', looks(scans, plan, config)

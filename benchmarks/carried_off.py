@@ -14,7 +14,7 @@ where nobody asks the walls around the robot (``localizer.doubt_probability=1``)
 
 import json
 
-from generated_drives import TICK_PERIOD_S, drives_parser, each, write
+from generated_drives import drives_parser, each
 import numpy as np
 
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
@@ -23,7 +23,9 @@ from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
-from fpnet_lab.evaluation.localization.drives import Drive, run_product
+from fpnet_lab.cli.reports import write_report
+from fpnet_lab.evaluation.localization.drives import Registrar, run_product
+from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
@@ -56,7 +58,7 @@ def drive(seed, family, sensor, config):
     """Return the figures of one drive in each way that has a claim when it is lifted."""
     options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
     recording = make_recording(seed, options, threads=1)
-    driven = list(Drive(KissOdometry(config.odometry)).follow(recording))
+    driven = list(Registrar(KissOdometry(config.odometry)).follow(recording))
     scans, true_ns, lifted_ns = carried(driven)
     figures = {}
     for way, update in WAYS.items():
@@ -117,7 +119,7 @@ def main() -> None:
         results.append(figures)
     ways = {way: sums([each[way] for each in results if way in each]) for way in WAYS}
     print(json.dumps(ways, indent=2))
-    write(arguments, {'drives': results, 'ways': ways})
+    write_report(arguments.json, {'drives': results, 'ways': ways})
 
 
 if __name__ == '__main__':

@@ -20,7 +20,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.judging import Judge
-from fpnet_lab.training.judge_gathering import Amounts, gather_trials
+from fpnet_lab.training.judge_gathering import Amounts, gather_trials, trial_blocks
 
 LOOKS = (1, 2, 3)
 PROBABILITIES = (0.9, 0.95, 0.97, 0.98, 0.99)
@@ -56,7 +56,7 @@ def main() -> None:
     amounts = Amounts(real=0, drawn=0, foreign=0, generated=0, drives=arguments.drives)
     with tempfile.TemporaryDirectory() as folder:
         path = arguments.trials or Path(folder)
-        trials = gather_trials(path, arguments.seed, None, config, amounts, workers=2)
+        trials = gather_trials(path, trial_blocks(arguments.seed, None, config, amounts), 2)
     drives = {trial.building: [] for trial in trials}
     for trial in trials:
         drives[trial.building].append(trial)

@@ -9,25 +9,22 @@ fpnet bench figures demo=OUT
 Every run is the whole demo: a fresh building and recording, four processes, real time.
 """
 
-import argparse
 import json
 from pathlib import Path
 import subprocess
 import sys
 
-from fpnet_lab.cli.reports import begin, write_report
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.published import published
 from fpnet_lab.provenance import Provenance
 
 
 def main() -> None:
     """Run, then print a Markdown table and how many seeds met the target."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--out', type=Path, default=Path('out/seeds'))
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
-    begin()
     made, seeds = Provenance.now(), {}
     for seed in range(arguments.seeds):
         out = arguments.out / str(seed)
@@ -37,8 +34,7 @@ def main() -> None:
     report = {'seeds': seeds}
     for text in published('demo', report, made).values():
         print(text)
-    if arguments.json:
-        write_report(arguments.json, report)
+    write_report(arguments.json, report)
 
 
 if __name__ == '__main__':

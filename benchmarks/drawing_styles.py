@@ -22,6 +22,7 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement
 from fpnet_core.types import Segmentation
+from fpnet_lab.evaluation.submap_segmentation import DOOR_TOLERANCE_M
 from fpnet_lab.sim.floors import room_labels
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.render import render_plan
@@ -29,7 +30,6 @@ from fpnet_lab.sim.styles import STYLES, DrawingStyle
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 50
-DOOR_TOLERANCE_M = 0.6
 
 
 def score(plan: BuildingPlan, style: DrawingStyle, resolution_m: float) -> list[float]:

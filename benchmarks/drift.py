@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import partial
 import json
 
-from generated_drives import TICK_PERIOD_S, drives_parser, each, write
+from generated_drives import drives_parser, each
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import detrend
@@ -25,8 +25,10 @@ from scipy.signal import detrend
 from fpnet_core.geometry import SE2
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.evaluation.localization.drives import Drive, run_product
+from fpnet_lab.cli.reports import write_report
+from fpnet_lab.evaluation.localization.drives import Registrar, run_product
 from fpnet_lab.evaluation.localization.records import Truth, robot_error
+from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
@@ -40,7 +42,7 @@ def drive(seed, family, sensor, config, rough_m):
     """Return the figures of one drive, on its exact and on a rough drawing."""
     options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
     recording = make_recording(seed, options, threads=1)
-    scans = list(Drive(KissOdometry(config.odometry)).follow(recording))
+    scans = list(Registrar(KissOdometry(config.odometry)).follow(recording))
     poses = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     truth = Truth(poses, recording.A_plan_building)
     plans = {
@@ -105,7 +107,7 @@ def main() -> None:
     for _, figures in each(arguments, partial(drive, rough_m=arguments.rough_m)):
         results.append(figures)
         print(json.dumps(figures), flush=True)
-    write(arguments, {'drives': results})
+    write_report(arguments.json, {'drives': results})
 
 
 if __name__ == '__main__':

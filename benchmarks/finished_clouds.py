@@ -12,7 +12,6 @@ turned, stretched by two per cent and states its scale. Two neighbours in the li
 one on top of the other, with strays around, and cut storey by storey.
 """
 
-import argparse
 import json
 from pathlib import Path
 import time
@@ -26,6 +25,7 @@ from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.clouds import SURVEYS, surveyed_cloud
 from fpnet_lab.sim.plans import generate_plan
@@ -91,10 +91,9 @@ def figures(ious, doors_found, doors_true):
 
 def main() -> None:
     """Print a line for each cloud and the means."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--storeys', type=int, default=8)
     parser.add_argument('--seed', type=int, default=1000)
-    parser.add_argument('--json', type=Path)
     parser.add_argument('--pictures', type=Path)
     arguments = parser.parse_args()
     config = FpnetConfig()
@@ -131,8 +130,7 @@ def main() -> None:
         claims = sum(row['status'] == 'matched' for row in own)
         two = [iou for row in own for iou in row.get('of_two', ())]
         print(f'{how}: {mean}, {claims} of {len(own)} matched, of two storeys {np.mean(two):.3f}')
-    if arguments.json:
-        arguments.json.write_text(json.dumps(rows, indent=1) + '\n', encoding='utf-8')
+    write_report(arguments.json, {'clouds': rows})
 
 
 def of_two(below, above, config, rng):

@@ -13,7 +13,6 @@ anything else is a failure, printed with its index and kept in DIR. Exits 1 if t
 
 from __future__ import annotations
 
-import argparse
 from collections import defaultdict
 from pathlib import Path
 import shutil
@@ -26,14 +25,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 from fuzzing.harness import GOOD, Case, Outcome, Result, fuzz, make_input, plan
 from fuzzing.readers import READERS, readers_of
 
-from fpnet_core.cli.common import progress, write_json
+from fpnet_core.cli.progress import progress
+from fpnet_lab.cli.reports import script_parser, write_report
 
 _BAD = tuple(outcome for outcome in Outcome if outcome not in GOOD)
 
 
 def main() -> None:
     """Run, print the table and the failures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser = script_parser(__doc__.splitlines()[1])
     parser.add_argument('--count', type=int, default=10_000)
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--workers', type=int, default=2)
@@ -41,7 +41,6 @@ def main() -> None:
         '--readers', nargs='*', default=[], choices=sorted({r.group for r in READERS})
     )
     parser.add_argument('--keep', type=Path, metavar='DIR', help='copy failing inputs here')
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     cases = plan(readers_of(arguments.readers), arguments.count, arguments.seed)
     results: dict[str, list[Result]] = defaultdict(list)
@@ -54,8 +53,7 @@ def main() -> None:
     rows = [row(group, found) for group, found in results.items()]
     rows.append(row('all', [result for found in results.values() for result in found]))
     print(table(rows))
-    if arguments.json is not None:
-        write_json(arguments.json, {'seed': arguments.seed, 'readers': rows})
+    write_report(arguments.json, {'seed': arguments.seed, 'readers': rows})
     raise SystemExit(1 if rows[-1]['failures'] else 0)
 
 

@@ -2,37 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """What benchmarks that drive through generated buildings share: families, options, loop."""
 
-import argparse
-from pathlib import Path
-
 from fpnet_core.cli.common import load
-from fpnet_lab.cli.reports import begin, write_report
+from fpnet_lab.cli.reports import script_parser
 
 FAMILIES = ('bays', 'double_corridor', 'open_plan', 'suites', 'central_hall', 'racetrack')
-TICK_PERIOD_S = 2.0
 
 
 def drives_parser(description, drives, seed):
     """Return the command line's parser, with these defaults."""
-    parser = argparse.ArgumentParser(description=description)
+    parser = script_parser(description)
     parser.add_argument('--drives', type=int, default=drives)
     parser.add_argument('--sensor', default='planar')
     parser.add_argument('--seed', type=int, default=seed)
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--json', type=Path)
     return parser
 
 
 def each(arguments, drive):
     """Yield each family in turn with ``drive(seed, family, sensor, config)``."""
-    begin()
     config = load(None, arguments.set)
     for number in range(arguments.drives):
         family = FAMILIES[number % len(FAMILIES)]
         yield family, drive(arguments.seed + number, family, arguments.sensor, config)
-
-
-def write(arguments, report):
-    """Write what was measured where ``--json`` says, with how it was made."""
-    if arguments.json:
-        write_report(arguments.json, report)

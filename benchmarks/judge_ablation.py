@@ -12,18 +12,18 @@ placement alone, with its rivals where they disagree, and with the deformation o
 The formula that the judge has replaced is evaluated on the same placements.
 """
 
-import argparse
-import json
 from pathlib import Path
 
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
+from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.kept import read_kept
 from fpnet_lab.training import use_threads
 from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials
 from fpnet_lab.training.judge_figures import at_prior, mean_log_probability
-from fpnet_lab.training.judge_trials import TrialSource, read_trials
+from fpnet_lab.training.judge_trials import COLUMNS, Trials, TrialSource
 
 SEED = 7000
 BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}
@@ -70,11 +70,10 @@ def measured(best, is_right, trials, threshold):
 
 def main() -> None:
     """Print shares per judge and band."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--data', type=Path, required=True)
     parser.add_argument('--trials', type=Path, required=True)
     parser.add_argument('--cases', type=int, default=200)
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     use_threads(1)
     config = FpnetConfig()
@@ -82,7 +81,8 @@ def main() -> None:
         'real', SEED, arguments.data, config, LearnedMatcher(config.matcher), 'report'
     )
     trials = [t for index in range(arguments.cases) for t in source.trials(index)]
-    learned = [t for p in sorted(arguments.trials.glob('*.npz')) for t in read_trials(p)]
+    files = sorted(arguments.trials.glob('*.npz'))
+    learned = [trial for file in files for trial in read_kept(file, Trials, COLUMNS)]
     data, seen = stack_trials(learned), stack_trials(trials)
     right = [trial.right for trial in trials]
     claim = config.localizer.match_probability
@@ -103,8 +103,7 @@ def main() -> None:
     for name, bands in report.items():
         for band, figures in bands.items():
             print(f'{name:18} {band:9} {figures}', flush=True)
-    if arguments.json:
-        arguments.json.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+    write_report(arguments.json, {'judges': report})
 
 
 if __name__ == '__main__':

@@ -13,9 +13,7 @@ a tick comes each ``--tick-s``, so that an hour takes minutes; one call costs wh
 time.
 """
 
-import argparse
 import json
-from pathlib import Path
 import time
 
 import numpy as np
@@ -24,6 +22,7 @@ from fpnet_core.config import load_config
 from fpnet_core.localizer import create_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.localization.drives import resident_mb
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import sensor_named
@@ -128,18 +127,16 @@ class LongRun:
 
 def main() -> None:
     """Drive and print the figures as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--minutes', type=float, default=60.0)
     parser.add_argument('--every', type=int, default=5, help='sweeps per sweep that is fed')
     parser.add_argument('--tick-s', type=float, default=5.0, help='sensor time between ticks')
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     run = LongRun(arguments.every, arguments.tick_s)
     run.drive(arguments.minutes)
-    text = json.dumps(run.report(arguments.minutes), indent=2)
-    print(text)
-    if arguments.json:
-        arguments.json.write_text(text + '\n', encoding='utf-8')
+    report = run.report(arguments.minutes)
+    print(json.dumps(report, indent=2))
+    write_report(arguments.json, report)
 
 
 if __name__ == '__main__':

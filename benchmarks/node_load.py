@@ -15,9 +15,7 @@ Prints every figure and target; exits 1 where a target is missed.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import asdict, dataclass, field
-import json
 import os
 from pathlib import Path
 import sys
@@ -36,6 +34,7 @@ from tf2_msgs.msg import TFMessage
 
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.sim.recording import make_recording
 from fpnet_ros.processes import (
     Child,
@@ -329,11 +328,10 @@ def measure(
 
 def main() -> int:
     """Print the figures of both phases and the targets; returns the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--minutes', type=float, default=10.0)
     parser.add_argument('--points', type=int, default=25_000)
     parser.add_argument('--kiss', action='store_true', help='KISS-ICP beside, as odometry')
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     targets, results = measure(arguments.points, arguments.minutes, arguments.kiss)
     for name, figures in results['phases'].items():
@@ -345,8 +343,7 @@ def main() -> int:
     for t in targets:
         verdict = 'met' if t.is_met else 'MISSED'
         print(f'| {t.phase}: {t.figure} | {t.value:.2f} | {t.most:g} | {verdict} |')
-    if arguments.json:
-        arguments.json.write_text(json.dumps(results, indent=1), encoding='utf-8')
+    write_report(arguments.json, results)
     return 0 if all(target.is_met for target in targets) else 1
 
 

@@ -14,7 +14,6 @@ says of every tick what the best placement is worth, claimed or not: ``[error m,
 agreement]``.
 """
 
-import argparse
 from itertools import product
 from pathlib import Path
 
@@ -26,10 +25,10 @@ from fpnet_core.config import load_config
 from fpnet_core.io import open_scans
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
-from fpnet_lab.cli.reports import begin, write_report
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
+from fpnet_lab.evaluation.localization.cases import LOGS
 
-LOGS = ('intel', 'freiburg-079')
 SETTINGS = {'localizer.tick_period_s': 10.0}
 SAID = {
     'nothing': {},
@@ -76,18 +75,15 @@ def follow(folder, name, config):
 
 def main() -> None:
     """Print one row per log and what is said of its scale."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('folder', type=Path, help='the radish data folder')
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
-    begin()
     report = {name: {} for name in LOGS}
     for name, (said, settings) in product(LOGS, SAID.items()):
         config = load_config(None, SETTINGS | settings | parse_settings(arguments.set))
         report[name][said] = follow(arguments.folder, name, config)
-    if arguments.json:
-        write_report(arguments.json, {'logs': report})
+    write_report(arguments.json, {'logs': report})
 
 
 if __name__ == '__main__':

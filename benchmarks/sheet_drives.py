@@ -11,9 +11,7 @@ its clean floorplan of stated scale, and on its own sheets of every kind and for
 read from files. A claim is wrong that is more than a metre off, in true metres.
 """
 
-import argparse
 from dataclasses import asdict
-import json
 from pathlib import Path
 import tempfile
 
@@ -21,6 +19,7 @@ import numpy as np
 
 from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.sheet_drives import drives_on_sheets
 
 WRONG_M = 1.0
@@ -28,11 +27,10 @@ WRONG_M = 1.0
 
 def main() -> None:
     """Print one row per sheet."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=20)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--set', action='append', default=[], metavar='KEY=VALUE')
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     config = load_config(None, parse_settings(arguments.set))
     rows = []
@@ -58,9 +56,7 @@ def main() -> None:
             f'| {np.median(ratio) if ratio else np.nan:.2f} '
             f'| {np.median([r.error_m for r in found]) if found else np.nan:.2f} |'
         )
-    if arguments.json:
-        text = json.dumps([asdict(row) for row in rows], indent=2)
-        arguments.json.write_text(text + '\n', encoding='utf-8')
+    write_report(arguments.json, {'drives': [asdict(row) for row in rows]})
 
 
 if __name__ == '__main__':

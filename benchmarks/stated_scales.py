@@ -11,7 +11,6 @@ doubt. Then parts of the maps, on their own plan and on another building's, with
 right (within 2 percent or so) and 10 to 25 percent wrong; claims as ``fpnet match`` makes them.
 """
 
-import argparse
 from collections import Counter
 from dataclasses import replace
 import json
@@ -28,6 +27,7 @@ from fpnet_core.localizer.maps import cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
     foreign_drawings,
@@ -36,11 +36,9 @@ from fpnet_lab.evaluation.robot_pairs import (
     varied,
 )
 from fpnet_lab.metrics import placement_error
-from fpnet_lab.provenance import Provenance
 from fpnet_lab.training import use_threads
 
 SCATTER, WRONG = 0.02, (0.1, 0.23)  # logarithms
-RIGHT_DIAGONALS, RIGHT_DEG, RIGHT_SCALE = 0.03, 5.0, 0.1
 
 
 def stated_errors(pairs):
@@ -129,18 +127,16 @@ class Bench:
         grid, plan = sides.sub.segmentation.grid, pair.plan
         x, y = grid.rc_to_xy(np.argwhere(grid.cells == 0).mean(axis=0)).tolist()
         error = placement_error(A, pair.A_plan_robot, (x, y))
-        limit_m = RIGHT_DIAGONALS * float(np.hypot(*plan.shape)) * plan.resolution
-        return error.is_within(limit_m, RIGHT_DEG) and error.scale <= RIGHT_SCALE
+        return error.is_right(float(np.hypot(*plan.shape)) * plan.resolution)
 
 
 def main() -> None:
     """Print the fits and a row per way of stating and looking."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('data', type=Path, help='the shared data')
     parser.add_argument('--rounds', type=int, default=4)
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument('--json', type=Path)
-    arguments, made = parser.parse_args(), Provenance.now()
+    arguments = parser.parse_args()
     use_threads(1)
     bench = Bench(arguments.data)
     errors = dict(zip(('scale', 'x against y'), stated_errors(bench.pairs), strict=True))
@@ -157,8 +153,7 @@ def main() -> None:
             row = {what: int(n) for (who, what), n in sorted(counted.items()) if who == name}
             report[f'stated {stated}, {name}'] = {'cases': cases[stated], **row}
             print(f'stated {stated}, {name}: of {cases[stated]} cases {row}', flush=True)
-    if arguments.json:
-        arguments.json.write_text(json.dumps(made.in_report(report), indent=2) + '\n')
+    write_report(arguments.json, report)
 
 
 if __name__ == '__main__':

@@ -19,7 +19,7 @@ import shapely
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
-from fpnet_lab.evaluation.submap_recordings import Drive, registered_drive
+from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import (
     paired_rooms,
     score_segmentation,
@@ -32,7 +32,7 @@ TINT = 0.55
 DPI = 55
 
 
-def draw_drive(axes, drive: Drive, segmentation, title: str) -> None:
+def draw_drive(axes, drive: RegisteredDrive, segmentation, title: str) -> None:
     """Draw the building on the left and the submap on the right, both in ``odom``."""
     pairs = paired_rooms(segmentation, drive)
     T_odom_building = drive.T_building_odom.inv()

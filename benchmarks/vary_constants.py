@@ -18,13 +18,11 @@ loaded, keep their values here: they are listed, not varied.
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 import importlib
-import json
 from pathlib import Path
 import runpy
 import sys
@@ -35,8 +33,8 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.regression import Case, Outcome, differences, make_cases
-from fpnet_lab.provenance import Provenance
 from fpnet_lab.training import use_threads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -59,8 +57,7 @@ class Timed:
 
 def main() -> None:
     """Vary what the command line asks for; print a line each and write all."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument('--json', type=Path, help='where to write')
+    parser = script_parser(__doc__.splitlines()[1])
     parser.add_argument('--only', default='', help='package of fpnet_core')
     parser.add_argument('--kind', default='chosen', help='what the constants say of themselves')
     parser.add_argument('--factor', type=float, default=1.2, help='by how much')
@@ -77,15 +74,8 @@ def main() -> None:
         answer, why = tried(name, constant.name, args.factor, timed, config)
         rows.append({'module': name, 'name': constant.name, 'answer': answer, 'first': why})
         print(f'{answer:10s} {name}.{constant.name}  {why}', flush=True)
-        if args.json is not None:
-            write(args.json, rows, args.factor)
+        write_report(args.json, {'factor': args.factor, 'cases': CASES, 'rows': rows})
     print(dict(Counter(row['answer'] for row in rows)))
-
-
-def write(path: Path, rows: list[dict[str, Any]], factor: float) -> None:
-    """Write what was found so far."""
-    document = {'made': str(Provenance.now()), 'factor': factor, 'cases': CASES, 'rows': rows}
-    path.write_text(json.dumps(document, indent=1), encoding='utf-8')
 
 
 def baseline(config: FpnetConfig) -> Iterator[Timed]:

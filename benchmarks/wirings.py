@@ -15,11 +15,9 @@ lost. Exits 1 where a robot misses a limit. With ``--short`` drives are shorter 
 
 from __future__ import annotations
 
-import argparse
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-import json
 import os
 from pathlib import Path
 import sys
@@ -47,6 +45,7 @@ from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.sim.robots import BASE, PLANAR, Drive, Robot, Sensor, place
 from fpnet_lab.sim.scanning import EPOCH_NS
 from fpnet_ros.processes import (
@@ -95,7 +94,7 @@ def _of_pair(number: int, seed: int) -> Wiring:
     return Wiring(f'pair: {name}', Robot(seed, (scanner,), namespace=f'/{name}'), arguments)
 
 
-SCENES: dict[str, tuple[Wiring, ...]] = {
+SESSIONS: dict[str, tuple[Wiring, ...]] = {
     'own_odometry': (
         Wiring(
             '3D lidar, odometry TF of its own',
@@ -281,8 +280,8 @@ class Listener:
                 }
 
 
-class Scene:
-    """Robots of one scene, their nodes and the player, in a domain of their own."""
+class Session:
+    """Robots of one session, their nodes and the player, in a domain of their own."""
 
     def __init__(self, wirings: tuple[Wiring, ...], folder: Path, seconds: float) -> None:
         self._wirings, self._folder = wirings, folder
@@ -389,15 +388,15 @@ class Scene:
 
 
 def run(names: list[str], seconds: float, rate: float) -> list[Result]:
-    """Run scenes one after another, and print a line for each robot."""
+    """Run sessions one after another, and print a line for each robot."""
     results = []
     print('| robot | first pose | median error | offline | TF | velocity | scans lost | |')
     print('|---|---|---|---|---|---|---|---|', flush=True)
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
-            scene = Scene(SCENES[name], Path(folder), seconds)
-            for number, result in enumerate(scene.play(rate)):
-                result.offline_error_m = scene.offline_error_m(number)
+            session = Session(SESSIONS[name], Path(folder), seconds)
+            for number, result in enumerate(session.play(rate)):
+                result.offline_error_m = session.offline_error_m(number)
                 results.append(result)
                 off = result.twist_error
                 velocity = f'{off[0]:.2f} m/s, {off[1]:.2f} rad/s' if off else '-'
@@ -414,15 +413,13 @@ def run(names: list[str], seconds: float, rate: float) -> list[Result]:
 
 def main() -> int:
     """Print a Markdown table with one row per robot; returns the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--short', action='store_true')
-    parser.add_argument('--robot', action='append', choices=sorted(SCENES))
-    parser.add_argument('--json', type=Path)
+    parser.add_argument('--robot', action='append', choices=sorted(SESSIONS))
     arguments = parser.parse_args()
-    names = arguments.robot or list(SHORT if arguments.short else SCENES)
+    names = arguments.robot or list(SHORT if arguments.short else SESSIONS)
     results = run(names, *((25.0, 1.5) if arguments.short else (45.0, 1.0)))
-    if arguments.json:
-        arguments.json.write_text(json.dumps([asdict(r) for r in results], indent=1))
+    write_report(arguments.json, {'robots': [asdict(result) for result in results]})
     return 0 if all(not result.faults for result in results) else 1
 
 

@@ -22,12 +22,8 @@ from fpnet_core.localizer import MapMatchStatus, match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE
-from fpnet_lab.evaluation.matching_robot import (
-    RIGHT_DEG,
-    RIGHT_DIAGONALS,
-    RIGHT_SCALE,
-    robot_cases,
-)
+from fpnet_lab.evaluation.matching_robot import robot_cases
+from fpnet_lab.metrics.placement import RIGHT_DEG, RIGHT_DIAGONALS, RIGHT_SCALE
 
 
 def errors(found, pair):
