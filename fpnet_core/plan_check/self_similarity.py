@@ -110,7 +110,7 @@ class _Search:
 
     def twins(self, rooms: Sequence[int], anchor: int) -> tuple[Twin, ...]:
         """Return where else ``rooms`` fit such that ``anchor`` lies on a room like it."""
-        part = _mapped(_cut_out(self._plan.segmentation, rooms), self._finder)
+        part = _mapped(_cut_out(self._plan.segmentation, rooms))
         candidates = self._candidates(anchor)
         if not len(candidates) or not len(part.evidence.walls):
             return ()
@@ -172,7 +172,7 @@ def _against(weights: Array, is_true: NDArray[np.bool_]) -> Array:
     return np.asarray(1.0 / (1.0 + np.exp(weights[is_true] - weights)))
 
 
-def _mapped(grid: GridMap, finder: Finder) -> MapSide:
+def _mapped(grid: GridMap) -> MapSide:
     """Return a part of the plan as a robot's map of it."""
     side, _ = prepare_submap(submap_from_grid(grid), SubmapSegmenter(), StageTimer())
     return side

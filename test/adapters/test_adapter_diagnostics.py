@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 
+from dataclasses import replace
+
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 import pytest
@@ -67,6 +69,16 @@ def test_a_mirrored_floorplan_is_a_warning_and_the_message_says_why():
     assert msg.message == f'searching (p 0.25): {reason}; no cloud for 4 s'
     calm = report_to_msg(report_of_output(LocalizerOutput(0, Status.WAITING, reason='so')), '')
     assert (calm.level, calm.message) == (DiagnosticStatus.OK, 'waiting (p 0.00): so')
+
+
+def test_a_drawing_that_is_out_of_date_is_a_warning_beside_the_pose():
+    output = LocalizerOutput(0, Status.SEARCHING, probability=0.5, reason='so')
+    outdated = replace(report_of_output(output), outdated='6 m of wall is not drawn')
+    msg = report_to_msg(outdated, '')
+    assert msg.level == DiagnosticStatus.WARN
+    assert msg.message == 'searching (p 0.50): so; 6 m of wall is not drawn'
+    assert report_from_msg(msg).outdated == outdated.outdated
+    assert not outdated.is_trouble
 
 
 def test_health_is_a_warning_or_ok(received):

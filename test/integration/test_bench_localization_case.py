@@ -10,11 +10,11 @@ import pytest
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
 from fpnet_lab.baselines import correlative
-from fpnet_lab.evaluation.localization import scenes
+from fpnet_lab.evaluation.localization import inputs
 from fpnet_lab.evaluation.localization import suite as suite_module
 from fpnet_lab.evaluation.localization.cases import Case, Kind
+from fpnet_lab.evaluation.localization.inputs import MissingDataError
 from fpnet_lab.evaluation.localization.runs import Job, run_case
-from fpnet_lab.evaluation.localization.scenes import MissingDataError
 from fpnet_lab.sim.tours import TourLimits
 
 BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
@@ -37,7 +37,7 @@ def judged(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(correlative, 'ROTATIONS', 4)
         patch.setattr(correlative, 'SCALES', 1)
-        patch.setattr(scenes, 'LIMITS', TourLimits(rooms=2, shortest_s=10.0, longest_s=25.0))
+        patch.setattr(inputs, 'LIMITS', TourLimits(rooms=2, shortest_s=10.0, longest_s=25.0))
         records = run_case(Job(case, FpnetConfig(), 0, Path('none'), strip=strip))
     return records, strip
 

@@ -12,7 +12,7 @@ import yaml
 from fpnet_core.cli import build_app
 from fpnet_core.io import write_map
 from fpnet_core.io.trajectories import write_tum
-from fpnet_lab.evaluation.localization.scenes import LIMITS
+from fpnet_lab.evaluation.localization.inputs import LIMITS
 from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.storeys import Likeness, draw_storeys

@@ -15,7 +15,7 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import generate_scene
+from fpnet_lab.sim.pairs import generate_mapped_pair
 
 SCENES = range(4)
 CLAIM = FpnetConfig().localizer.claim_probability
@@ -27,9 +27,9 @@ def matcher():
 
 
 @cache
-def scene(index):
+def mapped(index):
     sim = SimConfig()
-    return generate_scene(431, index * sim.pairs_per_plan, sim)
+    return generate_mapped_pair(431, index * sim.pairs_per_plan, sim)
 
 
 def matched(plan, submap):
@@ -37,14 +37,14 @@ def matched(plan, submap):
 
 
 def plan_of(index):
-    return scene(index).plan_segmentation.grid
+    return mapped(index).plan_segmentation.grid
 
 
 def error_m(found, index, submap):
     """How far the best placement moves the middle of the robot's free space."""
     rc = np.argwhere(submap.grid.cells == FREE).mean(axis=0)
     middle = submap.grid.rc_to_xy(rc)
-    truth = scene(index).pair.A_plan_submap
+    truth = mapped(index).pair.A_plan_submap
     return float(np.linalg.norm(found.A_best.apply(middle) - truth.apply(middle)))
 
 
@@ -63,7 +63,7 @@ def taken_away(submap, share, rng):
 
 @pytest.mark.parametrize('index', SCENES)
 def test_laying_both_maps_elsewhere_changes_nothing(index):
-    plan, submap = plan_of(index), scene(index).submap
+    plan, submap = plan_of(index), mapped(index).submap
     plain = matched(plan, submap)
     T, U = SE2.from_xy_yaw(31.0, -12.0, 0.8), SE2.from_xy_yaw(-7.0, 19.0, -2.1)
     laid = matched(
@@ -90,7 +90,7 @@ def test_a_plan_against_itself_is_claimed(index):
 @pytest.mark.parametrize('share', [0.6, 0.3, 0.1, 0.03])
 def test_taking_away_what_was_seen_makes_no_wrong_placement_sure(index, share):
     rng = np.random.default_rng([index, round(100 * share)])
-    submap = taken_away(scene(index).submap, share, rng)
+    submap = taken_away(mapped(index).submap, share, rng)
     if not (submap.grid.cells == OCCUPIED).any():
         pytest.skip('no wall is left to be seen')
     found = matched(plan_of(index), submap)
@@ -100,5 +100,5 @@ def test_taking_away_what_was_seen_makes_no_wrong_placement_sure(index, share):
 @pytest.mark.parametrize('index', SCENES)
 def test_other_buildings_plans_are_not_claimed(index):
     other = plan_of((index + 1) % len(SCENES))
-    found = matched(other, scene(index).submap)
+    found = matched(other, mapped(index).submap)
     assert found.status is not MapMatchStatus.MATCHED

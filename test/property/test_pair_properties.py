@@ -9,7 +9,7 @@ import pytest
 
 from fpnet_core.types import RegionLabel
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import generate_scene
+from fpnet_lab.sim.pairs import generate_mapped_pair
 
 SAMPLERS = {kind: SimConfig(robot_map=kind, max_rooms=24) for kind in ('clip', 'tour')}
 
@@ -18,8 +18,8 @@ SAMPLERS = {kind: SimConfig(robot_map=kind, max_rooms=24) for kind in ('clip', '
 @given(seed=st.integers(0, 2**32 - 1), index=st.integers(0, 500))
 @settings(max_examples=12, deadline=None)
 def test_partners_are_unique_alike_and_near(kind, seed, index):
-    scene = generate_scene(seed, index, SAMPLERS[kind])
-    pair = scene.pair
+    mapped = generate_mapped_pair(seed, index, SAMPLERS[kind])
+    pair = mapped.pair
     matched = np.flatnonzero(pair.sub_labels >= 0)
     partners = pair.sub_labels[matched]
 

@@ -105,7 +105,7 @@ def test_every_robot_map_has_walls(pairs, split):
 def bench(cases):
     config = FpnetConfig()
     matcher = matchers(config.matcher, ['fpnet'])
-    report = bench_robot_maps(cases, matcher, config, False, lambda count: None)
+    report = bench_robot_maps(cases, matcher, config, (), lambda count: None)
     return report['methods']['fpnet']
 
 

@@ -3,12 +3,14 @@
 """One command line: options that mean the same everywhere, completion, documented commands."""
 
 from functools import cache
+import inspect
 import os
 from pathlib import Path
 import re
 import shlex
 import subprocess
 import sys
+from typing import Annotated, Literal, get_args, get_origin, get_type_hints
 
 import pytest
 import typer
@@ -70,6 +72,30 @@ def test_settings_are_keys_and_values_and_outputs_are_places():
             assert known['--set'].metavar == 'KEY=VALUE', words
         if '--out' in known:
             assert known['--out'].metavar in ('DIR', 'FILE'), words
+
+
+def test_options_of_words_are_those_that_older_typer_takes():
+    """Typer reads a Literal by itself from 0.19 on; a robot's may be older."""
+    seen = 0
+    for words, command in command_tree().items():
+        hints = get_type_hints(inspect.unwrap(command.callback), include_extras=True)
+        for hint in hints.values():
+            kind, *told = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+            if any(get_origin(each) is Literal for each in (kind, *get_args(kind))):
+                seen += 1
+                assert told, words
+                assert told[0].parser is not None, (words, told[0].param_decls)
+    assert seen >= 5
+
+
+@pytest.mark.parametrize('word', ['kiss', 'both'])
+def test_an_option_of_words_takes_them_and_no_others(word):
+    option = common.choice('--odometry', Literal['kiss', 'both'], 'Which.')
+    assert option.parser(word) == word
+    assert option.metavar == '[kiss|both]'
+    assert option.autocompletion('b') == ['both']
+    with pytest.raises(typer.BadParameter, match="'wheels' is not one of kiss, both"):
+        option.parser('wheels')
 
 
 def test_every_command_shows_an_example():

@@ -17,8 +17,8 @@ from fpnet_core.doctor.examine import examine
 from fpnet_core.io import bag_writer
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_lab.sim.recording import make_recording
-from fpnet_lab.sim.scenes import RecordingOptions
 from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.visits import RecordingOptions
 
 FIRST, COUNT = 10, 60  # the robot drives from the start of these on
 HEIGHT_M = 0.9

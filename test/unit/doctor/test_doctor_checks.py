@@ -19,8 +19,8 @@ from fpnet_core.doctor.sensor import is_upside_down, tilt
 from fpnet_core.doctor.topics import check_published, check_qos, mismatch
 from fpnet_core.io.message_types import GRID, POINT_CLOUD
 from fpnet_lab.sim.recording import make_recording
-from fpnet_lab.sim.scenes import RecordingOptions
 from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.visits import RecordingOptions
 
 NONE = np.zeros(0, dtype=np.int64)
 RELIABLE, BEST_EFFORT = Offer(), Offer(is_reliable=False)

@@ -23,7 +23,7 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
 from fpnet_core.types import OCCUPIED, CauseKind, LocalizerOutput, Status
 from fpnet_lab.evaluation.localization.cases import plain_cases
-from fpnet_lab.evaluation.localization.scenes import make_plan
+from fpnet_lab.evaluation.localization.inputs import make_plan
 
 CONFIG = load_config()
 ASKED = Asked(('fpnet', 'localize', 'drive', '--floorplan'), 'plan.png')

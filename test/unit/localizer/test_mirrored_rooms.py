@@ -52,5 +52,5 @@ def test_it_is_what_cutting_the_mirrored_drawing_gives(segmentation):
     for sides in ((cut.rooms, mirrored.rooms), (cut.doors, mirrored.doors)):
         found, expected = (np.array([region.centroid for region in side]) for side in sides)
         apart = np.linalg.norm(found[:, None] - expected, axis=2).min(axis=1)
-        assert np.median(apart) < 0.05
+        assert np.median(apart) < segmentation.grid.resolution
         assert apart.max() < 0.5

@@ -67,6 +67,7 @@ def test_probabilities_are_those_of_an_assignment():
 def test_partners_are_one_to_one_and_of_the_same_kind():
     plan, sub, _ = toy_pair(np.random.default_rng(9), rooms=8, seen=5)
     plan_side, sub_side, assignments, _ = settled(plan, sub, np.zeros((len(plan), len(sub))))
+    assert len(assignments) > 10
     for partner in assignments.partner:
         taken = partner[partner >= 0]
         assert len(set(taken.tolist())) == len(taken)

@@ -35,12 +35,14 @@ def test_one_point_is_no_room_and_says_so():
 
 
 @pytest.mark.parametrize('axis', [0, 1, 2])
-def test_points_in_one_plane_give_a_result_or_a_reason(axis):
+def test_points_in_one_plane_are_one_room_of_what_was_seen(axis):
     points = np.random.default_rng(axis).uniform(-4.0, 4.0, (5000, 3))
     points[:, axis] = -0.9
     submap = submap_of(points)
     segmentation = segment_submap(submap)
-    assert segmentation.rooms or segmentation.reason
+    [room] = segmentation.rooms
+    assert room.area_m2 == pytest.approx(submap.free_area_m2, rel=0.15)
+    assert segmentation.portals == ()
 
 
 def test_points_at_the_sensor_itself_are_dropped():
