@@ -3,7 +3,7 @@
 """From placements and evidence to probabilities and reasons: one learned judge."""
 
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
-from fpnet_core.judging.judge import ALONE, Judge, Verdict, configured_model
+from fpnet_core.judging.judge import ALONE, WORD, Judge, Verdict, configured_model
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
 from fpnet_core.judging.reasons import Look, reason_of
 
@@ -13,6 +13,7 @@ __all__ = [
     'FIGURES',
     'JUDGE_NAME',
     'JUDGE_SCHEMA',
+    'WORD',
     'Evidence',
     'Judge',
     'JudgeModel',

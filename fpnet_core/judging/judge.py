@@ -32,6 +32,13 @@ from 1.5 to 3; no tick is sure of a wrong storey.
 _RULED_OUT = 4.0
 """Chosen [nats]: a storey so much less probable than the best one before looking is ruled out."""
 
+WORD = float(np.log(1e4))
+"""
+Chosen [nats]: the odds that a pose given by somebody is right, its storey included. They decide
+between a hundred rooms that look alike, at the probability that a claim takes; walls that
+contradict weigh more.
+"""
+
 
 @dataclass(frozen=True)
 class Beside:
@@ -226,9 +233,17 @@ class Judge:
         log_p = self._model.log_probability(evidence)
         return np.asarray(log_p[:-1] - log_p[-1])
 
-    def narrowed(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
-        """Return the verdict where all placements but those at ``index`` are ruled out."""
-        return self.weighed(verdict.placements.take(index), verdict.evidence.take(index))
+    def told(self, verdict: Verdict, agrees: NDArray[np.bool_]) -> Verdict:
+        """
+        Return the verdict after someone's word that the placement is one that ``agrees (C,)``.
+
+        The others lose; none of them here and another building stay as probable against those
+        that agree as they were, so that a word proves nothing and never makes less sure.
+        """
+        weights = verdict.weights - np.where(agrees, 0.0, WORD)
+        return self.verdict(
+            verdict.placements, verdict.evidence, weights, verdict.none_weight, verdict.beside
+        )
 
     def reduced(self, verdict: Verdict, index: NDArray[np.int64]) -> Verdict:
         """Return the verdict without placements that say the same as those at ``index``."""

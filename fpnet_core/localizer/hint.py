@@ -60,10 +60,10 @@ class PoseHint:
             turn_rad <= max(_SIGMAS * self.yaw_sigma_rad, _LEAST_YAW_RAD)
         )
 
-    def agreeing(self, estimates: Placements, A_submap_odom: SE2) -> NDArray[np.int64]:
-        """Return the indices of the estimates that agree."""
+    def agreeing(self, estimates: Placements, A_submap_odom: SE2) -> NDArray[np.bool_]:
+        """Tell which of ``C`` estimates agree, ``(C,)``."""
         agrees = [self.agrees(e.A_plan_submap @ A_submap_odom) for e in estimates]
-        return np.flatnonzero(agrees)
+        return np.array(agrees, dtype=np.bool_)
 
     def after(self, is_heeded: bool) -> PoseHint:
         """Return what is left of it after a tick; that nothing fits near it is said once."""

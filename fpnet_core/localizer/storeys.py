@@ -19,7 +19,7 @@ import numpy as np
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.judging import Evidence, Judge, Verdict
+from fpnet_core.judging import WORD, Evidence, Judge, Verdict
 from fpnet_core.judging.evidence import CONTEXT, FIGURES
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.floorplan import Floorplan
@@ -231,6 +231,11 @@ _UNSEEN = Verdict(
     0.0,
 )
 """Given: of a storey that nobody has looked at; as probable as another building."""
+
+
+def weights_of_word(storey: str, plans: Sequence[Floorplan]) -> dict[str, float]:
+    """Return the storeys' weights after someone's word that the robot is on this one."""
+    return {plan.name: 1.0 if plan.name == storey else math.exp(-WORD) for plan in plans}
 
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:

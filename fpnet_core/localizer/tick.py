@@ -34,6 +34,7 @@ from fpnet_core.localizer.storeys import (
     strongest,
     to_try,
     unsearched,
+    weights_of_word,
     with_priors,
 )
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
@@ -113,7 +114,9 @@ class TickState:
 
     def told(self, hint: PoseHint) -> TickState:
         """Return the state with nothing but someone's word, in the plan's nominal metres."""
-        state = self.about(hint.storey) if hint.storey else self
+        state = self
+        if hint.storey:
+            state = self.about(hint.storey).weighed(weights_of_word(hint.storey, self.storeys))
         if state.plan is not None:
             hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
         tracked = Placements.of([hint.A_plan_odom])
@@ -235,7 +238,7 @@ class _Tick:
         search = search if doubts else search.as_stated
         found = self._placed(search)
         sub = found.searched.sub
-        verdict, hint = self._narrowed(found.comparison.verdict)
+        verdict, hint = self._told(found.comparison.verdict)
         verdict, others = self._among_storeys(found, verdict, is_near_claim)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
         standing, belief = tracker.update(
@@ -311,19 +314,16 @@ class _Tick:
             )
         return plan, mirrored.verdict
 
-    def _narrowed(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:
-        """
-        Return the verdict on the placements that agree with what someone has said, and that.
-
-        Where none does, all count, as if nothing had been said.
-        """
+    def _told(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:
+        """Return the verdict after someone's word, unless walls outweigh it, and what is left."""
         hint = self.state.hint
         if hint is None or not verdict.placements:
             return verdict, hint
-        agreeing = hint.agreeing(verdict.placements, self.submap.T_odom_submap.inv())
-        if not len(agreeing):
-            return verdict, hint.after(is_heeded=False)
-        return self.finder.judge.narrowed(verdict, agreeing), hint.after(is_heeded=True)
+        A_submap_odom = self.submap.T_odom_submap.inv()
+        agrees = hint.agreeing(verdict.placements, A_submap_odom)
+        told = self.finder.judge.told(verdict, agrees)
+        is_heeded = bool(hint.agreeing(told.placements.take(slice(1)), A_submap_odom)[0])
+        return (told if is_heeded else verdict), hint.after(is_heeded)
 
     def _sight(
         self, sub: MapSide, hint: PoseHint | None, others: tuple[OtherStorey, ...]

@@ -75,12 +75,30 @@ def test_placements_that_say_the_same_can_be_left_out():
     assert one.best > 0.98 > 0.51 > found.best
 
 
-def test_what_is_ruled_out_leaves_the_rest():
+def test_a_word_decides_between_places_that_look_alike():
     judge = Judge(BLIND, 0.99)
-    found = verdict(judge, [3.0, 3.0])
-    one = judge.narrowed(found, np.array([1]))
-    assert len(one.placements) == 1
-    np.testing.assert_array_equal(one.placements.matrix[0], found.placements.matrix[1])
+    found = verdict(judge, [8.0, 8.0, 8.0])
+    told = judge.told(found, np.array([False, True, False]))
+    assert told.best > 0.99 > 0.34 > found.best
+    np.testing.assert_array_equal(told.placements.matrix[0], found.placements.matrix[1])
+
+
+@pytest.mark.parametrize('weights', [[8.0, 2.0, -5.0], [3.0, 3.0], [-2.0]])
+def test_a_word_for_the_best_place_never_makes_less_sure_and_proves_nothing(weights):
+    judge = Judge(BLIND, 0.99)
+    found = verdict(judge, weights)
+    told = judge.told(found, np.arange(len(weights)) == 0)
+    assert told.best >= found.best
+    assert told.none / told.foreign == pytest.approx(found.none / found.foreign)
+    assert told.best / told.none == pytest.approx(found.best / found.none)
+
+
+def test_walls_that_contradict_outweigh_a_word():
+    judge = Judge(BLIND, 0.99)
+    found = verdict(judge, [12.0, -4.0])
+    told = judge.told(found, np.array([False, True]))
+    np.testing.assert_array_equal(told.placements.matrix[0], found.placements.matrix[0])
+    assert 0.9 < told.best < found.best
 
 
 def test_a_judge_that_knows_nothing_holds_all_for_equally_probable():

@@ -219,25 +219,37 @@ def test_it_can_be_told_to_look_again(finished):
     assert localizer.tick(0).submap.free_area_m2 > 30.0
 
 
-def test_a_hint_decides_between_placements_but_proves_none():
-    localizer = new_localizer()
-    scans = recorded()
-    run(localizer, scans[:40])
-    _, T_odom_sensor, _ = scans[39]
+def hint_at(index, off_m=0.0):
+    """Return somebody's word on where the robot was at a scan, so far off eastward."""
+    _, T_odom_sensor, _ = recorded()[index]
     truth = A_BUILDING_PLAN.inv()
-    x, y, yaw = drive()[39]
-    right = SE2.from_xy_yaw(*truth.apply((x, y)), truth.apply_yaw(yaw))
-    here = SE2.from_matrix4(T_odom_sensor)
-    localizer.suggest(PoseHint(right, here))
+    x, y, yaw = drive()[index]
+    east, north = truth.apply((x, y))
+    said = SE2.from_xy_yaw(east + off_m, north, truth.apply_yaw(yaw))
+    return PoseHint(said, SE2.from_matrix4(T_odom_sensor))
+
+
+@pytest.mark.parametrize('off_m', [0.0, 0.5, 1.5])
+def test_a_right_hint_never_makes_less_sure(off_m):
+    localizer = new_localizer()
+    run(localizer, recorded()[:40])
+    localizer.suggest(hint_at(39, off_m))
     assert localizer.output.A_plan_odom is None
-    run(localizer, scans[40:44])
-    output = localizer.tick(0)
-    assert output.estimates
-    hint = PoseHint(right, here)
-    A_submap_odom = output.submap.T_odom_submap.inv()
-    assert all(hint.agrees(e.A_plan_submap @ A_submap_odom) for e in output.estimates)
-    nowhere = PoseHint(SE2.from_xy_yaw(500.0, 500.0, 0.0), here)
-    assert nowhere.agreeing(output.estimates, A_submap_odom).tolist() == []
+    statuses = run(localizer, recorded()[40:], tick_every=1)
+    assert statuses[0] is Status.AMBIGUOUS, 'a claim takes two looks'
+    assert set(statuses[1:]) == {Status.LOCALIZED}
+
+
+@pytest.mark.parametrize('off_m', [3.0, 5.0, 500.0])
+def test_a_wrong_hint_is_said_once_and_outweighed(off_m, caplog):
+    localizer = new_localizer()
+    run(localizer, recorded()[:40])
+    localizer.suggest(hint_at(39, off_m))
+    statuses = run(localizer, recorded()[40:], tick_every=1)
+    assert caplog.text.count('no placement fits near the given pose') == 1
+    assert statuses[-1] is Status.LOCALIZED
+    first = statuses.index(Status.LOCALIZED)
+    assert set(statuses[first:]) == {Status.LOCALIZED}, 'nothing near it unseats the claim'
 
 
 def test_a_restarted_odometry_takes_the_placement_along(finished):

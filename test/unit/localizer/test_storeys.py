@@ -99,6 +99,9 @@ def test_an_initial_pose_names_its_storey():
     hint = PoseHint(pose, SE2.from_matrix4(T_odom_sensor), storey='true')
     localizer.suggest(hint)
     assert localizer.tick(recorded()[39][2]).storey == 'true'
+    claims = [o for o in run(localizer, recorded()[40:]) if o.status is Status.LOCALIZED]
+    assert claims
+    assert {o.storey for o in claims} == {'true'}
 
 
 def test_a_robot_that_leaves_begins_anew_where_it_may_be():
