@@ -115,8 +115,9 @@ class TickState:
     def told(self, hint: PoseHint) -> TickState:
         """Return the state with nothing but someone's word, in the plan's nominal metres."""
         state = self
-        if hint.storey:
-            state = self.about(hint.storey).weighed(weights_of_word(hint.storey, self.storeys))
+        if self.plan is not None and self.others:
+            storey = hint.storey or self.plan.name
+            state = self.about(storey).weighed(weights_of_word(storey, self.storeys))
         if state.plan is not None:
             hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
         tracked = Placements.of([hint.A_plan_odom])
