@@ -51,8 +51,6 @@ from fpnet_core.spread import PoseSpread, Signs
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status, Submap
 
-_FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
-
 
 @dataclass(frozen=True, eq=False)
 class TickState:
@@ -255,7 +253,7 @@ class _Tick:
             segmenter=found.segmenter,
             standing=standing,
             vicinity=vicinity,
-            tracked=belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
+            tracked=belief.judged @ submap.T_odom_submap.inv(),
             searched=found.searched if tracker.is_settled(standing) else None,
             hint=hint,
             spread=spread,
