@@ -24,6 +24,7 @@ from fpnet_core.judging.rivals import Explained, rival_figures
 from fpnet_core.judging.walls import LookedAt, look_at, wall_figures
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
+from fpnet_core.pose.estimate import MAX_ESTIMATES
 
 Array = NDArray[np.float64]
 
@@ -98,19 +99,32 @@ def on_one_plan(drawn: Sequence[Evidence]) -> Evidence:
 
     Placements on all of them are rivals; what is known of the whole is known of all together.
     """
-    both = functools.reduce(Evidence.joined, drawn)
-    told = [each for each in drawn if len(each)]
-    if len(told) < 2 or both.explained is None:
+    told = [each for each in drawn if len(each)] or drawn[:1]
+    both = functools.reduce(Evidence.joined, told)
+    if not len(both) or both.explained is None:
         return both
     named = {name: both.of(name).astype(np.float64) for name in FIGURES}
     named |= rival_figures(named, both.explained)
     figures = np.stack([named[name] for name in FIGURES], axis=1).astype(np.float32)
-    context = both.context.copy()
-    area = CONTEXT.index('log_plan_m2')
-    context[area] = np.log1p(sum(np.expm1(float(each.context[area])) for each in told))
-    for name, value in _contest(named['bent_score']).items():
-        context[CONTEXT.index(name)] = value
+    whole = dict(zip(CONTEXT, both.context.astype(np.float64), strict=True))
+    whole |= _of_all_drawings(told) | _contest(named['bent_score'])
+    context = np.array([whole[name] for name in CONTEXT], dtype=np.float32)
     return Evidence(figures, context, both.explained)
+
+
+def _of_all_drawings(told: Sequence[Evidence]) -> dict[str, float]:
+    """Return the figures of the comparison that hang on the drawing, of all drawings as one."""
+    log_m2, density, straightness, scale_range = (
+        np.array([each.context[CONTEXT.index(name)] for each in told], dtype=np.float64)
+        for name in ('log_plan_m2', 'plan_density', 'straightness', 'scale_range')
+    )
+    area_m2 = np.expm1(log_m2)
+    return {
+        'log_plan_m2': np.log1p(area_m2.sum()),
+        'plan_density': np.average(density, weights=np.maximum(area_m2, 1.0)),
+        'straightness': np.average(straightness, weights=[len(each) for each in told]),
+        'scale_range': scale_range.max(),
+    }
 
 
 def gather_evidence(
@@ -183,8 +197,12 @@ def _context(
 
 
 def _contest(bent_score: Array) -> dict[str, float]:
-    """Return what tells how many placements there are, and how the best of them compare."""
-    ranked = np.sort(bent_score)[::-1]
+    """
+    Return what tells how many placements there are, and how the best of them compare.
+
+    Several drawings have more placements than the one plan of a trial: as many count.
+    """
+    ranked = np.sort(bent_score)[::-1][:MAX_ESTIMATES]
     return {
         'log_placements': float(np.log(len(ranked))),
         'best_score': float(ranked[0]),

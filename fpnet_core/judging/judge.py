@@ -45,7 +45,8 @@ class Beside:
     """
     The other storeys of a site beside the plan that a verdict is about, in logarithms.
 
-    ``log_prior`` is how much more probable this plan's storey is before looking than evenly;
+    ``log_prior`` is how much more probable this plan's storey is before looking than each of as
+    many even ones as it may be;
     ``weight`` are the odds of all placements on the others against a plan of another building,
     each with its own storey's prior.
     """
@@ -217,7 +218,7 @@ class Judge:
     def _weighed_together(self, drawn: Sequence[Verdict]) -> tuple[list[Array], float]:
         """Return the weights of placements on drawings that count as one, and that of none."""
         together = self._odds(on_one_plan([each.evidence for each in drawn]))
-        alone = [self._odds(each.evidence) for each in drawn]
+        alone = [self._odds(on_one_plan([each.evidence])) for each in drawn]
         counts = np.cumsum([len(each.placements) for each in drawn])
         # What no evidence tells stays: the odds of a scale that was doubted.
         weights = [

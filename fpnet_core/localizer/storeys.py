@@ -239,9 +239,16 @@ def weights_of_word(storey: str, plans: Sequence[Floorplan]) -> dict[str, float]
 
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:
-    """Return a storey with its prior of ``weights``, which need not add up."""
-    even = sum(weights.values()) / len(weights)
-    return replace(plan, log_prior=math.log(weights[plan.name] / even))
+    """
+    Return a storey with its prior of ``weights``, which need not add up.
+
+    It is against as many even storeys as the weights leave open (their perplexity): a site of
+    which one storey is left is that plan, and no surer of it for those that are ruled out.
+    """
+    share = np.array(list(weights.values())) / sum(weights.values())
+    log_even = float(share @ np.log(share))
+    log_share = math.log(weights[plan.name] / sum(weights.values()))
+    return replace(plan, log_prior=log_share - log_even)
 
 
 def unsearched(others: Sequence[OtherStorey], area_m2: float) -> int:

@@ -51,8 +51,6 @@ from fpnet_core.spread import PoseSpread, Signs
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status, Submap
 
-_FOLLOWED = 8  # placements that the next tick refines again; numerical: the claim and its rivals
-
 
 @dataclass(frozen=True, eq=False)
 class TickState:
@@ -115,8 +113,9 @@ class TickState:
     def told(self, hint: PoseHint) -> TickState:
         """Return the state with nothing but someone's word, in the plan's nominal metres."""
         state = self
-        if hint.storey:
-            state = self.about(hint.storey).weighed(weights_of_word(hint.storey, self.storeys))
+        if self.plan is not None and self.others:
+            storey = hint.storey or self.plan.name
+            state = self.about(storey).weighed(weights_of_word(storey, self.storeys))
         if state.plan is not None:
             hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
         tracked = Placements.of([hint.A_plan_odom])
@@ -254,7 +253,7 @@ class _Tick:
             segmenter=found.segmenter,
             standing=standing,
             vicinity=vicinity,
-            tracked=belief.judged.take(slice(_FOLLOWED)) @ submap.T_odom_submap.inv(),
+            tracked=belief.judged @ submap.T_odom_submap.inv(),
             searched=found.searched if tracker.is_settled(standing) else None,
             hint=hint,
             spread=spread,

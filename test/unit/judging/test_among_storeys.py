@@ -11,13 +11,24 @@ from fpnet_core.geometry import SE2, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel, read_judge
 from fpnet_core.judging.evidence import on_one_plan
 from fpnet_core.judging.rivals import Explained
+from fpnet_core.pose.estimate import MAX_ESTIMATES
 
 JUDGE = Judge(read_judge(), 0.99)
 BLIND = Judge(JudgeModel.indifferent(), 0.99)
+OF_DRAWINGS = {
+    'log_plan_m2': (5.0, 6.5, 4.0),
+    'plan_density': (0.9, 0.4, 1.3),
+    'straightness': (0.6, 0.5, 0.8),
+    'scale_range': (0.24, 0.0, 0.6),
+}
 
 
-def evidence(rng, support, walls=200):
-    """Evidence whose placements explain given shares of the walls, each its own part of them."""
+def evidence(drawing, support, walls=200):
+    """
+    Evidence whose placements explain given shares of the walls, each its own part of them.
+
+    What hangs on the ``drawing`` differs with its number, what hangs on the submap does not.
+    """
     count = len(support)
     explained = np.zeros((count, walls), np.float32)
     for row, share in zip(explained, support, strict=True):
@@ -25,13 +36,23 @@ def evidence(rng, support, walls=200):
     figures = np.zeros((count, len(FIGURES)), np.float32)
     for name in ('support', 'bent_support', 'score', 'bent_score', 'seen', 'rooms_pure'):
         figures[:, FIGURES.index(name)] = support
-    context = rng.normal(size=len(CONTEXT)).astype(np.float32)
-    context[CONTEXT.index('log_plan_m2')] = 5.0
-    return Evidence(figures, context, Explained(explained, explained, 0.5))
+    context = np.random.default_rng(1).normal(size=len(CONTEXT)).astype(np.float32)
+    for name in ('log_plan_m2', 'plan_density', 'straightness', 'scale_range'):
+        context[CONTEXT.index(name)] = OF_DRAWINGS[name][drawing]
+    made = Evidence(figures, context, Explained(explained, explained, 0.5))
+    return on_one_plan([made])  # with its rivals
 
 
-def verdict(judge, *support, seed=1):
-    found = evidence(np.random.default_rng(seed), support)
+NOTHING = Explained(np.zeros((0, 200), np.float32), np.zeros((0, 200), np.float32), 0.5)
+
+
+def blank():
+    """Evidence of no placements, which says nothing of the comparison either."""
+    return Evidence(np.zeros((0, len(FIGURES)), np.float32), np.zeros(len(CONTEXT), np.float32))
+
+
+def verdict(judge, *support, drawing=0):
+    found = evidence(drawing, support)
     places = [SE2.from_xy_yaw(10.0 * k, 1.0, 0.3) for k in range(len(support))]
     return judge.weighed(Placements.of(places), found)
 
@@ -79,13 +100,42 @@ def test_storeys_are_compared_where_they_differ():
     assert one.context[CONTEXT.index('log_placements')] == pytest.approx(np.log(2.0))
 
 
-@pytest.mark.parametrize('order', [(0, 1, 2), (2, 0, 1)])
-def test_the_order_of_storeys_changes_nothing(order):
-    drawn = [verdict(JUDGE, *support) for support in ((0.9, 0.3), (0.8,), (0.4, 0.2))]
+@pytest.mark.parametrize('order', [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+@pytest.mark.parametrize('drawings', [(0, 0, 0), (0, 1, 2)], ids=['alike', 'drawn otherwise'])
+def test_the_order_of_storeys_changes_nothing(order, drawings):
+    shares = (0.9, 0.3), (0.8,), (0.4, 0.2)
+    each = zip(shares, drawings, strict=True)
+    drawn = [verdict(JUDGE, *share, drawing=number) for share, number in each]
     straight = among(JUDGE, *drawn)
     shuffled = among(JUDGE, *(drawn[k] for k in order))
     for k, each in zip(order, shuffled, strict=True):
         assert each.best == pytest.approx(straight[k].best)
+
+
+def test_a_storey_without_placements_says_nothing_about_the_others():
+    nowhere = JUDGE.weighed(Placements.empty(), replace(blank(), explained=NOTHING))
+    here, there = among(JUDGE, nowhere, verdict(JUDGE, 0.9, 0.5))
+    alone = verdict(JUDGE, 0.9, 0.5)
+    assert here.best == 0.0
+    np.testing.assert_allclose(there.weights, alone.weights, atol=1e-5)
+
+
+def test_placements_of_many_storeys_count_as_those_of_one_search():
+    """The judge has learned from so many, and of any plan they are the best ones."""
+    shares = np.linspace(0.9, 0.2, MAX_ESTIMATES)
+    drawn = [verdict(JUDGE, *(shares - 0.01 * k)).evidence for k in range(4)]
+    one, four = (on_one_plan(drawn[:count]) for count in (1, 4))
+    at = CONTEXT.index('log_placements')
+    assert four.context[at] == one.context[at] == pytest.approx(np.log(MAX_ESTIMATES))
+    at = CONTEXT.index('mean_score')
+    assert four.context[at] >= one.context[at]
+
+
+def test_a_hopeless_storey_moves_a_doubted_scale_and_the_stated_one_alike():
+    """Placements of two hypotheses have met no rivals of the other one when they were weighed."""
+    both = JUDGE.with_doubt(verdict(JUDGE, 0.9, 0.4), verdict(JUDGE, 0.85, 0.3, drawing=2), -3.0)
+    here, _ = among(JUDGE, both, verdict(JUDGE, 0.0))
+    assert np.ptp(here.weights - both.weights) < 0.5
 
 
 def test_a_prior_decides_between_equal_storeys():

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which storey the robot is on: claims name it, equal ones stay open, a word decides."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,9 @@ from fpnet_core.config import load_config
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer import Localizer, StoreyPlan
+from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.storeys import weights_of_word, with_priors
 from fpnet_core.types import GridMap, Status
 
 TRUE, OTHER = StoreyPlan('true', plan_grid()), StoreyPlan('other', other_storey())
@@ -88,18 +91,47 @@ def test_a_word_on_the_storey_proves_nothing():
     assert {o.storey for o in claims} == {'true'}
 
 
-def test_an_initial_pose_names_its_storey():
-    localizer = new(TRUE, EQUAL)
-    run(localizer, recorded()[:40])
-    _, T_odom_sensor, _ = recorded()[39]
-    x, y, yaw = drive()[39]
+@pytest.mark.parametrize('others', [1, 3, 11])
+def test_a_storey_that_is_left_alone_is_as_probable_as_a_plan(others):
+    drawn = Floorplan.prepared(plan_grid(), CONFIG)
+    plan, *rest = (replace(drawn, name=str(k)) for k in range(others + 1))
+    even = with_priors(plan, {each.name: 0.4 for each in (plan, *rest)})
+    left = with_priors(plan, weights_of_word(plan.name, (plan, *rest)))
+    assert even.log_prior == pytest.approx(0.0)
+    assert left.log_prior == pytest.approx(0.0, abs=0.02)
+    shut = weights_of_word(plan.name, (plan, *rest)) | {'1': 1.0}
+    two = with_priors(plan, shut), with_priors(rest[0], shut)
+    assert [each.log_prior for each in two] == pytest.approx([0.0, 0.0], abs=0.02)
+
+
+def hint_at(index, storey):
+    """Return somebody's word on where the robot was at a scan, on the true storey's plan."""
+    _, T_odom_sensor, _ = recorded()[index]
+    x, y, yaw = drive()[index]
     T_plan_building = A_BUILDING_PLAN.inv()
     at = T_plan_building.apply(np.array([x, y]))
     pose = SE2.from_xy_yaw(*at.tolist(), T_plan_building.apply_yaw(yaw))
-    hint = PoseHint(pose, SE2.from_matrix4(T_odom_sensor), storey='true')
-    localizer.suggest(hint)
+    return PoseHint(pose, SE2.from_matrix4(T_odom_sensor), storey=storey)
+
+
+def test_an_initial_pose_names_its_storey():
+    localizer = new(TRUE, EQUAL)
+    run(localizer, recorded()[:40])
+    localizer.suggest(hint_at(39, 'true'))
     assert localizer.tick(recorded()[39][2]).storey == 'true'
     claims = [o for o in run(localizer, recorded()[40:]) if o.status is Status.LOCALIZED]
+    assert claims
+    assert {o.storey for o in claims} == {'true'}
+
+
+def test_an_initial_pose_without_a_storey_is_on_the_one_in_force():
+    localizer = new(TRUE, EQUAL)
+    localizer.suggest_storey({'true': 0.8, 'equal': 0.2})
+    before = run(localizer, recorded()[:45])
+    assert before[-1].storey == 'true'
+    assert before[-1].status is Status.AMBIGUOUS
+    localizer.suggest(hint_at(44, ''))
+    claims = [o for o in run(localizer, recorded()[45:]) if o.status is Status.LOCALIZED]
     assert claims
     assert {o.storey for o in claims} == {'true'}
 

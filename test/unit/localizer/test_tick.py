@@ -137,6 +137,13 @@ def test_each_tick_goes_on_from_what_the_last_one_left():
     assert fresh.standing.wins == 1
 
 
+def test_ticks_go_on_from_all_placements_that_were_judged():
+    """The judge has learned from all that a search finds; followed ones are asked of alike."""
+    assert max(len(output.estimates) for *_, output in ticks()) > 8
+    for *_, after, output in ticks():
+        assert len(after.tracked) == len(output.estimates)
+
+
 def test_the_shell_adds_nothing():
     localizer = Localizer(CONFIG, EvenMatcher())
     localizer.set_plan(rescaled(plan_grid(), 1.22))
