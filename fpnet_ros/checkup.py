@@ -22,10 +22,10 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.observed import SeenScan, transforms_of
+from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
 from fpnet_core.doctor.sensor import check_mount, check_point_times
-from fpnet_core.doctor.topics import check_published, check_qos
-from fpnet_core.io.message_types import GRID
+from fpnet_core.doctor.topics import check_published, check_qos, check_time
+from fpnet_core.io.message_types import CLOCK, GRID
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
@@ -101,12 +101,15 @@ class Checkup:
             add('/tf', self._on_tf, sensor_data(_TF_QUEUE))
             add('/tf_static', self._on_static, TF_STATIC_QOS)
 
-    def look(self, scan: LocatedScan, points: NDArray[np.float32]) -> None:
-        """Take a scan: its stamp, and the points of the first ones."""
+    def hear(self, stamp_ns: int) -> None:
+        """Take a scan's stamp when it comes: how long it waits to be added is no clock's fault."""
         now_ns = self._node.get_clock().now().nanoseconds
+        if now_ns:  # else nobody has published /clock yet
+            self._stamps.append((stamp_ns, now_ns))
+
+    def look(self, scan: LocatedScan, points: NDArray[np.float32]) -> None:
+        """Take the points of the first scans, and where their sensor is."""
         with self._lock:
-            if now_ns:  # else nobody has published /clock yet
-                self._stamps.append((scan.stamp_ns, now_ns))
             if len(self._sweeps) < _SWEEPS and len(points):
                 step = max(1, len(points) // _POINTS)
                 is_planar = float(np.ptp(points[:, 2])) == 0.0
@@ -122,6 +125,8 @@ class Checkup:
         checks = (check_qos, check_tree, check_clocks)
         found = [finding for check in checks for finding in check(seen)]
         found += self._found_of_mount(seen)
+        if self._is_settled:
+            found += check_time(seen)
         found += self._unpublished(seen)
         for finding in found:
             if (key := (finding.problem, finding.where)) not in self._told:
@@ -137,14 +142,19 @@ class Checkup:
             self._on_mount = list(check_mount(seen))
         return self._on_mount
 
+    @property
+    def _is_settled(self) -> bool:
+        """Whether publishers that are there are known."""
+        return time.monotonic() - self._begun_s >= _DISCOVERY_S
+
     def _unpublished(self, seen: Observed) -> list[Finding]:
         """Return the inputs that nobody publishes, each with what there is of its kind."""
         self._published |= {topic.name for topic in seen.topics if topic.offers}
-        is_settled = time.monotonic() - self._begun_s >= _DISCOVERY_S
         missing = [
             topic
             for topic in seen.topics
-            if not topic.offers and (is_settled or topic.name in self._published)
+            if topic.name in self._topics
+            if not topic.offers and (self._is_settled or topic.name in self._published)
         ]
         if not missing:
             return []
@@ -161,9 +171,10 @@ class Checkup:
 
     def _observed(self) -> Observed:
         with self._lock:
-            stamps, sweeps, mount = list(self._stamps), list(self._sweeps), self._mount
-        times = np.array(stamps, dtype=np.int64).reshape(-1, 2)
-        topics = [self._topic(name, kind, times) for name, kind in self._topics.items()]
+            sweeps, mount = list(self._sweeps), self._mount
+        times = np.array(self._stamps, dtype=np.int64).reshape(-1, 2)
+        kinds = {**self._topics, CLOCK_TOPIC: CLOCK}
+        topics = [self._topic(name, kind, times) for name, kind in kinds.items()]
         transforms = self._heard_transforms()
         if mount is not None and not np.array_equal(mount, np.eye(4)):
             transforms.append(Transform(_BASE, _SENSOR, mount, is_static=True))

@@ -17,7 +17,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
 
 from fpnet_core.doctor import Observed
-from fpnet_core.doctor.observed import TF, TF_STATIC
+from fpnet_core.doctor.observed import CLOCK_TOPIC, TF_STATIC
 from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
 from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
 from fpnet_ros.checkup import DOCTOR, offers_of
@@ -89,7 +89,7 @@ class Listener:
             odometry or likeliest_odometry(asked) or likeliest_odometry(types) or None,
         )
         for name in self._observer.topics:
-            qos = TF_STATIC_QOS if name == TF_STATIC else sensor_data(_QUEUE)
+            qos = TF_STATIC_QOS if name.endswith(TF_STATIC) else sensor_data(_QUEUE)
             take = partial(self._take, name)
             if (kind := _KINDS.get(types[name])) is not None:  # without tf2_msgs there is no TF
                 node.create_subscription(kind, name, take, qos)
@@ -103,7 +103,7 @@ class Listener:
 
     def observed(self, seconds: float) -> Observed:
         """Return what was heard by now."""
-        wanted = self._observer.wanted((ODOMETRY, GRID), (TF, TF_STATIC))
+        wanted = self._observer.wanted((ODOMETRY, GRID), (*self._observer.tf, CLOCK_TOPIC))
         offers = {n: offers_of(self._node.get_publishers_info_by_topic(n)) for n in wanted}
         asked = {n: offers_of(self._node.get_subscriptions_info_by_topic(n)) for n in wanted}
         return self._observer.observed(seconds, offers, asked, is_live=True)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -13,6 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from fpnet_core.config import ScalePolicy
 from fpnet_core.errors import FpnetError
 from fpnet_core.localizer import Localizer
+from fpnet_core.localizer.state import plan_fingerprint
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap
 from fpnet_ros.lifecycle import ManagedNode
@@ -57,12 +59,14 @@ class FloorplanInput:
     """
     Pairs the grids on ``floorplan`` with the scales on ``floorplan_scale``, by their stamps.
 
-    The scale may come first or second, or never: then the grid's is a stated one.
+    The scale may come first or second, or never: then the grid's is a stated one. A grid that is
+    published again as it was, as some servers do every few seconds, is no news: the localizer
+    would begin anew.
 
     Parameters
     ----------
     take
-        Takes a floorplan; the same one again where its scale was late.
+        Takes a floorplan; the same one again where its scale was late, or is another one by now.
     report
         Takes what is wrong with a message.
     """
@@ -75,6 +79,7 @@ class FloorplanInput:
     ) -> None:
         self._take, self._report = take, report
         self._taken: ServedPlan | None = None
+        self._fingerprint = ''  # of what was taken
         self._scale = GridScale(0)
         node.add_subscription(DiagnosticArray, SCALE_TOPIC, self._on_scale, LATCHED)
         node.add_subscription(OccupancyGrid, 'floorplan', self._on_grid, LATCHED)
@@ -86,17 +91,29 @@ class FloorplanInput:
             self._report(error)
             return
         stamp_ns = stamp_from_msg(msg.header.stamp)
+        frame_id, taken, fingerprint = msg.header.frame_id, self._taken, plan_fingerprint(grid)
+        is_known = fingerprint == self._fingerprint
+        if taken is not None and is_known and taken.frame_id == frame_id:
+            # Its scale, too, is as it was until somebody says another one.
+            self._taken = taken._replace(scale=replace(taken.scale, stamp_ns=stamp_ns))
+            self._follow_scale()
+            return
         is_its = self._scale.stamp_ns == stamp_ns
         scale = self._scale if is_its else GridScale(stamp_ns)
-        self._hand_on(ServedPlan(grid, msg.header.frame_id, scale))
+        self._fingerprint = fingerprint
+        self._hand_on(ServedPlan(grid, frame_id, scale))
 
     def _on_scale(self, msg: DiagnosticArray) -> None:
         try:
-            self._scale = scale = scale_from_msg(msg)
+            self._scale = scale_from_msg(msg)
         except FpnetError as error:
             self._report(error)
             return
-        taken = self._taken
+        self._follow_scale()
+
+    def _follow_scale(self) -> None:
+        """Hand the floorplan on again where the scale that goes with it is another one."""
+        taken, scale = self._taken, self._scale
         if taken and taken.scale.stamp_ns == scale.stamp_ns and taken.scale != scale:
             self._hand_on(taken._replace(scale=scale))
 

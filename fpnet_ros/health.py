@@ -4,28 +4,80 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+import math
+import time
 from typing import Any
 
+from fpnet_core.doctor.observed import CLOCK_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput
+from fpnet_ros.runtime import STALE_INPUT_S
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 
 _HEARD_S = 0.5  # chosen: an input that was heard since is not the one that is missing
 
 
-class Health:
-    """Puts figures and warnings of one node beside its outputs."""
+class ClockSilence:
+    """
+    Tells for how long simulated time has stood still: a paused recording, or nobody's at all.
 
-    def __init__(self, inputs: ScanInput, scans: DroppingWorker[Any]) -> None:
+    Parameters
+    ----------
+    clock
+        The node's; the system's time never stands still.
+    """
+
+    def __init__(self, clock: Any) -> None:
+        self._clock = clock
+        self._now_ns = 0  # until somebody publishes it
+        self._moved_s, self._runs_since_s = time.monotonic(), -math.inf
+
+    @property
+    def age_s(self) -> float:
+        """Time since it moved last, as far as somebody has asked."""
+        now_ns, now_s = self._clock.now().nanoseconds, time.monotonic()
+        if now_ns != self._now_ns or not self._clock.ros_time_is_active:
+            if now_s - self._moved_s > STALE_INPUT_S:
+                self._runs_since_s = now_s
+            self._now_ns, self._moved_s = now_ns, now_s
+        return now_s - self._moved_s
+
+    def without(self, ages_s: Mapping[str, float]) -> dict[str, float]:
+        """Return ages of inputs without the time that the clock stood still: it silences all."""
+        still_s = self.age_s
+        ran_s = self._moved_s - self._runs_since_s
+        return {name: min(age_s - still_s, ran_s) for name, age_s in ages_s.items()}
+
+
+class Health:
+    """
+    Puts figures and warnings of one node beside its outputs.
+
+    Parameters
+    ----------
+    inputs, scans
+        What comes, and what is made of it.
+    clock
+        The node's. While it stands still nothing is expected of the others.
+    """
+
+    def __init__(self, inputs: ScanInput, scans: DroppingWorker[Any], clock: Any) -> None:
         self._inputs = inputs
+        self._clock = ClockSilence(clock)
         self._scans = scans
         self._reported_drops = self._reported_losses = 0
         self._scan_ns: int | None = None
         self.is_starved = False
         """Whether scans have ceased to come: what was claimed holds no longer."""
+
+    @property
+    def silence_s(self) -> dict[str, float]:
+        """Time since each topic was last heard while the clock ran, that of the clock first."""
+        return {CLOCK_TOPIC: self._clock.age_s, **self._clock.without(self._inputs.silence_s)}
 
     def saw_scan(self, now_ns: int) -> None:
         """Note that a scan with a pose was added now, by the node's clock."""
@@ -63,9 +115,10 @@ class Health:
         return replace(report, status=Status.WAITING, probability=0.0, reason=reason)
 
     def _silences(self, stale_input_s: float) -> list[str]:
+        ages_s = {CLOCK_TOPIC: self._clock.age_s, **self._clock.without(self._inputs.ages_s)}
         return [
             f'no {name.removesuffix("_age_s")} for {age_s:.0f} s'
-            for name, age_s in self._inputs.ages_s.items()
+            for name, age_s in ages_s.items()
             if age_s > stale_input_s
         ]
 

@@ -82,6 +82,8 @@ class InitialPoses:
         """Take a word; ``source`` names where it is from."""
         self._waiting = given, source
         self.follow()
+        if self._waiting is not None:
+            self._logger.info(f'{source} waits for the first floorplan and the first scan')
 
     def follow(self) -> None:
         """Use what waits, as soon as there are a floorplan and a scan."""

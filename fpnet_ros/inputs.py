@@ -35,7 +35,7 @@ from fpnet_ros.work import Numbering
 from msg_adapters.clouds import carries_times, cloud_from_msg
 from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.transforms import transform_from_msg
+from msg_adapters.transforms import transforms_from_msg
 
 Array = NDArray[np.float64]
 
@@ -168,15 +168,17 @@ class ScanInput:
     @property
     def silence_s(self) -> dict[str, float]:
         """Time since each input was last heard, or since the start, by its topics."""
-        settings, ages_s = self._settings, self.ages_s
-        poses = '/tf' if settings.odometry_source == 'tf' else self._resolve('kiss/odometry')
-        scans = ', '.join(settings.topics) or self._resolve('kiss/frame')
-        return {scans: ages_s['cloud_age_s'], poses: ages_s['odometry_age_s']}
+        lasers = map(self._resolve, self._settings.topics)
+        scans = ', '.join(lasers) or self._resolve('kiss/frame')
+        poses = self._resolve('/tf' if self._from_tf else 'kiss/odometry')
+        if self._from_tf:  # where others publish as well
+            poses += f' from {self._settings.odom_frame!r}'
+        return {scans: self.ages_s['cloud_age_s'], poses: self.ages_s['odometry_age_s']}
 
     def topics(self) -> dict[str, str]:
         """Return the message type of each topic that scans and poses come on, scans first."""
         settings = self._settings
-        found = dict.fromkeys(settings.topics, LASER_SCAN)
+        found = dict.fromkeys(map(self._resolve, settings.topics), LASER_SCAN)
         found = found or {self._resolve('kiss/frame'): POINT_CLOUD}
         if settings.odometry_source == 'topic':
             found[self._resolve('kiss/odometry')] = ODOMETRY
@@ -265,23 +267,16 @@ class ScanInput:
         self._hand_on()
 
     def _on_tf_static(self, msg: Any) -> None:
-        for transform in self._transforms(msg):
+        for transform in transforms_from_msg(msg, self._report):
             self._where.tree.add_fixed(transform.parent, transform.child, transform.T_parent_child)
         self._hand_on()
 
     def _on_tf(self, msg: Any) -> None:
-        if self._from_tf:
-            self._heard_s['odometry'] = time.monotonic()
-        for t in self._transforms(msg):
+        for t in transforms_from_msg(msg, self._report):
             self._where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+            if self._from_tf and t.parent == self._settings.odom_frame.strip('/'):
+                self._heard_s['odometry'] = time.monotonic()
         self._hand_on()
-
-    def _transforms(self, msg: Any) -> list[Any]:
-        try:
-            return [transform_from_msg(transform) for transform in msg.transforms]
-        except OdometryError as error:
-            self._report(error)
-            return []
 
     def _hand_on(self) -> None:
         for stamp_ns in list(self._waiting):

@@ -83,9 +83,14 @@ class LocalizerNode(ManagedNode):
         self._input = ScanInput(
             self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
         )
-        health = Health(self._input, self._scans)
+        self._health = Health(self._input, self._scans, self.get_clock())
         self._telling = Telling(
-            self, self._localizer, self._out, self._storeys, health, lambda: self._settings.value
+            self,
+            self._localizer,
+            self._out,
+            self._storeys,
+            self._health,
+            lambda: self._settings.value,
         )
         self._open_state_file(parameters.state_file)
         self._checkup = Checkup(self, self._input.topics())
@@ -165,6 +170,7 @@ class LocalizerNode(ManagedNode):
 
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
+            self._checkup.hear(scan.stamp_ns)
             self._state_file.before_scan()
             self._scans.put(scan)
 
@@ -207,7 +213,9 @@ class LocalizerNode(ManagedNode):
     def _publish_diagnostics(self) -> None:
         self._state_file.follow_odometry()
         if self.is_active:
-            self._silence.follow(self._input.silence_s, self._settings.value.stale_input_s)
+            stale_s = self._settings.value.stale_input_s
+            if self._silence.follow(self._health.silence_s, stale_s):
+                self._telling.tick()  # no tick comes while the clock stands still
             if self._hand_over is not None:
                 self._hand_over.follow(self._out.claimed)
         self._telling.diagnostics(self._checkup.findings())

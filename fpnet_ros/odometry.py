@@ -20,7 +20,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
-from fpnet_core.errors import ConfigError, OdometryError
+from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
@@ -38,6 +38,7 @@ from fpnet_ros.runtime import (
     Once,
     SilenceLog,
     error_reporter,
+    one_line,
     run_node,
     sensor_data,
 )
@@ -45,7 +46,7 @@ from fpnet_ros.work import DroppingWorker, Numbering
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import diagnostics_to_msg, health_to_msg
 from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.transforms import transform_from_msg
+from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
@@ -110,10 +111,11 @@ class OdometryNode(OwnValues):
         self._clouds = Numbering()
         self._reported_drops = self._unplaced = 0
         self._unplaced_ways = Once(self._report)
+        self._refused = ''  # why the last sweep was, as long as none is registered
         self._heard_s = time.monotonic()
         self._silence = SilenceLog(logger.info, logger.warning)
         self._scans: DroppingWorker[Callable[[], _Sweep]] = DroppingWorker(
-            self._register, self._settings.max_pending_scans, self._report, 'registration'
+            self._try_to_register, self._settings.max_pending_scans, self._report, 'registration'
         )
         self._lasers: LaserInput | None = None
         clouds = self.resolve_topic_name('pointcloud_topic')
@@ -168,7 +170,7 @@ class OdometryNode(OwnValues):
         )
 
     def _on_tf_static(self, msg: Any) -> None:
-        for transform in map(transform_from_msg, msg.transforms):
+        for transform in transforms_from_msg(msg, self._report):
             self._robot.add_fixed(transform.parent, transform.child, transform.T_parent_child)
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
@@ -182,13 +184,20 @@ class OdometryNode(OwnValues):
         heard_s = self._heard_s
         self._scans.put(lambda: _Sweep(scan, base, heard_s))
 
-    def _register(self, unpack: Callable[[], _Sweep]) -> None:
-        sweep = unpack()
+    def _try_to_register(self, unpack: Callable[[], _Sweep]) -> None:
+        try:
+            self._refused = self._register(unpack())
+        except FpnetError as error:
+            self._refused = one_line(error)
+            raise
+
+    def _register(self, sweep: _Sweep) -> str:
+        """Register a sweep and publish its pose; returns why it was dropped, empty: it was not."""
         scan, sensor = sweep.scan, sweep.frame_id
         if self._lasers is None:
             self._checkup.look(scan.points, scan.time_s)
-        if not self._is_placed(sensor, sweep.heard_s + _PLACE_S):
-            return
+        if why := self._unplaced_reason(sensor, sweep.heard_s + _PLACE_S):
+            return why
         # A sensor that is fixed to something has a parent already.
         tree = self._robot.where.tree
         moving = self._settings.base_frame or tree.body(sensor)
@@ -198,21 +207,22 @@ class OdometryNode(OwnValues):
         scan = replace(scan, T_odom_sensor=guess, T_base_sensor=T_base_sensor)
         found = self._kiss.register_scan(scan)
         self._out.publish(found, scan.stamp_ns, sensor, moving, T_base_sensor)
+        return ''
 
-    def _is_placed(self, sensor: str, deadline_s: float) -> bool:
+    def _unplaced_reason(self, sensor: str, deadline_s: float) -> str:
         """Wait for the sensor's place on the robot; a sweep that it does not come for is lost."""
         tree, base = self._robot.where.tree, self._settings.base_frame
         if not base:  # without a place the sensor is the robot, once there was time for one
             if not self._out.moving and self.count_publishers(self._static_topic):
                 self._robot.wait_until(lambda: tree.parent(sensor) is not None, deadline_s)
-            return True
+            return ''
         if self._robot.wait_until(lambda: tree.lookup(base, sensor, 0) is not None, deadline_s):
             self._unplaced_ways.clear()
-            return True
+            return ''
         self._unplaced += 1
         why = tree.reason(base, sensor, 0)
         self._unplaced_ways.tell(OdometryError(f'{why}; the cloud was dropped'))
-        return False
+        return why
 
     def _on_clock_back(self, back_s: float) -> None:
         self._out.begin_anew()
@@ -229,8 +239,8 @@ class OdometryNode(OwnValues):
         if self._lasers is not None:
             lost, earlier = lost + self._lasers.lost, earlier + self._lasers.earlier
             dropped += self._lasers.dropped
-        warning = _DOUBTS.get(self._kiss.verdict, '')
-        if dropped + lost > self._reported_drops:
+        warning = self._refused or _DOUBTS.get(self._kiss.verdict, '')
+        if dropped + lost > self._reported_drops and not self._refused:
             warning = 'clouds are dropped: more come than can be registered or received'
         self._reported_drops = dropped + lost
         values = {

@@ -20,7 +20,7 @@ from fpnet_ros.lasers import LaserParameters
 from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, sensor_data
 from msg_adapters.odometry import odometry_from_msg
-from msg_adapters.transforms import transform_from_msg
+from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
 _LATE_S = 0.15  # wheels and their fusion report ten times a second and more
@@ -66,6 +66,7 @@ class RobotOdometry:
             )
         self.where = Whereabouts(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
         self._source, self._report = source, report
+        self._odom_frame = parameters.odom_frame.strip('/')
         self._changed = Condition()
         self._heard_s = time.monotonic()
         if source == 'topic':
@@ -82,7 +83,9 @@ class RobotOdometry:
 
     def topic(self, node: Node) -> str:
         """Return the topic that it comes from."""
-        return '/tf' if self._source == 'tf' else node.resolve_topic_name('odom')
+        if self._source == 'tf':  # where others publish as well
+            return f'{node.resolve_topic_name("/tf")} from {self._odom_frame!r}'
+        return node.resolve_topic_name('odom')
 
     @property
     def silence_s(self) -> float:
@@ -127,13 +130,10 @@ class RobotOdometry:
             self._changed.notify()
 
     def _on_tf(self, msg: Any) -> None:
-        try:
-            transforms = [transform_from_msg(transform) for transform in msg.transforms]
-        except OdometryError as error:
-            self._report(error)
-            return
+        transforms = transforms_from_msg(msg, self._report)
         with self._changed:
-            self._heard_s = time.monotonic()
             for t in transforms:
                 self.where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
+                if t.parent == self._odom_frame:
+                    self._heard_s = time.monotonic()
             self._changed.notify()

@@ -285,8 +285,9 @@ class SilenceLog:
         self._info, self._warn = info, warn
         self._silent: set[str] = set()
 
-    def follow(self, ages_s: Mapping[str, float], limit_s: float) -> None:
-        """Take for how long nothing has come on each topic [s]."""
+    def follow(self, ages_s: Mapping[str, float], limit_s: float) -> bool:
+        """Take for how long nothing has come on each topic [s]; True where there is news."""
+        before = set(self._silent)
         for topic, age_s in ages_s.items():
             if age_s > limit_s and topic not in self._silent:
                 self._silent.add(topic)
@@ -294,6 +295,7 @@ class SilenceLog:
             elif age_s <= limit_s and topic in self._silent:
                 self._silent.remove(topic)
                 self._info(f'{topic} is heard again')
+        return self._silent != before
 
 
 class Once:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,6 +87,19 @@ def transform_from_msg(msg: Any) -> StampedTransform:
         str(msg.child_frame_id).lstrip('/'),
         matrix,
     )
+
+
+def transforms_from_msg(
+    msg: Any, report: Callable[[OdometryError], Any]
+) -> list[StampedTransform]:
+    """Return what a ``tf2_msgs/TFMessage`` says; what is unusable in it is reported instead."""
+    found = []
+    for each in msg.transforms:
+        try:
+            found.append(transform_from_msg(each))
+        except OdometryError as error:
+            report(error)
+    return found
 
 
 def transform_to_msg(T_parent_child: ArrayLike, stamp_ns: int, parent: str, child: str) -> Any:

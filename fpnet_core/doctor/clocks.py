@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fpnet_core.doctor.findings import Finding, Problem
-from fpnet_core.doctor.observed import TF, Observed, Topic
+from fpnet_core.doctor.observed import Observed, Topic
 from fpnet_core.stamps import NS_PER_S
 
 # Chosen, not measured:
@@ -68,7 +68,7 @@ def check_clocks(seen: Observed) -> Iterator[Finding]:
             "play --clock); on a robot let the driver stamp by the system's clock, or set the "
             "sensor's (PTP)",
         )
-    for other in filter(None, map(seen.topic, (seen.odometry, TF))):
+    for other in filter(None, map(seen.topic, (seen.odometry, seen.tf))):
         apart_s = _apart_s(other, scans)
         if abs(apart_s) > _APART_S:
             yield Finding(

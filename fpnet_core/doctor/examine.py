@@ -11,9 +11,17 @@ from fpnet_core.doctor.lag import check_lag
 from fpnet_core.doctor.motion import check_odometry, registered
 from fpnet_core.doctor.observed import Observed
 from fpnet_core.doctor.sensor import check_mount, check_point_times
-from fpnet_core.doctor.topics import check_qos, check_topics
+from fpnet_core.doctor.topics import check_qos, check_time, check_topics
 
-WIRING = (check_topics, check_qos, check_tree, check_frames, check_jumps, check_clocks)
+WIRING = (
+    check_topics,
+    check_time,
+    check_qos,
+    check_tree,
+    check_frames,
+    check_jumps,
+    check_clocks,
+)
 """Checks that take no time: of names, QoS, frames and stamps."""
 
 SCANS = (check_point_times, check_mount)

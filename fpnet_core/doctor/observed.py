@@ -22,8 +22,8 @@ SCANS = (POINT_CLOUD, *LASER_SCANS)
 
 _FIRST = 10  # messages that tell two clocks apart, before either may jump; chosen
 
-TF, TF_STATIC = '/tf', '/tf_static'
-"""Given: of tf2."""
+TF, TF_STATIC, CLOCK_TOPIC = '/tf', '/tf_static', '/clock'
+"""Given: of tf2, and of simulated time."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Observed:
     scans, odometry
         Names of the topics that are meant; empty: none was named and none found.
     transforms
-        Of ``/tf`` and ``/tf_static``.
+        Of ``tf`` and the static ones.
     sweeps
         Scans of ``scans``, in order.
     track
@@ -114,6 +114,8 @@ class Observed:
         What was wrong with scans that could not be decoded.
     is_live
         Arrival was measured by the clock that the nodes follow.
+    tf
+        Topic of the moving transforms.
     """
 
     seconds: float
@@ -125,6 +127,7 @@ class Observed:
     track: PoseTrack = field(default_factory=PoseTrack)
     unreadable: tuple[str, ...] = ()
     is_live: bool = False
+    tf: str = TF
 
     def topic(self, name: str) -> Topic | None:
         """Return a topic by its name; None where there is none."""

@@ -65,6 +65,7 @@ class Observer:
     def __init__(self, types: dict[str, str], scans: str = '', odometry: str | None = '') -> None:
         self.scans = scans or likeliest_scans(types)
         self.odometry = '' if odometry is None else odometry or likeliest_odometry(types)
+        self.tf = tf_beside(types, self.scans)
         self._types = dict(types)
         self._heard = {name: _Heard(msgtype) for name, msgtype in types.items()}
         self._transforms: dict[tuple[str, str, bool], Transform] = {}
@@ -76,7 +77,7 @@ class Observer:
     @property
     def topics(self) -> list[str]:
         """Topics that have to be listened to."""
-        wanted = dict.fromkeys((self.scans, self.odometry, TF, TF_STATIC))
+        wanted = dict.fromkeys((self.scans, self.odometry, *self.tf))
         return [name for name in wanted if name in self._types]
 
     def wanted(self, msgtypes: Collection[str], names: Collection[str]) -> list[str]:
@@ -134,6 +135,7 @@ class Observer:
             self._track,
             tuple(self._unreadable),
             is_live,
+            self.tf[0],
         )
 
     def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
@@ -183,6 +185,16 @@ def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepSt
     step = max(1, len(cloud.points) // _MOST_POINTS)
     times = None if cloud.time_s is None else cloud.time_s[::step]
     return SeenScan(frame, stamps.pose_ns(cloud, stamp_ns), cloud.points[::step], times, names)
+
+
+def tf_beside(types: Collection[str], scans: str) -> tuple[str, str]:
+    """Return the topics of TF and of static TF: of the scans' namespace, where it has them."""
+    namespace = scans
+    while namespace:
+        namespace = namespace.rpartition('/')[0]
+        if namespace + TF in types or namespace + TF_STATIC in types:
+            break
+    return namespace + TF, namespace + TF_STATIC
 
 
 def likeliest_scans(types: dict[str, str]) -> str:

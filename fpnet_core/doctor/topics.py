@@ -7,7 +7,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from fpnet_core.doctor.findings import Finding, Problem
-from fpnet_core.doctor.observed import SCANS, TF, TF_STATIC, Observed, Offer, Topic
+from fpnet_core.doctor.observed import (
+    CLOCK_TOPIC,
+    SCANS,
+    TF,
+    TF_STATIC,
+    Observed,
+    Offer,
+    Topic,
+)
 from fpnet_core.io.message_types import GRID, ODOMETRY
 
 _RELIABLE, _LATCHED = Offer(), Offer(is_latched=True)
@@ -25,6 +33,20 @@ def check_topics(seen: Observed) -> Iterator[Finding]:
     yield from _missing(seen, seen.scans, seen.topic(seen.scans), SCANS)
     if seen.odometry:
         yield from _missing(seen, seen.odometry, seen.topic(seen.odometry), (ODOMETRY,))
+
+
+def check_time(seen: Observed) -> Iterator[Finding]:
+    """Yield that time stands still: nodes follow a simulated clock that nobody publishes."""
+    clock = seen.topic(CLOCK_TOPIC)
+    if clock is not None and clock.requests and not clock.offers:
+        who = ', '.join(sorted({request.who for request in clock.requests}))
+        yield Finding(
+            Problem.TOPIC,
+            clock.name,
+            f'use_sim_time is true for {who}, and nobody publishes the time: it stands still',
+            'set use_sim_time: false on a robot; with a recording or a simulator publish /clock '
+            '(ros2 bag play --clock)',
+        )
 
 
 def check_published(seen: Observed, names: Iterable[str]) -> Iterator[Finding]:
@@ -95,6 +117,6 @@ def mismatch(offer: Offer, request: Offer) -> tuple[str, str] | None:
 def _usual_requests(topic: Topic) -> list[Offer]:
     """Return what this package's nodes ask of a topic; scans and odometry may be of any QoS."""
     is_map = topic.msgtype == GRID and topic.name.rpartition('/')[2] in _MAPS
-    if topic.name == TF_STATIC or is_map:
+    if topic.name.endswith(TF_STATIC) or is_map:
         return [_LATCHED]
-    return [_RELIABLE] if topic.name == TF else []
+    return [_RELIABLE] if topic.name.endswith(TF) else []

@@ -46,7 +46,8 @@ class Whereabouts:
     odom_frame
         Frame that TF is published for: of the robot's own tree. Empty: that of the odometry.
     base_frame
-        Frame whose pose is wanted. Empty: the child of the odometry's messages, else the sensor.
+        Frame whose pose is wanted. Empty: the child of the odometry's messages, or what moves in
+        TF with the sensor fixed to it.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class Whereabouts:
 
     def placing(self, sensor: str, stamp_ns: int) -> Placing | None:
         """Return where a sensor was; None while something is missing, see :meth:`reason`."""
-        base = self.base_frame or sensor
+        base = self.base_frame or self.tree.body(sensor)
         T_odom_sensor, T_odom_base = self.pose(sensor, stamp_ns), self.pose(base, stamp_ns)
         if T_odom_sensor is None or T_odom_base is None:
             return None

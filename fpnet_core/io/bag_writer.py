@@ -234,7 +234,7 @@ class BagWriter:
             child_frame_id,
             _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
         )
-        qos = _STATIC_QOS if topic == '/tf_static' else _STREAM_QOS
+        qos = _STATIC_QOS if topic.endswith('/tf_static') else _STREAM_QOS
         self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:

@@ -199,10 +199,17 @@ class Localizer:
         Take someone's word on where the robot is, in the plan's nominal metres.
 
         The placement is tried with the next tick, and placements elsewhere are dropped as long
-        as one near it fits. A claim still needs the walls to agree.
+        as one near it fits. A claim still needs the walls to agree, and one that was made stands
+        unless they agree with the word as well.
         """
         with self._lock:
-            self._begin(self._state.told(hint))
+            is_claimed = self._said.output.status is Status.LOCALIZED
+            state = self._state if is_claimed else self._state.without_claim()
+            told = state.told(hint)
+            if told.standing.is_claimed:
+                self._state, self._is_solved = told, False
+            else:
+                self._begin(told)
 
     def follow(self, thresholds: LocalizerConfig) -> None:
         """

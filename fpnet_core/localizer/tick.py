@@ -111,15 +111,15 @@ class TickState:
         return TickState(self.plan, others=tuple(each.forgotten() for each in self.others))
 
     def told(self, hint: PoseHint) -> TickState:
-        """Return the state with nothing but someone's word, in the plan's nominal metres."""
+        """Return the state with a word, in nominal metres; a claim stands until it is weighed."""
         state = self
         if self.plan is not None and self.others:
             storey = hint.storey or self.plan.name
             state = self.about(storey).weighed(weights_of_word(storey, self.storeys))
         if state.plan is not None:
             hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
-        tracked = Placements.of([hint.A_plan_odom])
-        return replace(state.without_claim(), hint=hint, tracked=tracked)
+        tracked = Placements.of([hint.A_plan_odom]).joined(state.tracked)
+        return replace(state, hint=hint, tracked=tracked, searched=None)
 
     def about(self, storey: str, left: OtherStorey | None = None) -> TickState:
         """Return the state with another storey in force; ``left`` is what was found on this."""

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stopwatch import Stopwatch
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.bag_writer import BagWriter
@@ -69,11 +70,20 @@ class Bench:
         future = client.call_async(request or kind.Request())
         return future.result() if self.wait_for(future.done, timeout_s) else None
 
-    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> bool:
+    def wait_for(self, condition: Callable[[], bool], timeout_s: float = 120.0) -> bool:
         """Spin until the condition holds; False if it does not in time."""
         deadline = time.monotonic() + timeout_s
         while not condition():
             if time.monotonic() > deadline:
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def wait_soon(self, condition: Callable[[], bool], seconds: float) -> bool:
+        """Spin until the condition holds; False if a quiet machine had seconds for it."""
+        watch = Stopwatch()
+        while not condition():
+            if watch.elapsed_s > seconds:
                 return False
             self._executor.spin_once(timeout_sec=0.05)
         return True

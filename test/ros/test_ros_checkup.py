@@ -81,15 +81,16 @@ def room(height_m: float) -> np.ndarray:
     return (rays * (walls / rays).min(axis=1)[:, None]).astype(np.float32)
 
 
-def scan(told_m: float, stamp_ns: int = NOW_NS):
+def scan(told_m: float):
     mount = np.eye(4)
     mount[2, 3] = told_m
-    return SimpleNamespace(stamp_ns=stamp_ns, T_odom_base=np.eye(4), T_odom_sensor=mount)
+    return SimpleNamespace(stamp_ns=NOW_NS, T_odom_base=np.eye(4), T_odom_sensor=mount)
 
 
 def test_a_node_that_is_wired_well_is_told_nothing(node):
     doctor = Checkup(node, {'/points': POINT_CLOUD})
     for _ in range(6):
+        doctor.hear(NOW_NS)
         doctor.look(scan(0.9), room(0.9))
     node.transform('odom', 'base_link')
     assert doctor.findings() == []
@@ -99,7 +100,8 @@ def test_a_node_that_is_wired_well_is_told_nothing(node):
 def test_each_fault_is_logged_once_and_stands_while_it_lasts(node, monkeypatch):
     doctor = Checkup(node, {'/points': POINT_CLOUD})
     for _ in range(6):
-        doctor.look(scan(1.7, NOW_NS - 10**10), room(0.9))
+        doctor.hear(NOW_NS - 10**10)
+        doctor.look(scan(1.7), room(0.9))
     node.transform('odom', 'base_link')
     node.transform('odom_lidar', 'base_link')
     node.published.clear()

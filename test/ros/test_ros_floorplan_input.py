@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A floorplan and what is known of its scale come on two topics, in whatever order."""
 
+from dataclasses import replace
+
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from planted import plan_grid
 import pytest
 
 from fpnet_core.errors import FpnetError
+from fpnet_core.geometry import SE2
+from fpnet_core.types import GridMap
 from fpnet_ros.floorplans import FloorplanInput
 from msg_adapters.grids import grid_to_msg
 from msg_adapters.scales import GridScale, scale_to_msg
@@ -76,6 +80,44 @@ def test_a_stated_scale_that_comes_late_changes_nothing(heard):
     node.send(grid_to_msg(plan_grid(), 7, 'map'))
     node.send(scale_to_msg(GridScale(7, said='stated by plan.yaml')))
     assert len(plans) == 1
+
+
+@pytest.mark.parametrize('scale', [None, SCALE], ids=['stated', 'estimated'])
+def test_a_grid_that_is_published_again_and_again_is_taken_once(heard, scale):
+    node, plans, _ = heard
+    for stamp_ns in (7, 8, 9):
+        node.send(grid_to_msg(plan_grid(), stamp_ns, 'map'))
+        if scale is not None:
+            node.send(scale_to_msg(replace(scale, stamp_ns=stamp_ns)))
+    assert len(plans) == (1 if scale is None else 2), 'the scale is heard after its grid'
+
+
+def test_a_grid_that_differs_in_anything_is_another_one(heard):
+    node, plans, _ = heard
+    grid = plan_grid()
+    cells = grid.cells.copy()
+    cells[:2, :2] = 100
+    moved = GridMap(
+        grid.cells, grid.resolution, SE2.from_xy_yaw(1.0, 0.0, 0.0) @ grid.T_frame_grid
+    )
+    finer = GridMap(grid.cells, 0.9 * grid.resolution, grid.T_frame_grid)
+    drawn = GridMap(cells, grid.resolution, grid.T_frame_grid)
+    others = [(grid, 'other'), (moved, 'map'), (finer, 'map'), (drawn, 'map'), (grid, 'map')]
+    for stamp_ns, (other, frame_id) in enumerate([(grid, 'map'), *others], 7):
+        node.send(grid_to_msg(other, stamp_ns, frame_id))
+    assert len(plans) == 1 + len(others)
+
+
+def test_the_same_grid_with_another_scale_is_taken_again(heard):
+    node, plans, _ = heard
+    node.send(scale_to_msg(SCALE))
+    node.send(grid_to_msg(plan_grid(), 7, 'map'))
+    node.send(grid_to_msg(plan_grid(), 8, 'map'))
+    assert len(plans) == 1
+    assert plans[-1].scale == SCALE
+    node.send(scale_to_msg(GridScale(8, said='stated meanwhile')))
+    assert len(plans) == 2
+    assert plans[-1].scale.is_stated
 
 
 def test_bad_messages_are_told_and_the_floorplan_stays(heard):

@@ -171,7 +171,7 @@ class _Subscriptions:
         self.callbacks[topic] = callback
 
     def resolve_topic_name(self, topic: str) -> str:
-        return f'/{topic}'
+        return topic if topic.startswith('/') else f'/{topic}'
 
 
 def test_scanners_beside_wheels_are_merged_where_the_wheels_say_they_were():

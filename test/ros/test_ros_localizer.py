@@ -229,6 +229,22 @@ def test_more_than_fits_is_dropped_with_a_diagnostic_and_the_newest_is_served(be
     assert node.process.poll() is None
 
 
+def test_a_simulated_clock_that_nobody_publishes_is_named(bench):
+    """No timer of the node's own clock ever fires: what it says comes all the same."""
+    statuses = bench.collect(DiagnosticStatus, 'localizer/status', STATUS)
+    diagnostics = bench.collect(DiagnosticArray, '/diagnostics', STREAM)
+    node = bench.start('localizer', {'use_sim_time': True})
+    said = lambda: any('no /clock for' in msg.message for msg in statuses)  # noqa: E731
+    assert bench.wait_for(said, 180.0), node.log_tail()
+    assert 'no cloud' not in statuses[-1].message, 'nothing is expected of the others meanwhile'
+    doctor = lambda: [s.message for msg in diagnostics for s in msg.status][-1:]  # noqa: E731
+    found = lambda: 'use_sim_time is true' in ''.join(doctor())  # noqa: E731
+    assert bench.wait_for(found, 60.0), node.log_tail()
+    log = node.log.read_text()
+    assert 'next: set use_sim_time: false on a robot' in log
+    assert 'nothing on /clock for' in log
+
+
 def test_bad_weights_and_parameters_end_the_node_with_one_line(bench, tmp_path):
     cases = {
         'weights': ({'matcher.weights': str(tmp_path / 'absent.safetensors')}, 'absent'),

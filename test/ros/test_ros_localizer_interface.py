@@ -395,7 +395,7 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
     assert beats == []
     assert robot.change_state(Transition.TRANSITION_CONFIGURE)
     assert robot.change_state(Transition.TRANSITION_ACTIVATE)
-    assert robot.bench.wait_for(lambda: len(beats) > 4, 2.0), 'half of bond_timeout'
+    assert robot.bench.wait_soon(lambda: len(beats) > 4, 2.0), 'half of bond_timeout'
     assert {(msg.id, msg.active) for msg in beats} == {('finder', True)}
     assert len({msg.instance_id for msg in beats}) == 1
     robot.tfs.clear()
@@ -415,7 +415,7 @@ def test_a_lifecycle_manager_starts_it_and_amcl_goes_on_from_where_it_is_found(r
     amcl = ('reinitialize_global_localization', 'request_nomotion_update', 'set_initial_pose')
     assert not any(servers(f'{NAMESPACE}/{name}') for name in amcl)
     assert robot.change_state(Transition.TRANSITION_DEACTIVATE)
-    assert robot.bench.wait_for(lambda: not beats[-1].active, 5.0)
+    assert robot.bench.wait_for(lambda: not beats[-1].active)
     count = len(beats)
     robot.bench.wait_for(lambda: False, 1.0)
     assert len(beats) == count

@@ -11,13 +11,16 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from rclpy.clock import ROSClock
+
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.whereabouts import Placing
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.spread import Growth, PoseSpread, Signs
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
-from fpnet_ros.health import Health
+from fpnet_ros import health as health_module
+from fpnet_ros.health import ClockSilence, Health
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, Moment
@@ -166,7 +169,7 @@ def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, earlier=0, lost=0)
     inputs.unlocated = 0
     scans = SimpleNamespace(dropped=2, done=7, work_ms=3.5)
-    health, output = Health(inputs, scans), LocalizerOutput(0, Status.NO_PLAN)
+    health, output = Health(inputs, scans, ROSClock()), LocalizerOutput(0, Status.NO_PLAN)
     inputs.unlocated, silence = 1, 'no cloud for 4 s'
     report = health.report(output, 3.0)
     assert (report.warning, report.values['dropped_scans']) == (silence, 3.0)
@@ -176,3 +179,24 @@ def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     assert health.news(output, 5.0).warning == ''
     inputs.lost = 1
     assert 'lost on the way here' in health.news(output, 5.0).warning
+
+
+def test_while_the_simulated_clock_stands_still_nothing_else_is_missed(monkeypatch):
+    at_s, now_ns = 100.0, 0  # nobody has published the clock yet
+    monkeypatch.setattr(health_module.time, 'monotonic', lambda: at_s)
+    now = lambda: SimpleNamespace(nanoseconds=now_ns)  # noqa: E731
+    silence = ClockSilence(SimpleNamespace(now=now, ros_time_is_active=True))
+    at_s = 104.0
+    assert silence.age_s == 4.0
+    assert silence.without({'cloud': 4.0}) == {'cloud': 0.0}
+    for _ in range(5):  # it runs
+        at_s, now_ns = at_s + 1.0, now_ns + SECOND_NS
+        assert silence.age_s == 0.0
+    assert silence.without({'cloud': 4.0}) == {'cloud': 4.0}, 'the cloud is missed'
+    at_s += 30.0
+    assert silence.age_s == 30.0
+    assert silence.without({'cloud': 30.5}) == {'cloud': 0.5}
+    at_s, now_ns = at_s + 1.0, now_ns + SECOND_NS
+    assert silence.without({'cloud': 31.5}) == {'cloud': 0.0}, 'it runs on only now'
+    at_s, now_ns = at_s + 1.0, now_ns + SECOND_NS
+    assert silence.without({'cloud': 32.5}) == {'cloud': 1.0}

@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
+from stopwatch import Stopwatch
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
@@ -184,7 +185,7 @@ def test_a_restarted_odometry_and_the_saved_submap_never_mix(robot, state):
     robot.start('mixed', {'state_file': str(state)})
     assert robot.says('restored the state') == 1
     robot.send()
-    assert robot.bench.wait_for(lambda: robot.says('starting anew'), SOON_S), robot.tail()
+    assert robot.bench.wait_soon(lambda: robot.says('starting anew'), SOON_S), robot.tail()
     assert robot.says('odometry was restarted since the state was saved') == 1
     assert robot.send_until(lambda: robot.says('odometry was restarted; starting anew') == 1)
     assert robot.send_until(lambda: robot.explored_m2() > 20.0), robot.tail()
@@ -268,7 +269,7 @@ def test_bad_initial_poses_are_told_once_each_and_change_nothing(running):
     for msg in bad.values():
         running.words.publish(msg)
     for text in bad:
-        assert running.bench.wait_for(lambda t=text: running.says(t) == 1, SOON_S), running.tail()
+        assert running.bench.wait_soon(lambda t=text: running.says(t) == 1, SOON_S), running.tail()
     ticks = len(running.statuses)
     assert running.send_until(lambda: len(running.statuses) > ticks + 3)
     assert all(running.says(text) == 1 for text in bad)
@@ -291,12 +292,12 @@ LIDAR, ODOMETRY = 'nothing on /kiss/frame', 'nothing on /kiss/odometry'
 def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, reason):
     """A claim would be as old as the last scan: it ends ``scan_timeout_s`` after that."""
     assert running.send_until(lambda: running.report.status is not Status.WAITING), running.tail()
-    told, last_s = running.says('no scan with a pose comes any more'), time.monotonic()
+    told, watch = running.says('no scan with a pose comes any more'), Stopwatch()
     waiting = lambda: running.report.status is Status.WAITING  # noqa: E731
-    while not waiting() and time.monotonic() - last_s < 10.0:
+    while not waiting() and watch.elapsed_s < 10.0:
         running.send(**sent)
         running.bench.wait_for(waiting, PERIOD_NS / NS_PER_S)
-    assert time.monotonic() - last_s < SCAN_TIMEOUT_S + SOON_S
+    assert watch.elapsed_s < SCAN_TIMEOUT_S + SOON_S
     assert reason in running.report.reason
     assert running.report.warning
     for _ in range(PENDING + 5):  # what waits for a pose that never comes is dropped in the end
@@ -312,9 +313,9 @@ def test_a_clock_that_goes_back_is_waiting_within_a_second(running):
     running.index -= 1000
     for _ in range(FpnetConfig().localizer.stale_scans_before_restart + 1):
         running.send()
-    assert running.bench.wait_for(lambda: running.says('the clock went back by') == 1, SOON_S)
+    assert running.bench.wait_soon(lambda: running.says('the clock went back by') == 1, SOON_S)
     running.statuses.clear()
-    assert running.bench.wait_for(lambda: bool(running.statuses), SOON_S)
+    assert running.bench.wait_soon(lambda: bool(running.statuses), SOON_S)
     assert running.report.status in (Status.WAITING, Status.SEARCHING, Status.AMBIGUOUS)
     assert running.send_until(lambda: running.explored_m2() > 20.0), running.tail()
     assert running.says('the clock went back by') == 1
@@ -322,7 +323,7 @@ def test_a_clock_that_goes_back_is_waiting_within_a_second(running):
 
 def test_a_replaced_floorplan_is_taken_within_a_second(running):
     running.show('other')
-    assert running.bench.wait_for(lambda: running.says('in frame other') == 1, SOON_S)
+    assert running.bench.wait_soon(lambda: running.says('in frame other') == 1, SOON_S)
     ticks = len(running.statuses)
     assert running.send_until(lambda: len(running.statuses) > ticks + 1)
     assert running.report.status is not Status.NO_PLAN
@@ -336,7 +337,7 @@ def test_without_its_server_the_floorplan_stays_and_diagnostics_say_so(running):
         statuses = [status for msg in running.diagnostics for status in msg.status]
         return any('/floorplan' in status.message for status in statuses)
 
-    assert running.bench.wait_for(told, 3.0), running.tail()
+    assert running.bench.wait_soon(told, 3.0), running.tail()
     assert running.says('topic missing (/floorplan)') == 1
     ticks = len(running.statuses)
     assert running.send_until(lambda: len(running.statuses) > ticks + 3)

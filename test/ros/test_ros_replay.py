@@ -61,7 +61,7 @@ def test_the_recording_arrives_complete_in_pace_and_alone(bench, recording):
     assert truth == []
     assert bench.wait_for(lambda: replay.process.poll() == 0), replay.log_tail()
     last_ns = START_NS + (COUNT - 1) * PERIOD_NS
-    assert bench.wait_for(lambda: stamp_from_msg(clock[-1].clock) == last_ns, 5.0)
+    assert bench.wait_for(lambda: stamp_from_msg(clock[-1].clock) == last_ns)
     times = [stamp_from_msg(msg.clock) for msg in clock]
     assert times == sorted(times)
     assert times[0] >= START_NS
@@ -90,7 +90,7 @@ def test_the_start_can_be_skipped(bench, recording):
     clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
     replay = bench.start('replay', {'bag': str(recording), 'rate': 10.0, 'start_offset_s': 2.0})
     assert bench.wait_for(lambda: replay.process.poll() == 0), replay.log_tail()
-    bench.wait_for(lambda: len(clouds) == 10, 5.0)
+    bench.wait_for(lambda: len(clouds) >= 10, 20.0)
     assert stamp_from_msg(clouds[0].header.stamp) == START_NS + 20 * PERIOD_NS
     assert len(clouds) == 10
 

@@ -19,6 +19,7 @@ from planted_drive import drive, recorded
 import pytest
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
+from stopwatch import Stopwatch
 
 from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.types import GridMap, Status
@@ -223,10 +224,10 @@ def test_what_one_is_told_does_not_concern_the_other(fleet):
 def test_transform_and_claim_end_with_the_scans_and_come_back(fleet):
     """Post-dated by half a second, a transform is fresh for as long after the last one."""
     assert fleet.step_until(lambda: fleet.beta.status is Status.LOCALIZED)
-    robot, silent_s = fleet.beta, time.monotonic()
+    robot, watch = fleet.beta, Stopwatch()
     starved = lambda: robot.status is Status.WAITING  # noqa: E731
-    assert fleet.bench.wait_for(starved, 10.0), robot.child.log_tail()
-    assert time.monotonic() - silent_s < 2.0
+    assert fleet.bench.wait_for(starved), robot.child.log_tail()
+    assert watch.elapsed_s < 2.0
     robot.tfs.clear()
     assert not fleet.bench.wait_for(lambda: bool(robot.broadcasts()), 2.0)
     report = report_from_msg(robot.statuses[-1])

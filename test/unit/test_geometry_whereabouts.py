@@ -65,7 +65,10 @@ def test_poses_in_tf_need_no_message():
     where.tree.add('odom', 'base_link', T(1.0, 0.0), S)
     placing = where.placing('lidar', S)
     np.testing.assert_allclose(placing.T_odom_sensor, T(1.0, 0.0) @ T_BASE_LIDAR)
-    np.testing.assert_allclose(placing.T_odom_base, placing.T_odom_sensor)
+    np.testing.assert_allclose(placing.T_odom_base, T(1.0, 0.0), err_msg='what the sensor is on')
+    where.tree.add('odom', 'drone', T(2.0, 0.0), S)
+    alone = where.placing('drone', S)
+    np.testing.assert_allclose(alone.T_odom_base, alone.T_odom_sensor)
 
 
 def test_a_motion_is_that_between_two_times(robot):

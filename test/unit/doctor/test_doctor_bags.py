@@ -49,6 +49,7 @@ class Robot:
     """
 
     scans: str = '/points'
+    tf: str = '/tf'
     frame: str = 'lidar'
     child: str = 'base_link'
     mount_child: str = 'lidar'
@@ -78,9 +79,9 @@ def record(path: Path, drive, robot: Robot) -> Path:
     with pytest.MonkeyPatch.context() as monkeypatch, BagWriter(path) as bag:
         if not robot.is_static_latched:
             monkeypatch.setattr(bag_writer, '_STATIC_QOS', bag_writer._STREAM_QOS)
-        bag.write_transform('/tf_static', start_ns, 'base_link', robot.mount_child, told)
+        bag.write_transform(f'{robot.tf}_static', start_ns, 'base_link', robot.mount_child, told)
         for parent, child in robot.more_transforms:
-            bag.write_transform('/tf', start_ns, parent, child, np.eye(4))
+            bag.write_transform(robot.tf, start_ns, parent, child, np.eye(4))
         T_wheels = wheels[0]
         for index, scan in enumerate(scans):
             jump_s = robot.jump[1] if index >= robot.jump[0] else 0.0
@@ -145,6 +146,14 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
         (
             replace(RIGHT, more_transforms=(('odom', 'base_link'), ('odom_lidar', 'base_link'))),
             Problem.PARENTS, 'base_link', ['odom and odom_lidar', 'publish_odom_tf: false'],
+        ),
+        (
+            replace(RIGHT, scans='/robot_1/front/points', tf='/robot_1/tf', told_height_m=1.5),
+            Problem.HEIGHT, 'lidar', ['1.50 m above'],
+        ),
+        (
+            replace(RIGHT, scans='/points', tf='/robot_1/tf'),
+            Problem.FRAME, 'lidar', ['nothing on /tf_static joins both'],
         ),
         (
             replace(RIGHT, more_transforms=(('a', 'b'), ('b', 'c'), ('c', 'a'))),

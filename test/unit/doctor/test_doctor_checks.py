@@ -16,8 +16,8 @@ from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.motion import Motion
 from fpnet_core.doctor.sensor import is_upside_down, tilt
-from fpnet_core.doctor.topics import check_published, check_qos, mismatch
-from fpnet_core.io.message_types import GRID, POINT_CLOUD
+from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
+from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
 from fpnet_lab.sim.recording import make_recording
 from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.visits import RecordingOptions
@@ -85,6 +85,21 @@ def test_a_map_that_is_not_latched_is_found_and_a_costmap_is_nobodys_business():
     found = list(check_qos(Observed(1.0, tuple(topics))))
     assert [finding.where for finding in found] == ['/map', '/ns/floorplan']
     assert {finding.problem for finding in found} == {Problem.QOS}
+
+
+@pytest.mark.parametrize(
+    ('offers', 'requests', 'expected'),
+    [
+        ((), (), []),
+        ((RELIABLE,), (BEST_EFFORT,), []),
+        ((RELIABLE,), (), []),
+        ((), (Offer('localizer'),), ['use_sim_time is true for localizer']),
+    ],
+)
+def test_a_clock_that_nodes_follow_and_nobody_publishes_is_found(offers, requests, expected):
+    clock = topic('/clock', CLOCK, offers=offers, requests=requests)
+    found = list(check_time(Observed(5.0, (clock,))))
+    assert [finding.evidence.partition(',')[0] for finding in found] == expected
 
 
 def test_of_missing_inputs_what_there_is_of_their_kind_is_named():

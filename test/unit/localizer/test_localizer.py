@@ -229,10 +229,23 @@ def hint_at(index, off_m=0.0):
     return PoseHint(said, SE2.from_matrix4(T_odom_sensor))
 
 
+@pytest.mark.parametrize('off_m', [0.0, 0.5, 1.5, 3.0, 5.0, 500.0])
+def test_a_claim_stands_whatever_anybody_says_against_the_walls(off_m, caplog):
+    localizer = new_localizer()
+    assert run(localizer, recorded()[:40])[-1] is Status.LOCALIZED
+    claimed = localizer.output.A_plan_odom
+    localizer.suggest(hint_at(39, off_m))
+    assert localizer.output.A_plan_odom is claimed, 'TF goes on meanwhile'
+    assert localizer.tick(0).status is Status.LOCALIZED, 'standing still it is weighed as well'
+    assert set(run(localizer, recorded()[40:], tick_every=1)) == {Status.LOCALIZED}
+    assert caplog.text.count('no placement fits near the given pose') == int(off_m > 2.0)
+
+
 @pytest.mark.parametrize('off_m', [0.0, 0.5, 1.5])
 def test_a_right_hint_never_makes_less_sure(off_m):
     localizer = new_localizer()
     run(localizer, recorded()[:40])
+    localizer.relocalize()
     localizer.suggest(hint_at(39, off_m))
     assert localizer.output.A_plan_odom is None
     statuses = run(localizer, recorded()[40:], tick_every=1)
@@ -244,6 +257,7 @@ def test_a_right_hint_never_makes_less_sure(off_m):
 def test_a_wrong_hint_is_said_once_and_outweighed(off_m, caplog):
     localizer = new_localizer()
     run(localizer, recorded()[:40])
+    localizer.relocalize()
     localizer.suggest(hint_at(39, off_m))
     statuses = run(localizer, recorded()[40:], tick_every=1)
     assert caplog.text.count('no placement fits near the given pose') == 1

@@ -79,7 +79,6 @@ def test_scans_are_added_and_poses_asked_for_in_the_meantime(stopped):
     'overtake',
     [
         lambda localizer: localizer.set_plan(plan_grid()),
-        lambda localizer: localizer.suggest(PoseHint(SE2.identity(), SE2.identity())),
         Localizer.reset,
         Localizer.relocalize,
     ],
@@ -91,6 +90,14 @@ def test_a_tick_that_was_overtaken_claims_nothing(stopped, overtake):
     assert finish(matcher, tick).status is Status.WAITING
     assert localizer.output.status is Status.WAITING
     assert len(localizer.output.estimates) == 0
+
+
+def test_a_tick_that_a_word_has_overtaken_changes_nothing(stopped):
+    localizer, matcher, tick = stopped
+    said = localizer.output
+    localizer.suggest(PoseHint(SE2.identity(), SE2.identity()))
+    assert localizer.output is said, 'the claim stands until the word is weighed'
+    assert finish(matcher, tick) is said
 
 
 def test_a_new_odometry_frame_overtakes_a_tick(stopped):

@@ -112,11 +112,21 @@ def test_the_same_state_gives_the_same_answer_and_stays_as_it_was():
 
 def test_a_word_changes_the_answer_and_not_the_state_it_is_added_to():
     state, seen, _, output = ticks()[-1]
-    before, hinted = digest(state), state.told(told())
+    before, hinted = digest(state), state.without_claim().told(told())
     answers = [tick(hinted, seen, finder(), StageTimer()) for _ in range(2)]
     assert digest(state) == before
     assert digest(*answers[0]) == digest(*answers[1])
     assert digest(answers[0][1]) != digest(output)
+
+
+def test_a_wrong_word_is_remembered_and_changes_no_claim():
+    state, seen, after, output = ticks()[-1]
+    assert output.status is Status.LOCALIZED
+    told_after, answer = tick(state.told(told()), seen, finder(), StageTimer())
+    assert answer.status is Status.LOCALIZED
+    np.testing.assert_allclose(answer.A_plan_odom.matrix, output.A_plan_odom.matrix, atol=0.05)
+    assert told_after.hint.is_doubted
+    assert after.hint is None
 
 
 def test_a_state_is_all_there_is_to_know():
