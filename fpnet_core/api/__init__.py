@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, get_args
 
 from fpnet_core.api.values import Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet_core.config import FpnetConfig, OdometryChoice
@@ -266,7 +266,7 @@ def localize(
     *,
     poses: str | Path | None = None,
     odometry: OdometryChoice | None = None,
-    topics: Sequence[str] = (),
+    topics: str | Sequence[str] = (),
     config: FpnetConfig | None = None,
 ) -> Run:
     """
@@ -278,16 +278,18 @@ def localize(
     recording : ROS 2 bag, CARMEN log, or folder of scans
     poses : of the scans, used as odometry: TUM, KITTI or .npy
     odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
-    topics : of a bag: a PointCloud2, or LaserScans; none to choose
+    topics : of a bag: a PointCloud2, or LaserScans, one or several; none to choose
     config : the defaults if None
 
     Raises
     ------
     FpnetError
-        If a file cannot be read.
+        If a file cannot be read, or there is no such choice of odometry.
     """
     from fpnet_core.api.run import Run, scans_of  # as above
 
+    if odometry not in (None, *get_args(OdometryChoice)):
+        raise ConfigError(f'odometry: expected kiss, robot or both, got {odometry!r}')
     config = config or FpnetConfig()
     if isinstance(plan, str | Path):
         plan = read_plan(plan, config=config)
@@ -295,7 +297,7 @@ def localize(
         recording,
         poses=poses,
         odometry=odometry,
-        topics=topics,
+        topics=(topics,) if isinstance(topics, str) else topics,
         scan_stamp=config.scans.stamp,
     )
     return Run(plan, source, config, odometry=odometry)

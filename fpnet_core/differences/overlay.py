@@ -20,6 +20,7 @@ from fpnet_core.judging.walls import look_at
 from fpnet_core.pose import MapSide
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 Array = NDArray[np.float64]
@@ -31,6 +32,12 @@ _FAR_M = 1e3
 _SMOOTHED_PATCHES = 1.5
 """Chosen: standard deviation of the smoothing, in patches of four metres."""
 
+_BAR_M, _BAR_FILLED = 1.0, 0.6
+"""
+Chosen: a wall that stands alone is as long as this [m], and fills so much of the smallest
+rectangle around it. Letters, outlines and a door's leaf with its arc leave most of theirs blank.
+"""
+
 _WALL_REACH_M = 0.15
 """Physical: a wall that was seen has free space in front of it within a few cells."""
 
@@ -40,9 +47,10 @@ class Overlay:
     """
     Both maps on the raster of the drawing, ``(H, W)`` each.
 
-    ``drawn_m`` and ``seen_m`` are distances to the nearest wall [m], ``is_free`` and ``is_known``
-    what was seen, ``is_inside`` cells in the building or in its walls; ``cell_m`` is in true
-    metres as far as anybody knows.
+    ``drawn_m`` and ``seen_m`` are distances to the nearest ink and wall [m], ``is_drawn`` drawn
+    walls: no letters, door leaves and furniture. ``is_free`` and ``is_known`` are what was seen,
+    ``is_inside`` cells in the building or in its walls; ``cell_m`` is in true metres as far as
+    anybody knows.
     """
 
     drawn_m: NDArray[np.float32]
@@ -75,13 +83,29 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     return Overlay(
         drawn_m=_metres_to(drawn, grid.resolution),
         seen_m=seen_m,
-        is_drawn=drawn,
+        is_drawn=drawn & ~_symbols(drawn & labels, grid.resolution),
         is_wall=seen_m <= grid.resolution,
         is_free=cells == FREE,
         is_known=cells != UNKNOWN,
         is_inside=grown(labels, 2 * reach),
         cell_m=grid.resolution,
     )
+
+
+def _symbols(marks: Mask, cell_m: float) -> Mask:
+    """Return of marks ``(H, W)`` within rooms those that are no wall: no long straight bar."""
+    pieces, figures = pieces_of(marks)
+    is_symbol = np.ones(len(figures), dtype=np.bool_)
+    is_symbol[0] = False
+    is_long = np.hypot(figures[:, 2], figures[:, 3]) * cell_m >= _BAR_M
+    for piece, window in label_windows(pieces).items():
+        if not is_long[piece]:
+            continue
+        rc = np.argwhere(pieces[window] == piece).astype(np.float32)
+        _, sides, _ = cv2.minAreaRect(rc)
+        long, short = max(sides) + 1.0, min(sides) + 1.0
+        is_symbol[piece] = long * cell_m < _BAR_M or len(rc) < _BAR_FILLED * long * short
+    return looked_up(pieces, is_symbol)
 
 
 def seen_walls(seen: GridMap) -> Mask:

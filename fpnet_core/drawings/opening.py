@@ -86,13 +86,17 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     ------
     MapFormatError
         In one line: if the file is missing, empty, a folder, damaged, encrypted, too large, or of
-        a format that is not read, with a program that converts it.
+        a format that is not read, with a program that converts it; if an image is asked for a
+        page or layers.
     """
     path = Path(path)
     kind = drawing_kind(path)
     if kind == 'image':
         from fpnet_core.drawings.images import open_image
 
+        for name in ('page', 'layers'):
+            if getattr(options, name):
+                raise MapFormatError(f'{path} is an image, which has no {name}; leave that out')
         drawing = open_image(path)
     else:
         from fpnet_core.drawings.worker import read_apart

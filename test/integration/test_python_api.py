@@ -89,6 +89,9 @@ def test_a_plan_is_checked_without_a_drive(folder):
     check = fpnet.check_plan(folder / 'drive' / 'floorplan.yaml')
     assert check.is_readable
     assert check.tours == ()
+    assert re.fullmatch(
+        r'<PlanCheck readable: \d+ rooms, \d+ doors, \d+ sentences of advice>', repr(check)
+    )
 
 
 def test_errors_are_one_line(folder):
@@ -96,6 +99,10 @@ def test_errors_are_one_line(folder):
         fpnet.match(folder / 'drive' / 'floorplan.yaml', folder / 'none.yaml')
     with pytest.raises(fpnet.FpnetError, match='there_is_no'):
         fpnet.load_config(None, {'there_is_no': 1})
+    with pytest.raises(fpnet.FpnetError, match="kiss, robot or both, got 'wheels'"):
+        fpnet.localize(folder / 'drive' / 'floorplan.yaml', folder / 'drive', odometry='wheels')
+    with pytest.raises(fpnet.FpnetError, match='topic /other is missing'):
+        fpnet.localize(folder / 'drive' / 'floorplan.yaml', folder / 'drive', topics='/other')
     with pytest.raises(AttributeError, match='no attribute'):
         _ = fpnet.there_is_no
 

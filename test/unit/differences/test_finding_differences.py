@@ -5,8 +5,9 @@
 from dataclasses import replace
 import json
 
+import cv2
 import numpy as np
-from planted import A_PLAN_SUBMAP, DOORS, plan_grid, submap_grid
+from planted import A_BUILDING_PLAN, A_PLAN_SUBMAP, DOORS, plan_grid, submap_grid
 from planted_site import GONE_WALL, OTHER_WALLS, building_xy, inside, other_storey
 import pytest
 
@@ -46,8 +47,6 @@ def sub_xy():
 
 
 def building_xy_of(plan_xy):
-    from planted import A_BUILDING_PLAN
-
     return A_BUILDING_PLAN.apply(plan_xy)
 
 
@@ -98,6 +97,26 @@ def test_a_small_thing_in_a_room_is_furniture():
     assert likely(differences, DifferenceKind.WALL) == []
     (piece,) = differences.pieces
     assert piece.kind is DifferenceKind.FURNITURE
+
+
+def labelled(grid):
+    """Return the drawing with a word in a room, and a door's open leaf with its arc on a wall."""
+    ink = np.zeros(grid.shape, dtype=np.uint8)
+    turn = np.radians(np.arange(0.0, 91.0, 3.0))[:, None]
+    hinge = np.array(DOORS[1]) - (0.45, 0.0)
+    arc = hinge + 0.9 * np.hstack([np.sin(turn), np.cos(turn)])
+    xy = np.vstack([(2.2, 1.8), hinge, arc])
+    at = np.rint(grid.xy_to_rc(A_BUILDING_PLAN.inv().apply(xy)))[:, ::-1].astype(np.int32)
+    cv2.putText(ink, 'Ward 12', at[0].tolist(), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 255, 2)
+    cv2.polylines(ink, [at[1:]], False, 255)
+    return replace(grid, cells=np.where(ink > 127, np.int8(OCCUPIED), grid.cells))
+
+
+def test_words_and_door_symbols_are_no_walls_that_are_gone():
+    drawn = labelled(plan_grid())
+    assert (drawn.cells != plan_grid().cells).sum() > 200
+    differences = found(drawn, submap_grid())
+    assert [piece for piece in differences.likely if piece.is_of_drawing] == []
 
 
 def test_what_was_not_seen_says_nothing():

@@ -72,6 +72,15 @@ def test_missing_files_and_folders(tmp_path):
         open_drawing(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ('options', 'name'), [(ReadOptions(page=3), 'page'), (ReadOptions(layers=('A',)), 'layers')]
+)
+def test_images_have_no_pages_and_layers(tmp_path, options, name):
+    Image.fromarray(PLAIN).save(tmp_path / 'a.png')
+    with pytest.raises(MapFormatError, match=f'a.png is an image, which has no {name}'):
+        open_drawing(tmp_path / 'a.png', options)
+
+
 def test_a_wrong_name_is_no_obstacle(tmp_path):
     Image.fromarray(PLAIN).save(tmp_path / 'a.pdf', 'PNG')
     drawing = open_drawing(tmp_path / 'a.pdf')
