@@ -23,14 +23,14 @@ from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
-from fpnet_core.doctor.sensor import check_mount, check_point_times
+from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
 from fpnet_core.io.message_types import CLOCK, GRID
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
+from fpnet_ros.runtime import STALE_INPUT_S, sensor_data
 from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
-from fpnet_ros.runtime import sensor_data
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 
 DOCTOR = 'fpnet_doctor'
@@ -44,6 +44,7 @@ _STAMPS = 10
 _TF_QUEUE = 100  # messages of TF that may wait
 _TF_PERIOD_S, _TF_MEMORY_S = 0.017, 10.0  # between two that are looked at; of what was heard
 _BASE, _SENSOR = 'base', 'sensor'
+_EMPTY = SeenScan(_SENSOR, 0, np.zeros((0, 3), dtype=np.float32), None)
 
 
 class SweepCheckup:
@@ -96,6 +97,8 @@ class Checkup:
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_STAMPS)
         self._transforms: dict[tuple[str, str], tuple[Transform, float]] = {}
         self._looked_s = -math.inf
+        self._is_blind = False
+        self._returned_s: float | None = None  # when a scan had a return, or the first one came
         if TFMessage is not None:
             add = partial(node.add_subscription, TFMessage, raw=True)
             add('/tf', self._on_tf, sensor_data(_TF_QUEUE))
@@ -108,8 +111,11 @@ class Checkup:
             self._stamps.append((stamp_ns, now_ns))
 
     def look(self, scan: LocatedScan, points: NDArray[np.float32]) -> None:
-        """Take the points of the first scans, and where their sensor is."""
+        """Take whether scans have returns; of the first ones the points and the sensor's place."""
         with self._lock:
+            if len(points) or self._returned_s is None:
+                self._returned_s = time.monotonic()
+            self._is_blind = time.monotonic() - self._returned_s > STALE_INPUT_S
             if len(self._sweeps) < _SWEEPS and len(points):
                 step = max(1, len(points) // _POINTS)
                 is_planar = float(np.ptp(points[:, 2])) == 0.0
@@ -125,6 +131,8 @@ class Checkup:
         checks = (check_qos, check_tree, check_clocks)
         found = [finding for check in checks for finding in check(seen)]
         found += self._found_of_mount(seen)
+        if self._is_blind:
+            found += check_returns(replace(seen, sweeps=(_EMPTY,)))
         if self._is_settled:
             found += check_time(seen)
         found += self._unpublished(seen)

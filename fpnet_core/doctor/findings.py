@@ -21,6 +21,7 @@ class Problem(StrEnum):
     OTHER_CLOCK = 'stamps from another clock'
     LAG = 'stamps at the wrong end of the sweep'
     FORMAT = 'scans unreadable'
+    BLIND = 'scans without returns'
     POINT_TIMES = 'no time per point'
     UPSIDE_DOWN = 'sensor upside down'
     TILTED = 'sensor tilted'

@@ -35,6 +35,18 @@ _RINGS, _FINER = 8, 4  # of them, and of finer ones around the best
 _BIN_M = 0.1  # of heights
 
 
+def check_returns(seen: Observed) -> Iterator[Finding]:
+    """Yield scans of which none has a return: a robot that sees nothing knows no better."""
+    if seen.sweeps and not any(len(sweep.points) for sweep in seen.sweeps):
+        yield Finding(
+            Problem.BLIND,
+            seen.scans,
+            'scans come, and none of them has a single return',
+            'look whether the lidar is covered, turns, and has the right range limits; '
+            'where all walls are out of its range, a pose rests on odometry alone',
+        )
+
+
 def check_point_times(seen: Observed) -> Iterator[Finding]:
     """Yield clouds whose points have no time of their own."""
     sweep = next((each for each in seen.sweeps if not each.is_planar and len(each.points)), None)

@@ -198,9 +198,9 @@ class Localizer:
         """
         Take someone's word on where the robot is, in the plan's nominal metres.
 
-        The placement is tried with the next tick, and placements elsewhere are dropped as long
-        as one near it fits. A claim still needs the walls to agree, and one that was made stands
-        unless they agree with the word as well.
+        The placement is tried with the next tick, and placements elsewhere count for little as
+        long as one near it fits. A claim still needs the walls to agree, and one that was made
+        stands unless they agree with the word rather.
         """
         with self._lock:
             is_claimed = self._said.output.status is Status.LOCALIZED

@@ -122,6 +122,23 @@ def test_each_fault_is_logged_once_and_stands_while_it_lasts(node, monkeypatch):
     assert [f.problem for f in doctor.findings()] == [Problem.OTHER_CLOCK, Problem.HEIGHT]
 
 
+def test_a_lidar_that_returns_nothing_is_told_as_long_as_it_does(node, monkeypatch):
+    doctor = Checkup(node, {'/points': POINT_CLOUD})
+    nothing = np.zeros((0, 3), dtype=np.float32)
+    for _ in range(2):
+        doctor.look(scan(0.9), nothing)
+    assert doctor.findings() == [], 'a scan without returns may happen'
+    monkeypatch.setattr(checkup, 'STALE_INPUT_S', -1.0)
+    doctor.look(scan(0.9), nothing)
+    assert [finding.problem for finding in doctor.findings()] == [Problem.BLIND]
+    monkeypatch.undo()
+    doctor.look(scan(0.9), room(0.9))
+    assert doctor.findings() == []
+    (line,) = node.lines
+    assert 'scans without returns (/points)' in line
+    assert 'covered' in line
+
+
 def test_clouds_without_times_stand_in_the_diagnostics():
     doctor = SweepCheckup('/points')
     assert findings_to_msg('/odometry', doctor.findings or ()).level == b'\x00'

@@ -15,7 +15,8 @@ from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.motion import Motion
-from fpnet_core.doctor.sensor import is_upside_down, tilt
+from fpnet_core.doctor.observed import SeenScan
+from fpnet_core.doctor.sensor import check_returns, is_upside_down, tilt
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
 from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
 from fpnet_lab.sim.recording import make_recording
@@ -50,6 +51,15 @@ def topic(name, kind, stamps_ns=NONE, heard_ns=None, **more):
 )
 def test_the_floor_is_told_from_the_ceiling(floor, ceiling, told_m, expected):
     assert is_upside_down(floor, ceiling, told_m) is expected
+
+
+@pytest.mark.parametrize(
+    ('counts', 'expected'), [((), []), ((0, 0), [Problem.BLIND]), ((0, 9), [])]
+)
+def test_scans_of_which_none_has_a_return_are_named(counts, expected):
+    empty = [SeenScan('lidar', 0, np.zeros((n, 3), np.float32), None) for n in counts]
+    found = check_returns(Observed(1.0, (), '/points', sweeps=tuple(empty)))
+    assert [finding.problem for finding in found] == expected
 
 
 @pytest.mark.parametrize('sensor', ['beams16', 'beams32', 'beams64', 'dome', 'rosette'])
