@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn, get_args
 
-from fpnet_core.api.values import Match, Placed, Plan, RobotMap, Rooms, shown_as
+from fpnet_core.api.values import Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
 from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
@@ -33,7 +33,6 @@ from fpnet_core.localizer import create_finder, match_maps
 from fpnet_core.localizer.maps import MapMatchStatus, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.plan_check import PlanCheck
 from fpnet_core.plan_check import check_plan as _check_plan
 from fpnet_core.segmentation import segment_floorplan, segment_submap, segment_unknown_scale
 from fpnet_core.sites import Site, Storey
@@ -303,7 +302,7 @@ def localize(
     return Run(plan, source, config, odometry=odometry)
 
 
-def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> PlanCheck:
+def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> Check:
     """
     Tell whether a floorplan will serve: how it was read, what looks alike, what to do.
 
@@ -312,7 +311,8 @@ def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) ->
     config = config or FpnetConfig()
     reading = plan if isinstance(plan, Reading) else read_plan(plan, config=config)
     asked = Asked(('fpnet', 'check-plan'), reading.drawing.name)
-    return _check_plan(reading, config, range(0), _no_drive, asked, lambda _: None)
+    checked = _check_plan(reading, config, range(0), _no_drive, asked, lambda _: None)
+    return shown_as(Check, checked)
 
 
 def _no_drive(*_: object) -> NoReturn:

@@ -11,6 +11,7 @@ from fpnet_core.differences import Differences
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of_scale
 from fpnet_core.localizer import MapMatch
+from fpnet_core.plan_check import PlanCheck
 from fpnet_core.types import Segmentation, Submap
 from fpnet_core.viz.pictures import axes_of, figure_of, html_of
 
@@ -84,6 +85,17 @@ class RobotMap:
         metres = 'm2' if self.is_metric else 'm2 at a nominal scale'
         return f'<RobotMap: {self.submap.free_area_m2:.0f} {metres} of free space>'
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it in its metres, on ``ax`` or a figure of its own."""
+        from fpnet_core.viz.segmentation import draw_grid
+
+        ax = axes_of(ax)
+        draw_grid(ax, self.submap.grid)
+        return ax
+
+    def _repr_html_(self) -> str:
+        return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -109,6 +121,27 @@ class Placed:
 
     def _repr_html_(self) -> str:
         return html_of(self, lambda figure: self.plot(figure.add_subplot()))
+
+
+class Check(PlanCheck):
+    """Findings on a floorplan: :class:`fpnet_core.plan_check.PlanCheck` with a picture."""
+
+    def __repr__(self) -> str:
+        """Say what was found in a line."""
+        rooms, doors = len(self.segmentation.rooms), len(self.segmentation.doors)
+        said = 'readable' if self.is_readable else 'refused'
+        return f'<Check {said}: {rooms} rooms, {doors} doors, {len(self.advice)} pieces of advice>'
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Draw rooms and doors, and which rooms look alike, side by side."""
+        from fpnet_core.viz.plan_check import draw_plan_check, plan_check_inches
+
+        figure = figure_of(figure, plan_check_inches(self.segmentation))
+        draw_plan_check(figure, self.segmentation, self.similarity)
+        return figure
+
+    def _repr_html_(self) -> str:
+        return html_of(self, self.plot)
 
 
 class Match(MapMatch):

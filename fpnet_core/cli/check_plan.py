@@ -91,8 +91,7 @@ def _refusal_as_json(asked: Asked, json_path: Path | None) -> Iterator[None]:
 def _draw(plot: Path, check: PlanCheck) -> None:
     from fpnet_core.viz.plan_check import save_plan_check
 
-    alone, together = check.similarity.alone, check.similarity.with_neighbours
-    save_plan_check(plot, check.segmentation, frozenset(alone), frozenset(together))
+    save_plan_check(plot, check.segmentation, check.similarity)
 
 
 def _simulated_drive() -> DriveTour:

@@ -80,13 +80,6 @@ class PlanCheck:
     advice: tuple[str, ...] = ()
     refusals: tuple[Refusal, ...] = ()
 
-    def __repr__(self) -> str:
-        """Say what was found in a line."""
-        rooms, doors = len(self.segmentation.rooms), len(self.segmentation.doors)
-        said = 'readable' if self.is_readable else 'refused'
-        advice = f'{len(self.advice)} sentences of advice'
-        return f'<PlanCheck {said}: {rooms} rooms, {doors} doors, {advice}>'
-
     @property
     def is_readable(self) -> bool:
         """Tell whether nothing speaks against using the floorplan."""

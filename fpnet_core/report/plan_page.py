@@ -63,10 +63,8 @@ def _rooms_figure(check: PlanCheck) -> go.Figure:
 def _similar_figure(check: PlanCheck) -> go.Figure:
     """Return the rooms coloured by what tells them from others; the pointer shows their twins."""
     figure = go.Figure()
-    segmentation, similarity = check.segmentation, check.similarity
-    colours = similarity_colours(
-        segmentation, frozenset(similarity.alone), frozenset(similarity.with_neighbours)
-    )
+    segmentation = check.segmentation
+    colours = similarity_colours(segmentation, check.similarity)
     show_regions(figure, segmentation, segmentation_picture(segmentation, _PLAN_PX, colours))
     notes = {room.id: room_note(check, room.id) for room in segmentation.rooms}
     add_rooms(figure, segmentation, notes)

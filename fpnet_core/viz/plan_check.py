@@ -5,9 +5,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from fpnet_core.plan_check.self_similarity import SelfSimilarity
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Chosen, not measured:
 UNIQUE: Colour = (0.35, 0.75, 0.4)
@@ -23,48 +28,58 @@ _EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 2.4, 110  # chosen
 
 
 def similarity_colours(
-    segmentation: Segmentation, alone: frozenset[int], together: frozenset[int]
+    segmentation: Segmentation, similarity: SelfSimilarity
 ) -> dict[int, Colour]:
     """Colour of each room: how much of the plan it takes to tell it from others."""
     return {
         room.id: ALIKE_WITH_NEIGHBOURS
-        if room.id in together
+        if room.id in similarity.with_neighbours
         else ALIKE_INSIDE
-        if room.id in alone
+        if room.id in similarity.alone
         else UNIQUE
         for room in segmentation.rooms
     }
 
 
-def save_plan_check(
-    path: Path, segmentation: Segmentation, alone: frozenset[int], together: frozenset[int]
-) -> None:
-    """
-    Write the picture: rooms and doors, and beside or below them the rooms that look alike.
+def plan_check_inches(segmentation: Segmentation) -> tuple[float, float]:
+    """Return the width and height of a picture that a floorplan fits."""
+    rows, columns = _panels(segmentation)
+    aspect = segmentation.grid.shape[0] / segmentation.grid.shape[1]
+    return _EDGE_INCHES * columns, _EDGE_INCHES * rows * aspect + _LEGEND_INCHES
 
-    ``alone`` are the rooms that look like another place from inside, ``together`` those that do
-    even with their neighbours.
-    """
-    from matplotlib.figure import Figure
+
+def draw_plan_check(
+    figure: Figure, segmentation: Segmentation, similarity: SelfSimilarity
+) -> None:
+    """Draw rooms and doors, and beside or below them the rooms that look alike."""
     from matplotlib.patches import Patch
 
-    rows, columns = segmentation.grid.shape
-    aspect = rows / columns
-    shape = (2, 1) if aspect < 1.0 else (1, 2)
-    size = (_EDGE_INCHES * shape[1], _EDGE_INCHES * shape[0] * aspect + _LEGEND_INCHES)
-    figure = Figure(figsize=size, layout='constrained')
     # The legend in a part of its own: Matplotlib before 3.7 has no place for it outside of axes.
-    heights = [size[1] - _LEGEND_INCHES, _LEGEND_INCHES]
+    heights = [plan_check_inches(segmentation)[1] - _LEGEND_INCHES, _LEGEND_INCHES]
     plans, below = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
-    plain, coloured = plans.subplots(*shape)
+    plain, coloured = plans.subplots(*_panels(segmentation))
     draw_grid(plain, segmentation.grid)
     draw_segmentation(plain, segmentation, with_ids=True)
     plain.set_title(f'{len(segmentation.rooms)} rooms, {len(segmentation.doors)} doors')
     draw_grid(coloured, segmentation.grid)
-    colours = similarity_colours(segmentation, alone, together)
+    colours = similarity_colours(segmentation, similarity)
     draw_segmentation(coloured, segmentation, colours, with_ids=True)
     coloured.set_title('rooms that look alike')
     handles = [Patch(color=colour, label=name) for name, colour in _NAMES.items()]
     below.legend(handles=handles, loc='center', frameon=False)
+
+
+def save_plan_check(path: Path, segmentation: Segmentation, similarity: SelfSimilarity) -> None:
+    """Write the picture of :func:`draw_plan_check`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=plan_check_inches(segmentation), layout='constrained')
+    draw_plan_check(figure, segmentation, similarity)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=_DPI)
+
+
+def _panels(segmentation: Segmentation) -> tuple[int, int]:
+    """Return the rows and columns of both pictures: below each other where the plan is wide."""
+    rows, columns = segmentation.grid.shape
+    return (2, 1) if rows < columns else (1, 2)

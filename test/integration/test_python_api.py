@@ -79,6 +79,7 @@ def test_what_a_robot_has_seen_is_read_from_recordings_and_images(folder):
     seen = fpnet.read_robot_map(folder / 'drive' / 'bag')
     assert seen.is_metric
     assert repr(seen).endswith('m2 of free space>')
+    assert seen.plot().get_images()
     assert fpnet.segment(seen).rooms
     (folder / 'bare.png').write_bytes((folder / 'robot_map.png').read_bytes())
     bare = fpnet.read_robot_map(folder / 'bare.png')
@@ -90,8 +91,9 @@ def test_a_plan_is_checked_without_a_drive(folder):
     assert check.is_readable
     assert check.tours == ()
     assert re.fullmatch(
-        r'<PlanCheck readable: \d+ rooms, \d+ doors, \d+ sentences of advice>', repr(check)
+        r'<Check readable: \d+ rooms, \d+ doors, \d+ pieces of advice>', repr(check)
     )
+    assert '<img src="data:image/png;base64,' in check._repr_html_()
 
 
 def test_errors_are_one_line(folder):

@@ -39,8 +39,8 @@ def test_the_page_holds_advice_rooms_and_drives(made_up_run, tmp_path):
 
 def test_colours_and_picture(made_up_run, tmp_path):
     plan = made_up_run.plan
-    colours = similarity_colours(plan, frozenset({0, 1}), frozenset({1}))
+    colours = similarity_colours(plan, SelfSimilarity({0: (TWIN,), 1: (TWIN,)}, {1: (TWIN,)}, ()))
     assert len({colours[0], colours[1], colours[2]}) == 3
     assert colours[2] == UNIQUE
-    save_plan_check(tmp_path / 'new' / 'plan.png', plan, frozenset({0}), frozenset())
+    save_plan_check(tmp_path / 'new' / 'plan.png', plan, SelfSimilarity({0: (TWIN,)}, {}, ()))
     assert Image.open(tmp_path / 'new' / 'plan.png').width > 900
