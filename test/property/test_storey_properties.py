@@ -9,6 +9,7 @@ import pytest
 
 from fpnet_core.geometry import SE2, Placements
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, read_judge
+from fpnet_core.judging.evidence import on_one_plan
 from fpnet_core.judging.rivals import Explained
 from fpnet_core.sites import Link, LinkKind, Site, Storey
 from fpnet_core.sites.storey_plans import weights_after_leaving
@@ -30,7 +31,8 @@ def verdict(support, walls=120):
     context[CONTEXT.index('log_plan_m2')] = 5.0
     placements = Placements.of([SE2.from_xy_yaw(5.0 * k, 0, 0) for k in range(len(support))])
     seen = Explained(explained, explained, 0.5)
-    return JUDGE.weighed(placements, Evidence(figures, context, seen))
+    # Figures against rivals, and of the comparison as a whole, are as of a search.
+    return JUDGE.weighed(placements, on_one_plan([Evidence(figures, context, seen)]))
 
 
 def among(drawn, priors=None):
