@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,12 @@ from numpy.typing import NDArray
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.stamps import NS_PER_S, ClockGuard
+
+_FASTEST_TURN_RADPS = 6.0 * math.pi
+"""
+Physical: no robot that carries a lidar turns three times in a second; a frame that is flipped
+between two scans of 10 Hz does.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +75,23 @@ class Continuity:
             back_s = self._clock.back_s(stamp_ns, last_ns)
             if back_s is not None:
                 return Break(f'the clock went back by {back_s:.3f} s')
-        step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
-        elapsed_s = max((stamp_ns - last_ns) / NS_PER_S, 0.1)
-        if step_m <= self._config.max_speed_mps * elapsed_s and not self._is_replaced:
+        reason = 'was restarted' if self._is_replaced else self._jump(stamp_ns, T_odom_sensor)
+        if not reason:
             return None
-        reason = 'was restarted' if self._is_replaced else f'jumped by {step_m:.2f} m'
         T_old_new = SE2.from_matrix4(last_pose) @ SE2.from_matrix4(T_odom_sensor).inv()
         return Break(f'odometry {reason}', T_old_new)
+
+    def _jump(self, stamp_ns: int, T_odom_sensor: NDArray[np.float64]) -> str:
+        """Say how no robot moves between the last scan and this one; empty where one may."""
+        assert self.last is not None  # there is nothing to jump from before
+        last_ns, last_pose = self.last
+        elapsed_s = max((stamp_ns - last_ns) / NS_PER_S, 0.1)
+        step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
+        if step_m > self._config.max_speed_mps * elapsed_s:
+            return f'jumped by {step_m:.2f} m'
+        # By the trace of the turn between both: mounted upright, a sensor has no yaw of its own.
+        trace = float(np.sum(T_odom_sensor[:3, :3] * last_pose[:3, :3]))
+        turn_rad = math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))
+        if turn_rad > _FASTEST_TURN_RADPS * elapsed_s:
+            return f'jumped by {math.degrees(turn_rad):.0f} degrees'
+        return ''

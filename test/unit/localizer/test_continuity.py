@@ -39,6 +39,17 @@ def test_a_jump_breaks_and_says_where_the_new_frame_lies_in_the_old_one():
     assert there == pytest.approx([5.0, 0.0])
 
 
+@pytest.mark.parametrize(('scans_hz', 'breaks'), [(10.0, True), (5.0, False)])
+def test_a_frame_that_is_flipped_breaks_unless_a_robot_may_have_turned(scans_hz, breaks):
+    upright = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1.0]])  # has no yaw
+    for mount in (np.eye(4), upright):
+        continuity = Continuity(CONFIG)
+        continuity.go_on_from(SECOND, pose(5.0) @ mount)
+        broken = continuity.check(SECOND + round(SECOND / scans_hz), pose(5.0, 0.0, np.pi) @ mount)
+        assert (broken is not None) is breaks
+        assert broken is None or 'jumped by 180 degrees' in broken.reason
+
+
 def test_an_announced_frame_breaks_once_however_near_it_is():
     continuity = after()
     continuity.expect_new_frame()
