@@ -10,7 +10,7 @@ the rest stands. Nothing is claimed before all have been searched with half of w
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 
@@ -233,9 +233,10 @@ _UNSEEN = Verdict(
 """Given: of a storey that nobody has looked at; as probable as another building."""
 
 
-def weights_of_word(storey: str, plans: Sequence[Floorplan]) -> dict[str, float]:
-    """Return the storeys' weights after someone's word that the robot is on this one."""
-    return {plan.name: 1.0 if plan.name == storey else math.exp(-WORD) for plan in plans}
+def weights_of_word(storey: str, names: Collection[str]) -> dict[str, float]:
+    """Return the storeys' weights, of sum 1, after someone's word that the robot is on one."""
+    odds = {name: 1.0 if name == storey else math.exp(-WORD) for name in names}
+    return {name: each / sum(odds.values()) for name, each in odds.items()}
 
 
 def with_priors(plan: Floorplan, weights: Mapping[str, float]) -> Floorplan:

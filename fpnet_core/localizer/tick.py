@@ -115,7 +115,8 @@ class TickState:
         state = self
         if self.plan is not None and self.others:
             storey = hint.storey or self.plan.name
-            state = self.about(storey).weighed(weights_of_word(storey, self.storeys))
+            names = [plan.name for plan in self.storeys]
+            state = self.about(storey).weighed(weights_of_word(storey, names))
         if state.plan is not None:
             hint = replace(hint, T_plan_base=state.plan.to_working(hint.T_plan_base))
         tracked = Placements.of([hint.A_plan_odom]).joined(state.tracked)

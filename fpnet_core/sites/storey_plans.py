@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import HintError
 from fpnet_core.localizer import StoreyPlan
+from fpnet_core.localizer.storeys import weights_of_word
 from fpnet_core.sites.site import LinkKind, Site, Storey
-
-_RIGHT = 0.999
-"""Chosen: probability that the level is right which a lift or a person states."""
 
 _ELEVATION_SIGMA_M = 1.0
 """Physical: barometers and odometry over a few storeys err by about this; storeys are 3 m."""
@@ -74,10 +72,7 @@ def weights_of_level(site: Site, said: str) -> dict[str, float]:
     HintError
         If no storey or more than one is called so.
     """
-    named = storey_named(site, said)
-    others = max(len(site.storeys) - 1, 1)
-    wrong = (1.0 - _RIGHT) / others
-    return {s.name: _RIGHT if s is named else wrong for s in site.storeys}
+    return weights_of_word(storey_named(site, said).name, site.names)
 
 
 def weights_of_elevation(

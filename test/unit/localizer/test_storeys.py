@@ -96,10 +96,12 @@ def test_a_storey_that_is_left_alone_is_as_probable_as_a_plan(others):
     drawn = Floorplan.prepared(plan_grid(), CONFIG)
     plan, *rest = (replace(drawn, name=str(k)) for k in range(others + 1))
     even = with_priors(plan, {each.name: 0.4 for each in (plan, *rest)})
-    left = with_priors(plan, weights_of_word(plan.name, (plan, *rest)))
+    names = [each.name for each in (plan, *rest)]
+    left = with_priors(plan, weights_of_word(plan.name, names))
     assert even.log_prior == pytest.approx(0.0)
     assert left.log_prior == pytest.approx(0.0, abs=0.02)
-    shut = weights_of_word(plan.name, (plan, *rest)) | {'1': 1.0}
+    named = weights_of_word(plan.name, names)
+    shut = named | {'1': named[plan.name]}
     two = with_priors(plan, shut), with_priors(rest[0], shut)
     assert [each.log_prior for each in two] == pytest.approx([0.0, 0.0], abs=0.02)
 
