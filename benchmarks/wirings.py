@@ -10,7 +10,7 @@ Every robot is simulated and recorded as a bag, which is localised offline and t
 simulated time, to live nodes over DDS with the parameters of ``fpnet_ros.wiring``. For each it
 prints when the first pose came, errors against the truth, whether every frame of TF has one parent
 and the chain from ``map`` to the base is the pose that was published, and how many scans were
-lost. Exits 1 where a robot misses a limit. With ``--short`` drives are shorter and played faster.
+lost. Exits 1 where a robot misses a limit. With ``--short`` three robots' drives are shorter.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 READY_S, STALLED_S, DRAIN_S, MOST_AHEAD = 600.0, 60.0, 4.0, 5
+DRIVE_S, SHORT_DRIVE_S = 45.0, 20.0
 
 # The limits: of the first pose, of the median errors, of TF against the pose that was published.
 SHORT_NS = 10_000_000  # of a velocity that is true
@@ -291,7 +292,7 @@ class Session:
         for number, drive in enumerate(self._drives):
             write_map(drive.recording.floorplan, folder / f'plan_{number}.yaml')
 
-    def play(self, rate: float) -> list[Result]:
+    def play(self) -> list[Result]:
         """Start all nodes, play the bag to them, and return what became of each robot."""
         environment = private_environment(free_domain_id())
         os.environ.update(environment)
@@ -302,7 +303,7 @@ class Session:
             pairs = zip(self._wirings, self._drives, strict=True)
             listeners = [Listener(node, wiring, drive) for wiring, drive in pairs]
             try:
-                self._follow(node, listeners, children, group, rate)
+                self._follow(node, listeners, children, group)
             finally:
                 node.destroy_node()
                 rclpy.shutdown()
@@ -329,7 +330,6 @@ class Session:
         listeners: list[Listener],
         children: list[list[Child]],
         group: ProcessGroup,
-        rate: float,
     ) -> None:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
@@ -347,12 +347,12 @@ class Session:
         if not spin_until(lambda: all(listener.is_ready for listener in listeners), READY_S):
             tails = [child.log_tail() for started in children for child in started]
             raise SystemExit('not ready: ' + '\n'.join(tails))
-        replay = group.start('replay', self._replay(rate))
+        replay = group.start('replay', self._replay())
         ended.append(replay)
         spin_until(lambda: replay.process.poll() is not None, STALLED_S + 1e3)
         spin_until(lambda: False, DRAIN_S)
 
-    def _replay(self, rate: float) -> list[str]:
+    def _replay(self) -> list[str]:
         last = self._wirings[-1].robot
         with BagReader(self._folder / 'bag') as bag:
             topics = [topic for topic in bag.topics if not topic.endswith('tf_static')]
@@ -362,7 +362,6 @@ class Session:
             'max_ahead': MOST_AHEAD if is_ours else 0,
             'bag': str(self._folder / 'bag'),
             'topics': topics,
-            'rate': rate,
             'clock': True,
             'wait_for_localizer': True,
             'wait_for_subscriber_s': STALLED_S,
@@ -387,7 +386,7 @@ class Session:
         return float(np.median(drive.errors(poses.stamps_ns, in_plan, T_base_body)[:, 0]))
 
 
-def run(names: list[str], seconds: float, rate: float) -> list[Result]:
+def run(names: list[str], seconds: float) -> list[Result]:
     """Run sessions one after another, and print a line for each robot."""
     results = []
     print('| robot | first pose | median error | offline | TF | velocity | scans lost | |')
@@ -395,7 +394,7 @@ def run(names: list[str], seconds: float, rate: float) -> list[Result]:
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             session = Session(SESSIONS[name], Path(folder), seconds)
-            for number, result in enumerate(session.play(rate)):
+            for number, result in enumerate(session.play()):
                 result.offline_error_m = session.offline_error_m(number)
                 results.append(result)
                 off = result.twist_error
@@ -418,7 +417,7 @@ def main() -> int:
     parser.add_argument('--robot', action='append', choices=sorted(SESSIONS))
     arguments = parser.parse_args()
     names = arguments.robot or list(SHORT if arguments.short else SESSIONS)
-    results = run(names, *((25.0, 1.5) if arguments.short else (45.0, 1.0)))
+    results = run(names, SHORT_DRIVE_S if arguments.short else DRIVE_S)
     write_report(arguments.json, {'robots': [asdict(result) for result in results]})
     return 0 if all(not result.faults for result in results) else 1
 
