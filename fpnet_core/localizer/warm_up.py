@@ -15,7 +15,9 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 # Two rooms side by side with a door between them, inner sizes in metres.
 _ROOM_M = np.array([6.0, 5.0])
 _WALL_M, _DOOR_M, _RESOLUTION_M = 0.2, 1.0, 0.1
-_HEIGHTS_M = np.linspace(-0.8, 1.6, 25)
+# Above the sensor, so dense that walls fill all heights alike: planes are floors and ceilings.
+_HEIGHTS_M = np.linspace(-0.8, 1.6, 97)
+_LINTEL_M = 1.2
 _SPACING_M = 0.05
 _SCAN_NS = NS_PER_S
 
@@ -70,6 +72,7 @@ def _toy_scan() -> NDArray[np.float32]:
     points = layers.reshape(-1, 3)
     from_door = np.abs(points[:, 1] + depth / 2 - _WALL_M - _DOOR_M / 2)
     is_doorway = (points[:, 0] >= width / 2) & (from_door <= _DOOR_M / 2)
+    is_doorway &= points[:, 2] < _LINTEL_M
     # Through the door the sensor sees the other room's lower wall.
     points[is_doorway, :2] *= depth / 2 / np.abs(points[is_doorway, 1:2])
     return points

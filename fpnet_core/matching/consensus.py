@@ -120,8 +120,8 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
         _neighbours(sub),
         plan.point,
         sub.point,
-        plan.box[:, 4],
-        sub.box[:, 4],
+        np.ascontiguousarray(plan.box[:, 4]),  # one kind of array, of single regions, too
+        np.ascontiguousarray(sub.box[:, 4]),
         sub.is_door,
         _LOG_WINDOW,
     )
@@ -199,7 +199,8 @@ def _likely_partners(relative: Array) -> NDArray[np.int64]:
     count = min(CANDIDATES_PER_REGION, len(relative))
     best = np.argsort(-relative, axis=0, kind='stable')[:count].T
     value = np.take_along_axis(relative.T, best, axis=1)
-    return np.where(value > np.log(_NEGLIGIBLE), best, -1).astype(np.int64)
+    likely = np.where(value > np.log(_NEGLIGIBLE), best, -1)
+    return np.ascontiguousarray(likely, dtype=np.int64)
 
 
 def _neighbours(sub: GraphGeometry) -> NDArray[np.int64]:
@@ -208,7 +209,8 @@ def _neighbours(sub: GraphGeometry) -> NDArray[np.int64]:
     distance = distance * np.where(sub.is_door, _DOOR_DISTANCE_SHARE, 1.0)[None]
     np.fill_diagonal(distance, np.inf)
     count = min(NEIGHBOURS, len(sub) - 1)
-    return np.argsort(distance, axis=1, kind='stable')[:, :count].astype(np.int64)
+    nearest = np.argsort(distance, axis=1, kind='stable')[:, :count]
+    return np.ascontiguousarray(nearest, dtype=np.int64)
 
 
 def _fit(

@@ -155,7 +155,9 @@ class MapSide:
     def room_of_cell(self) -> NDArray[np.int32]:
         """Room labels ``(H, W)`` on the raster of the evidence; 0 where there is no room."""
         step = round(self.evidence.cell_m / self.evidence.resolution_m)
-        return block_middles(self.segmentation.labels, step)
+        labels = block_middles(self.segmentation.labels, step)
+        labels.setflags(write=False)  # as those of step 1 are: one kind for compiled functions
+        return labels
 
     @cached_property
     def door_points(self) -> NDArray[np.float64]:

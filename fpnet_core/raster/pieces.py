@@ -38,7 +38,7 @@ def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     Diagonal neighbours join. Pieces are numbered from 0 on, in the order of :func:`pieces_of`,
     which takes far longer where cells are few.
     """
-    cells = np.argwhere(mask)
+    cells = np.ascontiguousarray(np.argwhere(mask))
     root = _joined(cells)
     # OpenCV meets pieces block by block of two cells a side.
     blocks = (cells[:, 0] // 2) * mask.shape[1] + cells[:, 1] // 2

@@ -78,7 +78,7 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     margin = last + int(np.ceil(_FLANK)) + 1
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
-    tips = np.argwhere(lines)
+    tips = np.ascontiguousarray(np.argwhere(lines))
     found = _search(near_lines, near_ink, tips, margin, np.radians(_ARC_DEG), first, blanks)
     # Tips are searched one by one, which is gentle to the cache, and listed by direction.
     return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
