@@ -36,7 +36,7 @@ class Patches:
     """Patches of a submap: ``of_wall (P,)``, ``of_cell (H, W)``, ``neighbours (B, 8)``."""
 
     of_wall: NDArray[np.int64]
-    of_cell: NDArray[np.int64]
+    of_cell: NDArray[np.int32]
     neighbours: NDArray[np.int64]
 
     @property
@@ -68,7 +68,8 @@ def patches_of(walls: Array, sub: MapEvidence) -> Patches:
     size = max(1, round(PATCH_M / sub.cell_m))
     rows, cols = sub.wall_distance.shape
     down, across = -(-rows // size), -(-cols // size)
-    of_cell = (np.arange(rows) // size)[:, None] * across + (np.arange(cols) // size)[None]
+    row, col = (np.arange(count, dtype=np.int32) // size for count in (rows, cols))
+    of_cell = row[:, None] * across + col
     A = sub.A_rc_xy
     rc = np.rint(walls @ A[:, :2].T + A[:, 2]).astype(np.int64)
     rc = np.clip(rc, 0, np.array([rows - 1, cols - 1]))
@@ -80,7 +81,7 @@ def patches_of(walls: Array, sub: MapEvidence) -> Patches:
         padded[1 + i : 1 + i + down, 1 + j : 1 + j + across].ravel()
         for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j
     ]  # fmt: skip
-    return Patches(used, of_cell.astype(np.int64), np.stack(around, axis=1))
+    return Patches(used.astype(np.int64), of_cell, np.stack(around, axis=1))
 
 
 def deform(plan: MapEvidence, to_plan: Array, walls: Array, patches: Patches) -> Deformation:

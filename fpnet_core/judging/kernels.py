@@ -139,7 +139,7 @@ def drawn_walls(
     walls: Array,
     distance: Floats,
     observed: NDArray[np.bool_],
-    patch_of: Ints,
+    patch_of: NDArray[np.int32],
     shift_cells: Array,
     edges_m: Array,
 ) -> tuple[Array, Array]:

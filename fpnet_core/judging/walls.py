@@ -82,11 +82,10 @@ class LookedAt:
 
 def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> LookedAt:
     """Return the samples of a submap that has walls under ``C > 0`` placements."""
-    walls, free = evenly_drawn(sub.walls, _MAX_WALLS), evenly_drawn(sub.free, _MAX_FREE)
+    walls, free, patches = sub.kept(_samples)
     to_plan = _chained(plan.A_rc_xy, placements.linear, placements.translation)
     inverse = np.asarray(np.linalg.inv(placements.linear), dtype=np.float64)
     back = -np.einsum('cij,cj->ci', inverse, placements.translation)
-    patches = patches_of(walls, sub)
     bent = deform(plan, to_plan, walls, patches)
     field = plan.wall_distance
     distance, cell = kernels.wall_distances(
@@ -110,6 +109,12 @@ def look_at(plan: MapEvidence, sub: MapEvidence, placements: Placements) -> Look
         bent_distance=bent_distance,
         cell=cell,
     )
+
+
+def _samples(sub: MapEvidence) -> tuple[Array, Array, Patches]:
+    """Return the samples of a submap's walls (P, 2) and free space (F, 2), and the patches."""
+    walls = evenly_drawn(sub.walls, _MAX_WALLS)
+    return walls, evenly_drawn(sub.free, _MAX_FREE), patches_of(walls, sub)
 
 
 def wall_figures(plan: MapSide, sub: MapSide, placements: Placements, looked: LookedAt) -> Figures:

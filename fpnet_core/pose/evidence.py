@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 import cv2
+from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
@@ -207,7 +208,8 @@ def _distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArr
     """Distance of every ``step``-th cell to the nearest True cell [m], capped."""
     if not mask.any():
         return np.full(block_middles(mask, step).shape, _DISTANCE_CAP_M, dtype=np.float32)
-    metres = cells_to_nearest(mask, step) * np.float32(resolution)
+    most = _DISTANCE_CAP_M / resolution + 1.0
+    metres = cells_to_nearest(mask, step, most=most) * np.float32(resolution)
     return np.asarray(np.minimum(metres, np.float32(_DISTANCE_CAP_M)), dtype=np.float32)
 
 
@@ -222,13 +224,33 @@ def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
     if not walls.any():
         return 0.0, 0.0
     image = cv2.GaussianBlur(walls.astype(np.float32), (0, 0), 1.5)
-    gx = cv2.Sobel(image, cv2.CV_32F, 1, 0)
-    gy = cv2.Sobel(image, cv2.CV_32F, 0, 1)
-    squared = gx * gx  # OpenCV rounds magnitudes by where arrays lie in memory
-    squared += gy * gy
-    strong = np.flatnonzero(squared > np.float32(_STRONG**2) * squared.max())
-    weight = np.sqrt(squared.ravel()[strong].astype(np.float64))
-    z = (gx.ravel()[strong] + 1j * gy.ravel()[strong]) / weight
+    x, y = _strong(
+        np.asarray(cv2.Sobel(image, cv2.CV_32F, 1, 0), np.float32).ravel(),
+        np.asarray(cv2.Sobel(image, cv2.CV_32F, 0, 1), np.float32).ravel(),
+        np.float32(_STRONG**2),
+    )
+    weight = np.sqrt((x * x + y * y).astype(np.float64))
+    z = (x + 1j * y) / weight
     fourth = np.square(np.square(z))  # a power of complex numbers takes fifty times as long
     mean = np.sum(weight * fourth) / np.sum(weight)
     return float(np.mod(np.angle(mean) / 4.0, np.pi / 2)), float(np.abs(mean))
+
+
+@njit(cache=True, nogil=True)
+def _strong(
+    gx: NDArray[np.float32], gy: NDArray[np.float32], share: np.float32
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Return the gradients (K,) each of ``gx`` and ``gy (P,)`` of more than a share of the largest.
+
+    They are compared by their squares. OpenCV rounds these by where arrays lie in memory.
+    """
+    most = np.float32(0.0)
+    for k in range(len(gx)):
+        most = max(most, gx[k] * gx[k] + gy[k] * gy[k])
+    least = share * most
+    strong, count = np.empty(len(gx), np.int64), 0
+    for k in range(len(gx)):
+        strong[count] = k
+        count += int(gx[k] * gx[k] + gy[k] * gy[k] > least)
+    return gx[strong[:count]], gy[strong[:count]]

@@ -141,15 +141,16 @@ def _forward(
 ) -> None:
     likelihood, depth = wall_likelihood.reshape(-1), outside_depth.reshape(-1)
     cells = np.empty(max(len(walls), len(free)), np.int32)
+    wall_xy, free_xy = np.ascontiguousarray(walls.T), np.ascontiguousarray(free.T)
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
-        _cells_of(A, walls, wall_likelihood.shape, cells)
+        _cells_of(A, wall_xy, wall_likelihood.shape, cells)
         total = 0.0
         for k in range(len(walls)):
             if cells[k] >= 0:
                 total += likelihood[cells[k]]
         support[c] = total / max(len(walls), 1)
-        _cells_of(A, free, outside_depth.shape, cells)
+        _cells_of(A, free_xy, outside_depth.shape, cells)
         outside = 0.0
         for k in range(len(free)):
             own = depth[cells[k]] if cells[k] >= 0 else _OUTSIDE_FULL_M
@@ -169,9 +170,9 @@ def _backward(
     seen: Array,
 ) -> None:
     likelihood, is_observed = wall_likelihood.reshape(-1), observed.reshape(-1)
-    cells = np.empty(len(walls), np.int32)
+    cells, wall_xy = np.empty(len(walls), np.int32), np.ascontiguousarray(walls.T)
     for c in range(len(inverse)):
-        _cells_of(_chain(A_rc_xy, inverse[c], back[c]), walls, observed.shape, cells)
+        _cells_of(_chain(A_rc_xy, inverse[c], back[c]), wall_xy, observed.shape, cells)
         total, count = 0.0, 0
         for k in range(len(walls)):
             if cells[k] >= 0 and is_observed[cells[k]]:
@@ -183,14 +184,14 @@ def _backward(
 @numba.njit(cache=True, nogil=True)
 def _cells_of(A: Array, points: Array, shape: tuple[int, int], cells: NDArray[np.int32]) -> None:
     """
-    Write the flat indices of the cells nearest to ``points (P, 2)`` to ``cells``, -1 off it.
+    Write the flat indices of the cells nearest to ``points (2, P)`` to ``cells``, -1 off it.
 
-    ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, is
-    carried out for several points at once.
+    ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, over
+    coordinates that lie side by side, is carried out for several points at once.
     """
     rows, cols = float(shape[0]), float(shape[1])
-    for k in range(len(points)):
-        x, y = points[k, 0], points[k, 1]
+    for k in range(points.shape[1]):
+        x, y = points[0, k], points[1, k]
         row = np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5)
         col = np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5)
         is_inside = (row >= 0.0) & (col >= 0.0) & (row < rows) & (col < cols)

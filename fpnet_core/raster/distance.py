@@ -15,30 +15,42 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+Down = NDArray[np.int16] | NDArray[np.int32]
+"""Distances within columns."""
+
 _NOWHERE = np.sqrt(np.finfo(np.float32).max)
 """Numerical: how far a True cell is that there is not; its square is finite."""
 
 
 def cells_to_nearest(
-    mask: NDArray[np.bool_], step: int = 1, where: NDArray[np.bool_] | None = None
+    mask: NDArray[np.bool_],
+    step: int = 1,
+    where: NDArray[np.bool_] | None = None,
+    most: float = np.inf,
 ) -> NDArray[np.float32]:
     """
     Return the distance (H, W) float32 from each cell to the nearest True cell, in cells.
 
     With a ``step`` only of the cells in the middle of blocks of that side, as
     :func:`~fpnet_core.raster.blocks.block_middles` chooses them; with ``where (H, W)`` only of
-    its True cells, 0 for all others.
+    its True cells, 0 for all others. Of what is farther than ``most`` it is only said that it is.
     """
     asked = np.ones((1, mask.shape[1]), np.bool_) if where is None else where
-    down = _down_columns(np.ascontiguousarray(mask))
-    return np.asarray(_along_rows(down, np.ascontiguousarray(asked), step))
+    rows, cols = mask.shape
+    fits = 2 * rows + cols <= np.iinfo(np.int16).max
+    down = np.empty(mask.shape, np.int16 if fits else np.int32)
+    _down_columns(np.ascontiguousarray(mask), down)
+    beyond = int(min(most, rows + cols - 1)) + 1
+    first = (step - 1) // 2
+    found = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
+    _along_rows(down, np.ascontiguousarray(asked), step, beyond, found)
+    return found
 
 
 @njit(cache=True, nogil=True)
-def _down_columns(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Return the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
+def _down_columns(mask: NDArray[np.bool_], down: Down) -> None:
+    """Write the distance (H, W) to the nearest True cell in a column; H + W or more of none."""
     rows, cols = mask.shape
-    down = np.empty((rows, cols), np.int32)
     for col in range(cols):
         down[0, col] = 0 if mask[0, col] else rows + cols
     for row in range(1, rows):
@@ -46,18 +58,17 @@ def _down_columns(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
             down[row, col] = 0 if mask[row, col] else down[row - 1, col] + 1
     for row in range(rows - 2, -1, -1):
         for col in range(cols):
-            down[row, col] = min(down[row, col], down[row + 1, col] + 1)
-    return down
+            # Cells are compared, not sums: those are wider, and fewer fit side by side.
+            own, below = down[row, col], down[row + 1, col]
+            down[row, col] = below + 1 if own > below else own
 
 
 @njit(cache=True, nogil=True)
 def _along_rows(
-    down: NDArray[np.int32], asked: NDArray[np.bool_], step: int
-) -> NDArray[np.float32]:
-    """Return what :func:`cells_to_nearest` does; a single row of ``asked`` holds for all."""
-    rows, cols = down.shape
-    first = (step - 1) // 2
-    out = np.zeros((len(range(first, rows, step)), len(range(first, cols, step))), np.float32)
+    down: Down, asked: NDArray[np.bool_], step: int, beyond: int, out: NDArray[np.float32]
+) -> None:
+    """Write what :func:`cells_to_nearest` returns; a single row of ``asked`` holds for all."""
+    cols, first = down.shape[1], (step - 1) // 2
     lowest = np.empty((3, cols + 1), np.int64)
     for k in range(len(out)):
         row = first + k * step
@@ -73,14 +84,13 @@ def _along_rows(
             # From cell to cell a distance changes by one at most.
             low = max(begin - _at_most(near, begin), 0)
             high = min(end - 1 + _at_most(near, end - 1), cols - 1)
-            count = _lowest_parabolas(near, low, high, rows + cols, lowest)
+            count = _lowest_parabolas(near, low, high, beyond, lowest)
             _write_distances(lowest, count, begin, end, step, out[k])
             begin = end
-    return out
 
 
 @njit(cache=True, nogil=True)
-def _at_most(near: NDArray[np.int32], col: int) -> int:
+def _at_most(near: Down, col: int) -> int:
     """Return how far the nearest True cell is along the row, and then along a column."""
     cols, least, offset = len(near), near[col], 1
     while offset < min(least, cols):
@@ -94,13 +104,13 @@ def _at_most(near: NDArray[np.int32], col: int) -> int:
 
 @njit(cache=True, nogil=True)
 def _lowest_parabolas(
-    near: NDArray[np.int32], low: int, high: int, beyond: int, lowest: NDArray[np.int64]
+    near: Down, low: int, high: int, beyond: int, lowest: NDArray[np.int64]
 ) -> int:
     """
     Count the parabolas that are lowest somewhere from ``low`` to ``high``, and list them.
 
     ``lowest (3, W)`` gets each one's column, its height there and the column from which on it is
-    lowest; a column whose cells are ``beyond`` has none.
+    lowest; columns whose distance is ``beyond`` or more have none.
     """
     count = 0
     for col in range(low, high + 1):

@@ -86,18 +86,15 @@ def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
     A step reaches as far as ``kernel (3, 3)``, which is symmetric. A cell that several labels
     reach in the same step takes the largest.
     """
-    return np.asarray(_spread(labels.copy(), np.ascontiguousarray(into), kernel, steps))
+    found = labels.copy()
+    _spread(found, np.flatnonzero(into & (labels == 0)), kernel, steps)
+    return found
 
 
 @njit(cache=True, nogil=True)
-def _spread(found: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) -> NDArray[np.int32]:
-    """Carry out :func:`spread` in place."""
-    rows, cols = found.shape
-    left, count = np.empty(found.size, np.int32), 0
-    for row in range(rows):
-        for col in range(cols):
-            left[count] = row * cols + col
-            count += int(into[row, col] & (found[row, col] == 0))
+def _spread(found: NDArray[np.int32], left: NDArray[np.int64], kernel: Kernel, steps: int) -> None:
+    """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
+    cols, count = found.shape[1], len(left)
     values, flat = np.empty(count, np.int32), found.reshape(-1)
     for _ in range(steps):
         for k in range(count):
@@ -107,7 +104,6 @@ def _spread(found: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
             flat[left[k]] = values[k]
             left[count] = left[k]
             count += values[k] == 0
-    return found
 
 
 @njit(cache=True, nogil=True, inline='always')

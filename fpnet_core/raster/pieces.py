@@ -83,17 +83,22 @@ def _join(root: NDArray[np.int64], a: int, b: int) -> None:
 
 def looked_up(labels: NDArray[np.int32], values: NDArray[Scalar]) -> NDArray[Scalar]:
     """Return the one of ``values (N,)`` that each of ``labels (H, W)`` numbers."""
-    return np.asarray(_looked_up(labels, values))
+    found = np.empty(labels.shape, values.dtype)
+    _look_up(labels, values, found)
+    return found
 
 
 @njit(cache=True, nogil=True)
-def _looked_up(labels, values):  # type: ignore[no-untyped-def]
-    """Return what :func:`looked_up` does."""
-    found = np.empty(labels.shape, values.dtype)
+def _look_up(labels, values, found):  # type: ignore[no-untyped-def]
+    """Write what :func:`looked_up` returns to ``found (H, W)``."""
     for row in range(labels.shape[0]):
         for col in range(labels.shape[1]):
             found[row, col] = values[labels[row, col]]
-    return found
+
+
+def label_sizes(labels: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Return how many cells (N,) each of ``labels (H, W)`` has, 0 among them."""
+    return np.asarray(_label_ends(labels, int(labels.max(initial=0)) + 1)[:, 4])
 
 
 @njit(cache=True, nogil=True)
@@ -135,22 +140,57 @@ def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:
     ends = _label_ends(labels, int(labels.max(initial=0)) + 1).tolist()
     return {
         label: (slice(r0, r1), slice(c0, c1))
-        for label, (r0, c0, r1, c1) in enumerate(ends)
+        for label, (r0, c0, r1, c1, _) in enumerate(ends)
         if label and r1 > 0
     }
 
 
 @njit(cache=True, nogil=True)
 def _label_ends(labels: NDArray[np.int32], count: int) -> NDArray[np.int64]:
-    """Return first row and column and those after the last (count, 4); 0 after of none."""
-    ends = np.zeros((count, 4), np.int64)
-    for row in range(labels.shape[0]):
-        for col in range(labels.shape[1]):
-            end = ends[labels[row, col]]
-            if end[2] == 0:
-                end[0], end[1] = row, col
-            end[1], end[2], end[3] = min(end[1], col), row + 1, max(end[3], col + 1)
+    """
+    Return first row and column, those after the last, and the number of cells (count, 5).
+
+    A label without cells has zeros.
+    """
+    ends = np.zeros((count, 5), np.int64)
+    rows, cols = labels.shape
+    for row in range(rows):
+        col = 0
+        while col < cols:
+            label, first = labels[row, col], col
+            while col < cols and labels[row, col] == label:
+                col += 1
+            end = ends[label]
+            if end[4] == 0:
+                end[0], end[1] = row, first
+            end[1], end[2], end[3] = min(end[1], first), row + 1, max(end[3], col)
+            end[4] += col - first
     return ends
+
+
+def meeting_cells(labels: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """
+    Return where ``labels (H, W)`` meet, as flat indices (K,) of cells and of neighbours.
+
+    Neighbours have another label, and neither has 0; first come all to the right, then those in
+    the next row, each kind row by row.
+    """
+    right, below = _meeting(labels, 0, 1), _meeting(labels, 1, 0)
+    there = np.concatenate([right + 1, below + labels.shape[1]])
+    return np.concatenate([right, below]), there
+
+
+@njit(cache=True, nogil=True)
+def _meeting(labels: NDArray[np.int32], down: int, right: int) -> NDArray[np.int64]:
+    """Return the flat indices (K,) of cells that meet the neighbour so far off."""
+    rows, cols = labels.shape
+    found, count = np.empty(labels.size, np.int64), 0
+    for row in range(rows - down):
+        for col in range(cols - right):
+            own, other = labels[row, col], labels[row + down, col + right]
+            found[count] = row * cols + col
+            count += int((own != other) & (own > 0) & (other > 0))
+    return found[:count].copy()
 
 
 def longer_pieces(mask: Mask, length: float) -> Mask:

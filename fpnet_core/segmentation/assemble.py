@@ -14,7 +14,7 @@ import shapely
 
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import Mask, cross, spread
-from fpnet_core.raster.pieces import label_windows, looked_up
+from fpnet_core.raster.pieces import label_sizes, label_windows, looked_up
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -124,7 +124,7 @@ def _rooms(
     confidence: dict[int, float],
 ) -> tuple[dict[int, int], list[Region], NDArray[np.int32]]:
     """Return ids by label, room regions (largest first) and labels renumbered to id + 1."""
-    boxes, counts = label_windows(labels), np.bincount(labels.ravel())
+    boxes, counts = label_windows(labels), label_sizes(labels)
     order = sorted(boxes, key=lambda label: (-counts[label], label))
     ids: dict[int, int] = {}
     rooms: list[Region] = []
@@ -154,7 +154,9 @@ def _rooms(
                 confidence=score.observed_fraction * confidence.get(label, 1.0),
             )
         )
-    return ids, rooms, looked_up(labels, lut)
+    kept = looked_up(labels, lut)
+    kept.setflags(write=False)  # or it would be copied
+    return ids, rooms, kept
 
 
 def _opening_confidence(opening: Opening) -> float:

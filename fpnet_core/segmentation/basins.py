@@ -10,8 +10,8 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.pieces import label_figures
-from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
+from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells
+from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
 _MERGE_DEPTH_M = 0.02  # numerical: shallower constrictions are of the raster
@@ -101,15 +101,10 @@ def find_saddles(
     pairs (E, 2) int64 : labels, smaller first, each pair once; widest boundary first
     saddles (E,) float32 : clearance there [m], descending
     """
-    keys, values = [], []
     base = int(labels.max(initial=0)) + 1
-    for here, there in NEIGHBOURS:
-        a, b = labels[here], labels[there]
-        meet = (a != b) & (a > 0) & (b > 0)
-        low, high = np.minimum(a[meet], b[meet]), np.maximum(a[meet], b[meet])
-        keys.append(low.astype(np.int64) * base + high)
-        values.append(np.minimum(clearance[here][meet], clearance[there][meet]))
-    key, value = np.concatenate(keys), np.concatenate(values)
+    sides = np.stack(meeting_cells(labels))
+    low, high = np.sort(labels.ravel()[sides], axis=0).astype(np.int64)
+    key, value = low * base + high, clearance.ravel()[sides].min(axis=0)
     widest = first_of_each(key, np.lexsort((key, -value)))
     pairs = key[widest]
     return np.stack([pairs // base, pairs % base], axis=1), value[widest]
@@ -122,7 +117,7 @@ def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
     peak = np.concatenate([[0.0], basins.peaks.astype(np.float64)])
     _join_shallow(pairs, saddles.astype(np.float64), parent, peak, _MERGE_DEPTH_M)
     _, number = np.unique(parent, return_inverse=True)
-    return np.asarray(number.astype(np.int32)[basins.labels])
+    return looked_up(basins.labels, number.astype(np.int32))
 
 
 @njit(cache=True)

@@ -105,8 +105,8 @@ class SubmapSegmenter:
         seen = ~_near_held(held, grid.resolution)
         seen[_within(box, window)] |= near
         cells, lintel = last.cells.copy(), last.lintel.copy()
-        cells[window][seen] = grid.cells[window][seen]
-        lintel[window][seen] = submap.lintel[window][seen]
+        np.copyto(cells[window], grid.cells[window], where=seen)
+        np.copyto(lintel[window], submap.lintel[window], where=seen)
         result = _spliced(grid, labels, kept, part, window)
         cut = _Last(cells, lintel, result)
         return result, SubmapSegmenter(cut, self.tracks + len(part.regions))
@@ -161,6 +161,8 @@ def _moved(last: _Last, grid: GridMap) -> _Last | None:
         or np.abs(corner - (row, col)).max() > _ALIGNED_CELLS
     ):
         return None
+    if row == col == 0 and old.shape == grid.shape:
+        return replace(last, segmentation=replace(segmentation, grid=grid))
     r0, c0 = max(row, 0), max(col, 0)
     r1, c1 = min(row + old.shape[0], grid.shape[0]), min(col + old.shape[1], grid.shape[1])
     if r1 <= r0 or c1 <= c0:
@@ -307,7 +309,7 @@ def _spliced(
 ) -> Segmentation:
     """Put the part's rooms and doors beside the kept ones; ``labels`` are those of the kept."""
     first = len(kept.rooms)
-    labels[window] = np.where(part.labels > 0, part.labels + first, labels[window])
+    np.add(part.labels, first, out=labels[window], where=part.labels > 0)
     rooms = [*kept.rooms, *part.rooms]
     known = _middles([door.portal for door in kept.doors])
     found = []
@@ -328,7 +330,9 @@ def _spliced(
         portals.append(replace(door.portal, door=len(regions), rooms=portal_rooms))
         regions.append(_numbered(door.region, len(regions)))
     reason = '' if rooms else part.reason
-    return Segmentation(grid, looked_up(labels, lookup), tuple(regions), tuple(portals), reason)
+    spliced = looked_up(labels, lookup)
+    spliced.setflags(write=False)  # or it would be copied
+    return Segmentation(grid, spliced, tuple(regions), tuple(portals), reason)
 
 
 def _numbered(region: Region, number: int, track: int | None = None) -> Region:

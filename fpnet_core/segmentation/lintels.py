@@ -158,8 +158,9 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     out.
     """
     window = 2 * round(_MIN_WIDTH_M / cell_m) + 1
-    around = cv2.boxFilter(lintel.view(np.uint8), cv2.CV_32S, (window, window), normalize=False)
-    cells, owner = pieces_of_few(lintel & (around >= _MIN_COVERAGE * _MIN_WIDTH_M / cell_m))
+    around = cv2.boxFilter(lintel.view(np.uint8), cv2.CV_16S, (window, window), normalize=False)
+    fewest = math.ceil(_MIN_COVERAGE * _MIN_WIDTH_M / cell_m)
+    cells, owner = pieces_of_few(lintel & (np.asarray(around) >= fewest))
     size = np.bincount(owner)
     centroid = np.stack([np.bincount(owner, along) for along in cells.T], axis=1) / size[:, None]
     off_centre = np.hypot(*(cells - centroid[owner]).T)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask, square
-from fpnet_core.raster.windows import NEIGHBOURS, first_of_each
+from fpnet_core.raster.pieces import meeting_cells
+from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
 # Doors between the same rooms nearer than this are one: half a leaf and a jamb;
@@ -141,23 +142,24 @@ class Saddle:
 
 def find_saddles_of_rooms(labels: NDArray[np.int32], work: WorkRaster) -> list[Saddle]:
     """List one saddle per connected stretch of boundary of ``labels (h, w)``, widest first."""
-    boundary, low, high = _boundary(labels)
-    cells = np.flatnonzero(boundary)
-    if cells.size == 0:
+    here, there = meeting_cells(labels)
+    if here.size == 0:
         return []
-    _, stretches = cv2.connectedComponents(boundary.astype(np.uint8), connectivity=8)
+    cells, first = np.unique(here, return_index=True)
+    low, high = np.sort(labels.ravel()[[here[first], there[first]]], axis=0).astype(np.int64)
+    boundary = np.zeros(labels.shape, np.uint8)
+    boundary.ravel()[cells] = 1
+    _, stretches = cv2.connectedComponents(boundary, connectivity=8)
     base = int(labels.max()) + 1
-    key = (stretches.ravel()[cells].astype(np.int64) * base + low.ravel()[cells]) * base
-    key += high.ravel()[cells]
+    key = (stretches.ravel()[cells].astype(np.int64) * base + low) * base + high
     value = work.clearance.ravel()[cells]
-    chosen = cells[first_of_each(key, np.lexsort((cells, -value)))]
     return [
         Saddle(
-            (int(low.ravel()[cell]), int(high.ravel()[cell])),
-            divmod(int(cell), labels.shape[1]),
-            float(work.clearance.ravel()[cell]),
+            (int(low[k]), int(high[k])),
+            divmod(int(cells[k]), labels.shape[1]),
+            float(value[k]),
         )
-        for cell in chosen
+        for k in first_of_each(key, np.lexsort((cells, -value)))
     ]
 
 
@@ -255,16 +257,3 @@ def find_openings(
             kept.append(saddle)
     space = roominess(free)
     return [Opening(s.rooms, closing_line(s, work, space), s.clearance_m) for s in kept]
-
-
-def _boundary(
-    labels: NDArray[np.int32],
-) -> tuple[Mask, NDArray[np.int32], NDArray[np.int32]]:
-    """Mark cells whose right or upper neighbour has another label; give both labels."""
-    low, high = np.zeros_like(labels), np.zeros_like(labels)
-    for here, there in NEIGHBOURS:
-        a, b = labels[here], labels[there]
-        meet = (a != b) & (a > 0) & (b > 0) & (high[here] == 0)
-        low[here][meet] = np.minimum(a, b)[meet]
-        high[here][meet] = np.maximum(a, b)[meet]
-    return high > 0, low, high

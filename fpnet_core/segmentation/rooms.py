@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.pieces import looked_up
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_shallow
 from fpnet_core.segmentation.door_figures import Surroundings, line_figures
@@ -116,7 +117,7 @@ def _rooms_of(
 ) -> tuple[Labels, list[Opening]]:
     """Return labels and openings after pieces have gone to their ``target (P,)``."""
     _, number = np.unique(target, return_inverse=True)
-    labels = number.astype(np.int32)[parts.labels]
+    labels = looked_up(parts.labels, number.astype(np.int32))
     work = parts.work
     apart = upsample_labels(labels, work.stride, parts.scene.free & ~parts.scene.lintel)
     across = openings_across(parts.gaps, apart, scene.cell_m)

@@ -19,7 +19,7 @@ from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
 from fpnet_core.segmentation.scene import Scene, is_furniture
-from fpnet_core.segmentation.stubs import is_stub
+from fpnet_core.segmentation.stubs import are_stubs
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
@@ -111,7 +111,7 @@ def segment_part(
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
-    rooms = set(np.flatnonzero(np.bincount(full.ravel())).tolist()) - {0}
+    rooms = set(label_windows(full))
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
         wall = grid.cells == OCCUPIED
@@ -153,8 +153,8 @@ def part_scene(
 def _furniture(free: Mask, cell_m: float) -> Mask:
     """Return the cells (H, W) that are not free and no wall's either."""
     obstacles, figures = pieces_of(~free)
-    is_any = is_furniture(figures, free.shape, cell_m) & ~is_stub(obstacles, figures, cell_m)
-    return looked_up(obstacles, is_any)
+    small = is_furniture(figures, free.shape, cell_m)
+    return looked_up(obstacles, small & ~are_stubs(obstacles, figures, small, cell_m))
 
 
 def _scene(free: Mask, lintel: Mask, returns: Mask, cell_m: float) -> Scene:

@@ -33,6 +33,21 @@ def test_distances_are_made_where_they_are_asked_for_and_in_the_middle_of_blocks
         np.testing.assert_array_equal(found, block_middles(asked, step))
 
 
+def test_distances_beyond_the_farthest_that_counts_are_only_known_to_be_so():
+    mask = np.random.default_rng(6).random((90, 70)) < 0.002
+    exact, found = cells_to_nearest(mask), cells_to_nearest(mask, most=6.5)
+    near = exact <= 6.5
+    assert 0 < near.sum() < near.size
+    np.testing.assert_array_equal(found[near], exact[near])
+    assert (found[~near] > 6.5).all()
+
+
+def test_rasters_too_long_for_narrow_numbers_are_measured_as_well():
+    mask = np.zeros((20_000, 2), dtype=bool)
+    mask[0, 0] = True
+    assert cells_to_nearest(mask)[-1].tolist() == [19_999.0, np.float32(np.hypot(19_999.0, 1.0))]
+
+
 def test_what_is_nowhere_is_farther_than_any_raster_is_wide():
     assert (cells_to_nearest(np.zeros((4, 3), dtype=bool)) > 1e15).all()
 

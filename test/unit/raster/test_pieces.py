@@ -7,8 +7,10 @@ import pytest
 
 from fpnet_core.raster.pieces import (
     label_figures,
+    label_sizes,
     label_windows,
     looked_up,
+    meeting_cells,
     pieces_of,
     pieces_of_few,
     shared_cells,
@@ -51,6 +53,19 @@ def test_pieces_of_few_cells_are_those_of_all(share):
         cells, piece = pieces_of_few(mask)
         np.testing.assert_array_equal(cells, np.argwhere(mask))
         np.testing.assert_array_equal(piece + 1, labels[mask])
+
+
+def test_label_sizes_are_counts_of_cells():
+    labels, _ = random_labels()
+    assert label_sizes(labels).tolist() == np.bincount(labels.ravel()).tolist()
+    assert label_sizes(np.zeros((2, 3), np.int32)).tolist() == [6]
+
+
+def test_cells_meet_where_neighbours_have_other_labels_and_neither_has_none():
+    labels = np.array([[1, 1, 2], [3, 0, 2]], np.int32)
+    here, there = meeting_cells(labels)
+    assert list(zip(here.tolist(), there.tolist(), strict=True)) == [(1, 2), (0, 3)]
+    assert meeting_cells(np.ones((1, 1), np.int32))[0].size == 0
 
 
 def test_labels_are_looked_up_and_counted_cell_by_cell():
