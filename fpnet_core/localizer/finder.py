@@ -41,10 +41,11 @@ _RASTER_CANDIDATES = 96
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What one comparison of a submap with the plan found."""
+    """What one comparison of a submap with the plan found; by rasters, too: ``is_widened``."""
 
     match: MatchResult
     verdict: Verdict
+    is_widened: bool = False
 
     @property
     def estimates(self) -> Placements:
@@ -59,6 +60,10 @@ class Finder:
     matcher: RegionMatcher
     judge: Judge
     config: FpnetConfig
+
+    def is_claim(self, verdict: Verdict) -> bool:
+        """Tell whether the best placement is as probable as a claim takes."""
+        return verdict.best >= self.config.localizer.claim_probability
 
     def find(
         self,
@@ -94,10 +99,7 @@ class Finder:
             if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
-        if search.misstated is None:
-            return found
-        with timer.stage('misstated'):
-            return self._doubted(plan, sub, found, search, tracked, robot_xy)
+        return self.doubted(plan, sub, found, search, timer, tracked, robot_xy)
 
     def looks(
         self,
@@ -124,35 +126,40 @@ class Finder:
         yield Comparison(match, verdict)
         with timer.stage('raster'):
             found = self._widened(plan, sub, verdict.placements, search, robot_xy)
-        yield Comparison(match, self._judged(plan, sub, found, match, search, timer))
+        yield Comparison(match, self._judged(plan, sub, found, match, search, timer), True)
 
-    def _doubted(
+    def doubted(
         self,
         plan: MapSide,
         sub: MapSide,
         found: Comparison,
         search: ScaleSearch,
-        tracked: Placements | None,
-        robot_xy: RobotXY,
+        timer: StageTimer,
+        tracked: Placements | None = None,
+        robot_xy: RobotXY = None,
     ) -> Comparison:
-        """Return ``found`` with the placements that a scale beyond what was stated leads to."""
+        """
+        Return ``found`` with the placements that a scale beyond what was stated leads to.
+
+        That is ``found`` itself where ``search`` tries none. Parameters are those of :meth:`find`.
+        """
         wide, match = search.misstated, found.match
-        assert wide is not None  # the caller has looked
-        known = found.estimates if tracked is None else tracked.joined(found.estimates)
-        promising = known.joined(self._proposed(plan, sub, match, wide))
-        placed = self._widened(plan, sub, promising, wide, robot_xy)
-        doubt = self._judged(plan, sub, placed, match, wide, StageTimer())
-        scale = doubt.placements.scale
-        beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
-        # What was held at the bounds has been let go of in the doubt.
-        stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
-        both = self.judge.with_doubt(stated, beyond, search.log_odds)
-        distinct = both.placements.distinct(
-            compared_at(sub.evidence, robot_xy),
-            DISTINCT_M,
-            MAX_ESTIMATES,
-        )
-        return Comparison(match, self.judge.reduced(both, distinct))
+        if wide is None:
+            return found
+        with timer.stage('misstated'):
+            known = found.estimates if tracked is None else tracked.joined(found.estimates)
+            promising = known.joined(self._proposed(plan, sub, match, wide))
+            placed = self._widened(plan, sub, promising, wide, robot_xy)
+            doubt = self._judged(plan, sub, placed, match, wide, StageTimer())
+            scale = doubt.placements.scale
+            beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
+            # What was held at the bounds has been let go of in the doubt.
+            stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
+            both = self.judge.with_doubt(stated, beyond, search.log_odds)
+            distinct = both.placements.distinct(
+                compared_at(sub.evidence, robot_xy), DISTINCT_M, MAX_ESTIMATES
+            )
+            return Comparison(match, self.judge.reduced(both, distinct))
 
     def follow(
         self,

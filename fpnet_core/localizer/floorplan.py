@@ -13,9 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, ScalePolicy
 from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.scale import ScaleHistory
 from fpnet_core.localizer.sides import (
     mirrored_rooms,
@@ -27,7 +29,7 @@ from fpnet_core.localizer.sides import (
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate, segment_unknown_scale
 from fpnet_core.spread import PoseSpread
-from fpnet_core.types import GridMap, PlanScale
+from fpnet_core.types import GridMap, PlanScale, Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,18 @@ class Floorplan:
         if self.mirror is not None:
             return self
         return replace(self, mirror=plan_side(mirrored_rooms(self.working.segmentation)))
+
+    def after(self, belief: Belief, walls: NDArray[np.float64]) -> Floorplan:
+        """
+        Return the floorplan with what a tick tells of its scale: claims measure it.
+
+        ``walls (P, 2)`` are those of the submap. Being ambiguous again says nothing.
+        """
+        if belief.status is Status.LOCALIZED and belief.best is not None:
+            A_plan_submap = belief.best.A_plan_submap
+            return replace(self, scale=self.scale.followed(A_plan_submap, walls, belief.bend_m))
+        is_open = belief.status is Status.AMBIGUOUS
+        return self if is_open else replace(self, scale=self.scale.forgotten())
 
     def to_working(self, T_plan_base: SE2) -> SE2:
         """Return a pose in nominal metres as one in working metres."""

@@ -3,9 +3,10 @@
 """
 Which storey: a tick is about one of them, and here are the others, which compete with it.
 
-Not every storey is searched at every tick. One is, in turn, the least known first; those that may
-still be right are followed on new walls, as rivals on the same storey are; what was found on
-the rest stands. Nothing is claimed before all have been searched with half of what is seen by now.
+Not every storey is searched at every tick. Nothing is claimed before all have been with half of
+what is seen by then: until they have, several are in each tick, the least known first, and then
+one in turn. Those that may be right are followed on new walls, as rivals on the same storey are;
+what was found on the rest stands. A claim that stands surely asks for no more than it took.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import WORD, Evidence, Judge, Verdict
 from fpnet_core.judging.evidence import CONTEXT, FIGURES
-from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.localizer.sides import RobotXY, StageTimer
@@ -31,10 +32,11 @@ from fpnet_core.types import GridMap, Submap
 
 # Chosen, not measured:
 _SEARCHED_A_TICK = 1  # other storeys; a search of one takes half of a tick
-_SEARCHED_BEFORE_A_CLAIM = 4  # takes what doubts about mirror image and scale take meanwhile
+_SEARCHED_BEFORE_A_CLAIM = 6  # a dozen storeys within two ticks
 _FOLLOWED = 3  # placements on a storey that is not searched in this tick
 _MOST_FOLLOWED = 3  # storeys
 _MAY_BE_RIGHT = 1e-3  # probability from which a storey is followed
+_ANYTHING = 1e-12  # numerical: a probability that every look has
 _WELL_SEARCHED = 0.5  # share of what is seen by now that a search must have been of
 
 
@@ -129,28 +131,33 @@ class OtherStorey:
 
 @dataclass(frozen=True, eq=False)
 class StoreyLook:
-    """What the other storeys are looked at with: the tick's submap, and who looks."""
+    """
+    What the other storeys are looked at with.
+
+    ``submap``, its side ``sub`` and ``robot_xy`` are the tick's, ``found`` what it found on the
+    storey that it is about.
+    """
 
     submap: Submap
     sub: MapSide
+    found: Comparison
     finder: Finder
     robot_xy: RobotXY
 
-    def most(self, others: Sequence[OtherStorey], is_near_claim: bool) -> int:
-        """Return how many storeys to search."""
-        is_urgent = is_near_claim and unsearched(others, self.submap.free_area_m2)
-        return _SEARCHED_BEFORE_A_CLAIM if is_urgent else _SEARCHED_A_TICK
-
     def looked_at(
-        self, others: Sequence[OtherStorey], most: int, timer: StageTimer
+        self, others: Sequence[OtherStorey], is_settled: bool, searches: bool, timer: StageTimer
     ) -> tuple[tuple[OtherStorey, ...], list[bool]]:
         """
         Return the storeys after this tick, and which of them were looked at in it.
 
-        At most ``most`` are searched.
+        ``is_settled`` tells whether a claim stands, and as firmly as it was made; ``searches``
+        whether this is a tick for searches at all.
         """
+        if not others:
+            return (), []
         with timer.stage('storeys'):
-            wanted, followed = self._wanted(others, most), self._followed(others)
+            wanted = self._wanted(others, is_settled) if searches else []
+            followed = self._followed(others)
             after, is_fresh = [], []
             for storey in others:
                 is_searched = any(storey is each for each in wanted)
@@ -161,11 +168,20 @@ class StoreyLook:
                     after.append(self._kept(storey) if is_fresh[-1] else storey)
             return tuple(after), is_fresh
 
-    def _wanted(self, others: Sequence[OtherStorey], most: int) -> list[OtherStorey]:
-        """Return the storeys to search in this tick: those that were with the least seen."""
+    def _wanted(self, others: Sequence[OtherStorey], is_settled: bool) -> list[OtherStorey]:
+        """
+        Return the storeys to search in this tick: those that were with the least seen.
+
+        Those that keep a claim from being made come first, as many as may; while a claim is
+        settled, they come one by one. Without any, and without a claim, there is one in turn.
+        """
         area_m2 = self.submap.free_area_m2
-        stale = [each for each in others if area_m2 >= NEWS_GROWTH * each.searched_m2]
-        return sorted(stale, key=lambda each: (each.searched_m2, -each.probability))[:most]
+        due = [each for each in others if not each.is_searched(area_m2)]
+        most = _SEARCHED_A_TICK if is_settled else _SEARCHED_BEFORE_A_CLAIM
+        if not due and not is_settled:
+            due = [each for each in others if area_m2 >= NEWS_GROWTH * each.searched_m2]
+            most = _SEARCHED_A_TICK
+        return sorted(due, key=lambda each: (each.searched_m2, -each.probability))[:most]
 
     def _followed(self, others: Sequence[OtherStorey]) -> list[OtherStorey]:
         likely = [each for each in others if each.probability >= _MAY_BE_RIGHT]
@@ -174,9 +190,11 @@ class StoreyLook:
     def _searched(self, storey: OtherStorey) -> OtherStorey:
         plan, area_m2 = storey.plan, self.submap.free_area_m2
         tracked = storey.tracked @ self.submap.T_odom_submap
+        # Where the graph has enough to go by on one storey, it has on the others.
+        is_enough = not self.found.is_widened and self.finder.is_claim(self.found.verdict)
         found = self.finder.find(
             plan.working, self.sub, area_m2, plan.scale.search.as_stated, StageTimer(), tracked,
-            self.robot_xy,
+            self.robot_xy, _ANYTHING if is_enough else None,
         )  # fmt: skip
         return replace(
             storey,
@@ -209,12 +227,25 @@ def in_contest(
     others: Sequence[OtherStorey],
     is_fresh: Sequence[bool],
 ) -> tuple[Verdict, tuple[OtherStorey, ...]]:
-    """Return the verdict on ``plan`` and the other storeys, all weighed against each other."""
+    """
+    Return the verdict on ``plan`` and the other storeys, all weighed against each other.
+
+    Those that may be right are weighed once more, as if there were no others.
+    """
     if not others:  # and a site of one is a plan
         return here, ()
     drawn = [here, *(each.verdict or _UNSEEN for each in others)]
     priors = [plan.log_prior, *(each.plan.log_prior for each in others)]
-    verdicts = judge.among_storeys(drawn, priors, [True, *is_fresh])
+    fresh = [True, *is_fresh]
+    verdicts = judge.among_storeys(drawn, priors, fresh)
+    # The larger a plan, the more of it may have been overlooked; not what is out of the question.
+    likely = [
+        new and (not k or float(each.placements.probability.sum()) >= _MAY_BE_RIGHT)
+        for k, (new, each) in enumerate(zip(fresh, verdicts, strict=True))
+    ]
+    if likely != fresh:
+        drawn = [d if may else v for d, v, may in zip(drawn, verdicts, likely, strict=True)]
+        verdicts = judge.among_storeys(drawn, priors, likely)
     told = (
         each if each.verdict is None else replace(each, verdict=verdict)
         for each, verdict in zip(others, verdicts[1:], strict=True)

@@ -23,7 +23,7 @@ from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_w
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.scale import ScaleHistory, ScaleSearch
+from fpnet_core.localizer.scale import ScaleSearch
 from fpnet_core.localizer.search import Searched
 from fpnet_core.localizer.sides import RobotXY, StageTimer, prepare_submap
 from fpnet_core.localizer.storeys import (
@@ -231,20 +231,24 @@ class _Tick:
         """Return the next state and the output."""
         state, submap, config = self.state, self.submap, self.finder.config.localizer
         tracker = HypothesisTracker(config, self.finder.judge)
-        is_near_claim = tracker.wants_mirror(state.standing)
+        found = self._placed()
+        look = StoreyLook(submap, found.searched.sub, found.comparison, self.finder, self.robot_xy)
+        others, is_fresh = look.looked_at(
+            state.others, tracker.is_settled(state.standing), not found.searched.ticks, self.timer
+        )
         # Storeys that keep a claim from being made come before doubts about this one.
-        doubts = is_near_claim and not unsearched(state.others, submap.free_area_m2)
-        search = self.plan.scale.search
-        search = search if doubts else search.as_stated
-        found = self._placed(search)
+        has_searched = not unsearched(others, submap.free_area_m2)
+        doubts = has_searched and tracker.wants_mirror(state.standing)
+        search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
+        found = self._doubted(found, search)
         sub = found.searched.sub
         verdict, hint = self._told(found.comparison.verdict)
-        verdict, others = self._among_storeys(found, verdict, is_near_claim)
+        verdict, others = in_contest(self.finder.judge, verdict, self.plan, others, is_fresh)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
         standing, belief = tracker.update(
             state.standing, verdict, self._sight(sub, hint, others), mirrored
         )
-        plan = replace(plan, scale=_scale_after(plan, belief, sub))
+        plan = plan.after(belief, sub.evidence.walls)
         vicinity, told, A = Surroundings(config).judge(
             state.vicinity, plan.working.evidence, submap, belief, self.robot_xy
         )
@@ -261,44 +265,49 @@ class _Tick:
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
             others=others,
         )
-        look = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
+        compared = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
         match = found.comparison.match
-        output = self._output(plan, look, match, belief.judged, told, A, spread)
+        output = self._output(plan, compared, match, belief.judged, told, A, spread)
         named = replace(output, storey=plan.name, storeys=probabilities(plan, verdict, others))
         best = strongest(others)
         is_told = hint is not None and not hint.is_doubted
         if best is None or best.best <= verdict.best or is_told or after.is_elsewhere:
             return after, named
         left = OtherStorey(plan, after.tracked, verdict, found.searched.free_area_m2)
-        return after.about(best.plan.name, left), named
+        begun = Standing(was_localized=standing.was_localized)
+        # It has been looked at in this tick, and has won.
+        if best.verdict is not None and is_fresh[others.index(best)]:
+            begun, _ = tracker.update(begun, best.verdict, self._sight(sub, None, others))
+        return replace(after.about(best.plan.name, left), standing=begun), named
 
-    def _among_storeys(
-        self, found: _Found, verdict: Verdict, is_near_claim: bool
-    ) -> tuple[Verdict, tuple[OtherStorey, ...]]:
-        """Weigh the placements on other storeys against those on this one."""
-        if not self.state.others:
-            return verdict, ()
-        look = StoreyLook(self.submap, found.searched.sub, self.finder, self.robot_xy)
-        most = 0 if found.searched.ticks else look.most(self.state.others, is_near_claim)
-        others, is_fresh = look.looked_at(self.state.others, most, self.timer)
-        return in_contest(self.finder.judge, verdict, self.plan, others, is_fresh)
-
-    def _placed(self, search: ScaleSearch) -> _Found:
+    def _placed(self) -> _Found:
         """Search the whole plan, or follow what the last search found where that will do."""
         state, submap, working = self.state, self.submap, self.plan.working
-        tracked = state.tracked @ submap.T_odom_submap
-        last = state.searched
+        search, last = self.plan.scale.search.as_stated, state.searched
         if last is not None and last.holds(submap, self.finder.config.localizer):
             searched, comparison = last.followed(
-                self.finder, working, submap, tracked, self.timer, search, self.robot_xy
+                self.finder, working, submap, self._tracked, self.timer, search, self.robot_xy
             )
             return _Found(state.segmenter, searched, comparison)
         sub, segmenter = prepare_submap(submap, state.segmenter, self.timer)
         area_m2 = submap.free_area_m2
         comparison = self.finder.find(
-            working, sub, area_m2, search, self.timer, tracked, self.robot_xy
+            working, sub, area_m2, search, self.timer, self._tracked, self.robot_xy
         )
         return _Found(segmenter, Searched(sub, comparison.match, area_m2), comparison)
+
+    @property
+    def _tracked(self) -> Placements:
+        """The last tick's placements of this submap."""
+        return self.state.tracked @ self.submap.T_odom_submap
+
+    def _doubted(self, found: _Found, search: ScaleSearch) -> _Found:
+        """Return what was found with what scales that ``search`` doubts lead to, if it does."""
+        comparison = self.finder.doubted(
+            self.plan.working, found.searched.sub, found.comparison, search, self.timer,
+            self._tracked, self.robot_xy,
+        )  # fmt: skip
+        return replace(found, comparison=comparison)
 
     def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Verdict]:
         """Return the verdict on the drawing's mirror image, and the plan that has it by now."""
@@ -388,11 +397,3 @@ class _Tick:
         information = wall_information(plan, recent, A_plan_odom, xy_odom)
         signs = Signs(information, figures, unrest_rad)
         return packaged_uncertainty().spread(signs, xy_odom, submap.stamp_ns)
-
-
-def _scale_after(plan: Floorplan, belief: Belief, sub: MapSide) -> ScaleHistory:
-    """Let claims measure the plan's scale; being ambiguous again says nothing about it."""
-    if belief.status is Status.LOCALIZED and belief.best is not None:
-        walls = sub.evidence.walls
-        return plan.scale.followed(belief.best.A_plan_submap, walls, belief.bend_m)
-    return plan.scale if belief.status is Status.AMBIGUOUS else plan.scale.forgotten()

@@ -25,7 +25,7 @@ from fpnet_core.types import FEATURE_SCHEMA, RegionGraph
 
 Probability = NDArray[np.float64]
 
-_PLANS = 2  # numerical: a plan and its mirror image, which are asked for in turn
+_PLANS = 16  # numerical: a site's storeys and a mirror image, which are asked for in turn
 
 FLOOR = 1e-9
 """Numerical: added to a pair's likelihood before the logarithm."""
@@ -46,8 +46,8 @@ class LearnedMatcher:
 
     Where the checkpoint brings a model of geometric evidence, the network's likelihoods are
     settled by consensus; else, or with ``settle=False``, they are the answer. Keeps what it
-    derived from the latest two plan graphs: a localizer matches growing submaps against the same
-    plan object, and its mirror image. Not thread-safe; one instance per worker.
+    derived from the latest plan graphs: a localizer matches growing submaps against the same plan
+    objects, those of its storeys and a mirror image. Not thread-safe; one instance per worker.
     """
 
     def __init__(self, config: MatcherConfig, settle: bool = True) -> None:

@@ -34,7 +34,14 @@ def sites(report: Report) -> tuple[dict[str, str], dict[str, str]]:
 
 def _storeys(part: Report) -> str:
     header = ['sites of 2 to 12 storeys', 'drives', 'right after 40 m', 'wrong storey claimed']
-    header += ['first claim', 'on one plan', 'mean tick', 'on one plan', 'with 12 storeys']
+    header += [
+        'first claim',
+        'on one plan',
+        'a wall that differs seen',
+        'mean tick',
+        'on one plan',
+        'with 12 storeys',
+    ]
     rows = [
         [
             title,
@@ -43,6 +50,7 @@ def _storeys(part: Report) -> str:
             str(row['wrong_storeys']),
             _with(row['path_m_median'], '{:.1f} m'),
             _with(row['path_alone_m_median'], '{:.1f} m'),
+            _with(row['parted_m_median'], '{:.1f} m'),
             _with(row['tick_ms_mean'], '{:.0f} ms'),
             _with(row['tick_alone_ms_mean'], '{:.0f} ms'),
             _with(row['tick_ratio_12'], '{:.1f} times'),

@@ -21,6 +21,7 @@ from fpnet_lab.evaluation.localization.drives import Registrar
 from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
 from fpnet_lab.evaluation.localization.records import JUDGED_AT_M, RIGHT, stamp_at_path
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
+from fpnet_lab.evaluation.storeys_apart import parted_at_m
 from fpnet_lab.sim.recording import Recording, RecordingOptions
 from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.storeys import DrawnStorey, Likeness, draw_storeys
@@ -41,7 +42,9 @@ class SiteRun:
     """
     What a drive on one storey of a site came to; figures of the same drive on one plan beside.
 
-    Paths are None where nothing was claimed. ``is_right`` says that storey and pose were right
+    Paths are None where nothing was claimed; ``parted_m`` is that after which walls have been seen
+    that no storey alike shares (:func:`~fpnet_lab.evaluation.storeys_apart.parted_at_m`).
+    ``is_right`` says that storey and pose were right
     after 40 m, ``wrong_storeys`` counts poses on another one, ``least_different`` is the share of
     walls by which the most alike storey differs; 0: it is equal.
     """
@@ -58,6 +61,7 @@ class SiteRun:
     path_alone_m: float | None
     tick_ms: float
     tick_alone_ms: float
+    parted_m: float | None = None
 
     @property
     def has_equal(self) -> bool:
@@ -149,6 +153,7 @@ def _judged(driven: SiteDrive, alone: ReplayResult) -> SiteRun:
         _first_claim_m(alone),
         _mean(run),
         _mean(alone),
+        parted_at_m(storeys, run, truth),
     )
 
 
@@ -172,10 +177,7 @@ def _mean(run: ReplayResult) -> float:
 def _first_claim_m(run: ReplayResult) -> float | None:
     if not len(run.published):
         return None
-    path = run.odometry
-    until = path.stamps_ns <= run.published.stamps_ns[0]
-    steps = np.linalg.norm(np.diff(path.xy[until], axis=0), axis=1)
-    return float(steps.sum())
+    return run.odometry.path_length_m(int(run.published.stamps_ns[0]))
 
 
 def site_report(runs: Sequence[SiteRun]) -> dict[str, Any]:
@@ -202,6 +204,7 @@ def _row(runs: Sequence[SiteRun]) -> dict[str, Any]:
         'wrong_poses': sum(run.wrong_poses for run in runs),
         'path_m_median': _median([run.path_m for run in both]),
         'path_alone_m_median': _median([run.path_alone_m for run in both]),
+        'parted_m_median': _median([run.parted_m for run in both]),
         'tick_ms_mean': _median([run.tick_ms for run in runs]),
         'tick_alone_ms_mean': _median([run.tick_alone_ms for run in runs]),
         'tick_ratio_12': _median(

@@ -22,7 +22,9 @@ DIFFERENT = 0.1
 """Given: share of its walls by which a storey differs from one that it is told apart from."""
 
 _MOST_ROUNDS = 40  # numerical: of changes, until a storey differs by so much
-_APART_M = 0.3  # physical: a wall further off than drawings are inexact is another wall
+
+APART_M = 0.3
+"""Physical: a wall further off than drawings are inexact is another wall."""
 
 
 class Likeness(StrEnum):
@@ -85,5 +87,5 @@ def changed_sheet(sheet: GridMap, plan: BuildingPlan, rng: np.random.Generator) 
 def share_apart(sheet: GridMap, other: GridMap) -> float:
     """Return the share of the walls of a sheet that are not near any of another's; same raster."""
     walls, there = (each.cells == OCCUPIED for each in (sheet, other))
-    apart = cells_to_nearest(there) * sheet.resolution > _APART_M
+    apart = cells_to_nearest(there) * sheet.resolution > APART_M
     return float((walls & apart).sum()) / max(int(walls.sum()), 1)

@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from planted import A_BUILDING_PLAN, plan_grid
@@ -15,10 +16,15 @@ from test_tick import digest
 from fpnet_core.config import load_config
 from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import SE2
-from fpnet_core.localizer import Localizer, StoreyPlan
+from fpnet_core.judging import Judge
+from fpnet_core.localizer import Finder, Localizer, StoreyPlan
+from fpnet_core.localizer.belief import HypothesisTracker
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
-from fpnet_core.localizer.storeys import weights_of_word, with_priors
+from fpnet_core.localizer.sides import StageTimer
+from fpnet_core.localizer.storeys import prepared_storeys, weights_of_word, with_priors
+from fpnet_core.localizer.tick import Seen, TickState, tick
+from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, Status
 
 TRUE, OTHER = StoreyPlan('true', plan_grid()), StoreyPlan('other', other_storey())
@@ -159,10 +165,60 @@ def test_a_site_of_one_is_a_plan_to_the_last_bit():
         assert digest(mine) == digest(theirs)
 
 
+def first_claim(outputs):
+    return next(k for k, output in enumerate(outputs) if output.status is Status.LOCALIZED)
+
+
+@pytest.mark.parametrize('others', [1, 4])
+def test_a_claim_on_the_last_storey_comes_hardly_later_than_on_it_alone(others):
+    front = (replace(OTHER, name=str(k)) for k in range(others))
+    outputs = run(new(*front, TRUE), recorded()[:40])
+    assert first_claim(outputs) <= first_claim(ended('true')) + 1
+    assert outputs[first_claim(outputs)].storey == 'true'
+
+
+@cache
+def looked():
+    """Each tick on a site of many: (was settled, output, floor that others were searched with)."""
+    storeys = (TRUE, *(replace(OTHER, name=str(k)) for k in range(9)))
+    state, told = TickState().on(*prepared_storeys(storeys, CONFIG)), []
+    finder = Finder(EvenMatcher(), Judge.configured(CONFIG.localizer), CONFIG)
+    tracker, builder = (
+        HypothesisTracker(CONFIG.localizer, finder.judge),
+        SubmapBuilder(CONFIG.submap),
+    )
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        builder.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % 5 == 4:
+            was_settled = tracker.is_settled(state.standing)
+            seen = Seen(stamp_ns, builder.take(), T_odom_sensor)
+            state, output = tick(state, seen, finder, StageTimer())
+            searched_m2 = {each.plan.name: each.searched_m2 for each in state.others}
+            told.append((was_settled, output, searched_m2))
+    return told
+
+
 def test_nothing_is_claimed_before_all_storeys_were_searched():
-    outputs = ended('true', 'other', 'equal')
-    first = next(k for k, o in enumerate(outputs) if len([p for p in o.storeys.values() if p]) > 1)
-    assert first <= 2
+    first = first_claim([output for _, output, _ in looked()])
+    searched = [
+        min(searched_m2.values()) >= 0.5 * output.submap.free_area_m2
+        for _, output, searched_m2 in looked()[: first + 1]
+    ]
+    assert searched[-1]
+    assert not searched[0]
+
+
+def test_a_settled_claim_asks_no_more_of_other_storeys_than_it_took_to_be_made():
+    again, spared = 0, 0
+    for (_, _, before), (was_settled, output, after) in pairwise(looked()):
+        seen_m2 = output.submap.free_area_m2
+        for name, searched_m2 in before.items():
+            if was_settled and after[name] != searched_m2:
+                assert seen_m2 >= 2.0 * searched_m2
+                again += 1
+            spared += was_settled and 1.05 * searched_m2 <= seen_m2 < 2.0 * searched_m2
+    assert again
+    assert spared > 10
 
 
 @pytest.mark.parametrize('weights', [{'true': 1.0}, {'true': 1.0, 'other': 0.0}])
