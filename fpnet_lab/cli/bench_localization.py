@@ -12,7 +12,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Unit, Units, columns, named
 
 
 def command(
@@ -75,36 +76,28 @@ def command(
 
 
 _TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
-_COLUMNS = {
-    'runs': 'runs',
-    'recall_1m_10deg': '1 m 10 deg',
-    'recall_05m_5deg': '0.5 m 5 deg',
-    'path_to_first_pose_m_median': 'first [m]',
-    'wrong_published_runs': 'wrong runs',
-    'wrong_published_poses': 'wrong poses',
-    'open_set_false_claims': 'false claims',
-    'median_position_error_m': 'error [m]',
-    'median_yaw_error_deg': '[deg]',
-    'nees_mean': 'NEES',
-    'inside_95': 'in gate',
-    'ece': 'ECE',
-    'tick_ms_p50': 'tick p50 [ms]',
-    'tick_ms_p95': 'p95 [ms]',
-    'add_scan_ms_p50': 'add [ms]',
-    'rss_mb_max': 'RSS [MB]',
-}
+_COLUMNS = (  # numerical: digits
+    Column('', 'name'),
+    Column('runs', 'runs'),
+    *columns(Units.SHARE, {'recall_1m_10deg': '1 m 10 deg', 'recall_05m_5deg': '0.5 m 5 deg'}),
+    Column('first', 'path_to_first_pose_m_median', Units.METRES.in_title(2)),
+    Column('wrong runs', 'wrong_published_runs'),
+    Column('wrong poses', 'wrong_published_poses'),
+    Column('false claims', 'open_set_false_claims'),
+    Column('error', 'median_position_error_m', Units.METRES.in_title(2)),
+    Column('error', 'median_yaw_error_deg', Units.DEGREES.in_title(2)),
+    Column('NEES', 'nees_mean', Units.NUMBER),
+    Column('in gate', 'inside_95', Units.SHARE),
+    Column('ECE', 'ece', Units.NUMBER),
+    *columns(Units.MS.in_title(2), {'tick_ms_p50': 'tick p50', 'tick_ms_p95': 'p95'}),
+    Column('add', 'add_scan_ms_p50', Units.MS.in_title(2)),
+    Column('RSS', 'rss_mb_max', Unit(' MB').in_title(0)),
+)
 
 
 def _print_tables(result: dict[str, Any], json_path: Path | None) -> None:
     rows = {**result['groups'], 'total': result['total']}
     rows |= {name: table['total'] for name, table in result['baselines'].items()}
-    cells = [[name, *(_shown(found[key]) for key in _COLUMNS)] for name, found in rows.items()]
-    common.show_table(('', *_COLUMNS.values()), cells, json_path, width=_TABLE_WIDTH)
+    show(Table.of(_COLUMNS, named(rows)), json_path, width=_TABLE_WIDTH)
     for name, reason in result['skipped'].items():
         common.say(f'skipped {name}: {reason}', json_path)
-
-
-def _shown(value: float | int | None) -> str:
-    if value is None:
-        return '-'
-    return f'{value:.2f}' if isinstance(value, float) else str(value)

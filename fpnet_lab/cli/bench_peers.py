@@ -13,7 +13,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -51,30 +51,22 @@ def command(
     """
     tree = common.load(config, settings, seed)
     from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS, installed
-    from fpnet_lab.evaluation.localization.peers import (
-        COLUMNS,
-        MAP_COLUMNS,
-        map_rows,
-        peer_rows,
-    )
 
     clouds = installed()
     for name in sorted(set(CLOUD_METHODS) - set(clouds)):
         common.say(f"without {name}: pip install 'fpnet_ros[peers]'", json_path)
     drives = _Drives(group, limit, data, work, workers)
     peers, skipped = _on_drives(drives, tree, clouds, json_path)
-    common.show_table(COLUMNS, peer_rows(peers), json_path)
     report: dict[str, Any] = {'methods': peers, 'skipped': skipped}
     if maps and (data / 'bormann').is_dir():
         report['maps'] = _on_maps(data, maps, tree, clouds)
-        common.show_table(MAP_COLUMNS, map_rows(report['maps']), json_path)
     elif maps:
         common.say(
             f'no real maps: {data}/bormann is missing; name their folder with --data', json_path
         )
     for name, reason in skipped.items():
         common.say(f'skipped {name}: {reason}', json_path)
-    write_report(json_path, report)
+    finish('peers', json_path, report)
 
 
 @dataclass(frozen=True)
