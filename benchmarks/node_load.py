@@ -35,7 +35,7 @@ from tf2_msgs.msg import TFMessage
 
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
-from fpnet_lab.cli.reports import print_scores, script_parser, write_report
+from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.scores import Score, Table, Unit, Units
 from fpnet_lab.sim.recording import make_recording
 from fpnet_ros.processes import (
@@ -281,12 +281,6 @@ def judge(
     ]
 
 
-def target_row(phase: str, score: Score) -> tuple[Score, ...]:
-    """Return what a table says of a target."""
-    name = Score('target', f'{phase}: {score.name}')
-    return name, Score('measured', str(score)), Score('at most', score.said_aim)
-
-
 def measure(
     points: int, minutes: float, with_kiss: bool
 ) -> tuple[list[tuple[str, Score]], dict[str, Any]]:
@@ -334,9 +328,17 @@ def main() -> int:
     for name, figures in results['phases'].items():
         table = [(Score(name, key), Score('', figures[key], Units.NUMBER)) for key in figures]
         print(f'{Table.of_scores(table).markdown()}\n')
-    print_scores(targets, lambda target: target_row(*target))
+    table = [
+        (
+            Score('target', f'{phase}: {t.name}'),
+            Score('measured', str(t)),
+            Score('aim', t.said_aim),
+        )
+        for phase, t in targets
+    ]
+    print(Table.of_scores(table).markdown())
     write_report(arguments.json, results)
-    return 0 if all(score.is_met for _, score in targets) else 1
+    return 0 if all(t.is_met for _, t in targets) else 1
 
 
 if __name__ == '__main__':

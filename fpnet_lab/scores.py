@@ -12,9 +12,6 @@ from typing import Any, Self
 Row = Mapping[str, Any]
 """A part of a benchmark's report, as its JSON holds it."""
 
-Value = Any
-"""Of a score: a number; a text, which stands for itself; None for what was not measured."""
-
 
 @dataclass(frozen=True)
 class Unit:
@@ -46,7 +43,7 @@ class Unit:
         """Return the title of a column."""
         return f'{name} [{self.symbol.strip()}]' if self.is_in_title else name
 
-    def text(self, value: Value) -> str:
+    def text(self, value: Any) -> str:
         """Return a value as it is read."""
         if isinstance(value, str):
             return value
@@ -70,10 +67,14 @@ class Units:
 
 @dataclass(frozen=True)
 class Score:
-    """What was measured; ``aim`` is what it should be at most, no aim for None."""
+    """
+    What was measured: a number, a text that stands for itself, or None where nothing was.
+
+    ``aim`` is what it should be at most, no aim for None.
+    """
 
     name: str
-    value: Value
+    value: Any
     unit: Unit = Units.COUNT
     aim: float | None = None
 
@@ -97,7 +98,7 @@ class Column:
     """The same score of each row of a report: ``source`` is its key, or makes it of the row."""
 
     title: str
-    source: str | Callable[[Row], Value]
+    source: str | Callable[[Row], Any]
     unit: Unit = Units.COUNT
 
     def score(self, row: Row) -> Score:
@@ -159,10 +160,10 @@ def of(hits: str, cases: str) -> Callable[[Row], str]:
     return lambda row: f'{row[hits]} of {row[cases]}'
 
 
-def share_of(share: str, cases: str) -> Callable[[Row], Value]:
+def share_of(share: str, cases: str) -> Callable[[Row], Any]:
     """Return what makes ``3 of 7`` of a share and a count; nothing of an unknown share."""
 
-    def text(row: Row) -> Value:
+    def text(row: Row) -> Any:
         hits = None if row[share] is None else round(row[share] * row[cases])
         return None if hits is None else f'{hits} of {row[cases]}'
 

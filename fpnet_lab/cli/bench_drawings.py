@@ -13,7 +13,6 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
-from fpnet_lab.cli.options import Half
 from fpnet_lab.cli.reports import show, write_report
 from fpnet_lab.scores import Column, Table, columns, named
 
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.drawings import Comparison, Reader, SheetResult
     from fpnet_lab.sim.sheets import Sheet, SheetKind
 
+_Half = Literal['tune', 'report']
 _Format = Literal['picture', 'pdf', 'svg', 'dxf']
 
 
@@ -39,8 +39,9 @@ def command(
         ),
     ] = None,
     half: Annotated[
-        Half, typer.Option('--half', help='Seeds to choose parameters on, or to publish.')
-    ] = Half.REPORT,
+        _Half,
+        common.choice('--half', _Half, 'Seeds to choose parameters on, or for published figures.'),
+    ] = 'report',
     file_format: Annotated[
         _Format, common.choice('--format', _Format, 'What the sheets are read from.')
     ] = 'picture',

@@ -12,7 +12,7 @@ from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
 from fpnet_lab.cli.reports import show, write_report
-from fpnet_lab.scores import Score, Table, Unit
+from fpnet_lab.scores import Table, Unit, columns
 
 
 def command(
@@ -39,7 +39,6 @@ def command(
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
     with progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
         report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
-    per_s = Unit(' per s', 1)
-    speeds = [Score(name, report[f'{name}_per_s'], per_s) for name in ('pairs', 'plans', 'scans')]
-    show(Table.of_scores([speeds]), json_path, f'{workers} workers')
+    shown = columns(Unit(' per s', 1), {f'{n}_per_s': n for n in ('pairs', 'plans', 'scans')})
+    show(Table.of(shown, [report]), json_path, f'{workers} workers')
     write_report(json_path, report)

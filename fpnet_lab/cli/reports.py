@@ -46,8 +46,6 @@ def show(
 ) -> None:
     """Print a table, unless ``--json -`` has stdout."""
     common.show_table(table.titles, table.rows, json_path, title, width)
-    if table.note:
-        common.say(table.note, json_path)
 
 
 def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
@@ -56,7 +54,7 @@ def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
 
     write_report(path, report)
     for table in figures_of(name, report)[0].values():
-        show(table, path)
+        common.say(f'\n{table.markdown()}', path)
 
 
 def print_scores(items: Iterable[Item], scores: Callable[[Item], Sequence[Score]]) -> list[Item]:

@@ -40,7 +40,7 @@ _GROUPS = (
 )
 
 READ_SHARE = replace(Units.SHARE, halves_up=True)
-"""Shares of sheets."""
+"""Shares of sheets, rounded as people do."""
 
 SHEETS = (  # numerical: digits
     Column('kind', 'name'),

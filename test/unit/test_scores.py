@@ -111,10 +111,10 @@ def test_markdown_marks_empty_cells_and_keeps_the_note_apart():
 
 
 def test_the_screen_shows_the_cells_that_pages_have(capsys):
-    table = replace(Table.of(COLUMNS, named(REPORT)), note='Said below.')
+    table = Table.of(COLUMNS, named(REPORT))
     show(table, None, width=120)
     shown = capsys.readouterr().out
-    for cell in (*table.titles, *table.rows[0], *filter(None, table.rows[1]), 'Said below.'):
+    for cell in (*table.titles, *table.rows[0], *filter(None, table.rows[1])):
         assert cell in shown
 
 
