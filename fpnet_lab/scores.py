@@ -57,7 +57,7 @@ class Unit:
 
 
 class Units:
-    """What scores are measured in."""
+    """What scores are measured in; the digits are chosen."""
 
     COUNT, NUMBER = Unit(), Unit(digits=2)
     SHARE, FINE_SHARE = Unit(' %', factor=100.0), Unit(' %', 1, 100.0)
