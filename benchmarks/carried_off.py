@@ -23,7 +23,7 @@ from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import finish
 from fpnet_lab.evaluation.localization.drives import Registrar, run_product
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
 from fpnet_lab.sim.recording import RecordingOptions, make_recording
@@ -118,8 +118,7 @@ def main() -> None:
         print(json.dumps(figures), flush=True)
         results.append(figures)
     ways = {way: sums([each[way] for each in results if way in each]) for way in WAYS}
-    print(json.dumps(ways, indent=2))
-    write_report(arguments.json, {'drives': results, 'ways': ways})
+    finish('carried_off', arguments.json, {'drives': results, 'ways': ways})
 
 
 if __name__ == '__main__':

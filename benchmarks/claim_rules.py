@@ -20,6 +20,8 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.judging import Judge
+from fpnet_lab.cli.reports import print_scores
+from fpnet_lab.scores import Score, Units
 from fpnet_lab.training.judge_gathering import Amounts, gather_trials, trial_blocks
 
 LOOKS = (1, 2, 3)
@@ -44,6 +46,21 @@ def first_claim(looks, needed, probability):
     return None
 
 
+def scores(judged, needed, probability):
+    """Return what a rule comes to over the looks of all drives."""
+    own = [first_claim(plans[0], needed, probability) for plans in judged]
+    foreign = [first_claim(p, needed, probability) for plans in judged for p in plans[1:]]
+    made = [claim for claim in own if claim is not None]
+    return (
+        Score('looks', needed),
+        Score('probability', probability, Units.NUMBER),
+        Score('first claim, look', np.median([c[0] + 1 for c in made]), Units.NUMBER.to(1)),
+        Score('never', f'{len(own) - len(made)} of {len(own)}'),
+        Score('wrong', sum(not c[1] for c in made)),
+        Score('on other plans', f'{sum(c is not None for c in foreign)} of {len(foreign)}'),
+    )
+
+
 def main() -> None:
     """Print one row per rule."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -64,17 +81,7 @@ def main() -> None:
         [[judge.best_of(t.evidence, t.right) for t in looks] for looks in (own, *foreign)]
         for own, foreign in map(plans_of, drives.values())
     ]
-    print('| looks | probability | first claim, look | never | wrong | on other plans |')
-    print('|---|---|---|---|---|---|')
-    for needed, probability in product(LOOKS, PROBABILITIES):
-        own = [first_claim(plans[0], needed, probability) for plans in judged]
-        foreign = [first_claim(p, needed, probability) for plans in judged for p in plans[1:]]
-        made = [claim for claim in own if claim is not None]
-        print(
-            f'| {needed} | {probability:g} | {np.median([c[0] + 1 for c in made]):g} '
-            f'| {len(own) - len(made)} of {len(own)} | {sum(not c[1] for c in made)} '
-            f'| {sum(c is not None for c in foreign)} of {len(foreign)} |'
-        )
+    print_scores(product(LOOKS, PROBABILITIES), lambda rule: scores(judged, *rule))
 
 
 if __name__ == '__main__':

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from itertools import product
 import os
 from pathlib import Path
 import subprocess
@@ -24,6 +25,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 
+from fpnet_lab.cli.reports import print_scores
+from fpnet_lab.scores import Score, Units
 from fpnet_ros.processes import free_domain_id, private_environment, share_file
 from fpnet_ros.runtime import STREAM, sensor_data
 from msg_adapters.clouds import cloud_to_msg
@@ -31,8 +34,8 @@ from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
 PERIOD_S, QUIET_S, START_S = 0.1, 3.0, 60.0
 PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-CASES = (('defaults', False), ('fastdds_shm.xml', True))
 RECEIVERS = ('best effort', 'reliable')
+CASES = tuple(product(('defaults', 'fastdds_shm.xml'), RECEIVERS))
 
 
 def receive(is_reliable: bool) -> None:
@@ -54,7 +57,7 @@ def receive(is_reliable: bool) -> None:
         executor.spin_once(timeout_sec=0.5)
         if len(latencies_ms) > heard_s:
             heard_s, deadline_s = len(latencies_ms), time.monotonic() + QUIET_S
-    print(len(latencies_ms), f'{np.median(latencies_ms or [np.nan]):.0f}')
+    print(len(latencies_ms), np.median(latencies_ms or [np.nan]))
 
 
 def send(points: int, clouds: int) -> None:
@@ -83,11 +86,11 @@ def send(points: int, clouds: int) -> None:
     time.sleep(QUIET_S)
 
 
-def measure(points: int, clouds: int, receiver: str, has_profile: bool) -> Sequence[str]:
-    """Return what the receiver printed."""
+def scores(points: int, clouds: int, profile: str, receiver: str) -> Sequence[Score]:
+    """Return what arrived in one set-up."""
     environment = private_environment(free_domain_id())
     environment.pop(PROFILE, None)
-    if has_profile:
+    if profile != 'defaults':
         environment[PROFILE] = str(share_file('config/fastdds_shm.xml'))
     program = [sys.executable, str(Path(__file__))]
     sizes = ['--points', str(points), '--clouds', str(clouds)]
@@ -95,7 +98,13 @@ def measure(points: int, clouds: int, receiver: str, has_profile: bool) -> Seque
         [*program, '--receive', receiver], env=environment, stdout=subprocess.PIPE, text=True
     ) as listening:
         subprocess.run([*program, '--send', *sizes], env=environment, check=True)  # noqa: S603
-        return listening.communicate()[0].split()
+        arrived, latency_ms = listening.communicate()[0].split()
+    return (
+        Score('profile', profile),
+        Score('subscription', receiver),
+        Score('arrived', f'{arrived} / {clouds}'),
+        Score('median latency', float(latency_ms), Units.MS.in_title(0)),
+    )
 
 
 def main() -> None:
@@ -112,13 +121,7 @@ def main() -> None:
         receive(arguments.receive == 'reliable')
     else:
         os.environ.pop(PROFILE, None)
-        print('| profile | subscription | arrived | median latency [ms] |\n|---|---|---|---|')
-        for name, has_profile in CASES:
-            for receiver in RECEIVERS:
-                arrived, latency = measure(
-                    arguments.points, arguments.clouds, receiver, has_profile
-                )
-                print(f'| {name} | {receiver} | {arrived} / {arguments.clouds} | {latency} |')
+        print_scores(CASES, lambda case: scores(arguments.points, arguments.clouds, *case))
 
 
 if __name__ == '__main__':

@@ -14,27 +14,22 @@ from pathlib import Path
 import subprocess
 import sys
 
-from fpnet_lab.cli.reports import script_parser, write_report
-from fpnet_lab.evaluation.published import published
-from fpnet_lab.provenance import Provenance
+from fpnet_lab.cli.reports import finish, script_parser
 
 
 def main() -> None:
-    """Run, then print a Markdown table and how many seeds met the target."""
+    """Run, then print the table."""
     parser = script_parser(__doc__)
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--out', type=Path, default=Path('out/seeds'))
     arguments = parser.parse_args()
-    made, seeds = Provenance.now(), {}
+    seeds = {}
     for seed in range(arguments.seeds):
         out = arguments.out / str(seed)
         command = [sys.executable, '-m', 'fpnet_core.cli', 'demo']
         subprocess.run([*command, '--seed', str(seed), '--out', str(out)], check=False)  # noqa: S603
         seeds[str(seed)] = json.loads((out / 'result.json').read_text(encoding='utf-8'))
-    report = {'seeds': seeds}
-    for text in published('demo', report, made).values():
-        print(text)
-    write_report(arguments.json, report)
+    finish('demo', arguments.json, {'seeds': seeds})
 
 
 if __name__ == '__main__':

@@ -15,14 +15,14 @@ import argparse
 import time
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement
 from fpnet_core.types import Segmentation
+from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.evaluation.submap_segmentation import DOOR_TOLERANCE_M
+from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.floors import room_labels
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.render import render_plan
@@ -30,10 +30,12 @@ from fpnet_lab.sim.styles import STYLES, DrawingStyle
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 50
+UNITS = dict.fromkeys(('P', 'R', 'F1', 'door P', 'door R'), Units.SHARE)
+UNITS |= dict.fromkeys(('drawing', 'segmentation'), Units.MS)
 
 
 def score(plan: BuildingPlan, style: DrawingStyle, resolution_m: float) -> list[float]:
-    """Return precision, recall and F1 of rooms, of doors the first two [%], and times [ms]."""
+    """Return precision, recall and F1 of rooms, of doors the first two, and times [ms]."""
     start = time.process_time()
     grid = render_plan(plan, resolution_m, style=style)
     drawn = time.process_time()
@@ -41,7 +43,7 @@ def score(plan: BuildingPlan, style: DrawingStyle, resolution_m: float) -> list[
     segmented = time.process_time()
     rooms = room_agreement(found.labels.astype(np.int32), room_labels(plan, grid))
     precision, recall = door_agreement(plan, found)
-    shares = [100.0 * s for s in (rooms.precision, rooms.recall, rooms.f1, precision, recall)]
+    shares = [rooms.precision, rooms.recall, rooms.f1, precision, recall]
     return [*shares, 1e3 * (drawn - start), 1e3 * (segmented - drawn)]
 
 
@@ -59,6 +61,12 @@ def door_agreement(plan: BuildingPlan, found: Segmentation) -> tuple[float, floa
     return agreement.precision, agreement.recall
 
 
+def scores(name: str, plans: list[BuildingPlan], resolution_m: float) -> list[Score]:
+    """Return the means of a style."""
+    means = np.mean([score(plan, STYLES[name], resolution_m) for plan in plans], axis=0)
+    return [Score('style', name), *map(Score, UNITS, means.tolist(), UNITS.values())]
+
+
 def main() -> None:
     """Print one row for each style."""
     parser = argparse.ArgumentParser(description='Score segmentation of drawing styles.')
@@ -71,11 +79,7 @@ def main() -> None:
         for i in range(arguments.count)
     ]
     score(plans[0], STYLES['architect'], arguments.resolution)
-    table = Table('style', 'P', 'R', 'F1', 'door P', 'door R', 'drawing ms', 'segmentation ms')
-    for name, style in STYLES.items():
-        mean = np.mean([score(plan, style, arguments.resolution) for plan in plans], axis=0)
-        table.add_row(name, *(f'{value:.0f}' for value in mean))
-    Console().print(table)
+    print_scores(STYLES, lambda name: scores(name, plans, arguments.resolution))
 
 
 if __name__ == '__main__':

@@ -25,7 +25,7 @@ from scipy.signal import detrend
 from fpnet_core.geometry import SE2
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import finish
 from fpnet_lab.evaluation.localization.drives import Registrar, run_product
 from fpnet_lab.evaluation.localization.records import Truth, robot_error
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
@@ -107,7 +107,7 @@ def main() -> None:
     for _, figures in each(arguments, partial(drive, rough_m=arguments.rough_m)):
         results.append(figures)
         print(json.dumps(figures), flush=True)
-    write_report(arguments.json, {'drives': results})
+    finish('drift', arguments.json, {'drives': results})
 
 
 if __name__ == '__main__':

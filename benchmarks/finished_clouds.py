@@ -25,7 +25,8 @@ from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import print_scores, script_parser, write_report
+from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.clouds import SURVEYS, surveyed_cloud
 from fpnet_lab.sim.plans import generate_plan
@@ -89,6 +90,20 @@ def figures(ious, doors_found, doors_true):
     }
 
 
+def scores(how, rows):
+    """Return what all clouds of one survey come to; rooms weigh the same."""
+    rooms = [row['rooms'] for row in rows]
+    found, iou = (np.average([r[key] for r in rows], weights=rooms) for key in ('found', 'iou'))
+    two = np.mean([iou for row in rows for iou in row.get('of_two', ())])
+    return (
+        Score('survey', how),
+        Score('found', found, Units.SHARE),
+        Score('IoU', iou, Units.FINE_SHARE),
+        Score('matched', f'{sum(row["status"] == "matched" for row in rows)} of {len(rows)}'),
+        Score('IoU, of two storeys', two, Units.FINE_SHARE),
+    )
+
+
 def main() -> None:
     """Print a line for each cloud and the means."""
     parser = script_parser(__doc__)
@@ -122,14 +137,7 @@ def main() -> None:
             )
             if arguments.pictures:
                 draw(cut, sub, arguments.pictures / f'{how}_{seed}.png')
-    for how in SURVEYS:
-        own = [row for row in rows if row['how'] == how]
-        rooms = np.array([row['rooms'] for row in own])
-        mean = {key: float(np.average([row[key] for row in own], weights=rooms))
-                for key in ('iou', 'found')}  # fmt: skip
-        claims = sum(row['status'] == 'matched' for row in own)
-        two = [iou for row in own for iou in row.get('of_two', ())]
-        print(f'{how}: {mean}, {claims} of {len(own)} matched, of two storeys {np.mean(two):.3f}')
+    print_scores(SURVEYS, lambda how: scores(how, [row for row in rows if row['how'] == how]))
     write_report(arguments.json, {'clouds': rows})
 
 

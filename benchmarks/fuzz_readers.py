@@ -27,7 +27,13 @@ from fuzzing.readers import READERS, readers_of
 
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.scores import Column, Table, Unit, Units, columns
 
+COLUMNS = (
+    *columns(Units.COUNT, {key: key for key in ('reader', 'inputs', *(o.value for o in Outcome))}),
+    Column('slowest [CPU s]', 'slowest_cpu_s', Units.NUMBER),
+    Column('most memory', 'most_memory_mib', Unit(' MiB').in_title(0)),
+)
 _BAD = tuple(outcome for outcome in Outcome if outcome not in GOOD)
 
 
@@ -52,7 +58,7 @@ def main() -> None:
                 report(result, arguments.keep)
     rows = [row(group, found) for group, found in results.items()]
     rows.append(row('all', [result for found in results.values() for result in found]))
-    print(table(rows))
+    print(Table.of(COLUMNS, rows).markdown())
     write_report(arguments.json, {'seed': arguments.seed, 'readers': rows})
     raise SystemExit(1 if rows[-1]['failures'] else 0)
 
@@ -70,22 +76,6 @@ def row(group: str, results: list[Result]) -> dict[str, Any]:
         'slowest_cpu_s': round(max(result.seconds for result in results), 2),
         'most_memory_mib': round(max(result.grown_bytes for result in results) / 2**20),
     }
-
-
-def table(rows: list[dict[str, Any]]) -> str:
-    """Return Markdown."""
-    head = [
-        'reader',
-        'inputs',
-        *(o.value for o in Outcome),
-        'slowest [CPU s]',
-        'most memory [MiB]',
-    ]
-    lines = [' | '.join(head), '|'.join(['---'] * len(head))]
-    for entry in rows:
-        cells = [v for key, v in entry.items() if key != 'failures']
-        lines.append(' | '.join(map(str, cells)))
-    return '\n'.join(f'| {line} |' for line in lines)
 
 
 def report(result: Result, keep: Path | None) -> None:

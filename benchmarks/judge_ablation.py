@@ -18,8 +18,9 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import script_parser, show, write_report
 from fpnet_lab.kept import read_kept
+from fpnet_lab.scores import Table, Units, columns, named
 from fpnet_lab.training import use_threads
 from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials
 from fpnet_lab.training.judge_figures import at_prior, mean_log_probability
@@ -28,6 +29,11 @@ from fpnet_lab.training.judge_trials import COLUMNS, Trials, TrialSource
 SEED = 7000
 BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}
 BENT = ('bent', 'bend', 'contrast', 'best_score', 'second_score', 'mean_score')
+SHARES = ('right', 'claimed_right', 'claimed_wrong', 'foreign_claimed')
+SCORES = (
+    *columns(Units.COUNT, {'judge': 'judge', 'name': 'band', 'trials': 'trials'}),
+    *columns(Units.SHARE.to(2), {share: share.replace('_', ' ') for share in SHARES}),
+)
 JUDGES = {
     'features alone': (*BENT, 'rival'),
     'with rivals': BENT,
@@ -100,9 +106,8 @@ def main() -> None:
         rows = np.arange(len(p))
         is_right = seen.right.numpy()[rows, index]
         report[name] = measured(p[rows, index], is_right, trials, claim)
-    for name, bands in report.items():
-        for band, figures in bands.items():
-            print(f'{name:18} {band:9} {figures}', flush=True)
+    rows = [{'judge': name, **row} for name, bands in report.items() for row in named(bands)]
+    show(Table.of(SCORES, rows), arguments.json)
     write_report(arguments.json, {'judges': report})
 
 

@@ -15,12 +15,13 @@ Prints every figure and target; exits 1 where a target is missed.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 import os
 from pathlib import Path
 import sys
 import tempfile
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
@@ -35,6 +36,7 @@ from tf2_msgs.msg import TFMessage
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.scores import Score, Table, Unit, Units
 from fpnet_lab.sim.recording import make_recording
 from fpnet_ros.processes import (
     Child,
@@ -80,21 +82,6 @@ class Heard:
     ticks: list[LocalizerReport] = field(default_factory=list)
     unlocalized_ns: list[int] = field(default_factory=list)
     behind_s: list[float] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Target:
-    """A figure of a phase and what it may be at most."""
-
-    phase: str
-    figure: str
-    value: float
-    most: float
-
-    @property
-    def is_met(self) -> bool:
-        """Tell whether the figure is known and within its limit."""
-        return self.value <= self.most
 
 
 class Load:
@@ -276,26 +263,27 @@ def summarize(heard: Heard) -> dict[str, float | str]:
 
 def judge(
     steady: str, overload: str | None, phases: dict[str, dict[str, float | str]]
-) -> list[Target]:
-    """Return every target with what was measured; an unknown figure is missed."""
-    limits: tuple[tuple[str | None, str, float], ...] = (
-        (steady, 'scans_lost_percent', MOST_LOST_PERCENT),
-        (steady, 'tf_jitter_max', MOST_JITTER_MS),
-        (steady, 'call_p99', MOST_CALL_MS),
-        (steady, 'memory_growth_second_half_percent', MOST_GROWTH_PERCENT),
-        (overload, 'drops_without_warning', 0.0),
-        (overload, 'pose_behind_max_s', MOST_BEHIND_S),
+) -> list[tuple[str, Score]]:
+    """Return every target's phase and what was measured; an unknown figure is missed."""
+    ms, seconds, percent = Units.MS.to(2), Units.SECONDS.to(2), Unit(' %', 2)
+    limits: tuple[tuple[str | None, str, Unit, float], ...] = (
+        (steady, 'scans_lost_percent', percent, MOST_LOST_PERCENT),
+        (steady, 'tf_jitter_max', ms, MOST_JITTER_MS),
+        (steady, 'call_p99', ms, MOST_CALL_MS),
+        (steady, 'memory_growth_second_half_percent', percent, MOST_GROWTH_PERCENT),
+        (overload, 'drops_without_warning', Units.COUNT, 0.0),
+        (overload, 'pose_behind_max_s', seconds, MOST_BEHIND_S),
     )
     return [
-        Target(phase, figure, float(phases[phase][figure]), most)
-        for phase, figure, most in limits
+        (phase, Score(figure, float(phases[phase][figure]), unit, most))
+        for phase, figure, unit, most in limits
         if phase is not None
     ]
 
 
 def measure(
     points: int, minutes: float, with_kiss: bool
-) -> tuple[list[Target], dict[str, object]]:
+) -> tuple[list[tuple[str, Score]], dict[str, Any]]:
     """Run the phases against a node of its own."""
     environment = private_environment(free_domain_id())
     os.environ.update(environment)
@@ -320,7 +308,10 @@ def measure(
         'minutes': minutes,
         'with_kiss': with_kiss,
         'processors': len(os.sched_getaffinity(0)),
-        'targets': [{**asdict(target), 'is_met': target.is_met} for target in targets],
+        'targets': [
+            {'phase': phase, 'figure': s.name, 'value': s.value, 'most': s.aim, 'is_met': s.is_met}
+            for phase, s in targets
+        ],
         'phases': phases,
     }
     return targets, results
@@ -335,16 +326,19 @@ def main() -> int:
     arguments = parser.parse_args()
     targets, results = measure(arguments.points, arguments.minutes, arguments.kiss)
     for name, figures in results['phases'].items():
-        print(f'| {name} | |\n|---|---|')
-        for key, value in figures.items():
-            print(f'| {key} | {value if isinstance(value, str) else f"{value:.2f}"} |')
-        print()
-    print('| target | measured | at most | |\n|---|---|---|---|')
-    for t in targets:
-        verdict = 'met' if t.is_met else 'MISSED'
-        print(f'| {t.phase}: {t.figure} | {t.value:.2f} | {t.most:g} | {verdict} |')
+        table = [(Score(name, key), Score('', figures[key], Units.NUMBER)) for key in figures]
+        print(f'{Table.of_scores(table).markdown()}\n')
+    table = [
+        (
+            Score('target', f'{phase}: {t.name}'),
+            Score('measured', str(t)),
+            Score('aim', t.said_aim),
+        )
+        for phase, t in targets
+    ]
+    print(Table.of_scores(table).markdown())
     write_report(arguments.json, results)
-    return 0 if all(target.is_met for target in targets) else 1
+    return 0 if all(t.is_met for _, t in targets) else 1
 
 
 if __name__ == '__main__':

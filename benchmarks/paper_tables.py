@@ -27,6 +27,9 @@ from typing import Any
 
 import yaml
 
+from fpnet_lab.scores import Table, Unit, Units
+
+SHARE = Unit(digits=1, factor=100.0, nothing='-')
 FPNET = str(Path(sys.executable).with_name('fpnet'))
 
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -174,61 +177,43 @@ parts of generated maps as in the paper, with the data and time of one CPU core.
 
 def paper_table(name: str, report: dict[str, Any]) -> str:
     """Return one set's table, the paper's figures in brackets."""
-    published = PUBLISHED.get(name, {})
-    lines = [
-        f'\n## {name.capitalize()}: {report["pairs"]} pairs\n',
-        '| method | AUC@1 | AUC@10 | AUC@20 | MS | TS | 1 m, 10° | 0.5 m, 5° | ms per pair |',
-        '|---|---|---|---|---|---|---|---|---|',
-    ]
-    for method, figures in report['methods'].items():
-        theirs = published.get(method, (None,) * len(KEYS))
-        cells = [cell(figures[key], other) for key, other in zip(KEYS, theirs, strict=True)]
-        cells += [cell(figures[key]) for key in ('recall_1m_10deg', 'recall_05m_5deg')]
-        title = NAMES.get(method, method)
-        lines.append(f'| {title} | {" | ".join(cells)} | {figures["ms_per_pair"]:.1f} |')
-    return '\n'.join(lines) + '\n'
+    rows = []
+    for method, found in report['methods'].items():
+        theirs = PUBLISHED.get(name, {}).get(method, (None,) * len(KEYS))
+        cells = [beside(found[key], other) for key, other in zip(KEYS, theirs, strict=True)]
+        cells += [SHARE.text(found[key]) for key in ('recall_1m_10deg', 'recall_05m_5deg')]
+        cells.append(Units.NUMBER.to(1).text(found['ms_per_pair']))
+        rows.append([NAMES.get(method, method), *cells])
+    titles = ('method', 'AUC@1', 'AUC@10', 'AUC@20', 'MS', 'TS', '1 m, 10°', '0.5 m, 5°')
+    table = Table((*titles, 'ms per pair'), rows).markdown()
+    return f'\n## {name.capitalize()}: {report["pairs"]} pairs\n\n{table}\n'
 
 
 def robot_table(report: dict[str, Any]) -> str:
     """Return how often each method is right, and wrong though it claims not to be."""
-    bands = list(report['methods']['fpnet']['bands'])
-    lines = [
-        f'\n## Robot maps on their floorplans: {report["pairs"]} pairs\n',
-        'Right transforms by share of the free space that is kept, in brackets wrong claims.\n',
-        f'| method | {" | ".join(bands)} | ms per pair |',
-        f'|---|{"---|" * (len(bands) + 1)}',
-    ]
-    for method, figures in report['methods'].items():
-        cells = [
-            f'{percent(band["right"])} ({percent(band["wrong_and_claimed"])})'
-            for band in figures['bands'].values()
-        ]
-        title = NAMES.get(method, method)
-        lines.append(f'| {title} | {" | ".join(cells)} | {figures["ms_per_pair"]:.0f} |')
-    return '\n'.join(lines) + '\n'
+    rows = []
+    for method, found in report['methods'].items():
+        shares = [(band['right'], band['wrong_and_claimed']) for band in found['bands'].values()]
+        cells = [f'{SHARE.text(right)} ({SHARE.text(wrong)})' for right, wrong in shares]
+        rows.append([NAMES.get(method, method), *cells, Units.COUNT.text(found['ms_per_pair'])])
+    table = Table(('method', *report['methods']['fpnet']['bands'], 'ms per pair'), rows).markdown()
+    said = 'Right transforms by share of the free space that is kept, in brackets wrong claims.'
+    return f'\n## Robot maps on their floorplans: {report["pairs"]} pairs\n\n{said}\n\n{table}\n'
 
 
-def ablation_table(rows: dict[str, dict[str, float]]) -> str:
+def ablation_table(found: dict[str, dict[str, float]]) -> str:
     """Return Table III."""
-    lines = [
-        '\n## Ablations of `paper` on the synthetic set (Table III)\n',
-        '| variant | MS | TS |',
-        '|---|---|---|',
+    rows = [
+        [name, beside(found[name]['ms'], ms), beside(found[name]['ts'], ts)]
+        for name, (_, _, ms, ts) in ABLATIONS.items()
     ]
-    for row, figures in rows.items():
-        *_, ms, ts = ABLATIONS[row]
-        lines.append(f'| {row} | {cell(figures["ms"], ms)} | {cell(figures["ts"], ts)} |')
-    return '\n'.join(lines) + '\n'
+    table = Table(('variant', 'MS', 'TS'), rows).markdown()
+    return f'\n## Ablations of `paper` on the synthetic set (Table III)\n\n{table}\n'
 
 
-def cell(share: float, published: float | None = None) -> str:
+def beside(share: float, published: float | None) -> str:
     """Return a share in percent, and what the paper says."""
-    return percent(share) + ('' if published is None else f' ({published:.1f})')
-
-
-def percent(share: float | None) -> str:
-    """Return a share in percent with one digit, a dash for that of nothing."""
-    return '-' if share is None else f'{100.0 * share:.1f}'
+    return SHARE.text(share) + ('' if published is None else f' ({published:.1f})')
 
 
 if __name__ == '__main__':

@@ -25,7 +25,7 @@ from fpnet_core.config import load_config
 from fpnet_core.io import open_scans
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.cases import LOGS
 
@@ -83,7 +83,7 @@ def main() -> None:
     for name, (said, settings) in product(LOGS, SAID.items()):
         config = load_config(None, SETTINGS | settings | parse_settings(arguments.set))
         report[name][said] = follow(arguments.folder, name, config)
-    write_report(arguments.json, {'logs': report})
+    finish('real_logs', arguments.json, {'logs': report})
 
 
 if __name__ == '__main__':

@@ -11,21 +11,27 @@ product's own settings, and wheel odometry on the same tours. Times are CPU time
 """
 
 import argparse
+from collections.abc import Iterable, Iterator
 import time
+from typing import Any
 
 import numpy as np
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.odometry import KissOdometry
+from fpnet_lab.cli.reports import print_scores
+from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.fittings import BUILDING_STYLES
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
 from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
 
 STRETCH_M = 15.0
+HEAD = ('rays', 'scan', 'odometry', 'm per 100 m', 'deg per 100 m', 'end')
+MS, PER_100_M = Units.MS.in_title(0, '-'), Units.NUMBER.to(1)
+UNITS = (Units.COUNT.to(0, '-'), MS, MS, PER_100_M, PER_100_M, Units.METRES.in_title(2))
 LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)
-HEAD = ('sensor', 'rays', 'scan [ms]', 'odometry [ms]', 'm per 100 m', 'deg per 100 m', 'end [m]')
 
 
 def register(recording: Recording) -> tuple[np.ndarray, float, float]:
@@ -64,6 +70,27 @@ def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
     return float(np.hypot(*error[:2, 3])), abs(float(np.rad2deg(np.arctan2(*error[1::-1, 0]))))
 
 
+def measure(sensors: Iterable[str], building: str, seeds: int) -> Iterator[tuple[Any, ...]]:
+    """Yield a row for each sensor, and one for wheels."""
+    wheels = []
+    for name in sensors:
+        model, found = SENSORS[name], []
+        options = RecordingOptions(lidar=model, limits=LIMITS, style=BUILDING_STYLES[building])
+        for seed in range(seeds):
+            recording = make_recording(seed, options, threads=1)
+            poses, cast_s, match_s = register(recording)
+            truth = recording.truth()
+            found.append([1e3 * cast_s, 1e3 * match_s, *drift(truth, poses)])
+            wheels.append(drift(truth, recording.wheel_odometry()))
+        yield name, model.beams * model.columns, *np.mean(found, axis=0)
+    yield 'wheels, no lidar', None, None, None, *np.mean(wheels, axis=0)
+
+
+def scores(name: str, *values: float | None) -> list[Score]:
+    """Return the scores of a sensor; wheels have some only."""
+    return [Score('sensor', name), *map(Score, HEAD, values, UNITS)]
+
+
 def main() -> None:
     """Print a Markdown table with one row per sensor, and one for wheels."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -71,28 +98,8 @@ def main() -> None:
     parser.add_argument('--sensor', action='append', choices=sorted(SENSORS))
     parser.add_argument('--building', choices=sorted(BUILDING_STYLES), default='plain')
     arguments = parser.parse_args()
-    print('| ' + ' | '.join(HEAD) + ' |')
-    print('|---' * len(HEAD) + '|', flush=True)
-    wheels = []
-    for name in arguments.sensor or SENSORS:
-        model, rows = SENSORS[name], []
-        options = RecordingOptions(
-            lidar=model, limits=LIMITS, style=BUILDING_STYLES[arguments.building]
-        )
-        for seed in range(arguments.seeds):
-            recording = make_recording(seed, options, threads=1)
-            poses, cast_s, match_s = register(recording)
-            truth = recording.truth()
-            rows.append([1e3 * cast_s, 1e3 * match_s, *drift(truth, poses)])
-            wheels.append(drift(truth, recording.wheel_odometry()))
-        cast_ms, match_ms, metres, degrees, end_m = np.mean(rows, axis=0)
-        print(
-            f'| {name} | {model.beams * model.columns} | {cast_ms:.0f} | {match_ms:.0f} '
-            f'| {metres:.1f} | {degrees:.1f} | {end_m:.2f} |',
-            flush=True,
-        )
-    metres, degrees, end_m = np.mean(wheels, axis=0)
-    print(f'| wheels, no lidar | - | - | - | {metres:.1f} | {degrees:.1f} | {end_m:.2f} |')
+    measured = measure(arguments.sensor or SENSORS, arguments.building, arguments.seeds)
+    print_scores(measured, lambda row: scores(*row))
 
 
 if __name__ == '__main__':

@@ -19,10 +19,31 @@ import numpy as np
 
 from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import print_scores, script_parser, write_report
 from fpnet_lab.evaluation.sheet_drives import drives_on_sheets
+from fpnet_lab.scores import Score, Units
 
 WRONG_M = 1.0
+
+
+def scores(name, rows):
+    """Return what the drives on one kind of sheet come to."""
+    grid_m = {row.seed: row.found_after_m for row in rows if row.sheet == 'grid'}
+    mine = [row for row in rows if row.sheet == name]
+    found = [row for row in mine if row.found_after_m is not None]
+    # Not found is later than anything.
+    after_m = [np.inf if row.found_after_m is None else row.found_after_m for row in mine]
+    ratio = [row.found_after_m / grid_m[row.seed] for row in found if grid_m[row.seed]]
+    error_m = [row.error_m for row in found]
+    return (
+        Score('sheet', name),
+        Score('found', f'{len(found)} of {len(mine)}'),
+        Score('wrong', sum(metres > WRONG_M for metres in error_m)),
+        Score('doubted', sum(bool(row.doubts) for row in mine)),
+        Score('first pose, median', np.median(after_m), Units.METRES.in_title(1)),
+        Score('over the grid', np.median(ratio or [np.nan]), Units.NUMBER),
+        Score('error', np.median(error_m or [np.nan]), Units.METRES.in_title(2)),
+    )
 
 
 def main() -> None:
@@ -38,24 +59,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             rows += drives_on_sheets(seed, Path(folder), config)
         print(seed, [(row.sheet, row.found_after_m, row.error_m) for row in rows[-8:]], flush=True)
-    print(
-        '| sheet | found | wrong | doubted | first pose [m], median | over the grid | error [m] |'
-    )
-    print('|---|---|---|---|---|---|---|')
-    grid_m = {row.seed: row.found_after_m for row in rows if row.sheet == 'grid'}
-    for name in dict.fromkeys(row.sheet for row in rows):
-        mine = [row for row in rows if row.sheet == name]
-        found = [row for row in mine if row.found_after_m is not None]
-        # Not found is later than anything.
-        after_m = [np.inf if row.found_after_m is None else row.found_after_m for row in mine]
-        both = [row for row in found if grid_m[row.seed]]
-        ratio = [row.found_after_m / grid_m[row.seed] for row in both]
-        print(
-            f'| {name} | {len(found)} of {len(mine)} | {sum(r.error_m > WRONG_M for r in found)} '
-            f'| {sum(bool(r.doubts) for r in mine)} | {np.median(after_m):.1f} '
-            f'| {np.median(ratio) if ratio else np.nan:.2f} '
-            f'| {np.median([r.error_m for r in found]) if found else np.nan:.2f} |'
-        )
+    print_scores(dict.fromkeys(row.sheet for row in rows), lambda name: scores(name, rows))
     write_report(arguments.json, {'drives': [asdict(row) for row in rows]})
 
 

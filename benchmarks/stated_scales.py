@@ -27,7 +27,7 @@ from fpnet_core.localizer.maps import cut_plan, cut_robot_map, scaled_pair
 from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
     foreign_drawings,
@@ -152,8 +152,7 @@ def main() -> None:
         for name in ('trusting', 'doubting'):
             row = {what: int(n) for (who, what), n in sorted(counted.items()) if who == name}
             report[f'stated {stated}, {name}'] = {'cases': cases[stated], **row}
-            print(f'stated {stated}, {name}: of {cases[stated]} cases {row}', flush=True)
-    write_report(arguments.json, report)
+    finish('stated_scales', arguments.json, report)
 
 
 if __name__ == '__main__':

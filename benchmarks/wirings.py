@@ -16,7 +16,7 @@ lost. Exits 1 where a robot misses a limit. With ``--short`` three robots' drive
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 import os
 from pathlib import Path
@@ -45,7 +45,8 @@ from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import print_scores, script_parser, write_report
+from fpnet_lab.scores import Score, Unit, Units
 from fpnet_lab.sim.robots import BASE, PLANAR, Drive, Robot, Sensor, place
 from fpnet_lab.sim.scanning import EPOCH_NS
 from fpnet_ros.processes import (
@@ -162,19 +163,24 @@ class Result:
     twist_error: tuple[float, float] | None = None
 
     @property
+    def scores(self) -> tuple[Score, ...]:
+        """What was measured, beside its limits."""
+        is_ours = self.twist_error is not None
+        speed_mps, turn_radps = self.twist_error or (None, None)
+        return (
+            Score('first pose', self.first_pose_s, Units.SECONDS, MOST_FIRST_S),
+            Score('median error', self.error_m, Units.METRES, MOST_ERROR_M),
+            Score('heading', self.error_deg, Units.DEGREES, MOST_ERROR_DEG),
+            Score('offline', self.offline_error_m, Units.METRES, MOST_ERROR_M),
+            Score('TF', self.tf_error_m, Units.METRES, MOST_TF_M),
+            Score('velocity', speed_mps, Unit(' m/s', 2), MOST_SPEED_MPS if is_ours else None),
+            Score('turning', turn_radps, Unit(' rad/s', 2), MOST_TURN_RADPS if is_ours else None),
+        )
+
+    @property
     def faults(self) -> list[str]:
         """What is beyond the limits, in words."""
-        checks = {
-            f'first pose after {self.first_pose_s:.1f} s': self.first_pose_s > MOST_FIRST_S,
-            f'median error {self.error_m:.2f} m': self.error_m > MOST_ERROR_M,
-            f'median error {self.error_deg:.1f} deg': self.error_deg > MOST_ERROR_DEG,
-            f'offline {self.offline_error_m:.2f} m': self.offline_error_m > MOST_ERROR_M,
-            f'TF off by {self.tf_error_m:.2f} m': self.tf_error_m > MOST_TF_M,
-        }
-        if self.twist_error is not None:
-            off = self.twist_error
-            checks['velocity'] = off[0] > MOST_SPEED_MPS or off[1] > MOST_TURN_RADPS
-        faults = [text for text, is_bad in checks.items() if is_bad]
+        faults = [f'{score.name} {score}' for score in self.scores if not score.is_met]
         faults += [f'{name} {count:.0f}' for name, count in self.lost.items() if count]
         return faults + [
             f'{child} has parents {", ".join(parents)}'
@@ -386,28 +392,21 @@ class Session:
         return float(np.median(drive.errors(poses.stamps_ns, in_plan, T_base_body)[:, 0]))
 
 
-def run(names: list[str], seconds: float) -> list[Result]:
-    """Run sessions one after another, and print a line for each robot."""
-    results = []
-    print('| robot | first pose | median error | offline | TF | velocity | scans lost | |')
-    print('|---|---|---|---|---|---|---|---|', flush=True)
+def run(names: list[str], seconds: float) -> Iterator[Result]:
+    """Yield what became of each robot, sessions one after another."""
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             session = Session(SESSIONS[name], Path(folder), seconds)
             for number, result in enumerate(session.play()):
                 result.offline_error_m = session.offline_error_m(number)
-                results.append(result)
-                off = result.twist_error
-                velocity = f'{off[0]:.2f} m/s, {off[1]:.2f} rad/s' if off else '-'
-                print(
-                    f'| {result.robot} | {result.first_pose_s:.1f} s | {result.error_m:.2f} m, '
-                    f'{result.error_deg:.1f} deg | {result.offline_error_m:.2f} m '
-                    f'| {result.tf_error_m:.2f} m | {velocity} '
-                    f'| {sum(result.lost.values()):.0f} of {result.sweeps} '
-                    f'| {"; ".join(result.faults) or "passes"} |',
-                    flush=True,
-                )
-    return results
+                yield result
+
+
+def row(result: Result) -> tuple[Score, ...]:
+    """Return the scores of a robot, and what is beyond the limits."""
+    lost = f'{sum(result.lost.values()):.0f} of {result.sweeps}'
+    verdict = Score('', '; '.join(result.faults) or 'passes')
+    return Score('robot', result.robot), *result.scores, Score('scans lost', lost), verdict
 
 
 def main() -> int:
@@ -417,7 +416,8 @@ def main() -> int:
     parser.add_argument('--robot', action='append', choices=sorted(SESSIONS))
     arguments = parser.parse_args()
     names = arguments.robot or list(SHORT if arguments.short else SESSIONS)
-    results = run(names, SHORT_DRIVE_S if arguments.short else DRIVE_S)
+    seconds = SHORT_DRIVE_S if arguments.short else DRIVE_S
+    results = print_scores(run(names, seconds), row)
     write_report(arguments.json, {'robots': [asdict(result) for result in results]})
     return 0 if all(not result.faults for result in results) else 1
 

@@ -25,9 +25,10 @@ from pathlib import Path
 import re
 import sys
 
-from fpnet_lab.evaluation.figures import markdown_table, write_figures
 from fpnet_lab.evaluation.figures import pages as pages_of
+from fpnet_lab.evaluation.figures import write_figures
 from fpnet_lab.provenance import Provenance
+from fpnet_lab.scores import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ('fpnet_core', 'fpnet_ros', 'msg_adapters', 'fpnet_lab')
@@ -189,7 +190,7 @@ def table() -> str:
         row = [counts[package][kind] for package in PACKAGES]
         title = f'{kind}: {KINDS[kind]}' if kind in KINDS else kind
         rows.append([title, *map(str, row), str(sum(row))])
-    return markdown_table(header, rows)
+    return Table(header, rows).markdown()
 
 
 def write() -> None:

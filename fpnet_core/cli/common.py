@@ -324,7 +324,7 @@ def show_table(
     table = Table(Column(first, no_wrap=True), *numbers, title=title)
     for row in rows:
         table.add_row(*row)
-    Console(width=width).print(table)
+    Console(width=width, markup=False).print(table)  # a unit as [m] is no markup
 
 
 def say(text: str, json_path: Path | None) -> None:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from enum import StrEnum
 from itertools import chain
 import math
 from pathlib import Path
@@ -15,7 +14,9 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.options import Half
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Units, named, of
 
 if TYPE_CHECKING:
     from fpnet_lab.metrics import Reliability
@@ -25,11 +26,15 @@ _MEASURED_SEED = 5000
 """Numerical: added to the seed: what is measured is never what was learned from."""
 
 
-class Half(StrEnum):
-    """Halves of the shared data."""
-
-    TUNE = 'tune'
-    REPORT = 'report'
+_COLUMNS = (  # numerical: digits
+    Column('maps', 'name'),
+    Column('calibration error', 'ece', Units.NUMBER.to(3)),
+    Column('on own plans', 'own_trials'),
+    Column('right best', 'right_best', Units.FINE_SHARE),
+    Column('claimed', 'claims'),
+    Column('claimed, wrong', of('wrong_claims', 'claims')),
+    Column('claimed on wrong plans', of('foreign_claims', 'foreign_trials')),
+)
 
 
 def command(
@@ -95,8 +100,8 @@ def command(
         if trials
     }
     everything = reliability(list(chain(*kinds.values())), model, tree.localizer)
-    for name, result in (results | {'all': everything}).items():
-        _print(name, result)
+    rows = {name: vars(result) for name, result in (results | {'all': everything}).items()}
+    show(Table.of(_COLUMNS, named(rows)), json_path)
     if plot is not None:
         from fpnet_lab.viz.calibration import plot_reliability
 
@@ -104,15 +109,6 @@ def command(
     report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
     report['kinds'] = {name: _plain(result) for name, result in results.items()}
     write_report(json_path, report)
-
-
-def _print(name: str, result: Reliability) -> None:
-    typer.echo(
-        f'{name}: expected calibration error {result.ece:.3f}; best placement right on '
-        f'{result.right_best:.1%} of {result.own_trials} on their own plans, {result.claims} '
-        f'claimed, {result.wrong_claims} of these wrong; on {result.foreign_trials} of wrong '
-        f'plans: {result.foreign_claims} claims'
-    )
 
 
 def _plain(result: Reliability) -> dict[str, Any]:

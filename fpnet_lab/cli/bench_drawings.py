@@ -13,7 +13,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
-from fpnet_lab.cli.reports import percent, write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, columns, named
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -150,25 +151,19 @@ def _figures(kinds: Sequence[SheetKind], results: Sequence[SheetResult]) -> dict
 
 
 def _print(report: dict[str, Any], json_path: Path | None) -> None:
-    titles = ['kind', 'sheets', 'right', 'wrong: marked', 'good: marked', 'clean plan', 's']
-    rows = []
-    for name, figures in {**report['kinds'], 'all': report['all']}.items():
-        shares = [figures[key] for key in ('right', 'wrong_marked', 'good_marked', 'clean_right')]
-        seconds = figures['seconds_p50']
-        cells = [*map(percent, shares), '-' if seconds is None else f'{seconds:.2f}']
-        rows.append([name, str(figures['sheets']), *cells])
-    common.show_table(titles, rows, json_path, 'sheets [%]')
+    from fpnet_lab.evaluation.published import READ_SHARE, SHEETS, sheet_rows
+
+    sheets = (*SHEETS, Column('clean plan', 'clean_right', READ_SHARE))
+    show(Table.of(sheets, sheet_rows(report)), json_path)
     scales = {**report['scale']['kinds'], 'all': report['scale']}
     if 'bormann' in report:
         scales['real plans'] = report['bormann']['scale']
-    titles, rows = ['kind', 'read', 'within 10 %', 'interval holds', 'sure', 'sure and wrong'], []
-    for name, figures in scales.items():
-        shares = [figures[key] for key in ('within_10', 'interval_holds', 'sure_and_wrong')]
-        within, holds, wrong = map(percent, shares)
-        rows.append([name, str(figures['sheets']), within, holds, str(figures['sure']), wrong])
-    common.show_table(titles, rows, json_path)
+    titles = {'within_10': 'within 10 %', 'interval_holds': 'interval holds'}
+    read = [Column('scales', 'name'), Column('read', 'sheets'), *columns(READ_SHARE, titles)]
+    sure = [Column('sure', 'sure'), Column('sure and wrong', 'sure_and_wrong', READ_SHARE)]
+    show(Table.of(read + sure, named(scales)), json_path)
     if 'bormann' in report:
-        tones = report['bormann']['tones'].items()
-        rows = [[tone, *map(percent, figures.values())] for tone, figures in tones]
-        titles = ['walls', 'rooms as black', 'walls as black', 'F1', 'marked']
-        common.show_table(titles, rows, json_path, 'real plans [%]')
+        titles = {'as_black': 'rooms as black', 'walls_as_black': 'walls as black'}
+        titles |= {'f1_mean': 'F1', 'marked': 'marked'}
+        tones = [Column('real walls', 'name'), *columns(READ_SHARE, titles)]
+        show(Table.of(tones, named(report['bormann']['tones'])), json_path)

@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -36,6 +34,7 @@ def command(
 
     Example: fpnet bench figures localization=out/bench.json drawings=out/drawings.json
     """
+    from fpnet_core.io.truth import read_json
     from fpnet_lab.evaluation.figures import pages as pages_of
     from fpnet_lab.evaluation.figures import write_figures
     from fpnet_lab.evaluation.published import published
@@ -45,23 +44,13 @@ def command(
     figures: dict[str, str] = {}
     for each in reports:
         name, _, file = each.partition('=')
-        report = _read(common.check_input(Path(file)))
+        report = read_json(Path(file), 'give what --json has written')
         figures |= published(name, report, _made(report, told, file))
     changed = write_figures(pages_of(pages), figures)
     for page in changed:
         typer.echo(f'wrote {page}')
     if not changed:
         typer.echo('every page states these figures already')
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        report = json.loads(path.read_text(encoding='utf-8'))
-    except ValueError as error:
-        raise ConfigError(f'{path} is no JSON ({error}); give what --json has written') from error
-    if not isinstance(report, dict):
-        raise ConfigError(f'{path} holds no report; give what --json has written')
-    return report
 
 
 def _made(report: dict[str, Any], told: Provenance | None, file: str) -> Provenance:

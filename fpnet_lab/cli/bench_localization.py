@@ -5,14 +5,40 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Unit, Units, columns, named
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fpnet_lab.evaluation.localization.records import Record
+    from fpnet_lab.evaluation.localization.runs import Job
+
+_TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
+_COLUMNS = (  # numerical: digits
+    Column('', 'name'),
+    Column('runs', 'runs'),
+    *columns(Units.SHARE, {'recall_1m_10deg': '1 m 10 deg', 'recall_05m_5deg': '0.5 m 5 deg'}),
+    Column('first', 'path_to_first_pose_m_median', Units.METRES.in_title(2)),
+    Column('wrong runs', 'wrong_published_runs'),
+    Column('wrong poses', 'wrong_published_poses'),
+    Column('false claims', 'open_set_false_claims'),
+    Column('error', 'median_position_error_m', Units.METRES.in_title(2)),
+    Column('error', 'median_yaw_error_deg', Units.DEGREES.in_title(2)),
+    Column('NEES', 'nees_mean', Units.NUMBER),
+    Column('in gate', 'inside_95', Units.SHARE),
+    Column('ECE', 'ece', Units.NUMBER),
+    *columns(Units.MS.in_title(2), {'tick_ms_p50': 'tick p50', 'tick_ms_p95': 'p95'}),
+    Column('add', 'add_scan_ms_p50', Units.MS.in_title(2)),
+    Column('RSS', 'rss_mb_max', Unit(' MB').in_title(0)),
+)
 
 
 def command(
@@ -52,7 +78,6 @@ def command(
     from fpnet_lab.evaluation.localization.cases import make_suite, select
     from fpnet_lab.evaluation.localization.figures import report
     from fpnet_lab.evaluation.localization.runs import Job
-    from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
 
     drawn: set[str] = set()
     jobs = []
@@ -62,49 +87,27 @@ def command(
         strip = strips / f'{case.name}.png' if strips is not None and is_drawn else None
         with_baselines = baselines is None or number < baselines
         jobs.append(Job(case, tree, tree.seed, data, with_baselines, strip))
-    minutes = estimated_minutes(jobs, workers)
-    said = f'{len(jobs)} cases, about {minutes:.0f} minutes; --work goes on where it stopped'
-    common.say(said, json_path)
-    with progress('localizing', len(jobs)) as advance:
-        records, skipped = run_suite(jobs, work, workers, advance)
+    records, skipped = localized(jobs, work, workers, json_path)
     if groups is not None:
         records = [record for record in records if record.group in groups]
     result = {**report(records), 'skipped': skipped}
-    _print_tables(result, json_path)
+    rows = {**result['groups'], 'total': result['total']}
+    rows |= {name: table['total'] for name, table in result['baselines'].items()}
+    show(Table.of(_COLUMNS, named(rows)), json_path, width=_TABLE_WIDTH)
     write_report(json_path, result)
 
 
-_TABLE_WIDTH = 170  # characters; narrower ones tell nothing; chosen
-_COLUMNS = {
-    'runs': 'runs',
-    'recall_1m_10deg': '1 m 10 deg',
-    'recall_05m_5deg': '0.5 m 5 deg',
-    'path_to_first_pose_m_median': 'first [m]',
-    'wrong_published_runs': 'wrong runs',
-    'wrong_published_poses': 'wrong poses',
-    'open_set_false_claims': 'false claims',
-    'median_position_error_m': 'error [m]',
-    'median_yaw_error_deg': '[deg]',
-    'nees_mean': 'NEES',
-    'inside_95': 'in gate',
-    'ece': 'ECE',
-    'tick_ms_p50': 'tick p50 [ms]',
-    'tick_ms_p95': 'p95 [ms]',
-    'add_scan_ms_p50': 'add [ms]',
-    'rss_mb_max': 'RSS [MB]',
-}
+def localized(
+    jobs: Sequence[Job], work: Path | None, workers: int, json_path: Path | None
+) -> tuple[list[Record], dict[str, str]]:
+    """Run drives, and say how long it will take and which were left out; returns both."""
+    from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
 
-
-def _print_tables(result: dict[str, Any], json_path: Path | None) -> None:
-    rows = {**result['groups'], 'total': result['total']}
-    rows |= {name: table['total'] for name, table in result['baselines'].items()}
-    cells = [[name, *(_shown(found[key]) for key in _COLUMNS)] for name, found in rows.items()]
-    common.show_table(('', *_COLUMNS.values()), cells, json_path, width=_TABLE_WIDTH)
-    for name, reason in result['skipped'].items():
+    minutes = estimated_minutes(jobs, workers)
+    said = f'{len(jobs)} drives, about {minutes:.0f} minutes; --work goes on where it stopped'
+    common.say(said, json_path)
+    with progress('localizing', len(jobs)) as advance:
+        records, skipped = run_suite(jobs, work, workers, advance)
+    for name, reason in skipped.items():
         common.say(f'skipped {name}: {reason}', json_path)
-
-
-def _shown(value: float | int | None) -> str:
-    if value is None:
-        return '-'
-    return f'{value:.2f}' if isinstance(value, float) else str(value)
+    return records, skipped

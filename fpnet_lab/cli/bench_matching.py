@@ -13,7 +13,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError, WeightsError
-from fpnet_lab.cli.reports import percent, write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Units, columns, named
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig, MatcherConfig
@@ -30,6 +31,22 @@ class PairSet(StrEnum):
     TOURS = 'tours'
     ROBOT = 'robot'
 
+
+_METHODS = (  # numerical: digits
+    Column('method', 'name'),
+    *columns(Units.FINE_SHARE, {'ts': 'TS', 'ms': 'MS', 'auc10': 'AUC@10'}),
+    *columns(Units.FINE_SHARE, {'match_precision': 'precision', 'match_recall': 'recall'}),
+    Column('1 m 10 deg', 'recall_1m_10deg', Units.FINE_SHARE),
+    Column('a pair', 'ms_per_pair', Units.MS.to(1)),
+)
+_CLAIMS = {
+    'right': 'right',
+    'claimed_right': 'right claims',
+    'wrong_and_claimed': 'wrong claims',
+    'foreign_random_claimed': 'elsewhere',
+    'foreign_same_architect_claimed': 'same architect',
+}
+_BANDS = (Column('kept', 'name'), *columns(Units.FINE_SHARE, _CLAIMS), Column('pairs', 'pairs'))
 
 DataOption = Annotated[
     Path | None,
@@ -97,9 +114,10 @@ def command(
     else:
         report = _graphs(pair_set, data, plans, split, limit, methods, tree, out)
     report['set'] = pair_set.value
-    _print_table(report['methods'], json_path)
+    show(Table.of(_METHODS, named(report['methods'])), json_path)
     if pair_set is PairSet.ROBOT:
-        _print_bands(report['methods'], json_path)
+        for name, figures in report['methods'].items():
+            show(Table.of(_BANDS, named(figures['bands'])), json_path, name)
     write_report(json_path, report)
 
 
@@ -196,29 +214,3 @@ def matchers(config: MatcherConfig, names: list[str]) -> dict[str, RegionMatcher
                 raise
             typer.echo(f'{name} is left out: {error}', err=True)
     return made
-
-
-def _print_table(methods: dict[str, dict[str, Any]], json_path: Path | None) -> None:
-    shares = ('ts', 'ms', 'auc10', 'match_precision', 'match_recall', 'recall_1m_10deg')
-    titles = ('TS', 'MS', 'AUC@10', 'precision', 'recall', '1 m 10 deg')
-    rows = [
-        [name, *(f'{percent(found[key])}%' for key in shares), f'{found["ms_per_pair"]:.1f}']
-        for name, found in methods.items()
-    ]
-    common.show_table(('method', *titles, 'ms per pair'), rows, json_path)
-
-
-def _print_bands(methods: dict[str, dict[str, Any]], json_path: Path | None) -> None:
-    titles = {
-        'right': 'right',
-        'claimed_right': 'right claims',
-        'wrong_and_claimed': 'wrong claims',
-        'foreign_random_claimed': 'elsewhere',
-        'foreign_same_architect_claimed': 'same architect',
-    }
-    for name, figures in methods.items():
-        rows = [
-            [band, *(percent(found[key]) for key in titles), str(found['pairs'])]
-            for band, found in figures['bands'].items()
-        ]
-        common.show_table(('kept', *titles.values(), 'pairs'), rows, json_path, f'{name} [%]')

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +12,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.bench_localization import localized
+from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -51,59 +51,24 @@ def command(
     """
     tree = common.load(config, settings, seed)
     from fpnet_lab.baselines.cloud_registration import CLOUD_METHODS, installed
-    from fpnet_lab.evaluation.localization.peers import (
-        COLUMNS,
-        MAP_COLUMNS,
-        map_rows,
-        peer_rows,
-    )
+    from fpnet_lab.evaluation.localization.cases import make_suite, select
+    from fpnet_lab.evaluation.localization.peers import peer_figures
+    from fpnet_lab.evaluation.localization.runs import Job
 
     clouds = installed()
     for name in sorted(set(CLOUD_METHODS) - set(clouds)):
         common.say(f"without {name}: pip install 'fpnet_ros[peers]'", json_path)
-    drives = _Drives(group, limit, data, work, workers)
-    peers, skipped = _on_drives(drives, tree, clouds, json_path)
-    common.show_table(COLUMNS, peer_rows(peers), json_path)
-    report: dict[str, Any] = {'methods': peers, 'skipped': skipped}
+    cases = select(make_suite(tree.seed), group, limit)
+    jobs = [Job(case, tree, tree.seed, data, clouds=clouds) for case in cases]
+    records, skipped = localized(jobs, work, workers, json_path)
+    report: dict[str, Any] = {'methods': peer_figures(records), 'skipped': skipped}
     if maps and (data / 'bormann').is_dir():
         report['maps'] = _on_maps(data, maps, tree, clouds)
-        common.show_table(MAP_COLUMNS, map_rows(report['maps']), json_path)
     elif maps:
         common.say(
             f'no real maps: {data}/bormann is missing; name their folder with --data', json_path
         )
-    for name, reason in skipped.items():
-        common.say(f'skipped {name}: {reason}', json_path)
-    write_report(json_path, report)
-
-
-@dataclass(frozen=True)
-class _Drives:
-    """Which drives are asked for, and how they are run."""
-
-    groups: list[str] | None
-    limit: int
-    data: Path
-    work: Path | None
-    workers: int
-
-
-def _on_drives(
-    asked: _Drives, tree: FpnetConfig, clouds: tuple[str, ...], json_path: Path | None
-) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    """Return the figures of each method, and the drives that were left out."""
-    from fpnet_lab.evaluation.localization.cases import make_suite, select
-    from fpnet_lab.evaluation.localization.peers import peer_figures
-    from fpnet_lab.evaluation.localization.runs import Job
-    from fpnet_lab.evaluation.localization.suite import estimated_minutes, run_suite
-
-    cases = select(make_suite(tree.seed), asked.groups, asked.limit)
-    jobs = [Job(case, tree, tree.seed, asked.data, clouds=clouds) for case in cases]
-    minutes = estimated_minutes(jobs, asked.workers)
-    common.say(f'{len(jobs)} drives, about {minutes:.0f} minutes', json_path)
-    with progress('localizing', len(jobs)) as advance:
-        records, skipped = run_suite(jobs, asked.work, asked.workers, advance)
-    return peer_figures(records), skipped
+    finish('peers', json_path, report)
 
 
 def _on_maps(data: Path, limit: int, tree: FpnetConfig, clouds: tuple[str, ...]) -> dict[str, Any]:

@@ -44,10 +44,11 @@ def command(
     tree = common.load(config, settings)
     if is_written and is_short:
         raise ConfigError('--write needs all cases; leave out --short')
-    expected = None if is_written else _read(golden)
+    from fpnet_core.io.truth import read_json
     from fpnet_lab.evaluation.regression import COUNTS, SHORT, differences, run_regression
     from fpnet_lab.training import use_threads
 
+    expected = None if is_written else read_json(golden, 'write it anew with --write')
     use_threads(1)
     counts = SHORT if is_short else COUNTS
     with progress('cases', sum(counts.values())) as advance:
@@ -62,16 +63,6 @@ def command(
     typer.echo(f'{sum(counts.values())} cases, {len(lines)} differences from {golden}')
     if lines:
         raise typer.Exit(1)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        expected = json.loads(common.check_input(path).read_text(encoding='utf-8'))
-    except ValueError as error:
-        raise ConfigError(f'{path} is no JSON ({error}); write it anew with --write') from error
-    if not isinstance(expected, dict):
-        raise ConfigError(f'{path} holds no outcomes; write it anew with --write')
-    return expected
 
 
 def _text(found: Mapping[str, Mapping[str, Any]]) -> str:

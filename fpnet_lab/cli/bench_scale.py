@@ -11,7 +11,17 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Units, columns, named
+
+_COLUMNS = (
+    Column('drawings', 'name'),
+    Column('n', 'estimates'),
+    *columns(Units.SHARE, {'within_10': 'within 10 %', 'held': '90 % holds'}),
+    *columns(Units.SHARE, {'sure': 'sure', 'sure_wrong': 'sure, wrong'}),
+    Column('high / low', 'spread', Units.NUMBER),
+    Column('a drawing', 'ms_per_drawing', Units.MS),
+)
 
 
 def command(
@@ -37,24 +47,5 @@ def command(
 
     with progress('drawings', count_drawings(limit)) as advance:
         report = bench_scale(data, limit, tree.segmentation, advance)
-    _print(report['groups'], json_path)
+    show(Table.of(_COLUMNS, named(report['groups'])), json_path)
     write_report(json_path, report)
-
-
-def _print(groups: dict[str, dict[str, float]], json_path: Path | None) -> None:
-    titles = (
-        'drawings',
-        'n',
-        'within 10 %',
-        '90 % holds',
-        'sure',
-        'sure, wrong',
-        'high / low',
-        'ms',
-    )
-    rows = []
-    for name, row in groups.items():
-        shares = [f'{100 * row[k]:.0f} %' for k in ('within_10', 'held', 'sure', 'sure_wrong')]
-        ms = f'{row["ms_per_drawing"]:.0f}'
-        rows.append([name, str(row['estimates']), *shares, f'{row["spread"]:.2f}', ms])
-    common.show_table(titles, rows, json_path)

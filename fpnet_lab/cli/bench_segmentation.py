@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,18 +11,17 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import percent, write_report
+from fpnet_lab.cli.options import Half
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Column, Table, Units, columns, named
 
-
-class Split(StrEnum):
-    """Half of the real buildings: one to choose parameters on, one for published figures."""
-
-    TUNE = 'tune'
-    REPORT = 'report'
+_ROOMS = columns(Units.FINE_SHARE, {'precision': 'P', 'recall': 'R', 'f1': 'F1'})
+_DOORS = columns(Units.FINE_SHARE, {'doors_precision': 'door P', 'doors_recall': 'door R'})
+_IOUS = columns(Units.FINE_SHARE, {'room_iou_mean': 'room IoU', 'rooms_over_iou50': 'IoU > 50'})
 
 
 def command(
-    split: Annotated[Split, typer.Option('--split', help='Half of the real floorplans.')],
+    split: Annotated[Half, typer.Option('--split', help='Half of the real floorplans.')],
     data: Annotated[
         Path, typer.Option('--data', metavar='DIR', help='Folder of bormann and areagraph.')
     ] = Path('../shared/data'),
@@ -63,46 +61,35 @@ def command(
     if submap:
         report['submap'] = _bench_submaps(split, limit, seed)
     report['split'] = split.value
-    _print_plans(report, json_path)
-    _print_others(report, json_path)
+    _print(report, json_path)
     write_report(json_path, report)
 
 
-def _bench_submaps(split: Split, limit: int | None, seed: int | None) -> dict[str, Any]:
+def _bench_submaps(split: Half, limit: int | None, seed: int | None) -> dict[str, Any]:
     from fpnet_lab.evaluation.submap_segmentation import RECORDINGS, REPORT_SEED, bench_submaps
 
-    first_seed = seed if seed is not None else REPORT_SEED if split is Split.REPORT else 0
+    first_seed = seed if seed is not None else REPORT_SEED if split is Half.REPORT else 0
     with progress('submaps', limit or RECORDINGS) as advance:
         return bench_submaps(limit, advance, first_seed)
 
 
-def _print_plans(report: dict[str, Any], json_path: Path | None) -> None:
-    rows = []
-    for method, figures in {'default': report, **report['baselines']}.items():
-        for kind in ('clean', 'furnished'):
-            *shares, seconds = figures[kind].values()
-            rows.append([method, kind, *map(percent, shares), f'{seconds:.3f}'])
-    titles = ('method', 'plans', 'P', 'R', 'F1', 'door P', 'door R', 's per map')
-    title = f'{report["plans"]} floorplans, {report["split"]} half [%]'
-    common.show_table(titles, rows, json_path, title)
-
-
-def _print_others(report: dict[str, Any], json_path: Path | None) -> None:
+def _print(report: dict[str, Any], json_path: Path | None) -> None:
+    plans = [
+        {**figures[kind], 'method': method, 'name': kind}
+        for method, figures in {'default': report, **report['baselines']}.items()
+        for kind in ('clean', 'furnished')
+    ]
+    method, took = (
+        Column('method', 'method'),
+        Column('a map', 'seconds_per_map_median', Units.SECONDS.to(3)),
+    )
+    title = f'{report["plans"]} floorplans, {report["split"]} half'
+    every = [method, Column('plans', 'name'), *_ROOMS, *_DOORS, took]
+    show(Table.of(every, plans), json_path, title)
     maps = report['robot_maps']
-    rows = [
-        [method, *map(percent, figures.values())]
-        for method, figures in maps.items()
-        if isinstance(figures, dict)
-    ]
-    title = f'{maps["maps"]} robot maps [%]'
-    common.show_table(('method', 'P', 'R', 'F1'), rows, json_path, title)
-    if 'submap' not in report:
-        return
-    submap = report['submap']
-    keys = ('room_iou_mean', 'rooms_over_iou50', 'doors_precision', 'doors_recall')
-    rows = [
-        [sensor, *(percent(figures[key]) for key in keys)]
-        for sensor, figures in {**submap['by_sensor'], 'all': submap}.items()
-    ]
-    titles = ('sensor', 'room IoU', 'IoU > 50', 'door P', 'door R')
-    common.show_table(titles, rows, json_path, 'submaps [%]')
+    rows = [{**found, 'method': m} for m, found in maps.items() if isinstance(found, dict)]
+    show(Table.of([method, *_ROOMS], rows), json_path, f'{maps["maps"]} robot maps')
+    if 'submap' in report:
+        drives = named({**report['submap']['by_sensor'], 'all': report['submap']})
+        table = Table.of([Column('sensor', 'name'), *_IOUS, *_DOORS], drives)
+        show(table, json_path, 'submaps')

@@ -11,7 +11,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Table, Unit, columns
 
 
 def command(
@@ -38,6 +39,6 @@ def command(
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
     with progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
         report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
-    rows = [(name, f'{report[f"{name}_per_s"]:.1f}') for name in ('pairs', 'plans', 'scans')]
-    common.show_table(('per second', f'{workers} workers'), rows, json_path)
+    shown = columns(Unit(' per s', 1), {f'{n}_per_s': n for n in ('pairs', 'plans', 'scans')})
+    show(Table.of(shown, [report]), json_path, f'{workers} workers')
     write_report(json_path, report)

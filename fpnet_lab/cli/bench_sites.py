@@ -15,7 +15,8 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress, track
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.options import Half
+from fpnet_lab.cli.reports import finish
 
 
 class Part(StrEnum):
@@ -25,13 +26,6 @@ class Part(StrEnum):
     ONE = 'one'
     DIFFERENCES = 'differences'
     LIBRARY = 'library'
-
-
-class Split(StrEnum):
-    """Halves of the real data."""
-
-    TUNE = 'tune'
-    REPORT = 'report'
 
 
 def command(
@@ -52,7 +46,7 @@ def command(
         Path | None,
         typer.Option('--data', metavar='DIR', help='Also real floorplans and robots in them.'),
     ] = None,
-    split: Annotated[Split, typer.Option('--split', help='Half of the real ones.')] = Split.REPORT,
+    split: Annotated[Half, typer.Option('--split', help='Half of the real ones.')] = Half.REPORT,
     workers: options.WorkersOption = 1,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
@@ -83,8 +77,7 @@ def command(
     }
     for part in only or Part:
         report |= run[part]()
-    _print(report)
-    write_report(json_path, report)
+    finish('sites', json_path, report)
 
 
 def _sites(count: int, tree: Any) -> dict[str, Any]:
@@ -143,13 +136,3 @@ def _library(
         ]
         report = bench.figures([asked for asked, _ in answers], claims, library)
         return {'library': report | {'growth': bench.growth(known, cases, most, seed)}}
-
-
-def _print(report: dict[str, Any]) -> None:
-    from rich.console import Console
-
-    console = Console()
-    for run in report.get('sites', {}).get('runs', ()):
-        console.print(run)
-    for name, part in report.items():
-        console.print(name, {key: value for key, value in part.items() if key != 'runs'})

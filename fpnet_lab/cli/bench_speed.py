@@ -12,7 +12,8 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import write_report
+from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.scores import Score, Table
 
 if TYPE_CHECKING:
     from fpnet_lab.evaluation.speed.growth import Grown
@@ -73,7 +74,7 @@ def command(
             figures += _measured(part, data, seconds)
             advance(1.0)
     figures += [figure for storey in storeys for figure in storey.figures()]
-    _print(figures)
+    show(Table.of_scores([_row(figure) for figure in figures]), json_path)
     if plot is not None and storeys:
         from fpnet_lab.viz.growth import save_growth
 
@@ -105,19 +106,11 @@ def _measured(part: Part, data: Path, seconds: float | None) -> list[Figure]:
     return real + maps.PARTS[part.value]()
 
 
-def _print(figures: list[Figure]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table('what', 'by the clock', 'processor', 'aim', 'of')
-    for each in figures:
-        aim = (
-            '' if each.aim_s is None else f'{_said(each.aim_s)}{"" if each.is_met else " missed"}'
-        )
-        table.add_row(each.name, _said(each.seconds), _said(each.cpu_s), aim, str(each.of))
-    Console().print(table)
-
-
-def _said(seconds: float) -> str:
-    """Return a duration with three digits."""
-    return f'{seconds:.2f} s' if seconds >= 1.0 else f'{1e3 * seconds:.1f} ms'
+def _row(figure: Figure) -> tuple[Score, ...]:
+    return (
+        Score('what', figure.name),
+        Score('by the clock', figure.value, figure.unit),
+        Score('processor', figure.cpu_s, figure.unit),
+        Score('aim', figure.said_aim),
+        Score('of', figure.of),
+    )

@@ -4,10 +4,19 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+
+class Half(StrEnum):
+    """Half of the real buildings: one to choose parameters on, one for published figures."""
+
+    TUNE = 'tune'
+    REPORT = 'report'
+
 
 _TUNE_DATA = typer.Option('--data', metavar='DIR', help='Shared data; only its tune half is read.')
 TuneDataOption = Annotated[Path, _TUNE_DATA]

@@ -5,15 +5,18 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_lab.provenance import Provenance
+from fpnet_lab.scores import Score, Table
+
+Item = TypeVar('Item')
 
 _begun: list[Provenance] = []
 
@@ -38,9 +41,30 @@ def write_report(path: Path | None, report: dict[str, Any]) -> None:
     common.write_json(path, made.in_report(plain))
 
 
-def percent(share: float | None) -> str:
-    """Return a share in per cent, ``-`` where there is none."""
-    return '-' if share is None else f'{100.0 * share:.1f}'
+def show(
+    table: Table, json_path: Path | None, title: str | None = None, width: int | None = None
+) -> None:
+    """Print a table, unless ``--json -`` has stdout."""
+    common.show_table(table.titles, table.rows, json_path, title, width)
+
+
+def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
+    """Write a benchmark's report as ``--json``, and print the tables that pages have of it."""
+    from fpnet_lab.evaluation.published import figures_of
+
+    write_report(path, report)
+    for table in figures_of(name, report)[0].values():
+        common.say(f'\n{table.markdown()}', path)
+
+
+def print_scores(items: Iterable[Item], scores: Callable[[Item], Sequence[Score]]) -> list[Item]:
+    """Print a Markdown table, a row for each item as it comes; returns the items."""
+    kept: list[Item] = []
+    for item in items:
+        lines = Table.of_scores([scores(item)]).markdown().splitlines()
+        print('\n'.join(lines[2:] if kept else lines), flush=True)
+        kept.append(item)
+    return kept
 
 
 def say_figures(figures: Mapping[str, Any], **drawn: Any) -> dict[str, Any]:

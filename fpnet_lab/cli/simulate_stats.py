@@ -12,6 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import track
+from fpnet_lab.scores import Unit, Units
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 REAL_FOLDER = Path('../shared/data/bormann')
 
-_WHOLE_FROM = 10.0  # numerical: figures from here on are shown without decimals
+_SHORT = Unit(digits=2, whole_from=10)  # numerical: digits
 
 
 def command(
@@ -81,8 +82,9 @@ def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Pa
     for row in rows:
         values = zip(row.generated, row.real, strict=True)
         worst = max(map(abs, row.relative_errors))
-        error = f'{100.0 * worst:.0f} %' if row.name in FITTED else ''
-        cells.append([row.name, *(f'{_short(g)} / {_short(r)}' for g, r in values), error])
+        error = Units.SHARE.text(worst) if row.name in FITTED else ''
+        pairs = (f'{_SHORT.text(g)} / {_SHORT.text(r)}' for g, r in values)
+        cells.append([row.name, *pairs, error])
     titles = ('quantity', *(f'{p} %' for p in PERCENTILES), 'error')
     common.show_table(titles, cells, json_path, title, width=110)
     features = sorted(told.importance, key=lambda name: -told.importance[name])
@@ -91,10 +93,6 @@ def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Pa
         f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
         json_path,
     )
-
-
-def _short(value: float) -> str:
-    return f'{value:.0f}' if value >= _WHOLE_FROM else f'{value:.2f}'
 
 
 def _result(rows: Sequence[Row], errors: dict[str, float], told: TwoSample) -> dict[str, Any]:

@@ -102,9 +102,3 @@ def write_figures(on_pages: Sequence[Path], figures: Mapping[str, str]) -> list[
             page.write_text(after, encoding='utf-8')
             changed.append(page)
     return changed
-
-
-def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table of cells that are texts already."""
-    lines = [header, ['---'] * len(header), *rows]
-    return '\n'.join(f'| {" | ".join(cells)} |'.replace('|  |', '| |') for cells in lines)

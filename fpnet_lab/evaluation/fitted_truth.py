@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,11 @@ import numpy as np
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io import read_map
+from fpnet_core.io.truth import read_json
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import GridMap
+
+_REMEDY = 'give the folder radish of the shared data'
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +46,8 @@ def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
     FpnetError
         If the folder has no such log or no pair for it.
     """
-    index = _read_json(folder / 'maps_index.json')
-    pairs = [p for p in _read_json(folder / 'pairs.json')['pairs'] if _is_full(p, name)]
+    index = read_json(folder / 'maps_index.json', _REMEDY)
+    pairs = [p for p in read_json(folder / 'pairs.json', _REMEDY)['pairs'] if _is_full(p, name)]
     if name not in index or not pairs:
         raise FpnetError(f'{folder}: no fitted pair for the log {name!r}')
     pair, raster = pairs[0], index[name]
@@ -82,13 +84,3 @@ def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:
         return upright
     flip = Affine2D(np.diag([-1.0, 1.0]), np.array([width - 1.0, 0.0]))
     return Affine2D.from_matrix((flip @ upright).matrix)
-
-
-def _read_json(path: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise FpnetError(f'cannot read {path}: {error}') from None
-    if not isinstance(data, dict):
-        raise FpnetError(f'{path}: expected a JSON object')
-    return data

@@ -4,80 +4,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
 
-from fpnet_lab.evaluation.figures import markdown_table
-
-Report = Mapping[str, Any]
-Figures = tuple[dict[str, str], dict[str, str]]
+from fpnet_lab.scores import Column, Figures, Row, Score, Table, Units, named, share_of, together
 
 # Chosen: what the demo is to reach, of every seed.
 _TARGET_POSITION_M, _TARGET_YAW_DEG = 0.5, 3.0
-_DEMO = {
-    'poses': 'poses',
-    'wrong_poses': 'wrong',
-    'time_to_first_pose_s': 'first pose [s]',
-    'path_to_first_pose_m': 'after [m]',
-    'median_position_error_m': 'position [m]',
-    'median_yaw_error_deg': 'yaw [deg]',
-    'tick_ms_p50': 'tick p50 [ms]',
-    'tick_ms_p95': 'tick p95 [ms]',
-}
+_COUNT = Units.COUNT.to(0, '-')  # numerical: digits
+_DEMO = (  # numerical: digits
+    Column('seed', 'name'),
+    Column('poses', 'poses', _COUNT),
+    Column('wrong', 'wrong_poses', _COUNT),
+    Column('first pose', 'time_to_first_pose_s', Units.SECONDS.in_title(2, '-')),
+    Column('after', 'path_to_first_pose_m', Units.METRES.in_title(2, '-')),
+    Column('position', 'median_position_error_m', Units.METRES.in_title(2, '-')),
+    Column('yaw', 'median_yaw_error_deg', Units.DEGREES.in_title(2, '-')),
+    Column('tick p50', 'tick_ms_p50', Units.MS.in_title(2, '-')),
+    Column('tick p95', 'tick_ms_p95', Units.MS.in_title(2, '-')),
+)
+_TO_FIRST = (('time_to_first_pose_s', Units.SECONDS), ('path_to_first_pose_m', Units.METRES))
+_FIRST = together(*((key, unit.to(0)) for key, unit in _TO_FIRST))  # numerical: digits
+_ERROR = (('median_position_error_m', Units.METRES), ('median_yaw_error_deg', Units.DEGREES))
+_LOGS = (
+    Column('log', 'log'),
+    Column('said of the scale', 'name'),
+    Column('status at the end', lambda run: run['status_over_time'][-1]),
+    Column('first pose', lambda run: f'after {_FIRST(run)}' if run['poses'] else 'none'),
+    Column('poses', 'poses'),
+    Column('wrong', lambda run: run['wrong_poses'] or 0),
+    Column('median error', together(*_ERROR)),
+)
 _NAMES = {'whole': 'whole', '50-100': 'half', '20-35': 'third', '10-20': 'tenth'}
 _PARTS = ('50-100', '20-35', '10-20')
-_ANSWERS = ('right', 'claimed, right', 'claimed, wrong', "claimed on other buildings' plans")
+_MAPS = (
+    Column('cases', 'cases'),
+    Column('band', 'name'),
+    Column('right', 'right', Units.SHARE),
+    Column('claimed, right', 'claimed_right', Units.SHARE),
+    Column('claimed, wrong', share_of('wrong_and_claimed', 'pairs')),
+    Column("claimed on other buildings' plans", share_of('foreign_claimed', 'foreign_pairs')),
+)
+_WITHHELD = (('withheld_s_median', Units.SECONDS), ('withheld_s_max', Units.SECONDS))
+_CARRIED = (
+    Column('with', 'name'),
+    Column('localized when lifted', 'localized'),
+    Column('withheld', 'withheld'),
+    Column('after, median and most', together(*_WITHHELD)),
+    Column('wrong poses', 'wrong_poses'),
+    Column('found again', 'found_again'),
+    Column('right poses', 'right_poses'),
+)
 
 
-def demo(report: Report) -> Figures:
+def demo(report: Row) -> Figures:
     """Return the demo's runs, one row for each seed, and how many met the target."""
     seeds = report['seeds']
-    rows = [[seed, *(_shown(run[key]) for key in _DEMO)] for seed, run in seeds.items()]
     paths = [run['path_to_first_pose_m'] for run in seeds.values()]
     values = {
         'met': f'{sum(_is_met(run) for run in seeds.values())} of {len(seeds)}',
         'wrong': str(sum(run['wrong_poses'] for run in seeds.values())),
-        'latest': 'never' if None in paths else f'{max(paths):.1f} m',
+        'latest': 'never' if None in paths else Units.PATH.text(max(paths)),
     }
-    return {'': markdown_table(['seed', *_DEMO.values()], rows)}, values
+    return {'': Table.of(_DEMO, named(seeds))}, values
 
 
-def _is_met(run: Report) -> bool:
-    return bool(
-        run['localized']
-        and run['wrong_poses'] == 0
-        and run['median_position_error_m'] <= _TARGET_POSITION_M
-        and run['median_yaw_error_deg'] <= _TARGET_YAW_DEG
+def _is_met(run: Row) -> bool:
+    scores = (
+        Score('wrong poses', run['wrong_poses'], Units.COUNT, 0),
+        Score('position', run['median_position_error_m'], Units.METRES, _TARGET_POSITION_M),
+        Score('yaw', run['median_yaw_error_deg'], Units.DEGREES, _TARGET_YAW_DEG),
     )
+    return bool(run['localized']) and all(score.is_met for score in scores)
 
 
-def _shown(value: float | None) -> str:
-    if value is None:
-        return '-'
-    return str(value) if isinstance(value, int) else f'{value:.2f}'
-
-
-def real_logs(report: Report) -> Figures:
+def real_logs(report: Row) -> Figures:
     """Return a row for each log and what was said of its drawing's scale."""
-    rows = [
-        [name, said, *_log(run)]
-        for name, ways in report['logs'].items()
-        for said, run in ways.items()
-    ]
-    header = ['log', 'said of the scale', 'status at the end', 'first pose', 'poses', 'wrong']
-    return {'': markdown_table([*header, 'median error'], rows)}, {}
+    rows = [{**row, 'log': log} for log, ways in report['logs'].items() for row in named(ways)]
+    return {'': Table.of(_LOGS, rows)}, {}
 
 
-def _log(run: Report) -> list[str]:
-    first, error = 'none', ''
-    if run['poses']:
-        first = f'after {run["time_to_first_pose_s"]:.0f} s, {run["path_to_first_pose_m"]:.0f} m'
-        error = f'{run["median_position_error_m"]:.2f} m, {run["median_yaw_error_deg"]:.1f} deg'
-    wrong = run['wrong_poses'] or 0
-    return [run['status_over_time'][-1], first, str(run['poses']), str(wrong), error]
-
-
-def robot(report: Report) -> Figures:
+def robot(report: Row) -> Figures:
     """Return what ``fpnet`` says of real robots' maps, by what they have seen and by building."""
     figures = report['methods']['fpnet']
     groups = {
@@ -85,100 +91,69 @@ def robot(report: Report) -> Figures:
         'without the three distorted drawings': figures['bands_undistorted'],
     }
     rows = [
-        [title if band == 'whole' else '', band, *_answers(shares)]
+        {**row, 'cases': title if row['name'] == 'whole' else ''}
         for title, bands in groups.items()
-        for band, shares in bands.items()
+        for row in named(bands)
     ]
-    tables = {
-        '': markdown_table(['cases', 'band', *_ANSWERS], rows),
-        'buildings': _buildings(figures['buildings']),
-    }
+    tables = {'': Table.of(_MAPS, rows), 'buildings': _buildings(figures['buildings'])}
     values = {'pairs': str(sum(shares['pairs'] for shares in figures['bands'].values()))}
     values |= {
-        f'right_{name}': _per_cent(figures['bands_undistorted'][band]['right'])
+        f'right_{name}': Units.SHARE.text(figures['bands_undistorted'][band]['right'])
         for band, name in _NAMES.items()
     }
     return tables, values
 
 
-def _answers(shares: Report) -> list[str]:
-    return [
-        _per_cent(shares['right']),
-        _per_cent(shares['claimed_right']),
-        _of(shares['wrong_and_claimed'], shares['pairs']),
-        _of(shares['foreign_claimed'], shares['foreign_pairs']),
-    ]
-
-
-def _buildings(by_name: Mapping[str, Report]) -> str:
+def _buildings(by_name: Mapping[str, Row]) -> Table:
+    answers = together(('right', Units.SHARE.in_title(0)), ('claimed_right', Units.SHARE))
     rows = []
     for name, bands in by_name.items():
-        parts = [
-            f'{100.0 * bands[band]["right"]:.0f}, {_per_cent(bands[band]["claimed_right"])}'
-            for band in _PARTS
-        ]
-        wrong = [round(each['wrong_and_claimed'] * each['pairs']) for each in bands.values()]
-        claims = f'{sum(wrong)} of {sum(each["pairs"] for each in bands.values())}'
-        rows.append([f'`{name}`', str(bands['whole']['pairs']), *parts, claims])
-    header = ['building', 'maps', *(f'{band} %' for band in _PARTS), 'claimed, wrong']
-    return markdown_table(header, rows)
+        wrong = sum(round(each['wrong_and_claimed'] * each['pairs']) for each in bands.values())
+        claims = f'{wrong} of {sum(each["pairs"] for each in bands.values())}'
+        row = {'name': f'`{name}`', 'maps': bands['whole']['pairs'], 'wrong': claims}
+        rows.append(row | {band: answers(bands[band]) for band in _PARTS})
+    parts = (Column(f'{band} %', band) for band in _PARTS)
+    titles = (Column('building', 'name'), Column('maps', 'maps'), *parts)
+    return Table.of([*titles, Column('claimed, wrong', 'wrong')], rows)
 
 
-def _per_cent(share: float) -> str:
-    return f'{100.0 * share:.0f} %'
-
-
-def _of(share: float | None, count: int) -> str:
-    return '' if share is None else f'{round(share * count)} of {count}'
-
-
-def drift(report: Report) -> Figures:
+def drift(report: Row) -> Figures:
     """Return the largest errors under a claim, of exact drawings and of rough ones."""
-    exact, rough = [], []
-    for each in report['drives']:
-        name = f'{each["family"].replace("_", " ")}, {each["path_m"]:.0f} m'
-        on = each['exact']
-        ways = ('odometry', 'whole_submap', 'published')
-        exact.append([name, *(f'{on[way]["max_m"]:.2f} m' if way in on else '' for way in ways)])
-        on = each['rough']
-        cells = [_median_and_most(on[way]) if way in on else 'never claimed' for way in ways[1:]]
-        rough.append([name, *cells])
+    ways = {'whole_submap': 'whole submap', 'published': 'published'}
+    exact = {'odometry': 'odometry from a right start', **ways}
+    most, median = ('max_m', Units.METRES), ('p50_m', Units.METRES)
+    drives = {
+        drawing: [{**drive[drawing], 'name': _drive(drive)} for drive in report['drives']]
+        for drawing in ('exact', 'rough')
+    }
     tables = {
-        '': markdown_table(
-            ['building, path', 'odometry from a right start', 'whole submap', 'published'], exact
-        ),
-        'rough': markdown_table(['building, path', 'whole submap', 'published'], rough),
+        '': _drives(drives['exact'], exact, together(most), ''),
+        'rough': _drives(drives['rough'], ways, together(median, most), 'never claimed'),
     }
     return tables, {}
 
 
-def _median_and_most(errors: Report) -> str:
-    return f'{errors["p50_m"]:.2f} m, {errors["max_m"]:.2f} m'
+def _drive(drive: Row) -> str:
+    return f'{drive["family"].replace("_", " ")}, {Units.METRES.to(0).text(drive["path_m"])}'
 
 
-def carried_off(report: Report) -> Figures:
+def _drives(
+    drives: Sequence[Row], ways: Mapping[str, str], shown: Callable[[Row], str], nothing: str
+) -> Table:
+    rows = [
+        {'name': drive['name']}
+        | {way: shown(drive[way]) if way in drive else nothing for way in ways}
+        for drive in drives
+    ]
+    titles = (Column(title, way) for way, title in ways.items())
+    return Table.of([Column('building, path', 'name'), *titles], rows)
+
+
+def carried_off(report: Row) -> Figures:
     """Return what happens to the pose of a robot that is carried off."""
     titles = {
-        'asked': 'the walls around the robot are asked',
-        'not_asked': 'they are not (`localizer.doubt_probability=1`)',
+        'the walls around the robot are asked': 'asked',
+        'they are not (`localizer.doubt_probability=1`)': 'not_asked',
     }
-    rows = [[title, *_carried(report['ways'][way])] for way, title in titles.items()]
-    header = ['with', 'localized when lifted', 'withheld', 'after, median and most', 'wrong poses']
-    drives = {'drives': str(len(report['drives']))}
-    return {'': markdown_table([*header, 'found again', 'right poses'], rows)}, drives
-
-
-def _carried(way: Report) -> list[str]:
-    withheld = [way['withheld_s_median'], way['withheld_s_max']]
-    return [
-        str(way['localized']),
-        str(way['withheld']),
-        _seconds(withheld),
-        str(way['wrong_poses']),
-        str(way['found_again']),
-        str(way['right_poses']),
-    ]
-
-
-def _seconds(values: Sequence[float | None]) -> str:
-    return ', '.join(f'{value:.1f} s' for value in values if value is not None)
+    rows = named({title: report['ways'][way] for title, way in titles.items()})
+    return {'': Table.of(_CARRIED, rows)}, {'drives': str(len(report['drives']))}

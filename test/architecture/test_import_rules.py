@@ -26,7 +26,7 @@ LAYERS = {
         {'cli'},
     ],
     'fpnet_lab': [
-        {'kept', 'metrics', 'pool', 'provenance'},
+        {'kept', 'metrics', 'pool', 'provenance', 'scores'},
         {'sim', 'baselines'},
         {'evaluation'},
         {'training', 'viz'},

@@ -4,22 +4,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.records import Record
+from fpnet_lab.scores import Column, Figures, Row, Table, Units, named, of
 
-COLUMNS = (
-    'method', 'right', 'claimed, right', 'claimed, wrong', 'first pose',
-    "claims on other buildings' plans", 'error', 'a look',
-)  # fmt: skip
-MAP_COLUMNS = (
-    'method', 'right', 'claimed, right', 'claimed, wrong', "claims on other buildings' plans",
-    'a map',
-)  # fmt: skip
+# Numerical, digits:
+_PLACED = (
+    Column('method', 'name'),
+    Column('right', of('right', 'runs')),
+    Column('claimed, right', of('claimed_right', 'runs')),
+    Column('claimed, wrong', of('claimed_wrong', 'runs')),
+)
+_FOREIGN = "claims on other buildings' plans"
+_ON_DRIVES = (
+    *_PLACED,
+    Column('first pose', 'first_pose_m', Units.PATH.to(1, 'none')),
+    Column(_FOREIGN, of('foreign_claims', 'foreign')),
+    Column('error', 'error_m', Units.METRES.to(2, 'none')),
+    Column('a look', 'look_s', Units.SECONDS.to(3, 'none')),
+)
+_ON_MAPS = (*_PLACED, Column(_FOREIGN, 'foreign'), Column('a map', 'map_s', Units.SECONDS.to(2)))
 
 
 def peer_figures(records: Sequence[Record]) -> dict[str, dict[str, Any]]:
@@ -64,42 +73,28 @@ def _median(values: Iterable[float | None]) -> float | None:
     return round(float(np.median(known)), 4) if known else None
 
 
-def peer_rows(peers: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """Return the cells of :data:`COLUMNS`, one row for each method."""
-    return [
-        [
-            f'`{name}`',
-            *(f'{found[key]} of {found["runs"]}' for key in _COUNTS),
-            _with_unit(found['first_pose_m'], 'm', 1),
-            f'{found["foreign_claims"]} of {found["foreign"]}',
-            _with_unit(found['error_m'], 'm', 2),
-            _with_unit(found['look_s'], 's', 3),
-        ]
-        for name, found in peers.items()
-    ]
+def peers(report: Row) -> Figures:
+    """Return a row for each method: on drives, and on robots' maps of all bands."""
+    tables = {'': Table.of(_ON_DRIVES, named(report['methods'], '`{}`'))}
+    if 'maps' in report:
+        rows = {name: _on_maps(figures) for name, figures in report['maps'].items()}
+        tables['maps'] = Table.of(_ON_MAPS, named(rows, '`{}`'))
+    return tables, {}
 
 
-def map_rows(methods: Mapping[str, Mapping[str, Any]]) -> list[list[str]]:
-    """Return the cells of :data:`MAP_COLUMNS`: robots' maps of all bands, one row a method."""
-    rows = []
-    for name, figures in methods.items():
-        bands = list(figures['bands'].values())
-        pairs, foreign = (sum(band[key] for band in bands) for key in ('pairs', 'foreign_pairs'))
-        counts = [
-            sum(round((band[key] or 0.0) * band['pairs']) for band in bands) for key in _SHARES
-        ]
-        claims = sum(
-            round((band['foreign_claimed'] or 0.0) * band['foreign_pairs']) for band in bands
-        )
-        asked = f'{claims} of {foreign}' if foreign else 'not asked'
-        took = _with_unit(1e-3 * figures['ms_per_pair'], 's', 2)
-        rows.append([f'`{name}`', *(f'{count} of {pairs}' for count in counts), asked, took])
-    return rows
+def _on_maps(figures: Row) -> dict[str, Any]:
+    bands = figures['bands'].values()
 
+    def count(share: str, cases: str) -> int:
+        return sum(round((band[share] or 0.0) * band[cases]) for band in bands)
 
-_SHARES = ('right', 'claimed_right', 'wrong_and_claimed')
-_COUNTS = ('right', 'claimed_right', 'claimed_wrong')
-
-
-def _with_unit(value: float | None, unit: str, digits: int) -> str:
-    return 'none' if value is None else f'{value:.{digits}f} {unit}'
+    foreign = sum(band['foreign_pairs'] for band in bands)
+    claims = f'{count("foreign_claimed", "foreign_pairs")} of {foreign}'
+    return {
+        'runs': sum(band['pairs'] for band in bands),
+        'right': count('right', 'pairs'),
+        'claimed_right': count('claimed_right', 'pairs'),
+        'claimed_wrong': count('wrong_and_claimed', 'pairs'),
+        'foreign': claims if foreign else 'not asked',
+        'map_s': 1e-3 * figures['ms_per_pair'],
+    }

@@ -72,8 +72,8 @@ class Grown:
         aim_s = AIM_TICK_S if self.area_m2 == AIM_M2 else None
         name = f'{self.area_m2:,.0f} m2, {self.rooms} rooms'
         return [
-            Figure(f'prepare a plan of {name}', self.plan[0], None, self.plan[1], 1),
-            Figure(f'searching tick on {name}', self.tick[0], aim_s, self.tick[1]),
+            Figure(f'prepare a plan of {name}', self.plan[0], cpu_s=self.plan[1], of=1),
+            Figure(f'searching tick on {name}', self.tick[0], aim_s, cpu_s=self.tick[1]),
         ]
 
     def as_json(self) -> dict[str, Any]:

@@ -17,9 +17,12 @@ import numpy as np
 
 from fpnet_core.cli.exits import NO_ANSWER
 from fpnet_core.errors import FpnetError
+from fpnet_lab.scores import Score, Unit, Units
 
 REPEATS = 5
 """Numerical: calls of which the median is taken."""
+
+_UNIT = Units.SECONDS.to(4)  # numerical: digits
 
 Clocked = tuple[float, float]
 """A duration by the clock and of the processor [s]."""
@@ -27,8 +30,8 @@ Clocked = tuple[float, float]
 Result = TypeVar('Result')
 
 
-@dataclass(frozen=True)
-class Figure:
+@dataclass(frozen=True, kw_only=True)
+class Figure(Score):
     """
     A duration [s] by the clock, and what it should be at most; no aim for None.
 
@@ -36,23 +39,16 @@ class Figure:
     ``of`` says of how many calls it is the median or quantile.
     """
 
-    name: str
-    seconds: float
-    aim_s: float | None
+    unit: Unit = _UNIT
     cpu_s: float
     of: int = REPEATS
-
-    @property
-    def is_met(self) -> bool:
-        """Tell whether the aim is met, as it is where there is none."""
-        return self.aim_s is None or self.seconds <= self.aim_s
 
     def as_json(self) -> dict[str, Any]:
         """Return it for a report."""
         return {
-            'seconds': round(self.seconds, 5),
+            'seconds': round(self.value, 5),
             'cpu_s': round(self.cpu_s, 5),
-            'aim_s': self.aim_s,
+            'aim_s': self.aim,
             'of': self.of,
         }
 
@@ -67,7 +63,7 @@ def median_of(
     """
     times = np.array([_medians(call, repeats) for call in calls])
     wall_s, cpu_s = np.median(times, axis=0)
-    return Figure(name, float(wall_s), aim_s, float(cpu_s), repeats * len(calls))
+    return Figure(name, float(wall_s), aim_s, cpu_s=float(cpu_s), of=repeats * len(calls))
 
 
 def _medians(call: Callable[[], object], repeats: int) -> Clocked:
@@ -87,7 +83,7 @@ def clocked(call: Callable[[], Result]) -> tuple[Result, Clocked]:
 def quantile_of(name: str, aim_s: float | None, times: Sequence[Clocked], share: float) -> Figure:
     """Return a quantile of what was timed elsewhere."""
     wall_s, cpu_s = np.quantile(np.array(times), share, axis=0)
-    return Figure(name, float(wall_s), aim_s, float(cpu_s), len(times))
+    return Figure(name, float(wall_s), aim_s, cpu_s=float(cpu_s), of=len(times))
 
 
 def shell_figure(name: str, aim_s: float, arguments: Sequence[str], cwd: Path) -> Figure:
@@ -101,7 +97,7 @@ def shell_figure(name: str, aim_s: float, arguments: Sequence[str], cwd: Path) -
     """
     times = [_shell(arguments, cwd) for _ in range(1 + REPEATS)][1:]
     wall_s, cpu_s = np.median(np.array(times), axis=0)
-    return Figure(name, float(wall_s), aim_s, float(cpu_s))
+    return Figure(name, float(wall_s), aim_s, cpu_s=float(cpu_s))
 
 
 def _shell(arguments: Sequence[str], cwd: Path) -> Clocked:

@@ -12,7 +12,7 @@ import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.errors import ConfigError
-from fpnet_lab.cli.reports import begin, write_report
+from fpnet_lab.cli.reports import begin, finish, write_report
 from fpnet_lab.evaluation.differences import DifferenceFigures
 from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_figures
 from fpnet_lab.evaluation.localization.figures import report
@@ -395,6 +395,20 @@ def test_figures_of_long_drives():
     assert rows(drift['drift.rough'])[2][1:] == ['never claimed', 'never claimed']
     carried = published('carried_off', REPORTS['carried_off'](), MADE)
     assert rows(carried['carried_off'])[2][1:] == ['11', '4', '1.1 s, 3.0 s', '111', '7', '1031']
+
+
+@pytest.mark.parametrize('name', REPORTS)
+def test_a_benchmark_ends_with_the_tables_that_pages_have(name, tmp_path, capsys):
+    report = json.loads(json.dumps(REPORTS[name]()))
+    finish(name, tmp_path / 'report.json', report)
+    shown = capsys.readouterr().out
+    tables = [text for text in published(name, report, MADE).values() if '\n' in text]
+    assert tables
+    for text in tables:
+        assert text.partition('\n\n')[2].strip() in shown
+    written = json.loads((tmp_path / 'report.json').read_text())
+    assert written.pop('made')['commit'] is not None
+    assert written == report
 
 
 def test_a_table_in_a_page_stays_one_after_writing(tmp_path):

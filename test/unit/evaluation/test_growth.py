@@ -30,8 +30,8 @@ def test_wards_have_the_size_that_is_asked_for(area_m2):
 
 def test_only_the_storey_that_an_aim_is_stated_for_has_one():
     _, tick = STOREY.figures()
-    assert (tick.aim_s, tick.is_met) == (growth.AIM_TICK_S, False)
-    assert [each.aim_s for each in replace(STOREY, area_m2=3_000.0).figures()] == [None, None]
+    assert (tick.aim, tick.is_met) == (growth.AIM_TICK_S, False)
+    assert [each.aim for each in replace(STOREY, area_m2=3_000.0).figures()] == [None, None]
 
 
 def test_before_a_tick_nothing_near_the_robot_was_known():

@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scores: what was measured, with name, value and unit, and tables of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+import math
+from typing import Any, Self
+
+Row = Mapping[str, Any]
+"""A part of a benchmark's report, as its JSON holds it."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """
+    How values are written: times ``factor``, with ``digits``, and the ``symbol`` with its space.
+
+    From ``whole_from`` on they have no digits. ``halves_up`` rounds as people do, else halves
+    go to the even digit. A unit that ``is_in_title`` of a column is in none of its cells.
+    ``nothing`` is written for None and NaN.
+    """
+
+    symbol: str = ''
+    digits: int = 0
+    factor: float = 1.0
+    whole_from: float = math.inf
+    halves_up: bool = False
+    is_in_title: bool = False
+    nothing: str = ''
+
+    def to(self, digits: int, nothing: str = '') -> Unit:
+        """Return the unit with so many digits."""
+        return replace(self, digits=digits, nothing=nothing)
+
+    def in_title(self, digits: int, nothing: str = '') -> Unit:
+        """Return the unit for a column whose title names it."""
+        return replace(self, digits=digits, nothing=nothing, is_in_title=True)
+
+    def title(self, name: str) -> str:
+        """Return the title of a column."""
+        return f'{name} [{self.symbol.strip()}]' if self.is_in_title else name
+
+    def text(self, value: Any) -> str:
+        """Return a value as it is read."""
+        if isinstance(value, str):
+            return value
+        if value is None or math.isnan(value):
+            return self.nothing
+        digits = 0 if value >= self.whole_from else self.digits
+        number = self.factor * value
+        if self.halves_up:
+            number = math.floor(number * 10.0**digits + 0.5) / 10.0**digits
+        return f'{number:.{digits}f}{"" if self.is_in_title else self.symbol}'
+
+
+class Units:
+    """What scores are measured in; the digits are chosen."""
+
+    COUNT, NUMBER = Unit(), Unit(digits=2)
+    SHARE, FINE_SHARE = Unit(' %', factor=100.0), Unit(' %', 1, 100.0)
+    METRES, PATH, DEGREES = Unit(' m', 2), Unit(' m', 1), Unit(' deg', 1)
+    SECONDS, MS = Unit(' s', 1), Unit(' ms')
+
+
+@dataclass(frozen=True)
+class Score:
+    """
+    What was measured: a number, a text that stands for itself, or None where nothing was.
+
+    ``aim`` is what it should be at most, no aim for None.
+    """
+
+    name: str
+    value: Any
+    unit: Unit = Units.COUNT
+    aim: float | None = None
+
+    @property
+    def is_met(self) -> bool:
+        """Tell whether the aim is met, as it is where there is none; what is unknown is not."""
+        return self.aim is None or (self.value is not None and self.value <= self.aim)
+
+    def __str__(self) -> str:
+        """Return the value with its unit."""
+        return self.unit.text(self.value)
+
+    @property
+    def said_aim(self) -> str:
+        """Return the aim, and whether it is missed."""
+        return self.unit.text(self.aim) + ('' if self.is_met else ', missed')
+
+
+@dataclass(frozen=True)
+class Column:
+    """The same score of each row of a report: ``source`` is its key, or makes it of the row."""
+
+    title: str
+    source: str | Callable[[Row], Any]
+    unit: Unit = Units.COUNT
+
+    def score(self, row: Row) -> Score:
+        """Return a row's score; KeyError where the row has none."""
+        value = row[self.source] if isinstance(self.source, str) else self.source(row)
+        return Score(self.title, value, self.unit)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Titles, rows of cells, and perhaps a sentence below."""
+
+    titles: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ''
+
+    @classmethod
+    def of(cls, columns: Sequence[Column], rows: Iterable[Row], note: str = '') -> Self:
+        """Return the scores of a report's rows."""
+        titles = [column.unit.title(column.title) for column in columns]
+        cells = [[str(column.score(row)) for column in columns] for row in rows]
+        return cls(titles, cells, note)
+
+    @classmethod
+    def of_scores(cls, rows: Sequence[Sequence[Score]]) -> Self:
+        """Return scores, the same ones in each row, which is at least one."""
+        titles = [score.unit.title(score.name) for score in rows[0]]
+        return cls(titles, [[str(score) for score in row] for row in rows])
+
+    def markdown(self) -> str:
+        """Return it as pages have it."""
+        lines = [self.titles, ['---'] * len(self.titles), *self.rows]
+        table = '\n'.join(f'| {" | ".join(cells)} |'.replace('|  |', '| |') for cells in lines)
+        return f'{table}\n\n{self.note}' if self.note else table
+
+
+Figures = tuple[dict[str, Table], dict[str, str]]
+"""Tables that pages have of a benchmark, and what their sentences say, by name."""
+
+
+def columns(unit: Unit, titles: Mapping[str, str]) -> list[Column]:
+    """Return columns of one unit, their titles by key."""
+    return [Column(title, key, unit) for key, title in titles.items()]
+
+
+def named(rows: Mapping[str, Row], pattern: str = '{}') -> Iterator[dict[str, Any]]:
+    """Yield rows with their names, in a ``pattern``, as ``name``."""
+    for name, row in rows.items():
+        yield {**row, 'name': pattern.format(name)}
+
+
+def together(*scores: tuple[str, Unit]) -> Callable[[Row], str]:
+    """Return what makes one cell of several scores: of those that are known."""
+    return lambda row: ', '.join(filter(None, (unit.text(row[key]) for key, unit in scores)))
+
+
+def of(hits: str, cases: str) -> Callable[[Row], str]:
+    """Return what makes ``3 of 7`` of two counts."""
+    return lambda row: f'{row[hits]} of {row[cases]}'
+
+
+def share_of(share: str, cases: str) -> Callable[[Row], Any]:
+    """Return what makes ``3 of 7`` of a share and a count; nothing of an unknown share."""
+
+    def text(row: Row) -> Any:
+        hits = None if row[share] is None else round(row[share] * row[cases])
+        return None if hits is None else f'{hits} of {row[cases]}'
+
+    return text

@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Scores: how values of each unit are written, and tables of reports with missing values."""
+
+from dataclasses import replace
+import math
+
+import pytest
+
+from fpnet_lab.cli.reports import print_scores, show
+from fpnet_lab.scores import (
+    Column,
+    Score,
+    Table,
+    Unit,
+    Units,
+    columns,
+    named,
+    of,
+    share_of,
+    together,
+)
+
+REPORT = {
+    'ours': {'runs': 8, 'right': 7, 'error_m': 0.126, 'error_deg': 0.44, 'share': 0.875},
+    'theirs': {'runs': 8, 'right': 0, 'error_m': None, 'error_deg': math.nan, 'share': None},
+}
+COLUMNS = (
+    Column('method', 'name'),
+    Column('right', of('right', 'runs')),
+    Column('share', share_of('share', 'runs')),
+    Column('error', 'error_m', Units.METRES.in_title(2, '-')),
+    Column('both', together(('error_m', Units.METRES), ('error_deg', Units.DEGREES))),
+    *columns(Units.SHARE.to(0, 'none'), {'share': 'in per cent'}),
+)
+
+
+@pytest.mark.parametrize(
+    ('unit', 'value', 'text'),
+    [
+        (Units.COUNT, 12, '12'),
+        (Units.NUMBER, 0.126, '0.13'),
+        (Units.SHARE, 0.94, '94 %'),
+        (Units.FINE_SHARE, 0.9412, '94.1 %'),
+        (Units.METRES, 0.05, '0.05 m'),
+        (Units.PATH, 3, '3.0 m'),
+        (Units.DEGREES, 0.44, '0.4 deg'),
+        (Units.SECONDS, 1.06, '1.1 s'),
+        (Units.MS, 12.6, '13 ms'),
+        (Unit(' times', 1), 2.44, '2.4 times'),
+        (Units.METRES, math.inf, 'inf m'),
+        (Units.COUNT, 'not asked', 'not asked'),
+    ],
+)
+def test_values_are_written_with_their_unit(unit, value, text):
+    assert str(Score('any', value, unit)) == text
+
+
+@pytest.mark.parametrize('value', [None, math.nan])
+def test_what_is_not_known_is_nothing_or_what_the_unit_says(value):
+    assert Units.METRES.text(value) == ''
+    assert Units.METRES.to(1, 'none').text(value) == 'none'
+    assert Units.METRES.in_title(1, '-').text(value) == '-'
+
+
+def test_halves_go_up_where_people_count_and_to_the_even_digit_elsewhere():
+    people = replace(Units.SHARE, halves_up=True)
+    assert [people.text(share) for share in (0.625, 0.635, 0.62)] == ['63 %', '64 %', '62 %']
+    assert Units.SHARE.text(0.625) == '62 %'
+
+
+def test_long_values_have_no_digits():
+    path = replace(Units.PATH, whole_from=10)
+    assert [path.text(value) for value in (9.96, 10.0, 12.4)] == ['10.0 m', '10 m', '12 m']
+
+
+@pytest.mark.parametrize(
+    ('value', 'aim', 'is_met', 'said'),
+    [
+        (0.5, 0.5, True, '0.50 m'),
+        (0.51, 0.5, False, '0.50 m, missed'),
+        (9.0, None, True, ''),
+        (math.nan, 0.5, False, '0.50 m, missed'),
+        (None, 0.5, False, '0.50 m, missed'),
+        (0, 0, True, '0.00 m'),
+    ],
+)
+def test_an_aim_is_met_up_to_itself_and_never_by_what_is_unknown(value, aim, is_met, said):
+    score = Score('error', value, Units.METRES, aim)
+    assert (score.is_met, score.said_aim) == (is_met, said)
+
+
+def test_a_table_of_a_report_has_a_cell_for_every_score_known_or_not():
+    table = Table.of(COLUMNS, named(REPORT, '`{}`'))
+    assert table.titles == ['method', 'right', 'share', 'error [m]', 'both', 'in per cent']
+    assert table.rows == [
+        ['`ours`', '7 of 8', '7 of 8', '0.13', '0.13 m, 0.4 deg', '88 %'],
+        ['`theirs`', '0 of 8', '', '-', '', 'none'],
+    ]
+
+
+def test_a_row_without_a_score_is_no_row_of_that_report():
+    with pytest.raises(KeyError, match='runs'):
+        Table.of(COLUMNS, [{'name': 'ours', 'right': 7}])
+
+
+def test_markdown_marks_empty_cells_and_keeps_the_note_apart():
+    table = Table(('a', 'b'), [('1', ''), ('2', '3')], 'Said below.')
+    assert table.markdown() == '| a | b |\n| --- | --- |\n| 1 | |\n| 2 | 3 |\n\nSaid below.'
+    assert Table.of(COLUMNS[:1], []).markdown() == '| method |\n| --- |'
+
+
+def test_the_screen_shows_the_cells_that_pages_have(capsys):
+    table = Table.of(COLUMNS, named(REPORT))
+    show(table, None, width=120)
+    shown = capsys.readouterr().out
+    for cell in (*table.titles, *table.rows[0], *filter(None, table.rows[1])):
+        assert cell in shown
+
+
+def test_rows_are_printed_as_they_come(capsys):
+    lines = []
+
+    def measured():
+        for value in (1.0, None):
+            lines.append(capsys.readouterr().out.splitlines())
+            yield value
+
+    items = print_scores(
+        measured(), lambda value: [Score('took', value, Units.SECONDS.to(1, '-'))]
+    )
+    assert items == [1.0, None]
+    assert lines == [[], ['| took |', '| --- |', '| 1.0 s |']]
+    assert capsys.readouterr().out == '| - |\n'
