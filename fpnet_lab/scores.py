@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
+import re
 from typing import Any, Self
 
 Row = Mapping[str, Any]
@@ -131,7 +132,8 @@ class Table:
     def markdown(self) -> str:
         """Return it as pages have it."""
         lines = [self.titles, ['---'] * len(self.titles), *self.rows]
-        table = '\n'.join(f'| {" | ".join(cells)} |'.replace('|  |', '| |') for cells in lines)
+        written = '\n'.join(f'| {" | ".join(cells)} |' for cells in lines)
+        table = re.sub(r'\|  (?=\|)', '| ', written)
         return f'{table}\n\n{self.note}' if self.note else table
 
 

@@ -13,6 +13,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
+from fpnet_lab.evaluation.published_nodes import node_load, wirings
 from fpnet_lab.evaluation.published_sites import sites
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Column, Figures, Row, Table, Unit, Units, columns, named, together
@@ -174,5 +175,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'drift': runs.drift,
     'carried_off': runs.carried_off,
     'sites': sites,
+    'wirings': wirings,
+    **dict.fromkeys(('node_load', 'node_load_kiss'), node_load),
 }
 """For each benchmark: its report to tables and figures, by the rest of their names."""

@@ -106,6 +106,28 @@ CARRIED = {
     'found_again': 7,
     'right_poses': 1031,
 }
+WIRED = {
+    'robot': '3D lidar alone',
+    'sweeps': 449,
+    'first_pose_s': 2.31,
+    'error_m': 0.094,
+    'error_deg': 0.41,
+    'offline_error_m': 0.08,
+    'lost': {'localizer missed': 1.0, 'odometry lost': 2.0},
+    'tf_error_m': 0.001,
+    'twist_error': [0.141, 0.08],
+}
+LOAD = {
+    'scans_sent': 6000,
+    'scans_lost': 2.0,
+    'tf_jitter_max': 17.9,
+    'call_p99': 8.03,
+    'tick_p50': 36.6,
+    'tick_p99': 128.2,
+    'pose_behind_max_s': 0.165,
+    'memory_mib': 799.1,
+    'memory_growth_second_half_percent': 0.22,
+}
 
 
 def robot():
@@ -171,6 +193,8 @@ REPORTS = {
     'robot': robot,
     'drift': lambda: {'drives': [DRIVE]},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
+    'wirings': lambda: {'robots': [WIRED, WIRED | {'twist_error': None}]},
+    **dict.fromkeys(('node_load', 'node_load_kiss'), lambda: {'phases': {'25000 points': LOAD}}),
 }
 
 
@@ -202,6 +226,19 @@ def test_sites_are_told_apart_by_whether_walls_can_tell():
     assert equal[1:4] == ['1', 'ambiguous 1', '0']
     (found,) = rows(tables['sites.differences'])[2:]
     assert found[:3] == ['90 %', '85 %', '5 %']
+
+
+def test_live_nodes_tell_what_was_lost_and_how_late_they_were():
+    told, silent = rows(published('wirings', REPORTS['wirings'](), MADE)['wirings'])[2:]
+    assert told[1:] == [
+        *('2.3 s', '0.09 m, 0.4 deg', '0.08 m', '0.00 m', '0.14 m/s, 0.08 rad/s', '3 of 449')
+    ]
+    assert silent[5] == ''
+    titles, _, *load = rows(published('node_load', REPORTS['node_load'](), MADE)['node_load'])
+    assert titles == ['figure', '25000 points, 10 min']
+    assert [cell for _, cell in load] == [
+        *('2 of 6000', '18 ms', '8 ms', '37 ms, 128 ms', '0.17 s', '799 MiB', '0.2 %')
+    ]
 
 
 def test_a_library_tells_how_often_the_right_plan_is_proposed():
