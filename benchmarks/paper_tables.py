@@ -17,9 +17,7 @@ with fewer epochs; called again it goes on. ``write`` has every method match the
 from __future__ import annotations
 
 import argparse
-from datetime import UTC, datetime
 import json
-import os
 from pathlib import Path
 import subprocess
 import sys
@@ -27,6 +25,7 @@ from typing import Any
 
 import yaml
 
+from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Table, Unit, Units
 
 SHARE = Unit(digits=1, factor=100.0, nothing='-')
@@ -118,6 +117,7 @@ def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, A
 
 def write_page(arguments: argparse.Namespace) -> None:
     """Match all pairs with all methods and write the tables as Markdown."""
+    made = Provenance.now()
     runs, data, limit = arguments.runs, arguments.data, arguments.limit
     plans = data / 'bormann' / 'floorplan'
     reports = {name: bench(runs, name, limit, '--plans', plans) for name in PUBLISHED}
@@ -125,7 +125,7 @@ def write_page(arguments: argparse.Namespace) -> None:
     robot = bench(runs, 'robot', arguments.robot_limit, '--data', data)
     ablations = {row: ablation(runs, row, limit) for row in ABLATIONS}
     parts = [
-        heading(limit),
+        heading(limit, made),
         *(paper_table(name, report) for name, report in reports.items()),
         robot_table(robot),
         ablation_table(ablations),
@@ -162,12 +162,12 @@ def run(*words: object) -> None:
     subprocess.run([FPNET, *map(str, words)], check=True)  # noqa: S603 (our own command)
 
 
-def heading(limit: int) -> str:
+def heading(limit: int, made: Provenance) -> str:
     """Return the page's first lines."""
-    today = datetime.now(UTC).date().isoformat()
     return f"""# Matching, measured
 
-Written by `python benchmarks/paper_tables.py write` on {today}, {os.cpu_count()} cores, no GPU;
+Written by `python benchmarks/paper_tables.py write`
+({made.date}, commit {made.commit}, {made.machine});
 at most {limit} pairs of each set, the same for all methods. Percent; in brackets the paper's own
 figures, which come from its own plans and sampler. TS, MS and AUC are the paper's; the recalls are
 in metres of the plan. `paper` and `superglue` are this project's own implementations, trained on
