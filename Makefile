@@ -31,8 +31,7 @@ ifneq ($(origin TORCH_INDEX_URL),undefined)
 export TORCH_INDEX_URL
 endif
 
-# Fast tests first; two at a time, but for drives of live nodes in real time, which have the machine
-# to themselves.
+# Fast tests first; two at a time, but for those that have the machine to themselves.
 QUICK := $(wildcard test/unit test/property test/architecture test/adapters)
 LONG := $(wildcard test/integration test/ros test/real)
 DEMO_ARGS ?=
@@ -70,8 +69,8 @@ release: $(STAMP)
 # The quick tests alone must reach the floor of coverage that pyproject.toml sets.
 test: lint docs
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov --cov-report= $(QUICK)
-	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --durations=10 -m 'not (ros and slow)' $(LONG)
-	$(BIN)/pytest --durations=10 -m 'ros and slow' $(wildcard test/ros)
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist loadfile --durations=10 -m 'not alone' $(LONG)
+	$(BIN)/pytest -m alone $(wildcard test/ros)
 
 # A copy of the environment by links, with other versions in it. What the linters and the
 # documentation need is of no use there, so that their complaints about versions are not heard.
