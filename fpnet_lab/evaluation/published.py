@@ -174,6 +174,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'robot': runs.robot,
     'drift': runs.drift,
     'carried_off': runs.carried_off,
+    'speed': runs.speed,
     'sites': sites,
     'wirings': wirings,
     **dict.fromkeys(('node_load', 'node_load_kiss'), node_load),

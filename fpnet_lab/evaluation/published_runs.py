@@ -1,12 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports of demos, real logs, robots' maps and long drives to the tables that pages show."""
+"""Reports of demos, real logs, robots' maps, drives and speed to the tables that pages show."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from fpnet_lab.scores import Column, Figures, Row, Score, Table, Units, named, share_of, together
+from fpnet_lab.scores import (
+    Column,
+    Figures,
+    Row,
+    Score,
+    Table,
+    Unit,
+    Units,
+    named,
+    share_of,
+    together,
+)
 
 # Chosen: what the demo is to reach, of every seed.
 _TARGET_POSITION_M, _TARGET_YAW_DEG = 0.5, 3.0
@@ -53,6 +64,14 @@ _CARRIED = (
     Column('wrong poses', 'wrong_poses'),
     Column('found again', 'found_again'),
     Column('right poses', 'right_poses'),
+)
+
+_DURATION = Units.SECONDS.in_title(4)  # numerical: digits
+_SPEED = (
+    Column('what', 'name'),
+    Column('by the clock', 'seconds', _DURATION),
+    Column('of the processor', 'cpu_s', _DURATION),
+    Column('aim', lambda row: Score('', row['seconds'], Unit(digits=3), row['aim_s']).said_aim),
 )
 
 
@@ -157,3 +176,8 @@ def carried_off(report: Row) -> Figures:
     }
     rows = named({title: report['ways'][way] for title, way in titles.items()})
     return {'': Table.of(_CARRIED, rows)}, {'drives': str(len(report['drives']))}
+
+
+def speed(report: Row) -> Figures:
+    """Return how long what somebody waits for takes, each beside its aim."""
+    return {'': Table.of(_SPEED, named(report['figures']))}, {}

@@ -117,6 +117,7 @@ WIRED = {
     'tf_error_m': 0.001,
     'twist_error': [0.141, 0.08],
 }
+TIMED = {'seconds': 0.00618, 'cpu_s': 0.0061, 'aim_s': 0.005, 'of': 5}
 LOAD = {
     'scans_sent': 6000,
     'scans_lost': 2.0,
@@ -193,6 +194,7 @@ REPORTS = {
     'robot': robot,
     'drift': lambda: {'drives': [DRIVE]},
     'carried_off': lambda: {'drives': [{}], 'ways': {'asked': CARRIED, 'not_asked': CARRIED}},
+    'speed': lambda: {'figures': {'match call': TIMED, 'a start': TIMED | {'aim_s': None}}},
     'wirings': lambda: {'robots': [WIRED, WIRED | {'twist_error': None}]},
     **dict.fromkeys(('node_load', 'node_load_kiss'), lambda: {'phases': {'25000 points': LOAD}}),
 }
@@ -226,6 +228,12 @@ def test_sites_are_told_apart_by_whether_walls_can_tell():
     assert equal[1:4] == ['1', 'ambiguous 1', '0']
     (found,) = rows(tables['sites.differences'])[2:]
     assert found[:3] == ['90 %', '85 %', '5 %']
+
+
+def test_durations_stand_beside_their_aims():
+    missed, free = rows(published('speed', REPORTS['speed'](), MADE)['speed'])[2:]
+    assert missed == ['match call', '0.0062', '0.0061', '0.005, missed']
+    assert free[3] == ''
 
 
 def test_live_nodes_tell_what_was_lost_and_how_late_they_were():
