@@ -64,6 +64,13 @@ def test_every_command_reads_the_map_as_it_reads_the_drawing(drawing, tmp_path):
     assert rooms[0] == rooms[1]
 
 
+def test_a_map_without_a_room_says_what_to_look_at(drawing, tmp_path, capsys):
+    fields = {'image': 'sheet.png', 'resolution': 0.05, 'origin': [0.0, 0.0, 0.0], 'negate': 1}
+    (tmp_path / 'sheet.yaml').write_text(json.dumps(fields))
+    assert run('plan', tmp_path / 'sheet.yaml', '--out', tmp_path / 'out' / 'plan.yaml') == 1
+    assert 'no room was found at 0.05 m per cell: are negate' in capsys.readouterr().out
+
+
 def test_a_mirrored_drawing_is_flipped(drawing, tmp_path):
     assert run('plan', drawing, '--mirrored', '--out', tmp_path / 'out.yaml') == 0
     flipped, plain = read_plan(tmp_path / 'out.yaml'), read_plan(drawing)
