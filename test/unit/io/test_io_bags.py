@@ -207,7 +207,7 @@ def test_clouds_outside_the_odometry_are_left_out(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         scans = list(open_scans(tmp_path / 'bag'))
     assert [scan.stamp_ns for scan in scans] == [2 * SECOND_NS]
-    assert '3 of 4 clouds' in caplog.text
+    assert '3 of 4 scans' in caplog.text
 
 
 def test_writer_refuses_what_it_cannot_write(tmp_path):
