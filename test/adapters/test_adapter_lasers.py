@@ -119,7 +119,7 @@ def test_impossible_scans_say_what_is_wrong(received, changes, message):
     first=st.floats(-7.0, 7.0),
     step=st.floats(0.001, 0.2),
     low=st.floats(-1.0, 2.0),
-    high=st.floats(2.5, 100.0),
+    high=st.floats(2.5, 100.0, width=32),
 )
 def test_every_point_is_a_valid_range_at_its_ray_s_angle(ranges, first, step, low, high):
     changes = {'angle_min': first, 'angle_increment': step, 'range_min': low, 'range_max': high}
