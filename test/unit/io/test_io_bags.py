@@ -236,6 +236,13 @@ def test_missing_bags(tmp_path):
             open_scans(tmp_path / name)
 
 
+def test_a_bag_of_ros_1_is_named_with_what_converts_it(tmp_path):
+    (tmp_path / 'drive.bag').write_bytes(b'#ROSBAG V2.0\n')
+    for reads in (open_scans, BagReader):
+        with pytest.raises(BagFormatError, match=r'ROS 1: convert it with rosbags-convert --src'):
+            reads(tmp_path / 'drive.bag')
+
+
 def test_zero_quaternion_in_odometry_is_named(tmp_path):
     bag = record(tmp_path / 'bag', 'mcap')
     file = next(bag.glob('*.mcap'))
