@@ -27,8 +27,8 @@ def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
 def _said_of_none(reading: Reading) -> str:
     """Return what to do about a map that is taken as it is, and shows no room."""
     return (
-        f'doubt: no room was found at {reading.grid.resolution:.3g} m per cell: are negate, mode, '
-        'the thresholds and the resolution of the map right?'
+        f'doubt: no room was found at {reading.grid.resolution:.3g} m per cell: is the scale '
+        'right, and are negate, mode and thresholds of a map of map_server?'
     )
 
 
