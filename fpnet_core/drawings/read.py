@@ -56,9 +56,22 @@ def read_plan(
         If the file cannot be read, an option does not fit it, or it shows no building.
     """
     path, config = Path(path), config or FpnetConfig()
+    _check_counts(options)
     if path.suffix.lower() in YAML_SUFFIXES:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
+
+
+def _check_counts(options: ReadOptions) -> None:
+    """Refuse options with too few or too many numbers, and places that are counted from 0."""
+    for name, count in (('length', 5), ('crop', 4)):
+        numbers = getattr(options, name)
+        if numbers is not None and len(numbers) != count:
+            raise MapFormatError(f'{name}: expected {count} numbers, got {numbers!r}')
+    for name in ('storey', 'page'):
+        number = getattr(options, name)
+        if number is not None and number < 1:
+            raise MapFormatError(f'{name}: expected a number from 1 on, got {number}')
 
 
 def _as_stated(path: Path, options: ReadOptions) -> Reading:
