@@ -36,7 +36,7 @@ class FloorplanServerParameters(Section):
         0.0, ge=0.0, description='Metres per pixel of a drawing; 0: as it says, or estimated.'
     )
     storey: int = Field(0, ge=0, description='Of several on one sheet, from 1; 0: the largest.')
-    page: int = Field(0, ge=0, description='Of a PDF, from 1; 0: the first one.')
+    page: int = Field(0, ge=0, description='Of a PDF, from 1; 0: the likeliest one.')
     frame_id: str = Field('floorplan', description='Frame of the published grid.')
 
 

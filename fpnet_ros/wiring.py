@@ -15,7 +15,7 @@ ARGUMENTS = (
     ('map', '', 'Topic of an OccupancyGrid in place of a floorplan, as of map_server.'),
     ('resolution_m', '', 'Metres per pixel of a drawing; 0: as it says, or estimated.'),
     ('storey', '', 'Of several on one sheet, from 1; 0: the largest.'),
-    ('page', '', 'Of a PDF, from 1; 0: the first one.'),
+    ('page', '', 'Of a PDF, from 1; 0: the likeliest one.'),
     ('floorplan_frame', '', 'Frame of the drawing; map: its scale is trusted.'),
     ('points', '/points', 'Topic of the lidar clouds.'),
     ('scan', '', 'Topic of LaserScans in place of clouds; several: commas between them.'),

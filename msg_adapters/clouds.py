@@ -20,7 +20,8 @@ from msg_adapters.stamps import header_to_msg
 
 def cloud_from_msg(msg: Any) -> CloudArrays:
     """
-    Return points ``(P, 3) float32`` in the message's frame and their times; NaN are dropped.
+    Return points ``(P, 3) float32`` in the message's frame and their times; NaN and zeros, no
+    returns, are dropped.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def command(
     reads the drawing, with the same scale and as surely.
 
     Look at the picture. Where it is wrong: --crop or --storey for another part of the sheet,
-    --length or --resolution for its scale.
+    --length or --resolution for its scale. Exits 1 where no room is found.
 
     Example: fpnet plan sheet.pdf --page 2 --out plan.yaml
 
@@ -58,6 +58,8 @@ def command(
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
     figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
     common.write_json(json_path, as_json(reading) | figures)
+    if not segmentation.rooms:
+        raise typer.Exit(1)
 
 
 def _checked(out: Path, drawing: Path) -> Path:

@@ -130,13 +130,15 @@ def _print_summary(
     segmentation: Segmentation, scale: ScaleEstimate, elapsed_ms: float, json_path: Path | None
 ) -> None:
     rooms, doors = segmentation.rooms, segmentation.doors
+    if not rooms:
+        common.say(segmentation.reason or 'no room was found', json_path)
+        return
     rows = []
     for room in rooms:
         count = sum(room.id in portal.rooms for portal in segmentation.portals)
         x, y = room.centroid
         rows.append((str(room.id), f'{room.area_m2:.1f}', f'{x:.1f}', f'{y:.1f}', str(count)))
-    if rooms:
-        common.show_table(('room', 'area [m²]', 'x [m]', 'y [m]', 'doors'), rows, json_path)
+    common.show_table(('room', 'area [m²]', 'x [m]', 'y [m]', 'doors'), rows, json_path)
     area_m2 = sum(room.area_m2 for room in rooms)
     common.say(
         f'{len(rooms)} rooms, {area_m2:.0f} m², {len(doors)} doors in {elapsed_ms:.0f} ms; '
@@ -144,8 +146,6 @@ def _print_summary(
         f'({scale.low:.2f} to {scale.high:.2f} with 90 %)',
         json_path,
     )
-    if not rooms:
-        common.say(segmentation.reason or 'no room was found', json_path)
 
 
 def _report(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Clocks that jump, and stamps of different clocks."""
+"""Clocks that jump, stamps of different clocks, and stamps too far apart."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed, Topic
+from fpnet_core.geometry.pose_track import MAX_GAP_NS
 from fpnet_core.stamps import NS_PER_S
 
 # Chosen, not measured:
@@ -40,6 +41,21 @@ def check_jumps(seen: Observed) -> Iterator[Finding]:
                 'is right, or stamp by a clock that nobody sets'
             )
             yield Finding(Problem.CLOCK_JUMP, topic.name, f'its clock {said}{_more(ahead)}', fix)
+
+
+def check_gaps(seen: Observed) -> Iterator[Finding]:
+    """Yield odometry whose poses mostly are too far apart to be interpolated."""
+    topic = seen.topic(seen.odometry)
+    steps_ns = np.diff(np.unique(topic.stamps_ns)) if topic is not None else np.zeros(0)
+    if len(steps_ns) and np.median(steps_ns) > MAX_GAP_NS:
+        yield Finding(
+            Problem.SPARSE,
+            seen.odometry,
+            f'a pose every {np.median(steps_ns) / NS_PER_S:.1f} s; scans between poses more than '
+            f'{MAX_GAP_NS / NS_PER_S} s apart are left out',
+            'publish it at 10 Hz or more (is it throttled?); meanwhile use KISS-ICP (fpnet '
+            'localize --odometry kiss)',
+        )
 
 
 def _more(found: np.ndarray) -> str:

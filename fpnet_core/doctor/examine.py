@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from fpnet_core.doctor.clocks import check_clocks, check_jumps
+from fpnet_core.doctor.clocks import check_clocks, check_gaps, check_jumps
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.frames import check_frames, check_tree
 from fpnet_core.doctor.lag import check_lag
@@ -21,13 +21,20 @@ WIRING = (
     check_frames,
     check_jumps,
     check_clocks,
+    check_gaps,
 )
 """Checks that take no time: of names, QoS, frames and stamps."""
 
 SCANS = (check_returns, check_point_times, check_mount)
 """Checks of what single scans show."""
 
-_SPOILS = {Problem.CLOCK_JUMP, Problem.OTHER_CLOCK, Problem.UPSIDE_DOWN, Problem.TILTED}
+_SPOILS = {
+    Problem.CLOCK_JUMP,
+    Problem.OTHER_CLOCK,
+    Problem.SPARSE,
+    Problem.UPSIDE_DOWN,
+    Problem.TILTED,
+}
 
 
 def _of_motion(seen: Observed) -> list[Finding]:

@@ -19,6 +19,7 @@ class Problem(StrEnum):
     LOOP = 'loop in TF'
     CLOCK_JUMP = 'clock jumps'
     OTHER_CLOCK = 'stamps from another clock'
+    SPARSE = 'poses too far apart'
     LAG = 'stamps at the wrong end of the sweep'
     FORMAT = 'scans unreadable'
     BLIND = 'scans without returns'

@@ -56,16 +56,29 @@ def read_plan(
         If the file cannot be read, an option does not fit it, or it shows no building.
     """
     path, config = Path(path), config or FpnetConfig()
+    _check_counts(options)
     if path.suffix.lower() in YAML_SUFFIXES:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
+
+
+def _check_counts(options: ReadOptions) -> None:
+    """Refuse options with too few or too many numbers, and places that are counted from 0."""
+    for name, count in (('length', 5), ('crop', 4)):
+        numbers = getattr(options, name)
+        if numbers is not None and len(numbers) != count:
+            raise MapFormatError(f'{name}: expected {count} numbers, got {numbers!r}')
+    for name in ('storey', 'page'):
+        number = getattr(options, name)
+        if number is not None and number < 1:
+            raise MapFormatError(f'{name}: expected a number from 1 on, got {number}')
 
 
 def _as_stated(path: Path, options: ReadOptions) -> Reading:
     """Return a map_server map exactly as its thresholds say."""
     _refuse_parts(path, options)
     grid = read_map(path, options.resolution_m)
-    scale, doubts = _stated_scale(path, options, grid.resolution)
+    scale, doubts = _stated_scale(path, options, grid.resolution, grid.shape)
     if scale.resolution_m != grid.resolution:
         grid = read_map(path, scale.resolution_m)
     shades = np.select([grid.cells == FREE, grid.cells == OCCUPIED], [254, 0], 205).astype(
@@ -79,11 +92,11 @@ def _as_stated(path: Path, options: ReadOptions) -> Reading:
 
 
 def _stated_scale(
-    path: Path, options: ReadOptions, cell_m: float
+    path: Path, options: ReadOptions, cell_m: float, shape: tuple[int, int]
 ) -> tuple[DrawingScale, tuple[str, ...]]:
     """Return a map's scale, and doubts that were had when it was read from a drawing."""
     if options.length is not None:
-        x1, y1, x2, y2, metres = _checked_length(options.length)
+        x1, y1, x2, y2, metres = _checked_length(options.length, path.name, shape)
         stated_m, source = metres / float(np.hypot(x2 - x1, y2 - y1)), ScaleSource.LENGTH
         return DrawingScale(stated_m, stated_m, stated_m, source, f'a length of {metres:g} m'), ()
     found = recorded(path, cell_m) if options.resolution_m is None else None
@@ -169,11 +182,20 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
                 f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
             )
     if options.length is not None:
-        _checked_length(options.length)
+        _checked_length(options.length, drawing.name, drawing.pixels.shape[:2])
 
 
-def _checked_length(length: Length) -> Length:
+def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length:
     x1, y1, x2, y2, metres = length
+    height, width = shape
+    # Its far edges are ends as well: whoever counts from 1, or to the outside of a pixel.
+    if not (
+        0.0 <= min(x1, x2) <= max(x1, x2) <= width and 0.0 <= min(y1, y2) <= max(y1, y2) <= height
+    ):
+        raise MapFormatError(
+            f'{name}: length {length} lies off the drawing; expected both places within 0, 0, '
+            f'{width}, {height} pixels'
+        )
     if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
         raise MapFormatError(
             f'length {length}: expected two places in pixels and a positive number of metres '

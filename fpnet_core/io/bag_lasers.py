@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-import logging
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +21,7 @@ from fpnet_core.io.bag_scans import (
     read_odometry,
     read_static_transforms,
     read_track,
+    tell_of_unplaced,
     usable_clouds,
 )
 from fpnet_core.io.bags import BagReader, stamp_to_ns
@@ -29,8 +29,6 @@ from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS
 from fpnet_core.io.scans import Scan, ScanSource
-
-_log = logging.getLogger(__name__)
 
 
 def open_bag(
@@ -105,20 +103,15 @@ class BagLasers:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode, merge and yield the sweeps."""
-        without_pose = 0
+        without_pose = placed = 0
         for sweep in self._sweeps():
             scan = self._scan(sweep)
             if scan is None:
                 without_pose += 1
             else:
+                placed += 1
                 yield scan
-        if without_pose:
-            _log.warning(
-                '%s: %d scans lie outside the time of %s and were left out',
-                self._path,
-                without_pose,
-                self.odometry_topic,
-            )
+        tell_of_unplaced(self._path, without_pose, placed, self.odometry_topic)
 
     def _sweeps(self) -> Iterator[LaserSweep]:
         merger = SweepMerger(len(self.topics))

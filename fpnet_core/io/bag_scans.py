@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
-from fpnet_core.geometry.pose_track import PoseTrack
+from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import BagReader, stamp_to_ns
 from fpnet_core.io.message_types import (
@@ -30,6 +30,7 @@ from fpnet_core.io.message_types import (
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
 
@@ -76,7 +77,7 @@ class BagScans:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode and yield the clouds."""
-        without_pose = 0
+        without_pose = with_pose = 0
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
         is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
         stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
@@ -90,15 +91,9 @@ class BagScans:
                 if placed is None:
                     without_pose += 1
                 else:
+                    with_pose += 1
                     yield placed
-        if without_pose:
-            _log.warning(
-                '%s: %d of %d clouds lie outside the time of %s and were left out',
-                self._path,
-                without_pose,
-                self._count,
-                self.odometry_topic,
-            )
+        tell_of_unplaced(self._path, without_pose, with_pose, self.odometry_topic)
 
     def _placed(self, scan: Scan, frame: str) -> Scan | None:
         """Return a scan where the odometry says it was, None where it does not say."""
@@ -141,6 +136,29 @@ class BagScans:
                 f'{self._path}, {self.odometry_topic}: {error}; record /tf_static as well, '
                 'give the poses of the sensor (--poses), or choose KISS-ICP (--odometry kiss)'
             ) from None
+
+
+def tell_of_unplaced(path: Path, without: int, placed: int, topic: str | None) -> None:
+    """
+    Say how many scans the odometry does not place.
+
+    Raises
+    ------
+    OdometryError
+        If it places none.
+    """
+    why = (
+        f'outside the time of {topic}, or between poses more than {MAX_GAP_NS / NS_PER_S} s apart'
+    )
+    if without and not placed:
+        raise OdometryError(
+            f'bag {path}: all {without} scans lie {why}; record it more often and by the clock of '
+            'the scans, or choose KISS-ICP (--odometry kiss)'
+        )
+    if without:
+        _log.warning(
+            '%s: %d of %d scans lie %s, and were left out', path, without, without + placed, why
+        )
 
 
 def usable_clouds(topics: dict[str, str]) -> list[str]:

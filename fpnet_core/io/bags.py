@@ -142,6 +142,11 @@ def _storage_path(path: Path) -> Path:
     """Return what rosbags shall open: a folder without metadata may hold one storage file."""
     if not path.exists():
         raise BagFormatError(f'bag {path} does not exist')
+    if path.is_file() and path.suffix.lower() == '.bag':
+        raise BagFormatError(
+            f'{path} is a bag of ROS 1: convert it with rosbags-convert --src {path} --dst '
+            f'{path.with_suffix("")}'
+        )
     if path.is_dir() and not (path / 'metadata.yaml').exists():
         files = sorted(path.glob('*.mcap')) + sorted(path.glob('*.db3'))
         if len(files) != 1:

@@ -44,7 +44,7 @@ class LaserScanLike(Protocol):
 
     @property
     def range_max(self) -> float:
-        """Largest valid range [m]."""
+        """Valid ranges are shorter [m]; many drivers write it for no return."""
 
     @property
     def ranges(self) -> Any:
@@ -82,8 +82,10 @@ def decode_laser(scan: LaserScanLike) -> LaserPoints:
     """
     Return the points of a LaserScan or MultiEchoLaserScan.
 
-    Rays without a range between ``range_min`` and ``range_max`` are left out, NaN and infinity
-    among them; they may be no echo or too near, and drivers do not agree which. Of several echoes
+    Rays without a range from ``range_min`` to below ``range_max`` are left out, NaN and infinity
+    among them; they may be no echo or too near, and drivers do not agree which. Many write
+    ``range_max`` itself for no echo: taken for a return it would open the walls before it, and
+    AMCL leaves it out as well. Of several echoes
     of a ray the nearest valid one counts: glass is drawn as a wall, and nothing behind it is free
     for the robot. ``angle_max`` is not read: drivers are often off by one there.
 
@@ -157,5 +159,5 @@ def _nearest_ranges(scan: LaserScanLike) -> NDArray[np.float64]:
 
 def _valid(ranges: NDArray[np.float64], scan: LaserScanLike) -> NDArray[np.bool_]:
     # NaN fails every comparison.
-    valid: NDArray[np.bool_] = (ranges >= max(scan.range_min, 0.0)) & (ranges <= scan.range_max)
+    valid: NDArray[np.bool_] = (ranges >= max(scan.range_min, 0.0)) & (ranges < scan.range_max)
     return valid & np.isfinite(ranges) & (ranges > 0.0)

@@ -169,7 +169,7 @@ def _threshold(
     pixels: NDArray[np.float32], fields: dict[str, Any], path: Path
 ) -> NDArray[np.int8]:
     """Return the cell values ``(H, W)`` by nav2 map_server's rules, row 0 at the top."""
-    mode = fields.get('mode', 'trinary')
+    mode = str(fields.get('mode', 'trinary')).lower()
     if mode not in _MODES:
         raise MapFormatError(
             f'{path}: mode must be one of {", ".join(_MODES)}, got {reprlib.repr(mode)}'
@@ -182,9 +182,10 @@ def _threshold(
             f'got {free_below} and {occupied_above}'
         )
     has_alpha = pixels.shape[2] in (2, 4)
-    # map_server averages alpha in with the colours in trinary mode only; so do we, to agree.
-    averaged = pixels if mode == 'trinary' or not has_alpha else pixels[..., :-1]
-    shade = averaged.mean(axis=2, dtype=np.float64)
+    shade = pixels[..., : 3 if pixels.shape[2] >= 3 else 1].mean(axis=2, dtype=np.float64)
+    if has_alpha and mode == 'trinary':
+        # map_server averages alpha in with three colours, in this mode only; so do we, to agree.
+        shade = (3.0 * shade + pixels[..., -1]) / 4.0
     if mode == 'raw':
         level = np.rint(shade * 255.0)
         occupancy = level / 100.0

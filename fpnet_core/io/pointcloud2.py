@@ -73,9 +73,9 @@ class CloudArrays:
 
     ``points (P, 3) float32`` [m] are finite; ``time_s (P,) float64`` counts from the cloud's
     first instant, None where the cloud has no usable time field; ``viewpoints (P, 3) float32``
-    [m] are where rays began, None where the cloud does not tell; ``dropped`` points were NaN or
-    infinite; ``first_s`` is the first instant as the driver wrote it, by whatever clock. A cloud
-    without points gives empty arrays.
+    [m] are where rays began, None where the cloud does not tell; ``dropped`` points were NaN,
+    infinite, or zeros, which drivers write where nothing returned; ``first_s`` is the first
+    instant as the driver wrote it, by whatever clock. A cloud without points gives empty arrays.
     """
 
     points: NDArray[np.float32]
@@ -134,7 +134,7 @@ def decode_points(
         empty = np.zeros(0) if time_name else None
         return CloudArrays(np.zeros((0, 3), dtype=np.float32), empty)
     raw: NDArray[Any] = np.ndarray((height, width), dtype, buffer, strides=(row_step, point_step))
-    return _finite_points(raw, time_name, viewed)
+    return _returned_points(raw, time_name, viewed)
 
 
 def _as_bytes(data: Any) -> memoryview:
@@ -196,18 +196,20 @@ def _point_dtype(fields: list[PointFieldLike], point_step: int, order: str) -> n
     )
 
 
-def _finite_points(
+def _returned_points(
     raw: NDArray[Any], time_name: str | None, viewed: tuple[str, ...]
 ) -> CloudArrays:
-    """Copy the coordinates out of the structured view and drop points that are not finite."""
+    """Copy the coordinates out of the structured view and drop points that are no returns."""
     points, viewpoints = _columns(raw, 'xyz'), _columns(raw, viewed) if viewed else None
     time = raw[time_name].ravel().astype(np.float64) if time_name else None
     finite = np.isfinite(points)
     if viewpoints is not None:
         finite &= np.isfinite(viewpoints)
+    # Zeros often are those of the whole record: their time of zero would stretch the sweep.
+    somewhere = (points[:, 0] != 0.0) | (points[:, 1] != 0.0) | (points[:, 2] != 0.0)
     dropped = 0
-    if not finite.all():
-        kept = finite.all(axis=1)
+    if not (finite.all() and somewhere.all()):
+        kept = finite.all(axis=1) & somewhere
         dropped = len(points) - int(np.count_nonzero(kept))
         points = points[kept]
         time = None if time is None else time[kept]

@@ -15,6 +15,7 @@ BAG_NAME = 'bag'
 """Of the bag of a simulated recording, in its folder."""
 
 _BAG_SUFFIXES = ('.db3', '.mcap')
+_ROS_1_SUFFIX = '.bag'  # given; the reader of bags says what to do about one
 _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 
 
@@ -81,12 +82,16 @@ def is_recording(path: Path | str) -> bool:
     """Tell whether a path is named as a recording of scans is, or is a folder."""
     path = Path(path)
     is_log = path.name.lower().endswith(_CARMEN_SUFFIXES)
-    return path.is_dir() or is_log or path.suffix.lower() in _BAG_SUFFIXES
+    return path.is_dir() or is_log or _is_bag_file(path)
 
 
 def _is_bag(path: Path) -> bool:
     if path.is_file():
-        return path.suffix.lower() in _BAG_SUFFIXES
+        return _is_bag_file(path)
     return (path / 'metadata.yaml').exists() or any(
         entry.suffix.lower() in _BAG_SUFFIXES for entry in path.iterdir()
     )
+
+
+def _is_bag_file(path: Path) -> bool:
+    return path.suffix.lower() in (*_BAG_SUFFIXES, _ROS_1_SUFFIX)

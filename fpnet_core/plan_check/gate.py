@@ -69,7 +69,8 @@ def refusals_of(
     crop = asked.again('--crop', 'LEFT,TOP,RIGHT,BOTTOM')
     part = f'{look}; if another part of the sheet was read: {crop}'
     if reading.drawing.format == 'map_server':
-        part = f'{look}; a map of map_server is taken as it is: change its image or thresholds'
+        meant = 'a map of map_server is taken as it is: change its image, thresholds or resolution'
+        part = f'{look}; {meant}'
     doubts = [doubt.rstrip('.') for doubt in reading.doubts] or list(_implausible(segmentation))
     found = [Refusal(doubt, part) for doubt in doubts]
     scale = asked.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
@@ -86,6 +87,11 @@ def refusals_of(
 def is_unsure(scale: DrawingScale) -> bool:
     """Tell whether nobody states a scale, and its interval is too wide to be searched."""
     return not scale.is_known and scale.high_m > _UNSURE * scale.low_m
+
+
+def is_misstated(told: ScaleEstimate) -> bool:
+    """Tell whether rooms, doors and walls are beyond doubt those of another scale."""
+    return told.low > _MISSTATED or told.high < 1.0 / _MISSTATED
 
 
 def _implausible(segmentation: Segmentation) -> Iterator[str]:
@@ -119,7 +125,7 @@ def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
 
 def _misstated(scale: DrawingScale, told: ScaleEstimate) -> Iterator[str]:
     """Say by how much a stated scale is off, where that is beyond doubt."""
-    if scale.is_known and (told.low > _MISSTATED or told.high < 1.0 / _MISSTATED):
+    if scale.is_known and is_misstated(told):
         yield (
             f'its rooms, doors and walls are those of a building at '
             f'{told.factor * scale.resolution_m:.3g} m per pixel '

@@ -91,6 +91,14 @@ def test_a_scale_of_no_building_is_refused(tmp_path, capsys):
         assert '--length X1,Y1,X2,Y2=METRES' in refusal['next']
 
 
+@pytest.mark.parametrize('slip', [10.0, 100.0])
+def test_a_slip_in_the_unit_is_told_by_its_true_size(slip, tmp_path, capsys):
+    write_map(GridMap(plan_grid().cells, 0.05 * slip), tmp_path / 'plan.yaml')
+    assert run(tmp_path / 'plan.yaml', '--tours', 0, '--json', '-') == 1
+    scale = json.loads(capsys.readouterr().out)['scale']
+    assert scale['low'] <= 1.0 / slip <= scale['high']
+
+
 def test_a_picture_without_rooms_is_one_line(tmp_path, capsys):
     Image.fromarray(np.zeros((50, 50), np.uint8)).save(tmp_path / 'black.png')
     assert run(tmp_path / 'black.png', '--tours', 0, '--json', tmp_path / 'check.json') == 1

@@ -14,6 +14,7 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import ScaleSource
 from fpnet_core.errors import ConfigError
+from fpnet_core.io import write_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE
 
@@ -62,6 +63,27 @@ def test_every_command_reads_the_map_as_it_reads_the_drawing(drawing, tmp_path):
         assert run('segment', source, '--json', tmp_path / 'rooms.json') == 0
         rooms.append(json.loads((tmp_path / 'rooms.json').read_text())['rooms'])
     assert rooms[0] == rooms[1]
+
+
+def test_a_map_without_a_room_says_what_to_look_at(drawing, tmp_path, capsys):
+    fields = {'image': 'sheet.png', 'resolution': 0.05, 'origin': [0.0, 0.0, 0.0], 'negate': 1}
+    (tmp_path / 'sheet.yaml').write_text(json.dumps(fields))
+    assert run('plan', tmp_path / 'sheet.yaml', '--out', tmp_path / 'out' / 'plan.yaml') == 1
+    assert (
+        'no room was found at 0.05 m per cell: is the scale right, and are negate'
+        in capsys.readouterr().out
+    )
+
+
+@pytest.mark.parametrize('ends', ['0,0,4000,0', '0,-9,100,0', '0,0,0,4000'])
+@pytest.mark.parametrize('is_map', [False, True])
+def test_a_length_off_the_drawing_is_no_scale(drawing, tmp_path, capsys, ends, is_map):
+    if is_map:
+        drawing = tmp_path / 'sheet.yaml'
+        write_map(plan_grid(), drawing)
+    out = tmp_path / 'out' / 'plan.yaml'
+    assert run('plan', drawing, '--length', f'{ends}=10', '--out', out) == 1
+    assert 'lies off the drawing; expected both places within 0, 0, ' in capsys.readouterr().err
 
 
 def test_a_mirrored_drawing_is_flipped(drawing, tmp_path):

@@ -61,6 +61,7 @@ class Robot:
     jump: tuple[int, float] = (0, 0.0)  # scan, and by how much its clock and later ones' jump [s]
     wheel_scale: float = 1.0
     mirrored_turns: bool = False
+    scans_per_pose: int = 1  # of the wheels
     more_transforms: tuple[tuple[str, str], ...] = ()
     is_static_latched: bool = True
 
@@ -99,7 +100,8 @@ def record(path: Path, drive, robot: Robot) -> Path:
                     step[:3, :3] = step[:3, :3].T
                 T_wheels = T_wheels @ step
             odometry = T_wheels @ np.linalg.inv(T_base_lidar)
-            bag.write_odometry('/odom', scan.stamp_ns, 'odom', robot.child, odometry)
+            if index % robot.scans_per_pose == 0:
+                bag.write_odometry('/odom', scan.stamp_ns, 'odom', robot.child, odometry)
     return path
 
 
@@ -181,6 +183,10 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
         (
             replace(RIGHT, told_height_m=1.5),
             Problem.HEIGHT, 'lidar', ['0.87 m below it', '1.50 m above'],
+        ),
+        (
+            replace(RIGHT, scans_per_pose=10),
+            Problem.SPARSE, '/odom', ['a pose every 1.0 s', '--odometry kiss'],
         ),
         (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry says']),
         (replace(RIGHT, mirrored_turns=True), Problem.ODOMETRY, '/odom', ['degrees, the scans']),

@@ -214,3 +214,17 @@ def test_the_reading_says_how_many_rooms_there_are(tmp_path):
     grid = read_plan(saved(tmp_path, picture), config=FpnetConfig()).grid
     assert len(segment_floorplan(grid, SegmentationConfig()).rooms) == ROOM_COUNT
     assert (grid.cells == FREE).any()
+
+
+@pytest.mark.parametrize(
+    ('options', 'message'),
+    [
+        (ReadOptions(length=(0.0, 0.0, 10.0, 10.0)), 'length: expected 5 numbers'),
+        (ReadOptions(crop=(0, 0)), 'crop: expected 4 numbers'),
+        (ReadOptions(storey=0), 'storey: expected a number from 1 on, got 0'),
+        (ReadOptions(page=0), 'page: expected a number from 1 on, got 0'),
+    ],
+)
+def test_options_that_cannot_be_are_named(tmp_path, options, message):
+    with pytest.raises(MapFormatError, match=message):
+        read_plan(tmp_path / 'any.png', options)

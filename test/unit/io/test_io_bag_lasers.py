@@ -88,6 +88,21 @@ def test_with_wheels_the_motion_during_the_sweep_is_theirs(tmp_path):
         assert scan.time_s is None
 
 
+@pytest.mark.parametrize('is_planar', [False, True])
+def test_odometry_whose_poses_are_too_far_apart_places_no_scan(tmp_path, is_planar):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for index in range(SWEEPS):
+            stamp_ns, readings = FRONT.readings(index, np.random.default_rng(0))
+            if is_planar:
+                bag.write_laser_scan('/scan', stamp_ns, 'base_link', readings)
+            else:
+                bag.write_cloud('/points', stamp_ns, 'base_link', np.ones((9, 3), np.float32))
+            if index % 10 == 0:  # once a second
+                bag.write_odometry('/odom', stamp_ns + 1, 'odom', 'base_link', np.eye(4))
+    with pytest.raises(OdometryError, match=r'all 20 scans lie .* 0.5 s apart.*--odometry kiss'):
+        list(open_scans(tmp_path / 'bag'))
+
+
 def test_one_scanner_can_be_chosen(tmp_path):
     bag = record(tmp_path / 'bag')
     scans = list(open_scans(bag, topics=['/rear/scan']))

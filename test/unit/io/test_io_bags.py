@@ -207,7 +207,7 @@ def test_clouds_outside_the_odometry_are_left_out(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         scans = list(open_scans(tmp_path / 'bag'))
     assert [scan.stamp_ns for scan in scans] == [2 * SECOND_NS]
-    assert '3 of 4 clouds' in caplog.text
+    assert '3 of 4 scans' in caplog.text
 
 
 def test_writer_refuses_what_it_cannot_write(tmp_path):
@@ -234,6 +234,13 @@ def test_missing_bags(tmp_path):
     for name in ('empty.mcap', 'empty.db3'):
         with pytest.raises(BagFormatError, match=name):
             open_scans(tmp_path / name)
+
+
+def test_a_bag_of_ros_1_is_named_with_what_converts_it(tmp_path):
+    (tmp_path / 'drive.bag').write_bytes(b'#ROSBAG V2.0\n')
+    for reads in (open_scans, BagReader):
+        with pytest.raises(BagFormatError, match=r'ROS 1: convert it with rosbags-convert --src'):
+            reads(tmp_path / 'drive.bag')
 
 
 def test_zero_quaternion_in_odometry_is_named(tmp_path):

@@ -74,6 +74,23 @@ def test_scale_mode_keeps_the_middle_unknown_and_honours_alpha(folder):
     np.testing.assert_array_equal(grid.cells, [[OCCUPIED, FREE, UNKNOWN, UNKNOWN]])
 
 
+@pytest.mark.parametrize('mode', ['LA', 'RGBA'])
+def test_trinary_mode_averages_alpha_with_three_colours(folder, mode):
+    """map_server sees red, green, blue and alpha of a grey picture with alpha as well."""
+    path = folder(grey([[0, 255, 0]]), 'map.png')
+    image = Image.open(path.parent / 'map.png').convert(mode)
+    image.putpixel((2, 0), (0,) * len(mode))
+    image.save(path.parent / 'map.png')
+    np.testing.assert_array_equal(read_map(path).cells, [[OCCUPIED, FREE, OCCUPIED]])
+
+
+def test_modes_are_words_in_any_case_as_for_map_server(folder):
+    path = folder(grey([[0, 100, 50, 255, 90]]), mode='Raw')
+    np.testing.assert_array_equal(
+        read_map(path).cells, [[FREE, OCCUPIED, UNKNOWN, UNKNOWN, OCCUPIED]]
+    )
+
+
 def test_raw_mode_takes_pixels_as_percent(folder):
     grid = read_map(folder(grey([[0, 100, 50, 255, 90]]), mode='raw'))
     np.testing.assert_array_equal(grid.cells, [[FREE, OCCUPIED, UNKNOWN, UNKNOWN, OCCUPIED]])

@@ -107,6 +107,19 @@ def test_nan_and_infinity_are_dropped_with_their_times():
     assert cloud.time_s.shape == (1,)
 
 
+def test_zeros_are_no_returns_and_their_times_of_zero_do_not_stretch_the_sweep():
+    stamps = 1.75e9 + np.array([0.0, 0.0, 0.05, 0.1])
+    fields, step, data = encode_points(
+        [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]], time_s=stamps
+    )
+    records = bytearray(data)
+    records[step : 2 * step] = bytes(step)
+    cloud = decode_points(fields, bytes(records), step, 4 * step, 4, 1, False)
+    np.testing.assert_array_equal(cloud.points, np.diag([1.0, 2.0, 3.0]))
+    np.testing.assert_allclose(cloud.time_s, [0.0, 0.05, 0.1], atol=1e-6)
+    assert (cloud.dropped, cloud.first_s) == (1, 1.75e9)
+
+
 def test_double_beyond_float_is_dropped_without_a_warning():
     values = np.array([[1e300, 0.0, 0.0], [1.0, 2.0, 3.0]])
     fields = [PointField(name, 8 * k, 8) for k, name in enumerate('xyz')]
