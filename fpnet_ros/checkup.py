@@ -23,7 +23,7 @@ from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
-from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns
+from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns, check_unit
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
 from fpnet_core.io.message_types import CLOCK, GRID
 from fpnet_ros.inputs import LocatedScan
@@ -93,7 +93,7 @@ class Checkup:
         self._lock = Lock()  # scans come in another thread
         self._sweeps: list[SeenScan] = []
         self._mount: NDArray[np.float64] | None = None
-        self._on_mount: list[Finding] | None = None
+        self._of_scanner: list[Finding] | None = None
         self._stamps: deque[tuple[int, int]] = deque(maxlen=_STAMPS)
         self._transforms: dict[tuple[str, str], tuple[Transform, float]] = {}
         self._looked_s = -math.inf
@@ -130,7 +130,7 @@ class Checkup:
         seen = self._observed()
         checks = (check_qos, check_tree, check_clocks)
         found = [finding for check in checks for finding in check(seen)]
-        found += self._found_of_mount(seen)
+        found += self._found_of_scanner(seen)
         if self._is_blind:
             found += check_returns(replace(seen, sweeps=(_EMPTY,)))
         if self._is_settled:
@@ -142,13 +142,13 @@ class Checkup:
                 self._node.get_logger().warning(f'{finding.said}; next: {finding.next}')
         return found
 
-    def _found_of_mount(self, seen: Observed) -> list[Finding]:
-        """Return what is wrong with the scanner's mount: it is looked at once."""
-        if self._on_mount is None:
+    def _found_of_scanner(self, seen: Observed) -> list[Finding]:
+        """Return what is wrong with the scanner and its mount: they are looked at once."""
+        if self._of_scanner is None:
             if len(seen.sweeps) < _SWEEPS:
                 return []
-            self._on_mount = list(check_mount(seen))
-        return self._on_mount
+            self._of_scanner = [*check_unit(seen), *check_mount(seen)]
+        return self._of_scanner
 
     @property
     def _is_settled(self) -> bool:

@@ -10,7 +10,12 @@ from fpnet_core.doctor.frames import check_frames, check_tree
 from fpnet_core.doctor.lag import check_lag
 from fpnet_core.doctor.motion import check_odometry, registered
 from fpnet_core.doctor.observed import Observed
-from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns
+from fpnet_core.doctor.sensor import (
+    check_mount,
+    check_point_times,
+    check_returns,
+    check_unit,
+)
 from fpnet_core.doctor.topics import check_qos, check_time, check_topics
 
 WIRING = (
@@ -25,13 +30,14 @@ WIRING = (
 )
 """Checks that take no time: of names, QoS, frames and stamps."""
 
-SCANS = (check_returns, check_point_times, check_mount)
+SCANS = (check_returns, check_unit, check_point_times, check_mount)
 """Checks of what single scans show."""
 
 _SPOILS = {
     Problem.CLOCK_JUMP,
     Problem.OTHER_CLOCK,
     Problem.SPARSE,
+    Problem.UNIT,
     Problem.UPSIDE_DOWN,
     Problem.TILTED,
 }

@@ -23,6 +23,7 @@ class Problem(StrEnum):
     LAG = 'stamps at the wrong end of the sweep'
     FORMAT = 'scans unreadable'
     BLIND = 'scans without returns'
+    UNIT = 'ranges in another unit'
     POINT_TIMES = 'no time per point'
     UPSIDE_DOWN = 'sensor upside down'
     TILTED = 'sensor tilted'

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""How a scanner sits on the robot, from the floor and the ceiling that it sees."""
+"""What a scanner sees at all, and how it sits on the robot, from floor and ceiling."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ HIGHEST_MOUNT_M = 1.6
 HIGHEST_BASE_M = 0.4
 """Physical: base frames lie on the ground or in the wheels' axle, no higher than this."""
 
+FARTHEST_M = 100.0
+"""Physical: in buildings at least half of what a lidar sees is nearer than this."""
+
 # Chosen, not measured:
 _TOLERANCE_M = 0.15  # of a mount that somebody has measured
 _NEAR_M = 1.2  # a plane so near above the sensor, and none below it, is the floor
@@ -44,6 +47,22 @@ def check_returns(seen: Observed) -> Iterator[Finding]:
             'scans come, and none of them has a single return',
             'look whether the lidar is covered, turns, and has the right range limits; '
             'where all walls are out of its range, a pose rests on odometry alone',
+        )
+
+
+def check_unit(seen: Observed) -> Iterator[Finding]:
+    """Yield returns that no building is large enough for: ranges are metres by REP-103."""
+    points = [each.points for each in seen.sweeps if len(each.points)]
+    if not points:
+        return
+    range_m = float(np.median(np.linalg.norm(np.concatenate(points), axis=1)))
+    if range_m > FARTHEST_M:
+        yield Finding(
+            Problem.UNIT,
+            seen.scans,
+            f'half of the returns are more than {range_m:,.0f} m away',
+            'ranges are in metres (REP-103): mend the driver where it gives millimetres or '
+            'centimetres',
         )
 
 

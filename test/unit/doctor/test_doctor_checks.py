@@ -16,7 +16,7 @@ from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.motion import Motion
 from fpnet_core.doctor.observed import SeenScan
-from fpnet_core.doctor.sensor import check_returns, is_upside_down, tilt
+from fpnet_core.doctor.sensor import check_returns, check_unit, is_upside_down, tilt
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
 from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
 from fpnet_lab.sim.recording import make_recording
@@ -60,6 +60,13 @@ def test_scans_of_which_none_has_a_return_are_named(counts, expected):
     empty = [SeenScan('lidar', 0, np.zeros((n, 3), np.float32), None) for n in counts]
     found = check_returns(Observed(1.0, (), '/points', sweeps=tuple(empty)))
     assert [finding.problem for finding in found] == expected
+
+
+@pytest.mark.parametrize(('factor', 'expected'), [(1.0, []), (100.0, [Problem.UNIT])])
+def test_centimetres_for_metres_are_named(factor, expected):
+    points = factor * np.array([[1.0, 0.0, 0.0], [0.0, 4.0, 0.0], [60.0, 0.0, 1.0]], np.float32)
+    seen = Observed(1.0, (), '/scan', sweeps=(SeenScan('lidar', 0, points, None),))
+    assert [finding.problem for finding in check_unit(seen)] == expected
 
 
 @pytest.mark.parametrize('sensor', ['beams16', 'beams32', 'beams64', 'dome', 'rosette'])
