@@ -38,7 +38,7 @@ _MANIFEST = 'plans.json'
 _LOOKED_AT = 100
 # Placements whose walls are compared at least; the share of them, which is more where many scales
 # are tried; and how many of one plan, at several scales.
-_COMPARED, _COMPARED_SHARE, _OF_A_PLAN = 60, 0.15, 2
+_COMPARED, _COMPARED_SHARE, _OF_A_PLAN = 40, 0.15, 2
 # Scales are tried this much apart; walls 9 m apart are then a step and a half off at most.
 _SCALE_STEP = 1.06
 

@@ -145,10 +145,11 @@ class Shard:
 
     def _partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
         own = slice(int(self.firsts[number]), int(self.firsts[number + 1]))
+        # What is mapped from disk takes a compiled function longer to recognize than to work on.
+        xy, angle, kind = (np.asarray(each)[own] for each in (self.xy, self.angle, self.kind))
         found: float = count_partners(
-            seen.xy, seen.angle, seen.kind, self.xy[own], self.angle[own], self.kind[own], pose,
-            PERIOD,
-        )  # fmt: skip
+            seen.xy, seen.angle, seen.kind, xy, angle, kind, pose, PERIOD
+        )
         return found
 
     @property

@@ -34,6 +34,7 @@ _CELL_M = 0.25
 _MOST_POINTS = 1500  # numerical: cells of what was seen that are compared
 # Chosen: drawings are stretched by some per cent, and scales are tried in steps of six.
 _FREEDOM = Freedom(0.03)
+_MARGIN_M = 2.0  # numerical: further than placements are moved and walls are looked for
 _LEAST = 0.01  # numerical: what fits worse than chance keeps the order of its keypoints
 
 
@@ -126,15 +127,31 @@ class SeenWalls:
         the share of seen floor that lies outside the plan, counts for more where what was seen
         covers more of the plan: chance does less there.
         """
-        fields = _fields(plan)
+        fields = _fields(_around(plan, _at(candidates, self.evidence.corners)))
         aligned = refine(fields, self.evidence.walls, candidates, _FREEDOM, ROUGH)
         violation = agreement(fields, self.evidence, aligned, WALL_SIGMA_M).free_violation
         scale = np.sqrt(np.abs(np.linalg.det(aligned.linear)))
         own = np.exp(-0.5 * np.square(scale[:, None] * self.distance / WALL_SIGMA_M))
-        placed = np.einsum('cij,pj->cpi', aligned.linear, self.points)
-        placed += aligned.translation[:, None]
-        found = scale * (_correlation(own, _likelihood_at(fields, placed)) - violation)
+        placed = _likelihood_at(fields, _at(aligned, self.points))
+        found = scale * (_correlation(own, placed) - violation)
         return np.asarray(np.maximum(found, _LEAST), dtype=np.float64)
+
+
+def _at(placements: Placements, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where ``C`` placements put points (P, 2), as (C, P, 2)."""
+    placed = np.einsum('cij,pj->cpi', placements.linear, points)
+    return np.asarray(placed + placements.translation[:, None])
+
+
+def _around(plan: GridMap, points: NDArray[np.float64]) -> GridMap:
+    """Return the part of a plan around points (C, P, 2), at least a cell: fields take time."""
+    rc = plan.xy_to_rc(points.reshape(-1, 2))
+    margin = _MARGIN_M / plan.resolution
+    last = np.array(plan.shape) - 1
+    low = np.clip(np.floor(rc.min(axis=0) - margin).astype(np.int64), 0, last)
+    high = np.clip(np.ceil(rc.max(axis=0) + margin).astype(np.int64), low, last)
+    rows, cols = (slice(a, b + 1) for a, b in zip(low.tolist(), high.tolist(), strict=True))
+    return plan.cropped(rows, cols)
 
 
 def _fields(plan: GridMap) -> MapEvidence:
