@@ -146,9 +146,9 @@ class Shard:
     def _partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
         own = slice(int(self.firsts[number]), int(self.firsts[number + 1]))
         # What is mapped from disk takes a compiled function longer to recognize than to work on.
-        xy, angle, kind = (np.asarray(each)[own] for each in (self.xy, self.angle, self.kind))
+        xy, angle, kind = np.asarray(self.xy), np.asarray(self.angle), np.asarray(self.kind)
         found: float = count_partners(
-            seen.xy, seen.angle, seen.kind, xy, angle, kind, pose, PERIOD
+            seen.xy, seen.angle, seen.kind, xy[own], angle[own], kind[own], pose, PERIOD
         )
         return found
 
