@@ -18,10 +18,14 @@ from fpnet_core.types import Segmentation
 # Chosen, not measured:
 # A room's outline is told by straight lines that stay so near to it [m].
 _STRAIGHT_M = 0.35
-# Shorter walls make no corner: pillars, recesses, and steps of a raster [m].
-_LEAST_WALL_M = 0.7
 # Cosine of the angle between both walls from which a corner is none, or a spike.
 _LEAST_TURN = 0.5
+
+_LEAST_WALL_M = 1.2
+"""
+Shorter walls make no corner: furniture, pillars, recesses, steps of a raster [m]. Fitted to the
+tune half's robot maps (docs/sites.md, thousands of plans).
+"""
 
 
 class Kind(IntEnum):
@@ -41,7 +45,7 @@ PERIOD = np.array([np.pi, 2.0 * np.pi, 2.0 * np.pi], dtype=np.float32)
 @dataclass(frozen=True, eq=False)
 class Keypoints:
     """
-    Oriented points of a map, in true metres around their own middle.
+    Oriented points of a map, in true metres around its middle.
 
     ``xy (K, 2)`` [m], ``angle (K,)`` [rad] along a door's line or into a corner, and
     ``kind (K,)`` of :class:`Kind`.
@@ -70,11 +74,15 @@ def keypoints_of(segmentation: Segmentation, metres_per_unit: float = 1.0) -> Ke
     """Return the doors and corners of a map that was cut into rooms, possibly none."""
     rows = [*_doors(segmentation), *_corners(segmentation, metres_per_unit)]
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
-    xy = table[:, :2] * metres_per_unit
-    if len(xy):
-        xy -= xy.mean(axis=0)
+    xy = (table[:, :2] - middle_of(segmentation)) * metres_per_unit
     kind = table[:, 3].astype(np.uint8)
     return Keypoints(xy.astype(np.float32), (table[:, 2] % PERIOD[kind]).astype(np.float32), kind)
+
+
+def middle_of(segmentation: Segmentation) -> NDArray[np.float64]:
+    """Return the mean of all rooms and doors (2,) in nominal metres, where coordinates begin."""
+    centroids = [region.centroid for region in segmentation.regions]
+    return np.asarray(np.mean(centroids, axis=0) if centroids else np.zeros(2))
 
 
 def _doors(segmentation: Segmentation) -> Iterator[tuple[float, float, float, float]]:

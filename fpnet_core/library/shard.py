@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.errors import LibraryError
+from fpnet_core.geometry import SE2
 from fpnet_core.library.keypoints import PERIOD, Keypoints
 from fpnet_core.library.voting import LENGTH_UNIT_M, TURN_UNIT, count_partners, count_votes
+from fpnet_core.library.walls import packed, unpacked
 from fpnet_core.library.words import WORDS, pairs_of_plan, pairs_of_query
+from fpnet_core.types import GridMap
 
 _ARRAYS: dict[str, Any] = {
     'starts': np.int64,
@@ -28,6 +31,10 @@ _ARRAYS: dict[str, Any] = {
     'xy': np.int16,
     'angle': np.uint16,
     'kind': np.uint8,
+    'firsts_of_walls': np.int64,
+    'walls': np.uint8,
+    'shape': np.uint16,
+    'frame': np.float32,
 }
 
 _VOTES_A_PLAN = 300
@@ -44,7 +51,9 @@ class Shard:
 
     ``starts (W + 1,)`` is where each word's begin. ``xy``, ``angle`` and ``kind`` are all plans'
     keypoints, those of a plan from ``firsts (N + 1,)`` on. Lengths and angles are whole numbers
-    of :data:`~fpnet_core.library.voting.LENGTH_UNIT_M` and ``TURN_UNIT``.
+    of :data:`~fpnet_core.library.voting.LENGTH_UNIT_M` and ``TURN_UNIT``. ``walls (B,)`` are all
+    plans' packed coarse rasters, those of a plan from ``firsts_of_walls (N + 1,)`` on; each has
+    ``shape (N, 2)`` and ``frame (N, 4)``: cell and corner x, y [m], and yaw [rad].
     """
 
     starts: NDArray[np.int64]
@@ -55,36 +64,48 @@ class Shard:
     xy: NDArray[np.int16]
     angle: NDArray[np.uint16]
     kind: NDArray[np.uint8]
+    firsts_of_walls: NDArray[np.int64]
+    walls: NDArray[np.uint8]
+    shape: NDArray[np.uint16]
+    frame: NDArray[np.float32]
 
     @classmethod
-    def of(cls, plans: Sequence[Keypoints]) -> Shard:
-        """Return the words of plans."""
+    def of(cls, plans: Sequence[Keypoints], walls: Sequence[GridMap]) -> Shard:
+        """Return the words of plans, and their coarse rasters."""
         pairs = [pairs_of_plan(keypoints) for keypoints in plans]
         word = np.concatenate([np.zeros(0, np.int64), *(each.word for each in pairs)])
         order = np.argsort(word, kind='stable')
         number = np.repeat(np.arange(len(plans)), [len(each) for each in pairs])
         middle = np.concatenate([np.zeros((0, 2)), *(each.middle for each in pairs)])
         bearing = np.concatenate([np.zeros(0), *(each.bearing for each in pairs)])
+        rasters = [packed(each) for each in walls]
         return cls(
             np.searchsorted(word[order], np.arange(WORDS + 1)).astype(np.int64),
             number[order].astype(np.uint32),
             _lengths(middle[order]),
             _turns(bearing[order]),
-            np.concatenate([[0], np.cumsum([len(each) for each in plans])]).astype(np.int64),
+            _firsts(plans),
             _lengths(np.concatenate([np.zeros((0, 2)), *(each.xy for each in plans)])),
             _turns(np.concatenate([np.zeros(0), *(each.angle for each in plans)])),
             np.concatenate([np.zeros(0, np.uint8), *(each.kind for each in plans)]),
+            _firsts(rasters),
+            np.frombuffer(b''.join(rasters), np.uint8),
+            np.array([each.shape for each in walls], np.uint16),
+            np.array([_frame(each) for each in walls], np.float32),
         )
 
     def __len__(self) -> int:
         """Count the plans."""
         return len(self.firsts) - 1
 
-    def ranked(self, seen: Keypoints, most: int) -> NDArray[np.float64]:
+    def ranked(
+        self, seen: Keypoints, most: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         """
         Return for each plan how well it fits ``(N,)``, 0 for all but the ``most`` voted ones.
 
-        A plan's votes are weighed by the keypoints that find a like one where they say.
+        A plan's votes are weighed by the keypoints that find a like one where they say, which is
+        ``(N, 3)``: yaw, x and y of what was seen in the plan's metres.
         """
         votes, poses = self._votes(seen)
         fits = np.zeros(len(self), dtype=np.float64)
@@ -92,7 +113,22 @@ class Shard:
             if votes[number] > 0.0:
                 partners = self._partners(seen, int(number), poses[number])
                 fits[number] = partners * np.sqrt(votes[number])
-        return fits
+        return fits, poses
+
+    def walls_of(self, number: int) -> GridMap:
+        """
+        Return the coarse raster of a plan.
+
+        Raises
+        ------
+        LibraryError
+            If it is damaged.
+        """
+        own = slice(int(self.firsts_of_walls[number]), int(self.firsts_of_walls[number + 1]))
+        rows, cols = self.shape[number].tolist()
+        cells = unpacked(self.walls[own].tobytes(), (rows, cols))
+        cell, x, y, yaw = self.frame[number].tolist()
+        return GridMap(cells, cell, SE2.from_xy_yaw(x, y, yaw))
 
     def _votes(self, seen: Keypoints) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         asked = pairs_of_query(seen)
@@ -109,10 +145,11 @@ class Shard:
 
     def _partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
         own = slice(int(self.firsts[number]), int(self.firsts[number + 1]))
+        # What is mapped from disk takes a compiled function longer to recognize than to work on.
+        xy, angle, kind = np.asarray(self.xy), np.asarray(self.angle), np.asarray(self.kind)
         found: float = count_partners(
-            seen.xy, seen.angle, seen.kind, self.xy[own], self.angle[own], self.kind[own], pose,
-            PERIOD,
-        )  # fmt: skip
+            seen.xy, seen.angle, seen.kind, xy[own], angle[own], kind[own], pose, PERIOD
+        )
         return found
 
     @property
@@ -166,6 +203,12 @@ class Shard:
             and _partitions(self.starts, pairs)
             and len(self) > 0
             and _partitions(self.firsts, points)
+            and self.shape.shape == (len(self), 2)
+            and self.frame.shape == (len(self), 4)
+            and bool(np.isfinite(self.frame).all())
+            and bool((self.frame[:, 0] > 0.0).all())
+            and self.firsts_of_walls.shape == self.firsts.shape
+            and _partitions(self.firsts_of_walls, len(self.walls))
             and int(self.plan.max(initial=0)) < len(self)
             and int(self.kind.max(initial=0)) < len(PERIOD)
         )
@@ -176,6 +219,15 @@ class Shard:
 def _partitions(bounds: NDArray[np.int64], count: int) -> bool:
     """Tell whether ``bounds`` cut ``count`` items into pieces."""
     return bounds[0] == 0 and bounds[-1] == count and bool((np.diff(bounds) >= 0).all())
+
+
+def _firsts(pieces: Sequence[Sized]) -> NDArray[np.int64]:
+    return np.concatenate([[0], np.cumsum([len(each) for each in pieces])]).astype(np.int64)
+
+
+def _frame(walls: GridMap) -> tuple[float, ...]:
+    pose = walls.T_frame_grid
+    return walls.resolution, *pose.translation.tolist(), pose.yaw
 
 
 def _lengths(metres: NDArray[Any]) -> NDArray[np.int16]:

@@ -98,7 +98,7 @@ def count_partners(
     ----------
     xy, angle, kind : (K, 2), (K,), (K,) of what was seen
     plan_xy, plan_angle, plan_kind : (L, 2), (L,), (L,) of the plan, in the units above
-    pose : (3,) yaw, x, y to begin with; it is moved to where partners are nearest
+    pose : (3,) yaw, x, y to begin with; it is written over by where partners are nearest
     period : (3,) of angles by kind
     """
     yaw, tx, ty = float(pose[0]), float(pose[1]), float(pose[2])
@@ -132,4 +132,5 @@ def count_partners(
         if count < 2:
             break
         yaw, tx, ty = yaw + turn / count / 2.0, tx + dx / count, ty + dy / count
+    pose[0], pose[1], pose[2] = yaw, tx, ty
     return found

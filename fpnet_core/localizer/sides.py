@@ -115,23 +115,21 @@ def mirrored_rooms(segmentation: Segmentation) -> Segmentation:
 
 def plan_side(segmentation: Segmentation) -> MapSide:
     """Return graph and evidence of a segmented plan; only its rooms count as free space."""
-    grid = segmentation.grid
-    interior = (segmentation.labels > 0) | _free_beside_rooms(segmentation)
     return MapSide(
         segmentation,
         build_region_graph(segmentation, 'plan'),
-        map_evidence(grid, interior),
+        map_evidence(segmentation.grid, interior_of(segmentation)),
     )
 
 
-def _free_beside_rooms(segmentation: Segmentation) -> NDArray[np.bool_]:
-    """Free cells connected to a room: door openings, and slivers that no room took."""
+def interior_of(segmentation: Segmentation) -> NDArray[np.bool_]:
+    """Return rooms (H, W), and free cells connected to one: openings, slivers that none took."""
     free = segmentation.grid.cells == FREE
     components, figures = pieces_of(free, connectivity=4)
     touched = np.zeros(len(figures), dtype=bool)
     touched[components[segmentation.labels > 0]] = True
     touched[0] = False
-    return np.asarray(touched[components])
+    return np.asarray((segmentation.labels > 0) | touched[components])
 
 
 def prepare_submap(

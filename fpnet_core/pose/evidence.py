@@ -69,7 +69,7 @@ class MapEvidence:
     def outside_depth(self) -> NDArray[np.float32]:
         """Only plans are asked for it, and submaps change with every tick."""
         step = round(self.cell_m / self.resolution_m)
-        return _distance_to(self.is_free, self.resolution_m, step)
+        return distance_to(self.is_free, self.resolution_m, step)
 
     @property
     def corners(self) -> NDArray[np.float64]:
@@ -193,7 +193,7 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     return MapEvidence(
         walls=grid.rc_to_xy(thinned(walls, _WALL_SPACING_M / grid.resolution)),
         free=grid.rc_to_xy(thinned(free, _FREE_SPACING_M / grid.resolution)),
-        wall_distance=_distance_to(walls, grid.resolution, step),
+        wall_distance=distance_to(walls, grid.resolution, step),
         observed=block_middles(near_free, step),
         A_rc_xy=xy_to_rc(grid, step),
         cell_m=grid.resolution * step,
@@ -204,8 +204,8 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     )
 
 
-def _distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArray[np.float32]:
-    """Distance of every ``step``-th cell to the nearest True cell [m], capped."""
+def distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArray[np.float32]:
+    """Return the distance of every ``step``-th cell to the nearest True cell [m], capped."""
     if not mask.any():
         return np.full(block_middles(mask, step).shape, _DISTANCE_CAP_M, dtype=np.float32)
     most = _DISTANCE_CAP_M / resolution + 1.0

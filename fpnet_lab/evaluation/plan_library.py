@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 import time
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +25,7 @@ from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.maps import CutMap, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.first_claims import SCAN_EVERY
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
 from fpnet_lab.evaluation.localization.inputs import first_recording
@@ -241,4 +243,15 @@ def _stretched(plan: LibraryPlan, number: int, rng: np.random.Generator) -> Libr
     along = np.stack([np.cos(points.angle), np.sin(points.angle)], axis=1) * scales
     angle = np.arctan2(along[:, 1], along[:, 0]).astype(np.float32)
     moved = Keypoints(points.xy * scales, angle, points.kind)
-    return LibraryPlan(f'{plan.path}-{number}', moved, plan.low, plan.high)
+    return LibraryPlan(
+        f'{plan.path}-{number}', moved, _stretched_walls(plan.walls, scales), plan.low, plan.high
+    )
+
+
+def _stretched_walls(walls: GridMap, scales: NDArray[np.float32]) -> GridMap:
+    """Stretch a raster that lies along the axes, as those of generated plans do."""
+    pose = walls.T_frame_grid
+    size = np.rint(scales * walls.shape[::-1]).astype(int).tolist()
+    cells = cv2.resize(walls.cells, size, interpolation=cv2.INTER_NEAREST)
+    moved = SE2(pose.linear, pose.translation * scales)
+    return replace(walls, cells=np.asarray(cells, np.int8), T_frame_grid=moved)

@@ -4,17 +4,29 @@
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
 from fpnet_core.errors import LibraryError
-from fpnet_core.library import LibraryPlan, PlanLibrary
+from fpnet_core.geometry import SE2
+from fpnet_core.library import PlanLibrary, plan_of
 from fpnet_core.library.files import plan_files, share_of
 from fpnet_core.library.keypoints import PERIOD, Keypoints, Kind, keypoints_of
 from fpnet_core.library.words import pairs_of_plan, pairs_of_query
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
-from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
+from fpnet_core.types import (
+    FREE,
+    OCCUPIED,
+    UNKNOWN,
+    GridMap,
+    Portal,
+    Region,
+    RegionLabel,
+    Segmentation,
+)
 
+CELL_M = 0.1
 L_ROOM = np.array([[0, 0], [6, 0], [6, 3], [3, 3], [3, 5], [0, 5]], dtype=np.float64)
 
 
@@ -51,9 +63,35 @@ def cut(outlines, doors, yaw=0.0, shift=(0.0, 0.0), scale=1.0):
     portals = [
         Portal(leaf.id, (0, None), placed(ends)) for leaf, ends in zip(leaves, doors, strict=True)
     ]
-    grid = GridMap(np.zeros((2, 2), np.int8), 0.05)
-    labels = np.zeros((2, 2), np.int32)
+    grid, labels = drawn(
+        [room.polygon for room in rooms], [portal.ends for portal in portals], CELL_M / scale
+    )
     return Segmentation(grid, labels, (*rooms, *leaves), tuple(portals))
+
+
+def drawn(rings, openings, cell):
+    """Return walls around rooms as a raster, and which cells are whose."""
+    points = np.concatenate([np.zeros((1, 2)), *rings])
+    low = points.min(axis=0) - 10 * cell
+    size = np.ceil(np.ptp(points, axis=0) / cell).astype(int) + 20
+    cells, labels = np.full(size[::-1], UNKNOWN, np.int8), np.zeros(size[::-1], np.int32)
+
+    def pixels(points):
+        return np.rint((points - low) / cell).astype(np.int32)[:, None]
+
+    for i, ring in enumerate(rings):
+        cv2.fillPoly(labels, [pixels(ring)], i + 1)
+        cv2.fillPoly(cells, [pixels(ring)], FREE)
+    for ring in rings:
+        cv2.polylines(cells, [pixels(ring)], True, OCCUPIED)
+    for ends in openings:
+        cv2.polylines(cells, [pixels(ends)], False, FREE)
+    labels[cells != FREE] = 0
+    return GridMap(cells, cell, SE2.from_xy_yaw(*low.tolist(), 0.0)), labels
+
+
+def plan(name, outlines, doors, known=STATED_SCALE, **lying):
+    return plan_of(name, cut(outlines, doors, **lying), known)
 
 
 def part(outlines, doors):
@@ -68,10 +106,7 @@ def buildings():
 
 @pytest.fixture(scope='module')
 def library(buildings):
-    plans = [
-        LibraryPlan(f'plan-{i}', keypoints_of(cut(*each, yaw=0.3 * i)))
-        for i, each in enumerate(buildings)
-    ]
+    plans = [plan(f'plan-{i}', *each, yaw=0.3 * i) for i, each in enumerate(buildings)]
     return PlanLibrary.of(plans)
 
 
@@ -108,12 +143,9 @@ def test_a_map_whose_scale_is_not_known_is_tried_at_all_that_are_possible(buildi
 
 
 def test_plans_of_unknown_scale_are_found_among_those_that_state_theirs(buildings, library):
-    plans = [
-        LibraryPlan(f'plan-{i}', keypoints_of(cut(*each)), 1.0, 1.0)
-        for i, each in enumerate(buildings[:-1])
-    ]
-    small = keypoints_of(cut(*buildings[-1], scale=1.2))
-    mixed = PlanLibrary.of([*plans, LibraryPlan('drawn', small, 0.7, 1.4)])
+    plans = [plan(f'plan-{i}', *each) for i, each in enumerate(buildings[:-1])]
+    small = plan('drawn', *buildings[-1], ScaleEstimate(1.0, 0.7, 1.4), scale=1.2)
+    mixed = PlanLibrary.of([*plans, small])
     assert len(mixed.parts) == 2
     assert mixed.find(cut(*part(*buildings[-1]), yaw=0.5), STATED_SCALE)[0].path == 'drawn'
 
@@ -135,9 +167,7 @@ def test_shares_that_were_built_apart_are_one_library(buildings, tmp_path):
     paths = [f'plan-{i}' for i in range(len(buildings))]
     for k in (1, 2, 3):
         chosen, first = share_of(paths, f'{k}/3')
-        plans = [
-            LibraryPlan(path, keypoints_of(cut(*buildings[paths.index(path)]))) for path in chosen
-        ]
+        plans = [plan(path, *buildings[paths.index(path)]) for path in chosen]
         PlanLibrary.of(plans).save(tmp_path, first)
     whole = PlanLibrary.open(tmp_path)
     assert len(whole) == len(buildings)
@@ -169,6 +199,27 @@ def test_a_damaged_library_is_refused_and_says_what_to_do(library, tmp_path, dam
     damage(tmp_path / 'shard-00000')
     with pytest.raises(LibraryError, match='build'):
         PlanLibrary.open(tmp_path)
+
+
+def test_a_library_of_an_older_format_is_refused_by_its_number(library, tmp_path):
+    library.save(tmp_path)
+    shard = tmp_path / 'shard-00000'
+    manifest = json.loads((shard / 'plans.json').read_text())
+    (shard / 'plans.json').write_text(json.dumps(manifest | {'format': 1}))
+    (shard / 'walls.npy').unlink()  # there were none
+    with pytest.raises(LibraryError, match='has format 1; build the library again'):
+        PlanLibrary.open(tmp_path)
+
+
+def test_walls_of_a_plan_that_were_damaged_are_said_where_they_are_asked_for(
+    library, buildings, tmp_path
+):
+    library.save(tmp_path)
+    path = tmp_path / 'shard-00000' / 'walls.npy'
+    np.save(path, np.zeros_like(np.load(path)))
+    damaged = PlanLibrary.open(tmp_path)
+    with pytest.raises(LibraryError, match='build the library again'):
+        damaged.find(cut(*part(*buildings[3])), STATED_SCALE)
 
 
 def test_a_folder_without_a_library_says_how_to_make_one(tmp_path):
