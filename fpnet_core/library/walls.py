@@ -93,7 +93,7 @@ def unpacked(data: bytes, shape: tuple[int, int]) -> NDArray[np.int8]:
     except (zlib.error, ValueError) as error:
         raise LibraryError(
             f'walls of a plan are damaged ({error}); build the library again'
-        ) from (error)
+        ) from error
     return np.where(planes[0], OCCUPIED, np.where(planes[1], FREE, UNKNOWN)).astype(np.int8)
 
 
