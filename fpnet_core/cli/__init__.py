@@ -36,12 +36,13 @@ status 1), or raises ``typer.Exit(code)`` when it ran but its answer is no.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
 import os
+import signal
 import sys
 from typing import Any
 
@@ -150,7 +151,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Read when NumPy is imported: threads of BLAS wait for each other over our small products.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     arguments = sys.argv[1:] if arguments is None else list(arguments)
-    before, sys.unraisablehook = sys.unraisablehook, _interrupt_again
+    with _noted_interrupts() as interrupts:
+        try:
+            _run(arguments)
+        except BaseException as ended:  # what comes of it, too: an import that fails, an abort
+            if interrupts or _is_interrupt(ended):
+                raise SystemExit(_INTERRUPTED) from None
+            raise
+
+
+def _run(arguments: Sequence[str]) -> None:
     subcommand = _subcommand(arguments or _words_to_complete())
     try:
         command = typer.main.get_command(build_app(subcommand))
@@ -163,20 +173,40 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _fail(' '.join(str(error).split()))
     except OSError as error:
         _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
-    except KeyboardInterrupt:  # while the subcommand was loaded
-        raise SystemExit(_INTERRUPTED) from None
-    except SystemExit as ended:
-        if _is_interrupted(ended):
-            raise SystemExit(_INTERRUPTED) from None
-        raise
+
+
+@contextmanager
+def _noted_interrupts() -> Iterator[list[int]]:
+    """
+    Fill the list with every Ctrl-C: a library's bare ``except`` may throw one away.
+
+    One that is lost where Python says so is repeated.
+    """
+    interrupts: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        interrupts.append(number)
+        signal.default_int_handler(number, frame)
+
+    hook, sys.unraisablehook = sys.unraisablehook, _interrupt_again
+    handler = signal.getsignal(signal.SIGINT)
+    is_ours = handler is signal.default_int_handler
+    if is_ours:
+        with suppress(ValueError):  # only the main thread may, and gets them
+            signal.signal(signal.SIGINT, note)
+    try:
+        yield interrupts
     finally:
-        sys.unraisablehook = before
+        sys.unraisablehook = hook
+        if signal.getsignal(signal.SIGINT) is note:
+            signal.signal(signal.SIGINT, handler)
 
 
-def _is_interrupted(ended: SystemExit) -> bool:
-    """Tell whether a Ctrl-C ended typer, which older ones call an abort with another status."""
+def _is_interrupt(ended: BaseException) -> bool:
+    """Tell whether it is a Ctrl-C, or the abort that typer makes of it, which may have any status."""
     why = ended.__context__
-    return isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
+    is_abort = isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
+    return is_abort or isinstance(ended, KeyboardInterrupt)
 
 
 def _interrupt_again(lost: Any) -> None:

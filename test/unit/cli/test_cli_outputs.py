@@ -109,3 +109,25 @@ def test_ctrl_c_ends_at_any_time_with_130_and_without_a_traceback(words, after_s
         pytest.skip('pydantic 2.7: its compiled part panics where Ctrl-C meets its import')
     assert 'Traceback' not in said
     assert process.returncode == 130, said
+
+
+def test_a_ctrl_c_that_a_library_throws_away_is_in_the_status(plan):
+    code = """
+import os, signal
+from fpnet_core import cli
+
+loaded = cli.import_module
+
+def losing(name):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        return loaded(name)
+
+cli.import_module = losing
+cli.main()
+"""
+    ended = subprocess.run(
+        [sys.executable, '-c', code, 'segment', str(plan)], capture_output=True, check=False
+    )
+    assert ended.returncode == 130, ended.stderr
