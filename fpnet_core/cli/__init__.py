@@ -203,7 +203,7 @@ def _noted_interrupts() -> Iterator[list[int]]:
 
 
 def _is_interrupt(ended: BaseException) -> bool:
-    """Tell whether it is a Ctrl-C, or the abort that typer makes of it, which may have any status."""
+    """Tell whether it is a Ctrl-C, or the abort with any status that typer makes of it."""
     why = ended.__context__
     is_abort = isinstance(why, typer.Abort) and isinstance(why.__cause__, KeyboardInterrupt)
     return is_abort or isinstance(ended, KeyboardInterrupt)
