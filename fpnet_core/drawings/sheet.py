@@ -21,7 +21,7 @@ from fpnet_core.drawings.frames import without_frames
 from fpnet_core.drawings.types import Box, Dropped
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, square
-from fpnet_core.raster.pieces import longer_pieces, pieces_of
+from fpnet_core.raster.pieces import filled, longer_pieces, pieces_of
 from fpnet_core.raster.windows import border_of
 
 FRAME = 'frame'
@@ -90,7 +90,8 @@ def find_building(ink: Mask) -> Sheet:
     frames, lines = without_frames(small & ~_blots(small))
     main, others, labels = _clusters(longer_pieces(lines, _DASH_SHARE * max(lines.shape)))
     buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
-    grounds = [_ground(np.isin(labels, building.labels)) for building in buildings]
+    # All that stands on a building's ground belongs to it.
+    grounds = [filled(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
     dropped = [Dropped(FRAME, _scaled(box, factor)) for box in frames]
     dropped += [
@@ -98,16 +99,6 @@ def find_building(ink: Mask) -> Sheet:
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
     return Sheet(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
-
-
-def _ground(near: Mask) -> Mask:
-    """Return ``near (H, W)`` with its holes: all that stands on the building's ground."""
-    contours, _ = cv2.findContours(
-        near.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
-    )
-    ground = np.zeros(near.shape, dtype=np.uint8)
-    cv2.drawContours(ground, contours, -1, 1, -1)
-    return np.asarray(ground > 0)
 
 
 def _reduced(ink: Mask, factor: float) -> Mask:
@@ -161,7 +152,7 @@ def _well_grouped(ink: Mask) -> tuple[NDArray[np.int32], list[Cluster]]:
         if found is None:
             continue
         main = max(found[1], key=_likeness)
-        held = ink[_ground(np.isin(found[0], main.labels))].sum() / max(ink.sum(), 1)
+        held = ink[filled(np.isin(found[0], main.labels))].sum() / max(ink.sum(), 1)
         if best is None or held > _HOLDS_MORE * most:
             best, most = found, held
         if most > _HELD or main.rooms >= _MANY_ROOMS:

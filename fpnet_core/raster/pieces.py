@@ -31,6 +31,14 @@ def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDA
     return np.asarray(labels, np.int32), np.asarray(stats, np.int32)
 
 
+def filled(mask: Mask) -> Mask:
+    """Return ``mask (H, W)`` with its holes."""
+    contours, _ = cv2.findContours(mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    whole = np.zeros(mask.shape, dtype=np.uint8)
+    cv2.drawContours(whole, contours, -1, 1, -1)
+    return whole.view(np.bool_)
+
+
 def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     Return the True cells (K, 2) of ``mask (H, W)``, row by row, and the piece (K,) of each.
@@ -133,6 +141,18 @@ def shared_cells(
         for col in range(ours.shape[1]):
             shared[ours[row, col], theirs[row, col]] += 1
     return shared[1:, 1:]
+
+
+def label_extents(
+    labels: NDArray[np.int32], count: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """
+    Return where labels (H, W) begin and end (count, 4), and their numbers of cells (count,).
+
+    First row and column, and those after the last; a label without cells has zeros.
+    """
+    ends = _label_ends(labels, count)
+    return ends[:, :4], ends[:, 4]
 
 
 def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:

@@ -13,17 +13,21 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.pieces import label_figures
+from fpnet_core.raster.pieces import label_extents, label_figures
 from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble
+from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
-from fpnet_core.segmentation.scene import Scene, fill_furniture
+from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
 # A closed space nowhere as wide as this is no room [m]. Chosen.
 _MIN_ROOM_WIDTH_M = 0.5
+# A closed space without a door that is smaller is no room;
+# fitted to furnished drawings of generated storeys (docs/segmentation.md).
+_MIN_SHUT_AREA_M2 = 3.0
 # Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
 
@@ -75,6 +79,8 @@ def segment_floorplan(
     cut = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
     full, openings, clearance = cut
     is_room = _is_room(full, clearance, cell_m, on_paper)
+    if is_default and openings:
+        is_room &= ~_is_shut(full, openings, is_room, cell_m)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
 
 
@@ -84,7 +90,10 @@ def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
 
     ``is_bare`` leaves them; ``cell_m`` is the cell edge [true metres].
     """
-    bare = free if is_bare else fill_furniture(erase_door_symbols(free, cell_m), cell_m)
+    bare = free
+    if not is_bare:
+        bare = erase_door_symbols(free, cell_m)
+        bare = bare | furniture_cells(bare, cell_m)
     blocked = ~bare if is_on_paper(free) else _framed(~bare)
     return Scene(bare, np.zeros_like(bare), blocked, cell_m, furniture=bare & ~free)
 
@@ -125,6 +134,25 @@ def _is_room(
         is_room[np.unique(border_of(labels))] = False
     is_room[0] = False
     return np.asarray(is_room)
+
+
+def _is_shut(
+    labels: NDArray[np.int32], openings: list[Opening], is_room: Mask, cell_m: float
+) -> Mask:
+    """
+    Tell which labels (R + 1,) nobody can enter, and are no rooms for that.
+
+    Small ones are tables, shafts and cupboards; one around all others is what lies between the
+    building and the frame or the dimensions that are drawn around it.
+    """
+    is_shut = np.ones(len(is_room), dtype=np.bool_)
+    is_shut[[room for opening in openings for room in opening.rooms]] = False
+    ends, sizes = label_extents(labels, len(is_room))
+    is_small = sizes < _MIN_SHUT_AREA_M2 / cell_m**2
+    inner = ends[is_room & ~is_shut]
+    is_around = (ends[:, :2] < inner[:, :2].min(axis=0, initial=labels.size)).all(axis=1)
+    is_around &= (ends[:, 2:] > inner[:, 2:].max(axis=0, initial=0)).all(axis=1)
+    return np.asarray(is_shut & (is_small | is_around))
 
 
 def _only(labels: NDArray[np.int32], is_kept: Mask) -> NDArray[np.int32]:

@@ -15,14 +15,7 @@ from numpy.typing import NDArray
 from fpnet_core.raster.blocks import block_any, block_means
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, grown
-from fpnet_core.raster.pieces import looked_up, pieces_of
 
-# Free-standing obstacles smaller than this are furniture;
-# fitted to the tune half (docs/segmentation.md).
-_FURNITURE_AREA_M2 = 2.0
-# Free-standing obstacles longer than this are walls;
-# fitted to the tune half (docs/segmentation.md).
-_FURNITURE_EXTENT_M = 2.5
 WORK_RESOLUTION_M = 0.1  # numerical: cell edge at which regions are grown
 _UNSEEN_CREDIT_M = 0.5  # clearance at the very edge of unseen space; chosen
 _SMOOTHING_M = 0.1  # numerical: standard deviation of the blur of the clearance
@@ -102,28 +95,6 @@ class WorkRaster:
     frontier: Mask
     stride: int
     cell_m: float
-
-
-def fill_furniture(free: Mask, cell_m: float) -> Mask:
-    """
-    Return ``free (H, W)`` with small free-standing obstacles turned into free space.
-
-    Components of not-free cells are furniture where both area and bounding-box diagonal stay
-    below these limits; what touches the image's border is never furniture.
-    """
-    obstacles, figures = pieces_of(~free)
-    return free | looked_up(obstacles, is_furniture(figures, free.shape, cell_m))
-
-
-def is_furniture(figures: NDArray[np.int32], shape: tuple[int, ...], cell_m: float) -> Mask:
-    """Tell of obstacles (N,) whether they are: ``figures (N, 5)`` as of :func:`pieces_of`."""
-    left, top, width, height, area = figures.T
-    inside = (left > 0) & (top > 0) & (left + width < shape[1]) & (top + height < shape[0])
-    small = area * cell_m**2 < _FURNITURE_AREA_M2
-    short = np.hypot(width, height) * cell_m < _FURNITURE_EXTENT_M
-    furniture = inside & small & short
-    furniture[0] = False
-    return np.asarray(furniture)
 
 
 def clearance_m(

@@ -15,11 +15,11 @@ from fpnet_core.raster.morphology import Mask, closed, grown, opened, spread, sq
 from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
 from fpnet_core.raster.windows import Window, cropped
 from fpnet_core.segmentation.assemble import RoomScore, assemble
+from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import cut_rooms
-from fpnet_core.segmentation.scene import Scene, is_furniture
-from fpnet_core.segmentation.stubs import are_stubs
+from fpnet_core.segmentation.scene import Scene
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
@@ -139,7 +139,7 @@ def part_scene(
     shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
     open_cells = free & ~shut
-    furniture = _furniture(open_cells, cell_m) & ~shut
+    furniture = furniture_cells(open_cells, cell_m) & ~shut
     scene = replace(
         _scene(open_cells | furniture | shut, shut, wall, cell_m),
         furniture=furniture,
@@ -148,13 +148,6 @@ def part_scene(
         sees_lintels=bool(lintel.any()) if sees_lintels is None else sees_lintels,
     )
     return scene, doorways
-
-
-def _furniture(free: Mask, cell_m: float) -> Mask:
-    """Return the cells (H, W) that are not free and no wall's either."""
-    obstacles, figures = pieces_of(~free)
-    small = is_furniture(figures, free.shape, cell_m)
-    return looked_up(obstacles, small & ~are_stubs(obstacles, figures, small, cell_m))
 
 
 def _scene(free: Mask, lintel: Mask, returns: Mask, cell_m: float) -> Scene:

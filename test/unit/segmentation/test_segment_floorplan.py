@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Synthetic drawings, turned by odd angles, against their known rooms and doors."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -79,6 +81,15 @@ def office(angle_deg=0.0, solid=(), paper=False, T_frame_grid=None, scale=1.0):
     return grid, grid.T_frame_grid @ T_grid_plan
 
 
+def painted(grid, T_frame_plan, polygons):
+    """The same drawing with polygons [m] of a value each painted over it."""
+    cells = grid.cells.astype(np.uint8)
+    for polygon, value in polygons:
+        rc = grid.xy_to_rc(T_frame_plan.apply(polygon))
+        cv2.fillPoly(cells, [np.rint(rc[:, ::-1]).astype(np.int32)], int(value))
+    return replace(grid, cells=cells.astype(np.int8))
+
+
 def area_of(box):
     return (box[2] - box[0]) * (box[3] - box[1])
 
@@ -136,6 +147,50 @@ def test_furniture_changes_neither_rooms_nor_doors():
     assert len(furnished.doors) == len(clean.doors)
     for before, after in zip(clean.rooms, furnished.rooms, strict=True):
         assert after.area_m2 == pytest.approx(before.area_m2, rel=0.02)
+
+
+@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
+@pytest.mark.parametrize('bar_m', [0.8, 1.2])
+@pytest.mark.parametrize('leg_m', [0.3, 0.8])
+def test_a_piece_of_wall_between_doorways_is_no_furniture(angle_deg, bar_m, leg_m):
+    """Without it one line would cross two doorways, and none close the third."""
+    rooms = [(0.0, 0.0, 8.0, 1.8), (0.0, 2.0, 3.9, 6.0), (4.1, 2.0, 8.0, 6.0)]
+    left, right, low = 4.0 - bar_m / 2.0, 4.0 + bar_m / 2.0, 2.0 + leg_m
+    doorways = [
+        (left - 0.9, 1.7, left, 2.1),
+        (right, 1.7, right + 0.9, 2.1),
+        (3.8, low, 4.2, low + 0.9),
+    ]
+    T_grid_plan = SE2.from_xy_yaw(8.0, 4.0, np.deg2rad(angle_deg))
+    free = [rectangle(*box) for box in rooms + doorways]
+    segmentation = segment_floorplan(GridMap(draw(T_grid_plan, free), RESOLUTION_M), CONFIG)
+    assert len(segmentation.portals) == len(doorways)
+    middles = np.array([portal.ends.mean(axis=0) for portal in segmentation.portals])
+    for box in doorways:
+        at = T_grid_plan.apply(rectangle(*box).mean(axis=0))
+        assert np.linalg.norm(middles - at, axis=1).min() < 0.3
+
+
+@pytest.mark.parametrize('size', [(2.2, 1.2), (1.2, 0.8)])
+def test_an_outlined_table_is_no_room_and_hides_no_door(size):
+    """The large one is closed, and nobody can enter it."""
+    grid, T_frame_plan = office()
+    outer = rectangle(10.0, 8.0, 10.0 + size[0], 8.0 + size[1])
+    inner = rectangle(10.1, 8.1, 9.9 + size[0], 7.9 + size[1])
+    drawn = painted(grid, T_frame_plan, [(outer, OCCUPIED), (inner, FREE)])
+    bare, found = (segment_floorplan(each, CONFIG) for each in (grid, drawn))
+    assert len(found.portals) == len(DOORS)
+    assert len(found.regions) == len(bare.regions)
+
+
+def test_what_lies_between_the_building_and_a_frame_around_it_is_no_room():
+    grid, _ = office(paper=True)
+    framed = grid.cells.copy()
+    framed[[3, -4], 3:-3] = OCCUPIED
+    framed[3:-3, [3, -4]] = OCCUPIED
+    found = segment_floorplan(replace(grid, cells=framed), CONFIG)
+    assert len(found.portals) == len(DOORS)
+    assert len(found.regions) == len(segment_floorplan(grid, CONFIG).regions)
 
 
 def test_corridor_with_bulges_stays_one_room():

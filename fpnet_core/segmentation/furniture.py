@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""What stands free: furniture, and pieces of wall between doorways."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask
+from fpnet_core.raster.pieces import filled, looked_up, pieces_of
+from fpnet_core.raster.windows import Window, cropped
+
+# Free-standing obstacles smaller than this are furniture;
+# fitted to the tune half (docs/segmentation.md).
+_AREA_M2 = 2.0
+# Free-standing obstacles longer than this are walls;
+# fitted to the tune half (docs/segmentation.md).
+_EXTENT_M = 2.5
+# A piece of wall between two doorways is at least so long and nowhere thicker [m], covers so many
+# squares of its thickness, and is a doorway away from all others [m];
+# fitted to the tune half (docs/segmentation.md).
+_LEAST_LENGTH_M, _MOST_THICKNESS_M, _LEAST_SLENDERNESS, _DOORWAY_M = 0.65, 0.4, 2.5, 0.6
+
+
+def furniture_cells(free: Mask, cell_m: float) -> Mask:
+    """
+    Return the cells (H, W) of furniture, which are not ``free (H, W)``.
+
+    Pieces of what is not free are furniture where area and bounding-box diagonal stay below limits
+    and they do not stand as a piece of wall does between two doorways: thin, long, and a doorway
+    away from the walls. A table that is drawn by its outline is as thick as the table, and what
+    a robot sees of one is filled by what it hides. What touches the border is never furniture.
+    ``cell_m`` is the cell edge [true metres].
+    """
+    obstacles, figures = pieces_of(~free)
+    is_small = _are_small(figures, free.shape, cell_m)
+    return looked_up(obstacles, is_small & ~_are_walls(obstacles, figures, is_small, cell_m))
+
+
+def _are_small(figures: NDArray[np.int32], shape: tuple[int, ...], cell_m: float) -> Mask:
+    """Tell which obstacles, ``figures (N, 5)`` as of :func:`pieces_of`, are small, and inside."""
+    left, top, width, height, area = figures.T
+    inside = (left > 0) & (top > 0) & (left + width < shape[1]) & (top + height < shape[0])
+    small = area * cell_m**2 < _AREA_M2
+    short = np.hypot(width, height) * cell_m < _EXTENT_M
+    found = inside & small & short
+    found[0] = False
+    return np.asarray(found)
+
+
+def _are_walls(
+    obstacles: NDArray[np.int32], figures: NDArray[np.int32], among: Mask, cell_m: float
+) -> Mask:
+    """Tell which obstacles ``among (N,)`` some stand as a piece of wall does."""
+    size = figures[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
+    found = among & (np.hypot(*size.T) * cell_m >= _LEAST_LENGTH_M)
+    for number in np.flatnonzero(found):
+        left, top, width, height = figures[number, : cv2.CC_STAT_AREA]
+        window = (slice(top, top + height), slice(left, left + width))
+        piece = np.pad(filled(obstacles[window] == number), 1)
+        thickness = 2.0 * cells_to_nearest(~piece).max() - 1.0
+        found[number] = (
+            thickness * cell_m <= _MOST_THICKNESS_M
+            and piece.sum() >= _LEAST_SLENDERNESS * thickness**2
+            and _is_apart(obstacles, number, among, window, round(_DOORWAY_M / cell_m))
+        )
+    return np.asarray(found)
+
+
+def _is_apart(
+    obstacles: NDArray[np.int32], number: np.int64, among: Mask, window: Window, cells: int
+) -> bool:
+    """Tell whether all obstacles but those ``among`` some are so many cells away from one."""
+    rows, cols = (slice(side.start - cells, side.stop + cells) for side in window)
+    near = cropped(obstacles, (rows, cols), 0)
+    walls = (near > 0) & ~among[near]
+    return bool(cells_to_nearest(walls)[near == number].min() >= cells)
