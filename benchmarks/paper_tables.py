@@ -10,8 +10,9 @@ Usage:
       [--limit 100] [--page docs/matching_tables.md]
 
 ``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
-with fewer epochs; called again it goes on. ``write`` has every method match the same pairs
-(predictions are kept under --runs) and writes the page.
+with fewer epochs; called again it goes on. ``write`` has every method match the same pairs and
+writes the page; under --runs are predictions, and reports, which it goes on from where they are of
+the same commit.
 """
 
 from __future__ import annotations
@@ -136,7 +137,7 @@ def write_page(arguments: argparse.Namespace) -> None:
 def bench(runs: Path, pair_set: str, limit: int, *options: object) -> dict[str, Any]:
     """Return what ``fpnet bench matching`` says of every method on one set."""
     path = runs / f'{pair_set}_{limit}.json'
-    if not path.exists():
+    if not is_of_this_commit(path):
         run('bench', 'matching', '--set', pair_set, '--limit', limit, '--json', path,
             '--out', runs / 'predictions', *options)  # fmt: skip
     report: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
@@ -147,7 +148,7 @@ def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
     """Return the figures of one row of Table III on the synthetic set."""
     name, settings, _, _ = ABLATIONS[row]
     path = runs / f'ablation_{row.replace(" ", "_")}_{limit}.json'
-    if not path.exists():
+    if not is_of_this_commit(path):
         config = path.with_suffix('.yaml')
         config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
         run('bench', 'matching', '--set', 'synthetic', '--limit', limit, '--json', path,
@@ -155,6 +156,14 @@ def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
             '--config', config)  # fmt: skip
     figures: dict[str, float] = json.loads(path.read_text(encoding='utf-8'))['methods']['fpnet']
     return figures
+
+
+def is_of_this_commit(path: Path) -> bool:
+    """Tell whether a report is there, and nothing has been committed since."""
+    if not path.exists():
+        return False
+    made = Provenance.of(json.loads(path.read_text(encoding='utf-8')))
+    return made is not None and made.commit == Provenance.now().commit
 
 
 def run(*words: object) -> None:
