@@ -163,7 +163,7 @@ def is_of_this_commit(path: Path) -> bool:
     if not path.exists():
         return False
     made = Provenance.of(json.loads(path.read_text(encoding='utf-8')))
-    return made is not None and made.commit == Provenance.now().commit
+    return made is not None and made.is_of_code(Provenance.now())
 
 
 def run(*words: object) -> None:

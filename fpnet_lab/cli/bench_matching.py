@@ -14,6 +14,7 @@ from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError, WeightsError
 from fpnet_lab.cli.reports import show, write_report
+from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Column, Table, Units, columns, named
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ MethodsOption = Annotated[
 CacheOption = Annotated[
     Path | None,
     typer.Option(
-        '--out', metavar='DIR', help='Keep predictions here; a second call only scores them.'
+        '--out', metavar='DIR', help='Keep predictions here; the same commit only scores them.'
     ),
 ]
 
@@ -135,8 +136,10 @@ def _graphs(
 
     pairs = _pairs(pair_set, data, plans, split, limit)
     facts = {'config': tree.matcher.model_dump(mode='json'), 'pairs': len(pairs)}
-    facts |= {'set': pair_set.value, 'data': str(data), 'split': split}
-    cache = None if out is None else out / f'{pair_set.value}.json'
+    made = Provenance.now()
+    facts |= {'set': pair_set.value, 'data': str(data), 'split': split, 'commit': made.commit}
+    # Nobody knows what changed files would predict the next time.
+    cache = out / f'{pair_set.value}.json' if out and made.is_of_code(made) else None
     said = {} if cache is None else read_predictions(cache, facts)
     wanted = _names(methods)
     missing = {
