@@ -39,7 +39,7 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/segmentation.png'))
     arguments = parser.parse_args()
     plan = generate_plan(np.random.default_rng(arguments.seed), max_rooms=MAX_ROOMS)
-    figure = Figure(figsize=(15.0, 18.0), layout='constrained')
+    figure = Figure(figsize=(15.0, 10.0), layout='constrained')
     for row, panels in zip(figure.subplots(len(PANELS), 2), PANELS, strict=True):
         for ax, (style, method) in zip(row, panels, strict=True):
             grid = render_plan(plan, RESOLUTION_M, style=STYLES[style])
