@@ -28,20 +28,24 @@ from fpnet_core.types import GridMap, Segmentation
 # Chosen, not measured:
 # Plans whose votes are looked at closely, in every shard and at every scale.
 _LOOKED_AT = 40
-# Plans whose walls are compared: those that have this share of the keypoints' best fit, and
-# how many at least and at most. Fitted to the tune half's robot maps (docs/sites.md).
-_LEADING, _FEWEST, _COMPARED = 0.4, 5, 40
+# How many plans' walls are compared at least and at most, and placements of each, at several
+# scales, that keypoints and that walls propose.
+_FEWEST, _COMPARED, _OF_A_PLAN = 5, 40, 2
 # A plan stands out that fits so many times as well as the next one, and as a keypoint whose walls
 # fit perfectly.
 _STANDS_OUT = 2.0
-# Plans that walls are laid on at most, those with most votes.
+# Plans that what was seen is laid on at every shift at most, those with most votes.
 _SWEPT = 1000
-# Placements of one plan, at several scales, of keypoints and of walls each.
-_OF_A_PLAN = 2
 # Scales are tried this much apart; walls 9 m apart are then a step and a half off at most.
 _SCALE_STEP = 1.06
 # Share of what was seen that lies within the plan at least, by its area.
 _INSIDE = 0.7
+
+_LEADING = 0.4
+"""
+Walls are compared of plans that have this share of the best fit of keypoints. Fitted to the tune
+half's robot maps (docs/sites.md, thousands of plans).
+"""
 
 _SPAN = 2.0 * 1.645  # given: standard deviations from end to end of an interval of 90 %
 

@@ -24,6 +24,7 @@ _REACH_M, _FIRST_REACH_M = 0.6, 1.0
 _ALIKE_RAD = 0.45
 _ROUNDS = 3  # numerical: each lays the keypoints on their partners
 
+# Numerical: of all directions and a quarter more, so that it holds cosines, too.
 _SINES = np.sin(np.arange(_DIRECTIONS * 5 // 4) * 2.0 * np.pi / _DIRECTIONS).astype(np.float32)
 
 LENGTH_UNIT_M = 0.01
@@ -58,6 +59,47 @@ def count_votes(
     word, weight, asked_middle, asked_bearing : (Q,), (Q,), (Q, 2), (Q,) of what was seen
     plans : N
     """
+    ends, yaws, places, votes = _by_plan(
+        starts, plan, middle, bearing, word, weight, asked_middle, asked_bearing, plans
+    )
+    most, best = np.zeros(plans, np.float32), np.zeros((plans, 3), np.float32)
+    table, cells = np.zeros((2, _TABLE), np.float32), np.empty((len(votes), 2), np.int64)
+    first = 0
+    for number in range(plans):
+        chosen = -1
+        for hit in range(first, ends[number]):
+            for half in range(2):
+                cell = _cell(yaws[hit], places[hit, 0], places[hit, 1], half)
+                cells[hit, half] = cell
+                table[half, cell] += votes[hit]
+                if table[half, cell] > most[number]:
+                    most[number], chosen = table[half, cell], hit
+        for hit in range(first, ends[number]):
+            table[0, cells[hit, 0]] = table[1, cells[hit, 1]] = 0.0
+        if chosen >= 0:
+            best[number, 0] = yaws[chosen] * TURN_UNIT
+            best[number, 1:] = places[chosen]
+        first = ends[number]
+    return most, best
+
+
+@numba.njit(cache=True, nogil=True)
+def _by_plan(
+    starts: NDArray[np.int64],
+    plan: NDArray[np.uint32],
+    middle: NDArray[np.int16],
+    bearing: NDArray[np.uint16],
+    word: NDArray[np.int64],
+    weight: NDArray[np.float32],
+    asked_middle: NDArray[np.float32],
+    asked_bearing: NDArray[np.float32],
+    plans: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Return all pairs of equal words, those of a plan together, so that its table stays near.
+
+    Where each plan's end, the yaw in units and the x, y [m] that each says, and its weight.
+    """
     ends = np.zeros(plans + 1, np.int64)
     for q in range(len(word)):
         for e in range(starts[word[q]], starts[word[q] + 1]):
@@ -78,25 +120,7 @@ def count_votes(
             yaws[hit], votes[hit] = yaw, weight[q]
             places[hit, 0] = middle[e, 0] * np.float32(LENGTH_UNIT_M) - (cos * x - sin * y)
             places[hit, 1] = middle[e, 1] * np.float32(LENGTH_UNIT_M) - (sin * x + cos * y)
-    most, best = np.zeros(plans, np.float32), np.zeros((plans, 3), np.float32)
-    table, cells = np.zeros((2, _TABLE), np.float32), np.empty((total, 2), np.int64)
-    first = 0
-    for number in range(plans):
-        chosen = -1
-        for hit in range(first, ends[number]):
-            for half in range(2):
-                cell = _cell(yaws[hit], places[hit, 0], places[hit, 1], half)
-                cells[hit, half] = cell
-                table[half, cell] += votes[hit]
-                if table[half, cell] > most[number]:
-                    most[number], chosen = table[half, cell], hit
-        for hit in range(first, ends[number]):
-            table[0, cells[hit, 0]] = table[1, cells[hit, 1]] = 0.0
-        if chosen >= 0:
-            best[number, 0] = yaws[chosen] * TURN_UNIT
-            best[number, 1:] = places[chosen]
-        first = ends[number]
-    return most, best
+    return ends, yaws, places, votes
 
 
 @numba.njit(cache=True, nogil=True, inline='always')
