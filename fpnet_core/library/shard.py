@@ -18,7 +18,7 @@ from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2
 from fpnet_core.library.keypoints import PERIOD, Keypoints
 from fpnet_core.library.voting import LENGTH_UNIT_M, TURN_UNIT, count_partners, count_votes
-from fpnet_core.library.walls import packed, unpacked
+from fpnet_core.library.walls import area_of, direction_of, packed, unpacked
 from fpnet_core.library.words import WORDS, pairs_of_plan, pairs_of_query
 from fpnet_core.types import GridMap
 
@@ -35,6 +35,8 @@ _ARRAYS: dict[str, Any] = {
     'walls': np.uint8,
     'shape': np.uint16,
     'frame': np.float32,
+    'direction': np.float32,
+    'area': np.float32,
 }
 
 _VOTES_A_PLAN = 300
@@ -53,7 +55,8 @@ class Shard:
     keypoints, those of a plan from ``firsts (N + 1,)`` on. Lengths and angles are whole numbers
     of :data:`~fpnet_core.library.voting.LENGTH_UNIT_M` and ``TURN_UNIT``. ``walls (B,)`` are all
     plans' packed coarse rasters, those of a plan from ``firsts_of_walls (N + 1,)`` on; each has
-    ``shape (N, 2)`` and ``frame (N, 4)``: cell and corner x, y [m], and yaw [rad].
+    ``shape (N, 2)`` and ``frame (N, 4)``: cell and corner x, y [m], and yaw [rad]. Most of a
+    plan's walls run in ``direction (N,)`` [rad] or across; ``area (N,)`` [m^2] is what it covers.
     """
 
     starts: NDArray[np.int64]
@@ -68,6 +71,8 @@ class Shard:
     walls: NDArray[np.uint8]
     shape: NDArray[np.uint16]
     frame: NDArray[np.float32]
+    direction: NDArray[np.float32]
+    area: NDArray[np.float32]
 
     @classmethod
     def of(cls, plans: Sequence[Keypoints], walls: Sequence[GridMap]) -> Shard:
@@ -92,28 +97,13 @@ class Shard:
             np.frombuffer(b''.join(rasters), np.uint8),
             np.array([each.shape for each in walls], np.uint16),
             np.array([_frame(each) for each in walls], np.float32),
+            np.array([direction_of(each) for each in walls], np.float32),
+            np.array([area_of(each) for each in walls], np.float32),
         )
 
     def __len__(self) -> int:
         """Count the plans."""
         return len(self.firsts) - 1
-
-    def ranked(
-        self, seen: Keypoints, most: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        """
-        Return for each plan how well it fits ``(N,)``, 0 for all but the ``most`` voted ones.
-
-        A plan's votes are weighed by the keypoints that find a like one where they say, which is
-        ``(N, 3)``: yaw, x and y of what was seen in the plan's metres.
-        """
-        votes, poses = self._votes(seen)
-        fits = np.zeros(len(self), dtype=np.float64)
-        for number in np.argsort(-votes, kind='stable')[:most]:
-            if votes[number] > 0.0:
-                partners = self._partners(seen, int(number), poses[number])
-                fits[number] = partners * np.sqrt(votes[number])
-        return fits, poses
 
     def walls_of(self, number: int) -> GridMap:
         """
@@ -130,7 +120,12 @@ class Shard:
         cell, x, y, yaw = self.frame[number].tolist()
         return GridMap(cells, cell, SE2.from_xy_yaw(x, y, yaw))
 
-    def _votes(self, seen: Keypoints) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def voted(self, seen: Keypoints) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """
+        Return each plan's most votes for one placement ``(N,)``, and that one ``(N, 3)``.
+
+        Placements are yaw, x and y of what was seen in the plan's metres.
+        """
         asked = pairs_of_query(seen)
         frequency = self.starts[asked.word + 1] - self.starts[asked.word]
         rarest = np.argsort(frequency, kind='stable')
@@ -143,7 +138,8 @@ class Shard:
             asked.middle[chosen], asked.bearing[chosen], len(self),
         )  # fmt: skip
 
-    def _partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
+    def partners(self, seen: Keypoints, number: int, pose: NDArray[np.float32]) -> float:
+        """Count the keypoints that find a like one in a plan near ``pose (3,)``; it is moved."""
         own = slice(int(self.firsts[number]), int(self.firsts[number + 1]))
         # What is mapped from disk takes a compiled function longer to recognize than to work on.
         xy, angle, kind = np.asarray(self.xy), np.asarray(self.angle), np.asarray(self.kind)
@@ -207,6 +203,8 @@ class Shard:
             and self.frame.shape == (len(self), 4)
             and bool(np.isfinite(self.frame).all())
             and bool((self.frame[:, 0] > 0.0).all())
+            and self.direction.shape == self.area.shape == (len(self),)
+            and bool(np.isfinite(self.direction).all())
             and self.firsts_of_walls.shape == self.firsts.shape
             and _partitions(self.firsts_of_walls, len(self.walls))
             and int(self.plan.max(initial=0)) < len(self)

@@ -8,13 +8,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-# Numerical: cells of the table that votes are counted in. Two placements may share one; both
-# tables, whose cells lie apart by half a step, seldom agree on that:
-_TABLE_BITS = 20
+# Numerical: cells of the table that a plan's votes are counted in. Two placements may share one;
+# both tables, whose cells lie apart by half a step, seldom agree on that:
+_TABLE_BITS = 12
 _TABLE = 1 << _TABLE_BITS
 _GOLDEN = np.uint64(11400714819323198485)  # numerical: of Fibonacci hashing
 _HASH_SHIFT = np.uint64(64 - _TABLE_BITS)
 _OFFSET = 4096  # numerical: makes places in steps positive; plans are smaller
+_DIRECTIONS = 4096  # numerical: of which the sine is kept, less than a tenth of a degree apart
 # Chosen, what counts as the same placement:
 _STEP_M = 1.5
 _TURNS = 24
@@ -23,10 +24,14 @@ _REACH_M, _FIRST_REACH_M = 0.6, 1.0
 _ALIKE_RAD = 0.45
 _ROUNDS = 3  # numerical: each lays the keypoints on their partners
 
+# Numerical: of all directions and a quarter more, so that it holds cosines, too.
+_SINES = np.sin(np.arange(_DIRECTIONS * 5 // 4) * 2.0 * np.pi / _DIRECTIONS).astype(np.float32)
+
 LENGTH_UNIT_M = 0.01
 """Numerical: places are kept in whole centimetres."""
 
-TURN_UNIT = 2.0 * np.pi / 65536
+_TURN = 65536  # numerical: units of a full turn
+TURN_UNIT = 2.0 * np.pi / _TURN
 """Numerical: angles are kept in sixteen bits."""
 
 
@@ -54,30 +59,79 @@ def count_votes(
     word, weight, asked_middle, asked_bearing : (Q,), (Q,), (Q, 2), (Q,) of what was seen
     plans : N
     """
-    table = np.zeros((2, _TABLE), np.float32)
-    most = np.zeros(plans, np.float32)
-    best = np.zeros((plans, 3), np.float32)
+    ends, yaws, places, votes = _by_plan(
+        starts, plan, middle, bearing, word, weight, asked_middle, asked_bearing, plans
+    )
+    most, best = np.zeros(plans, np.float32), np.zeros((plans, 3), np.float32)
+    table, cells = np.zeros((2, _TABLE), np.float32), np.empty((len(votes), 2), np.int64)
+    first = 0
+    for number in range(plans):
+        chosen = -1
+        for hit in range(first, ends[number]):
+            for half in range(2):
+                cell = _cell(yaws[hit], places[hit, 0], places[hit, 1], half)
+                cells[hit, half] = cell
+                table[half, cell] += votes[hit]
+                if table[half, cell] > most[number]:
+                    most[number], chosen = table[half, cell], hit
+        for hit in range(first, ends[number]):
+            table[0, cells[hit, 0]] = table[1, cells[hit, 1]] = 0.0
+        if chosen >= 0:
+            best[number, 0] = yaws[chosen] * TURN_UNIT
+            best[number, 1:] = places[chosen]
+        first = ends[number]
+    return most, best
+
+
+@numba.njit(cache=True, nogil=True)
+def _by_plan(
+    starts: NDArray[np.int64],
+    plan: NDArray[np.uint32],
+    middle: NDArray[np.int16],
+    bearing: NDArray[np.uint16],
+    word: NDArray[np.int64],
+    weight: NDArray[np.float32],
+    asked_middle: NDArray[np.float32],
+    asked_bearing: NDArray[np.float32],
+    plans: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Return all pairs of equal words, those of a plan together, so that its table stays near.
+
+    Where each plan's end, the yaw in units and the x, y [m] that each says, and its weight.
+    """
+    ends = np.zeros(plans + 1, np.int64)
+    for q in range(len(word)):
+        for e in range(starts[word[q]], starts[word[q] + 1]):
+            ends[plan[e] + 1] += 1
+    ends = np.cumsum(ends)
+    total = ends[plans]
+    yaws, places = np.empty(total, np.int64), np.empty((total, 2), np.float32)
+    votes = np.empty(total, np.float32)
     for q in range(len(word)):
         x, y = asked_middle[q, 0], asked_middle[q, 1]
+        asked = np.int64(asked_bearing[q] / TURN_UNIT)
         for e in range(starts[word[q]], starts[word[q] + 1]):
-            yaw = (bearing[e] * TURN_UNIT - asked_bearing[q]) % (2.0 * np.pi)
-            cos, sin = np.cos(yaw), np.sin(yaw)
-            dx = middle[e, 0] * LENGTH_UNIT_M - (cos * x - sin * y)
-            dy = middle[e, 1] * LENGTH_UNIT_M - (sin * x + cos * y)
-            for half in range(2):
-                shift = 0.5 * half
-                turn = int(yaw * _TURNS / (2.0 * np.pi) + shift) % _TURNS
-                col = int(np.floor(dx / _STEP_M + shift)) + _OFFSET
-                row = int(np.floor(dy / _STEP_M + shift)) + _OFFSET
-                place = ((np.uint64(plan[e]) * _TURNS + turn) * (2 * _OFFSET) + col) * (
-                    2 * _OFFSET
-                ) + row
-                cell = np.int64((np.uint64(place) * _GOLDEN) >> _HASH_SHIFT)
-                table[half, cell] += weight[q]
-                if table[half, cell] > most[plan[e]]:
-                    most[plan[e]] = table[half, cell]
-                    best[plan[e], 0], best[plan[e], 1], best[plan[e], 2] = yaw, dx, dy
-    return most, best
+            yaw = (np.int64(bearing[e]) - asked) % _TURN
+            direction = yaw * _DIRECTIONS // _TURN
+            sin, cos = _SINES[direction], _SINES[direction + _DIRECTIONS // 4]
+            hit = ends[plan[e]]
+            ends[plan[e]] = hit + 1
+            yaws[hit], votes[hit] = yaw, weight[q]
+            places[hit, 0] = middle[e, 0] * np.float32(LENGTH_UNIT_M) - (cos * x - sin * y)
+            places[hit, 1] = middle[e, 1] * np.float32(LENGTH_UNIT_M) - (sin * x + cos * y)
+    return ends, yaws, places, votes
+
+
+@numba.njit(cache=True, nogil=True, inline='always')
+def _cell(yaw: int, x: float, y: float, half: int) -> np.int64:
+    """Return the cell of a placement in the table of whole or of half steps."""
+    shift = np.float32(0.5 * half)
+    turn = (yaw * _TURNS + half * (_TURN // 2)) // _TURN % _TURNS
+    col = np.int64(np.floor(x / np.float32(_STEP_M) + shift)) + _OFFSET
+    row = np.int64(np.floor(y / np.float32(_STEP_M) + shift)) + _OFFSET
+    place = (turn * (2 * _OFFSET) + col) * (2 * _OFFSET) + row
+    return np.int64((np.uint64(place) * _GOLDEN) >> _HASH_SHIFT)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -21,7 +21,7 @@ from fpnet_core.geometry import SE2, Placements
 from fpnet_core.library.keypoints import middle_of
 from fpnet_core.localizer.sides import interior_of, rescaled
 from fpnet_core.pose import MapEvidence, agreement, map_evidence
-from fpnet_core.pose.evidence import distance_to
+from fpnet_core.pose.evidence import distance_to, dominant_orientation
 from fpnet_core.pose.refine import ROUGH, Freedom, refine
 from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.blocks import block_any
@@ -35,7 +35,8 @@ _MOST_POINTS = 1500  # numerical: cells of what was seen that are compared
 # Chosen: drawings are stretched by some per cent, and scales are tried in steps of six.
 _FREEDOM = Freedom(0.03)
 _MARGIN_M = 2.0  # numerical: further than placements are moved and walls are looked for
-_LEAST = 0.01  # numerical: what fits worse than chance keeps the order of its keypoints
+LEAST = 0.01
+"""Numerical: what fits worse than chance keeps the order of its keypoints."""
 
 
 def plan_walls(segmentation: Segmentation, factor: float = 1.0) -> GridMap:
@@ -69,6 +70,17 @@ def coarse(segmentation: Segmentation, floor: NDArray[np.bool_], factor: float) 
     moved = SE2(origin.linear, origin.translation - middle_of(segmentation))
     blocks = GridMap(cells, grid.resolution * step, moved, grid.frame)
     return rescaled(blocks.cropped(*window), factor)
+
+
+def direction_of(walls: GridMap) -> float:
+    """Return the direction that most walls run in, or across [rad], below a right angle."""
+    turned, _ = dominant_orientation(walls.cells == OCCUPIED)
+    return float((turned + walls.T_frame_grid.yaw) % (np.pi / 2.0))
+
+
+def area_of(walls: GridMap) -> float:
+    """Return how much is known [m^2]."""
+    return float(np.count_nonzero(walls.cells != UNKNOWN)) * walls.resolution**2
 
 
 def packed(walls: GridMap) -> bytes:
@@ -119,13 +131,15 @@ class SeenWalls:
         distance = evidence.wall_distance[known[:, 0], known[:, 1]]
         return cls(evidence, walls.rc_to_xy(known), distance)
 
-    def fits(self, plan: GridMap, candidates: Placements) -> NDArray[np.float64]:
+    def laid(
+        self, plan: GridMap, candidates: Placements
+    ) -> tuple[NDArray[np.float64], Placements]:
         """
         Return how well each of ``C`` placements fits a plan's coarse raster, ``(C,)``, above 0.
 
-        They are first moved to where walls lie on walls. The correlation of both maps' walls, less
-        the share of seen floor that lies outside the plan, counts for more where what was seen
-        covers more of the plan: chance does less there.
+        They are first moved to where walls lie on walls, which is returned, too. The correlation
+        of both maps' walls, less the share of seen floor that lies outside the plan, counts for
+        more where what was seen covers more of the plan: chance does less there.
         """
         fields = _fields(_around(plan, _at(candidates, self.evidence.corners)))
         aligned = refine(fields, self.evidence.walls, candidates, _FREEDOM, ROUGH)
@@ -134,7 +148,7 @@ class SeenWalls:
         own = np.exp(-0.5 * np.square(scale[:, None] * self.distance / WALL_SIGMA_M))
         placed = _likelihood_at(fields, _at(aligned, self.points))
         found = scale * (_correlation(own, placed) - violation)
-        return np.asarray(np.maximum(found, _LEAST), dtype=np.float64)
+        return np.asarray(np.maximum(found, LEAST), dtype=np.float64), aligned
 
 
 def _at(placements: Placements, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -188,7 +188,7 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
     near_free = grown(free, reach)
     walls = (grid.cells == OCCUPIED) & near_free & ~free
     step = max(1, round(_FIELD_CELL_M / grid.resolution))
-    orientation, strength = _dominant_orientation(walls)
+    orientation, strength = dominant_orientation(walls)
     yaw_grid = grid.T_frame_grid.yaw
     return MapEvidence(
         walls=grid.rc_to_xy(thinned(walls, _WALL_SPACING_M / grid.resolution)),
@@ -213,7 +213,7 @@ def distance_to(mask: NDArray[np.bool_], resolution: float, step: int) -> NDArra
     return np.asarray(np.minimum(metres, np.float32(_DISTANCE_CAP_M)), dtype=np.float32)
 
 
-def _dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
+def dominant_orientation(walls: NDArray[np.bool_]) -> tuple[float, float]:
     """
     Direction of most walls modulo 90 degrees in grid axes (x = column), and its strength.
 

@@ -49,20 +49,20 @@ def test_a_coarse_raster_comes_back_from_its_bytes(plan):
 
 def test_walls_fit_where_they_lie_on_walls_and_nowhere_else(plan):
     walls, seen = plan_walls(plan), SeenWalls.of(seen_walls(plan))
-    own = seen.fits(walls, at())[0]
+    own = seen.laid(walls, at())[0][0]
     assert own > 0.9
-    assert seen.fits(walls, at(yaw=0.05, x=0.3, y=-0.2))[0] > 0.8 * own  # is moved onto them
+    assert seen.laid(walls, at(yaw=0.05, x=0.3, y=-0.2))[0][0] > 0.8 * own  # is moved onto them
     for other in (at(yaw=np.pi), at(x=3.0), at(y=4.0), at(x=100.0)):
-        assert seen.fits(walls, other)[0] < 0.5 * own
+        assert seen.laid(walls, other)[0][0] < 0.5 * own
 
 
 def test_a_raster_fits_however_its_frame_lies_and_whatever_its_units_are(plan):
     turned = segment_floorplan(storey(yaw=0.7), FpnetConfig().segmentation)
     half = replace(storey(), resolution=CELL_M / 2, T_frame_grid=SE2.from_xy_yaw(1.5, -1.0, 0.0))
     seen = SeenWalls.of(seen_walls(plan))
-    assert seen.fits(plan_walls(turned), at(yaw=0.7))[0] > 0.8
+    assert seen.laid(plan_walls(turned), at(yaw=0.7))[0][0] > 0.8
     small = plan_walls(replace(plan, grid=half, regions=_halved(plan)), 2.0)
-    assert seen.fits(small, at())[0] > 0.9
+    assert seen.laid(small, at())[0][0] > 0.9
 
 
 def _halved(plan):

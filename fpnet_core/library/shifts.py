@@ -1,0 +1,182 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where walls that were seen lie best on those of a plan, of all shifts there are.
+
+Doors and corners propose a placement only where some of them were found. Walls need none: on a
+raster of metres, turned so that most walls run along its axes, their correlation at every shift
+is one Fourier transform for each scale and each of four directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from fpnet_core.geometry import Placements
+from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
+
+# Chosen, not measured:
+_CELL_M = 1.0  # walls that are a metre apart are told from each other
+_BLUR_M = 0.6  # as far off may walls be: drawings are stretched, and scales are tried in steps
+# Numerical:
+_MARGIN = 1.25  # a raster is larger than its plan, so that less of what was seen wraps around
+_ROUNDED = 32  # sizes of rasters are multiples of it, so that many plans share one
+_KEPT = 8  # sizes whose spectra of what was seen are kept: some megabytes each
+
+Array = NDArray[np.float64]
+_Spectra = NDArray[np.complex64]
+
+
+def turn(angle: float) -> Array:
+    """Return the rotation (2, 2) by an angle [rad]."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
+@dataclass(frozen=True, eq=False)
+class _Upright:
+    """
+    A map on cells of a metre along its walls: which are ``known`` and ``walls``, ``(H, W)`` each.
+
+    ``low (2,)`` [m] is the outer corner of the first cell in turned coordinates.
+    """
+
+    low: Array
+    known: NDArray[np.bool_]
+    walls: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, grid: GridMap, direction: float, factor: float = 1.0) -> _Upright:
+        """Turn a coarse raster by -``direction`` [rad], ``factor`` times as large."""
+        linear = factor * turn(-direction)
+        rows, cols = grid.shape
+        ends = [[0, 0], [rows - 1, 0], [0, cols - 1], [rows - 1, cols - 1]]
+        placed = grid.rc_to_xy(np.array(ends)) @ linear.T
+        low = placed.min(axis=0) - _CELL_M / 2.0
+        size = np.floor((placed.max(axis=0) - low) / _CELL_M).astype(np.int64) + 1
+        steps = np.diff(grid.rc_to_xy(np.array([[0, 0], [1, 0], [0, 1]])), axis=0)
+        down, right = steps[0], steps[0] + steps[1]
+        planes = np.zeros((2, size[1], size[0]), np.bool_)
+        A = np.column_stack([linear @ down, linear @ right, placed[0] - low]) / _CELL_M
+        _spread(grid.cells, A, planes)
+        return cls(low, planes[0], planes[1])
+
+    def quarter(self, count: int) -> _Upright:
+        """Return it turned by ``count`` right angles, counter-clockwise."""
+        size = _CELL_M * np.array(self.known.shape[::-1])
+        ends = np.array([self.low, self.low + size]) @ np.rint(turn(count * np.pi / 2.0)).T
+        known, walls = (np.rot90(plane, -count) for plane in (self.known, self.walls))
+        return _Upright(ends.min(axis=0), known, walls)
+
+
+@numba.njit(cache=True, nogil=True)
+def _spread(cells: NDArray[np.int8], A: Array, planes: NDArray[np.bool_]) -> None:
+    """Mark which coarse cells hold a known one, and a wall: ``A (2, 3)`` is x, y of (r, c, 1)."""
+    for r in range(cells.shape[0]):
+        for c in range(cells.shape[1]):
+            if cells[r, c] != UNKNOWN:
+                x = int(A[0, 0] * r + A[0, 1] * c + A[0, 2])
+                y = int(A[1, 0] * r + A[1, 1] * c + A[1, 2])
+                planes[0, y, x] = True
+                if cells[r, c] == OCCUPIED:
+                    planes[1, y, x] = True
+
+
+@dataclass(frozen=True, eq=False)
+class Shifts:
+    """
+    What was seen, a coarse raster whose walls run in a ``direction`` [rad], at ``S`` scales.
+
+    It is laid on plans at every shift, in four directions.
+    """
+
+    walls: GridMap
+    direction: float
+    factors: Sequence[float]
+
+    def best(self, plan: GridMap, direction: float) -> Placements:
+        """
+        Return where it fits a plan best at each of ``S`` scales, and how well, at most 1.
+
+        That is the correlation of its walls with the plan's, blurred, less the share of its floor
+        that lies outside the plan. The plan's walls run in ``direction`` [rad].
+        """
+        own = _Upright.of(plan, direction)
+        shape = _raster(own.known.shape)
+        walls, known = _plan_spectra(own, shape)
+        seen_walls, seen_floor = self._spectra(shape)
+        product = walls * seen_walls + known * seen_floor
+        fits = fft.irfft2(product, shape).reshape(len(product), -1)
+        places = fits.argmax(axis=1)
+        found = fits[np.arange(len(fits)), places].reshape(len(self.factors), 4)
+        quarter = found.argmax(axis=1)
+        scale = np.arange(len(quarter))
+        rc = np.column_stack(np.divmod(places.reshape(-1, 4)[scale, quarter], shape[1]))
+        # Shifts beyond the plan are those before its beginning.
+        rc -= np.where(rc > own.known.shape, shape, 0)
+        linear, offset = [], []
+        for index, (factor, count) in enumerate(zip(self.factors, quarter, strict=True)):
+            linear.append(factor * turn(direction + count * np.pi / 2.0 - self.direction))
+            start = self._turned[index][count].low
+            offset.append(turn(direction) @ (own.low - start + rc[index, ::-1] * _CELL_M))
+        fits = found[scale, quarter] - 1.0
+        return Placements(np.array(linear), np.array(offset), fits)
+
+    @cached_property
+    def _turned(self) -> list[list[_Upright]]:
+        """Each scale's four directions."""
+        upright = (_Upright.of(self.walls, self.direction, each) for each in self.factors)
+        return [[each.quarter(count) for count in range(4)] for each in upright]
+
+    def _spectra(self, shape: tuple[int, int]) -> tuple[_Spectra, _Spectra]:
+        """Return the spectra of walls and of floor of all scales and directions, on a raster."""
+        if shape not in self._made:
+            if len(self._made) == _KEPT:
+                del self._made[next(iter(self._made))]
+            planes = [_planes(each, shape) for four in self._turned for each in four]
+            walls, floor = np.array(planes, np.float32).swapaxes(0, 1)
+            self._made[shape] = fft.rfft2(walls).conj(), fft.rfft2(floor).conj()
+        return self._made[shape]
+
+    @cached_property
+    def _made(self) -> dict[tuple[int, int], tuple[_Spectra, _Spectra]]:
+        return {}
+
+
+def _raster(shape: tuple[int, ...]) -> tuple[int, int]:
+    """Return the size of the raster for a plan of a shape."""
+    rows, cols = (_ROUNDED * -(-int(_MARGIN * side + 2) // _ROUNDED) for side in shape)
+    return rows, cols
+
+
+def _planes(seen: _Upright, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Return weights (2, H, W) whose sums over a plan are the correlation and the floor in it."""
+    is_wall = seen.walls[seen.known]
+    floor = seen.known & ~seen.walls
+    weight = (seen.walls - is_wall.mean()) / (is_wall.std() + 1e-6) / len(is_wall)
+    planes = np.array([weight * seen.known, floor / max(int(floor.sum()), 1)], np.float32)
+    # What is larger than the raster, as by rays through windows, wraps around.
+    (rows, cols), (high, wide) = seen.known.shape, shape
+    whole = np.pad(planes, ((0, 0), (0, -rows % high), (0, -cols % wide)))
+    folded = whole.reshape(2, -(-rows // high), high, -(-cols // wide), wide)
+    return np.asarray(folded.sum(axis=(1, 3)), np.float32)
+
+
+def _plan_spectra(plan: _Upright, shape: tuple[int, int]) -> _Spectra:
+    """Return the spectra (2, H, W / 2 + 1) of a plan's walls, of variance one, and its floor."""
+    rows, cols = plan.known.shape
+    planes = np.zeros((2, *shape), np.float32)
+    planes[0, :rows, :cols], planes[1, :rows, :cols] = plan.walls, plan.known
+    walls = cv2.GaussianBlur(planes[0], (0, 0), _BLUR_M / _CELL_M)
+    spread = walls[:rows, :cols][plan.known].std()
+    planes[0] = walls / max(float(spread), 1e-6)
+    planes[1] = cv2.dilate(planes[1], np.ones((3, 3), np.uint8))
+    return np.asarray(fft.rfft2(planes), np.complex64)
