@@ -64,11 +64,12 @@ def command(
 
 def _checked(out: Path, drawing: Path) -> Path:
     """Return where the picture goes; ConfigError for files that must not be written."""
+    from fpnet_core.drawings.plan_files import picture_path
     from fpnet_core.io.maps import YAML_SUFFIXES
 
     if out.suffix.lower() not in YAML_SUFFIXES:
         raise ConfigError(f'--out {out}: expected a YAML file, as {out.with_suffix(".yaml")}')
-    picture = out.with_name(f'{out.stem}_reading.png')
+    picture = picture_path(out)
     written = {path.resolve() for path in (out, out.with_suffix('.png'), picture)}
     if drawing.resolve() in written:
         raise ConfigError(

@@ -56,14 +56,21 @@ def read_plan(
         If the file cannot be read, an option does not fit it, or it shows no building.
     """
     path, config = Path(path), config or FpnetConfig()
-    _check_counts(options)
+    _check_said(options)
     if path.suffix.lower() in YAML_SUFFIXES:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 
 
-def _check_counts(options: ReadOptions) -> None:
-    """Refuse options with too few or too many numbers, and places that are counted from 0."""
+def _check_said(options: ReadOptions) -> None:
+    """Refuse what no drawing fits: contradictions, too few numbers, places counted from 0."""
+    if options.resolution_m is not None:
+        if options.length is not None:
+            raise MapFormatError('resolution and length both state the scale; give one of them')
+        if not 0.0 < options.resolution_m < np.inf:
+            raise MapFormatError(
+                f'resolution must be positive metres per pixel, got {options.resolution_m}'
+            )
     for name, count in (('length', 5), ('crop', 4)):
         numbers = getattr(options, name)
         if numbers is not None and len(numbers) != count:
@@ -168,10 +175,6 @@ def _notes(found: Found, options: ReadOptions) -> list[str]:
 
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:
-    if options.resolution_m is not None and not options.resolution_m > 0.0:
-        raise MapFormatError(
-            f'resolution must be positive metres per pixel, got {options.resolution_m}'
-        )
     if options.crop is not None:
         height, width = drawing.pixels.shape[:2]
         left, top, right, bottom = options.crop
@@ -196,7 +199,7 @@ def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length
             f'{name}: length {length} lies off the drawing; expected both places within 0, 0, '
             f'{width}, {height} pixels'
         )
-    if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
+    if not (0.0 < metres < np.inf and np.hypot(x2 - x1, y2 - y1) >= 1.0):
         raise MapFormatError(
             f'length {length}: expected two places in pixels and a positive number of metres '
             'between them'
