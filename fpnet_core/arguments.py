@@ -12,7 +12,7 @@ import reprlib
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from fpnet_core.errors import FpnetError
+from fpnet_core.errors import FpnetError, said_of_system
 
 Given = ParamSpec('Given')
 Returned = TypeVar('Returned')
@@ -20,17 +20,18 @@ Returned = TypeVar('Returned')
 _NUMBERS = {int: numbers.Integral, float: numbers.Real}  # NumPy's are some of these, too
 
 
-def checks_arguments(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
+def checked(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
     """
-    Have a function refuse what is not of the type that its signature names.
+    Have a function raise FpnetError where an argument cannot be used, and nothing else for it.
 
-    Lists and arrays go for tuples of their length; too few arguments, and such as there are none
-    of, stay Python's own TypeError.
+    That is where it is not of the type that the signature names, lists going for tuples of their
+    length, and where the system refuses a file. Too few arguments, and such as there are none of,
+    stay Python's own TypeError.
 
     Raises
     ------
     FpnetError
-        By the function that is returned; the message names the argument.
+        By the function that is returned; the message names the argument or the file.
     """
     signature = inspect.signature(function)
     # What is returned may be imported for type checkers only.
@@ -38,16 +39,19 @@ def checks_arguments(function: Callable[Given, Returned]) -> Callable[Given, Ret
     kinds = get_type_hints(SimpleNamespace(__annotations__=annotated), function.__globals__)
 
     @functools.wraps(function)
-    def checked(*args: Given.args, **kwargs: Given.kwargs) -> Returned:
+    def called(*args: Given.args, **kwargs: Given.kwargs) -> Returned:
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             if not _is_a(value, kinds[name]):
                 raise FpnetError(
                     f'{function.__name__}: {name}: expected {_worded(kinds[name])}, '
                     f'got {reprlib.repr(value)}'
                 )
-        return function(*args, **kwargs)
+        try:
+            return function(*args, **kwargs)
+        except OSError as error:
+            raise FpnetError(said_of_system(error)) from error
 
-    return checked
+    return called
 
 
 def _is_a(value: Any, kind: Any) -> bool:
@@ -68,7 +72,7 @@ def _is_filled(value: Any, container: Any, parts: tuple[Any, ...]) -> bool:
     """Tell whether a value is a container, and what is in it of the types that it should be."""
     if container is dict:
         return isinstance(value, dict) and all(_is_a(key, parts[0]) for key in value)
-    if isinstance(value, str | bytes | dict) or not hasattr(value, '__len__'):
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
         return False
     kinds = parts if container is tuple else parts * len(value)
     return len(value) == len(kinds) and all(map(_is_a, value, kinds))

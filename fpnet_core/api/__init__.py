@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from fpnet_core.api.values import Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
-from fpnet_core.arguments import checks_arguments
+from fpnet_core.arguments import checked
 from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from fpnet_core.api.run import Run
 
 
-@checks_arguments
+@checked
 def read_plan(
     path: str | Path,
     *,
@@ -83,7 +83,7 @@ def read_plan(
     return shown_as(Plan, reading.flipped() if mirrored else reading)
 
 
-@checks_arguments
+@checked
 def read_robot_map(
     path: str | Path, config: FpnetConfig | None = None, *, storey: int | None = None
 ) -> RobotMap:
@@ -140,7 +140,7 @@ def submap_of(
     return submap
 
 
-@checks_arguments
+@checked
 def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None = None) -> Rooms:
     """
     Cut a floorplan, or what a robot has seen, into rooms and doors.
@@ -167,7 +167,7 @@ def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None
     return shown_as(Rooms, found)
 
 
-@checks_arguments
+@checked
 def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
     """
     Read the storeys of a site: ``site.yaml``, a folder of maps, or an Open-RMF building.
@@ -180,7 +180,7 @@ def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
     return _read_site(path, config)
 
 
-@checks_arguments
+@checked
 def match_site(
     site: Site, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> dict[str, Match]:
@@ -205,7 +205,7 @@ def match_site(
     return {name: shown_as(Match, each) for name, each in found.items()}
 
 
-@checks_arguments
+@checked
 def diff(
     plan: Reading | Site | str | Path,
     robot_map: RobotMap | str | Path,
@@ -235,7 +235,7 @@ def diff(
     return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
 
 
-@checks_arguments
+@checked
 def match(
     plan: Reading | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> Match:
@@ -267,7 +267,7 @@ def match(
     return shown_as(Match, found)
 
 
-@checks_arguments
+@checked
 def localize(
     plan: Reading | Site | str | Path,
     recording: str | Path,
@@ -309,7 +309,7 @@ def localize(
     return Run(plan, source, config, odometry=odometry)
 
 
-@checks_arguments
+@checked
 def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> Check:
     """
     Tell whether a floorplan will serve: how it was read, what looks alike, what to do.

@@ -15,6 +15,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import check_size, opened_image
 
 _ORIENTATION = 0x0112  # given: the EXIF tag that says how a camera was held
+_PALE = 200  # chosen: what is nowhere darker on white paper was drawn to lie on dark one
 _LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 
@@ -72,13 +73,18 @@ def _upright(turn: int, width: int, height: int) -> Array:
 
 
 def _on_white(image: Image.Image) -> NDArray[np.uint8]:
-    """Return the image's colours (H, W, 3) where it is opaque, white behind what is not."""
+    """Return the colours (H, W, 3) on white paper, or on black where they would not show there."""
     if image.mode.startswith('I') or image.mode == 'F':
         levels = np.asarray(image, dtype=np.float32)
         grey = levels * 255.0 if image.mode == 'F' else levels / _LEVELS_OF_16_BIT
         return np.repeat(np.rint(np.clip(grey, 0.0, 255.0)).astype(np.uint8)[..., None], 3, axis=2)
     if 'A' in image.getbands() or 'transparency' in image.info:
         opaque = image.convert('RGBA')
-        paper = Image.new('RGBA', opaque.size, 'white')
-        image = Image.alpha_composite(paper, opaque)
+        shown = _on_paper(opaque, 'white')
+        return shown if shown.min() <= _PALE else _on_paper(opaque, 'black')
     return np.array(image.convert('RGB'))
+
+
+def _on_paper(image: Image.Image, colour: str) -> NDArray[np.uint8]:
+    paper = Image.new('RGBA', image.size, colour)
+    return np.array(Image.alpha_composite(paper, image).convert('RGB'))

@@ -31,6 +31,7 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 Length = tuple[float, float, float, float, float]
 
 _LEAST_CROP_PX = 16  # numerical
+_LONG_M = (0.5, 20_000.0)  # physical: no building is shorter or longer, its sheet included
 _DEFAULTS = ReadOptions()
 
 
@@ -93,6 +94,7 @@ def _as_stated(path: Path, options: ReadOptions) -> Reading:
     )
     pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
     drawing = Drawing(pixels, path.name, 'map_server', scale=scale)
+    _check_size(drawing, scale.resolution_m)
     A = pixel_to_xy(grid).matrix
     how = 'a map_server map as its thresholds say'
     return Reading(grid, scale, A, how, drawing, doubts=doubts)
@@ -103,9 +105,9 @@ def _stated_scale(
 ) -> tuple[DrawingScale, tuple[str, ...]]:
     """Return a map's scale, and doubts that were had when it was read from a drawing."""
     if options.length is not None:
-        x1, y1, x2, y2, metres = _checked_length(options.length, path.name, shape)
-        stated_m, source = metres / float(np.hypot(x2 - x1, y2 - y1)), ScaleSource.LENGTH
-        return DrawingScale(stated_m, stated_m, stated_m, source, f'a length of {metres:g} m'), ()
+        stated_m = _metres_per_pixel(options.length, path.name, shape)
+        why = f'a length of {options.length[-1]:g} m'
+        return DrawingScale(stated_m, stated_m, stated_m, ScaleSource.LENGTH, why), ()
     found = recorded(path, cell_m) if options.resolution_m is None else None
     if found is not None:
         return found
@@ -184,11 +186,25 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
                 f'{drawing.name}: crop {options.crop} does not fit; expected left, top, right, '
                 f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
             )
+    stated_m = options.resolution_m
     if options.length is not None:
-        _checked_length(options.length, drawing.name, drawing.pixels.shape[:2])
+        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.pixels.shape[:2])
+    if stated_m is not None:
+        _check_size(drawing, stated_m)
 
 
-def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length:
+def _check_size(drawing: Drawing, resolution_m: float) -> None:
+    """Refuse a scale at which the drawing is no building by far, as one in millimetres."""
+    long_m = max(drawing.pixels.shape) * resolution_m
+    if not _LONG_M[0] <= long_m <= _LONG_M[1]:
+        raise MapFormatError(
+            f'{drawing.name}: at {resolution_m:.3g} m per pixel the drawing is {long_m:.3g} m '
+            'long, as no building is; say metres, of one pixel or of a length'
+        )
+
+
+def _metres_per_pixel(length: Length, name: str, shape: tuple[int, ...]) -> float:
+    """Return what a length between two places states."""
     x1, y1, x2, y2, metres = length
     height, width = shape
     # Its far edges are ends as well: whoever counts from 1, or to the outside of a pixel.
@@ -204,4 +220,4 @@ def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length
             f'length {length}: expected two places in pixels and a positive number of metres '
             'between them'
         )
-    return length
+    return metres / float(np.hypot(x2 - x1, y2 - y1))

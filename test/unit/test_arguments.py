@@ -5,9 +5,11 @@
 from pathlib import Path
 
 import numpy as np
+from planted import plan_grid
 import pytest
 
 import fpnet_core as fpnet
+from fpnet_core.io import write_map
 
 NO_FILE = r'^no\.png does not exist'
 
@@ -19,6 +21,7 @@ NO_FILE = r'^no\.png does not exist'
         ({'resolution': True}, 'resolution: expected float or None, got True'),
         ({'length': '1,2,3,4=5'}, 'length: expected (float, float, float, float, float) or None'),
         ({'length': (1, 2, 3, 4)}, 'length: expected (float, float, float, float, float) or None'),
+        ({'crop': np.array([0, 0, 9, 9])}, 'crop: expected (int, int, int, int) or None'),
         ({'crop': (0, 0, 1.5, 9)}, 'crop: expected (int, int, int, int) or None'),
         ({'storey': 1.0}, 'storey: expected int or None, got 1.0'),
         ({'layers': 'WALLS'}, "layers: expected several str, got 'WALLS'"),
@@ -67,13 +70,28 @@ def test_every_function_of_the_interface_names_what_is_wrong(call, named):
         {'resolution': 1},
         {'resolution': np.float32(0.05), 'storey': np.int64(2), 'page': None},
         {'crop': [0, 0, 20, 20]},
-        {'length': np.array([0.0, 0.0, 20.0, 0.0, 6.0]), 'layers': ('A', 'B')},
+        {'length': [0, 0, 20.0, np.float64(0.0), 6.0], 'layers': ('A', 'B')},
         {'config': fpnet.FpnetConfig()},
     ],
 )
 def test_arguments_of_like_types_go_through(arguments):
     with pytest.raises(fpnet.FpnetError, match=NO_FILE):
         fpnet.read_plan(Path('no.png'), **arguments)
+
+
+def test_what_the_system_refuses_is_named(tmp_path):
+    endless = tmp_path / ('x' * 300)
+    for read in (fpnet.read_robot_map, fpnet.read_site):
+        with pytest.raises(fpnet.FpnetError, match=r'xxx: File name too long'):
+            read(endless)
+
+
+def test_pictures_are_drawn_on_what_matplotlib_draws_on(tmp_path):
+    write_map(plan_grid(), tmp_path / 'plan.yaml')
+    plan = fpnet.read_plan(tmp_path / 'plan.yaml')
+    for value in (plan, fpnet.segment(plan)):
+        with pytest.raises(fpnet.FpnetError, match=r"axes of matplotlib to draw on, got 'x\.png'"):
+            value.plot('x.png')
 
 
 def test_too_few_and_unknown_arguments_are_pythons_own_errors():
