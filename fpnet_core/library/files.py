@@ -42,7 +42,7 @@ def plan_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def _in_folder(folder: Path) -> list[Path]:
-    files = sorted(folder.rglob('*'))
+    files = sorted(path for path in folder.rglob('*') if path.is_file())
     maps = map_yamls(files)
     stems = {path.with_suffix('') for path in maps}
     of_maps = {
