@@ -18,6 +18,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from fpnet_core.arguments import checked
 from fpnet_core.errors import ConfigError
 from fpnet_core.plain_yaml import read_yaml
 
@@ -239,6 +240,7 @@ def _unknown(key: str, value: Any) -> str:
     return f'unknown key {key}; {meant}config/fpnet.yaml has every key'
 
 
+@checked
 def load_config(
     path: Path | str | None = None, overrides: dict[str, Any] | None = None
 ) -> FpnetConfig:

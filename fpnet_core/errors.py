@@ -53,3 +53,8 @@ class LibraryError(FpnetError):
 
 class NotPlacedError(FpnetError):
     """What was seen could not be placed on a drawing, so nothing may be said about the drawing."""
+
+
+def said_of_system(error: OSError) -> str:
+    """Return what the system says of a file in one line."""
+    return f'{error.filename}: {error.strerror}' if error.filename else str(error)

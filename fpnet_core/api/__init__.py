@@ -17,9 +17,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, get_args
+from typing import TYPE_CHECKING, NoReturn
 
 from fpnet_core.api.values import Check, Match, Placed, Plan, RobotMap, Rooms, shown_as
+from fpnet_core.arguments import checked
 from fpnet_core.config import FpnetConfig, OdometryChoice
 from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from fpnet_core.api.run import Run
 
 
+@checked
 def read_plan(
     path: str | Path,
     *,
@@ -66,7 +68,7 @@ def read_plan(
     length : (x1, y1, x2, y2, metres): two places in pixels and the metres between them
     crop : (left, top, right, bottom) in pixels: read this part only
     storey : which of several on one sheet, from 1
-    page : of a PDF, or storey of an IFC, from 1
+    page : of a PDF or TIFF, or storey of an IFC, from 1
     layers : of a DXF that hold walls; none to guess
     mirrored : the drawing is a mirror image: flip it
     config : the defaults if None
@@ -81,6 +83,7 @@ def read_plan(
     return shown_as(Plan, reading.flipped() if mirrored else reading)
 
 
+@checked
 def read_robot_map(
     path: str | Path, config: FpnetConfig | None = None, *, storey: int | None = None
 ) -> RobotMap:
@@ -137,6 +140,7 @@ def submap_of(
     return submap
 
 
+@checked
 def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None = None) -> Rooms:
     """
     Cut a floorplan, or what a robot has seen, into rooms and doors.
@@ -163,6 +167,7 @@ def segment(subject: Reading | RobotMap | str | Path, config: FpnetConfig | None
     return shown_as(Rooms, found)
 
 
+@checked
 def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
     """
     Read the storeys of a site: ``site.yaml``, a folder of maps, or an Open-RMF building.
@@ -175,6 +180,7 @@ def read_site(path: str | Path, config: FpnetConfig | None = None) -> Site:
     return _read_site(path, config)
 
 
+@checked
 def match_site(
     site: Site, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> dict[str, Match]:
@@ -199,6 +205,7 @@ def match_site(
     return {name: shown_as(Match, each) for name, each in found.items()}
 
 
+@checked
 def diff(
     plan: Reading | Site | str | Path,
     robot_map: RobotMap | str | Path,
@@ -228,6 +235,7 @@ def diff(
     return Placed(found, find_differences(found.plan, found.sub, A_plan_sub, grid), name)
 
 
+@checked
 def match(
     plan: Reading | str | Path, robot_map: RobotMap | str | Path, config: FpnetConfig | None = None
 ) -> Match:
@@ -259,6 +267,7 @@ def match(
     return shown_as(Match, found)
 
 
+@checked
 def localize(
     plan: Reading | Site | str | Path,
     recording: str | Path,
@@ -287,8 +296,6 @@ def localize(
     """
     from fpnet_core.api.run import Run, scans_of  # as above
 
-    if odometry not in (None, *get_args(OdometryChoice)):
-        raise ConfigError(f'odometry: expected kiss, robot or both, got {odometry!r}')
     config = config or FpnetConfig()
     if isinstance(plan, str | Path):
         plan = read_plan(plan, config=config)
@@ -302,6 +309,7 @@ def localize(
     return Run(plan, source, config, odometry=odometry)
 
 
+@checked
 def check_plan(plan: Reading | str | Path, config: FpnetConfig | None = None) -> Check:
     """
     Tell whether a floorplan will serve: how it was read, what looks alike, what to do.

@@ -48,7 +48,7 @@ from typing import Any
 
 import typer
 
-from fpnet_core.errors import FpnetError
+from fpnet_core.errors import FpnetError, said_of_system
 
 _INTERRUPTED = 130  # given: by shells
 _SOON_S = 0.05  # numerical
@@ -172,7 +172,7 @@ def _run(arguments: Sequence[str]) -> None:
     except FpnetError as error:
         _fail(' '.join(str(error).split()))
     except OSError as error:
-        _fail(f'{error.filename}: {error.strerror}' if error.filename else str(error))
+        _fail(said_of_system(error))
 
 
 @contextmanager

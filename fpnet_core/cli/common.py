@@ -143,7 +143,7 @@ class DrawingOptions:
         ),
     ] = None
     page: Annotated[
-        int | None, typer.Option('--page', min=1, help='Page of a PDF or storey of an IFC.')
+        int | None, typer.Option('--page', min=1, help='Page of a PDF, TIFF; storey of an IFC.')
     ] = None
     layer: Annotated[
         list[str] | None,
@@ -164,8 +164,6 @@ class DrawingOptions:
         """Return them as the reader takes them; ConfigError where one is malformed."""
         from fpnet_core.drawings.types import ReadOptions
 
-        if self.resolution is not None and self.length is not None:
-            raise ConfigError('--resolution and --length both state the scale; give one of them')
         return ReadOptions(
             self.resolution,
             None if self.length is None else parse_length(self.length),
@@ -197,6 +195,12 @@ class DrawingOptions:
                 yield option, ''
             elif value not in (None, False):
                 yield from ((option, str(each)) for each in _listed(value))
+
+    def refuse(self, why: str, *but: str) -> None:
+        """Raise ConfigError with ``why`` for the first option that was given ``but`` for some."""
+        for option, _ in self.pairs():
+            if option not in but:
+                raise ConfigError(f'{option} {why}')
 
 
 def _listed(value: Any) -> Sequence[Any]:

@@ -103,7 +103,7 @@ def find(
     tree = common.load(config, settings, seed)
     from fpnet_core.api import read_robot_map
     from fpnet_core.library import PlanLibrary
-    from fpnet_core.localizer.maps import cut_robot_map
+    from fpnet_core.localizer.maps import MapMatchStatus, cut_robot_map
 
     known = PlanLibrary.open(library)
     seen = read_robot_map(common.check_input(submap), tree)
@@ -125,7 +125,7 @@ def find(
             'path': best.storey or proposals[0].path,
         }
     common.write_json(json_path, report)
-    if not proposals or (best is not None and best.A_plan_sub is None):
+    if not proposals or (best is not None and best.status is not MapMatchStatus.MATCHED):
         raise typer.Exit(NO_ANSWER)
 
 

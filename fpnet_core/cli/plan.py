@@ -5,12 +5,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from fpnet_core.config import FpnetConfig
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.types import Segmentation
 
 
 @common.reads_drawing
@@ -53,22 +58,36 @@ def command(
     segmentation = segment_floorplan(reading.grid, tree.segmentation)
     record = write_plan(reading, out)
     save_reading(reading, segmentation, picture)
-    for line in said_of(reading, segmentation):
+    faults = _faults(reading, segmentation, tree)
+    for line in (*said_of(reading, segmentation), *(f'doubt: {fault}' for fault in faults)):
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
     figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
-    common.write_json(json_path, as_json(reading) | figures)
+    doubts = {'doubts': [*reading.doubts, *faults]}
+    common.write_json(json_path, as_json(reading) | figures | doubts)
     if not segmentation.rooms:
         raise typer.Exit(1)
 
 
+def _faults(reading: Reading, segmentation: Segmentation, tree: FpnetConfig) -> tuple[str, ...]:
+    """Return what speaks against a scale that was stated, as a check of the plan says it."""
+    if not (reading.scale.is_known and segmentation.rooms) or reading.doubts:
+        return ()
+    from fpnet_core.plan_check.check import told_scale
+    from fpnet_core.plan_check.gate import scale_faults
+
+    told = told_scale(reading.grid, segmentation, tree)
+    return scale_faults(reading.scale, segmentation, told)
+
+
 def _checked(out: Path, drawing: Path) -> Path:
     """Return where the picture goes; ConfigError for files that must not be written."""
+    from fpnet_core.drawings.plan_files import picture_path
     from fpnet_core.io.maps import YAML_SUFFIXES
 
     if out.suffix.lower() not in YAML_SUFFIXES:
         raise ConfigError(f'--out {out}: expected a YAML file, as {out.with_suffix(".yaml")}')
-    picture = out.with_name(f'{out.stem}_reading.png')
+    picture = picture_path(out)
     written = {path.resolve() for path in (out, out.with_suffix('.png'), picture)}
     if drawing.resolve() in written:
         raise ConfigError(

@@ -33,8 +33,7 @@ def read_plans(
         common.say_reading(reading, json_path)
         return reading
     assert site is not None  # one of them was named
-    if given := next(said.pairs(), None):
-        raise ConfigError(f'{given[0]} is for one drawing; say it of a storey in the site')
+    said.refuse('is for one drawing; say it of a storey in the site')
     from fpnet_core.sites.site_files import read_site
 
     read = read_site(site, tree)

@@ -12,6 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
+from fpnet_core.errors import ConfigError
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -56,12 +57,14 @@ def command(
     reading = None
     subject: GridMap | Submap
     if as_submap and _is_drawing(source):
+        said.refuse(f'is for drawings, and {source} is taken for a robot map', '--resolution')
         subject, scale_is_known = _read_robot_map(source, said.resolution)
     elif _is_drawing(source):
         reading, scale_is_known = said.read(source, tree), True
         subject = reading.grid
         common.say_reading(reading, json_path)
     else:
+        said.refuse(f'is for drawings, which {source} is not', '--storey')
         subject, scale_is_known = _read_submap(source, tree, said.storey), True
     started = time.perf_counter()
     segmentation, scale = _segment(subject, tree, scale_is_known)
@@ -100,6 +103,8 @@ def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
         return submap_from_cloud(read_cloud(path), tree.submap, storey)
+    if storey is not None:
+        raise ConfigError(f'{path} is a recording of one storey; only clouds have several')
     scans = len(open_scans(path))
     with progress('accumulating scans', total=scans) as advance:
         return submap_of(path, tree, lambda: advance(1.0))

@@ -98,7 +98,7 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     if not known:
         raise MapFormatError(
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
-            'with walls that stand out from the paper'
+            f'with walls that stand out from the paper{"".join(f"; {n}" for n in drawing.notes)}'
         )
     found = max(known, key=lambda reading: reading.probability)
     others = tuple(reading.as_rival for reading in known if reading is not found)

@@ -94,10 +94,9 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     if kind == 'image':
         from fpnet_core.drawings.images import open_image
 
-        for name in ('page', 'layers'):
-            if getattr(options, name):
-                raise MapFormatError(f'{path} is an image, which has no {name}; leave that out')
-        drawing = open_image(path)
+        if options.layers:
+            raise MapFormatError(f'{path} is an image, which has no layers; leave that out')
+        drawing = open_image(path, options.page)
     else:
         from fpnet_core.drawings.worker import read_apart
 

@@ -44,6 +44,11 @@ def record_path(yaml_path: Path) -> Path:
     return yaml_path.with_suffix('.json')
 
 
+def picture_path(yaml_path: Path) -> Path:
+    """Return where the picture of how a map was read is: beside it."""
+    return yaml_path.with_name(f'{yaml_path.stem}_reading.png')
+
+
 def is_affine(H: NDArray[np.float64]) -> bool:
     """Tell whether a homography (3, 3) leaves parallels parallel."""
     return bool(np.allclose(H[2] / H[2, 2], (0.0, 0.0, 1.0), atol=_AFFINE))

@@ -31,6 +31,7 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap
 Length = tuple[float, float, float, float, float]
 
 _LEAST_CROP_PX = 16  # numerical
+_LONG_M = (0.5, 20_000.0)  # physical: no building is shorter or longer, its sheet included
 _DEFAULTS = ReadOptions()
 
 
@@ -56,14 +57,21 @@ def read_plan(
         If the file cannot be read, an option does not fit it, or it shows no building.
     """
     path, config = Path(path), config or FpnetConfig()
-    _check_counts(options)
+    _check_said(options)
     if path.suffix.lower() in YAML_SUFFIXES:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 
 
-def _check_counts(options: ReadOptions) -> None:
-    """Refuse options with too few or too many numbers, and places that are counted from 0."""
+def _check_said(options: ReadOptions) -> None:
+    """Refuse what no drawing fits: contradictions, too few numbers, places counted from 0."""
+    if options.resolution_m is not None:
+        if options.length is not None:
+            raise MapFormatError('resolution and length both state the scale; give one of them')
+        if not 0.0 < options.resolution_m < np.inf:
+            raise MapFormatError(
+                f'resolution must be positive metres per pixel, got {options.resolution_m}'
+            )
     for name, count in (('length', 5), ('crop', 4)):
         numbers = getattr(options, name)
         if numbers is not None and len(numbers) != count:
@@ -86,6 +94,7 @@ def _as_stated(path: Path, options: ReadOptions) -> Reading:
     )
     pixels = np.repeat(shades[::-1, :, None], 3, axis=2)
     drawing = Drawing(pixels, path.name, 'map_server', scale=scale)
+    _check_size(drawing, scale.resolution_m)
     A = pixel_to_xy(grid).matrix
     how = 'a map_server map as its thresholds say'
     return Reading(grid, scale, A, how, drawing, doubts=doubts)
@@ -96,9 +105,9 @@ def _stated_scale(
 ) -> tuple[DrawingScale, tuple[str, ...]]:
     """Return a map's scale, and doubts that were had when it was read from a drawing."""
     if options.length is not None:
-        x1, y1, x2, y2, metres = _checked_length(options.length, path.name, shape)
-        stated_m, source = metres / float(np.hypot(x2 - x1, y2 - y1)), ScaleSource.LENGTH
-        return DrawingScale(stated_m, stated_m, stated_m, source, f'a length of {metres:g} m'), ()
+        stated_m = _metres_per_pixel(options.length, path.name, shape)
+        why = f'a length of {options.length[-1]:g} m'
+        return DrawingScale(stated_m, stated_m, stated_m, ScaleSource.LENGTH, why), ()
     found = recorded(path, cell_m) if options.resolution_m is None else None
     if found is not None:
         return found
@@ -168,10 +177,6 @@ def _notes(found: Found, options: ReadOptions) -> list[str]:
 
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:
-    if options.resolution_m is not None and not options.resolution_m > 0.0:
-        raise MapFormatError(
-            f'resolution must be positive metres per pixel, got {options.resolution_m}'
-        )
     if options.crop is not None:
         height, width = drawing.pixels.shape[:2]
         left, top, right, bottom = options.crop
@@ -181,11 +186,25 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
                 f'{drawing.name}: crop {options.crop} does not fit; expected left, top, right, '
                 f'bottom within 0, 0, {width}, {height}, at least {_LEAST_CROP_PX} pixels apart'
             )
+    stated_m = options.resolution_m
     if options.length is not None:
-        _checked_length(options.length, drawing.name, drawing.pixels.shape[:2])
+        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.pixels.shape[:2])
+    if stated_m is not None:
+        _check_size(drawing, stated_m)
 
 
-def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length:
+def _check_size(drawing: Drawing, resolution_m: float) -> None:
+    """Refuse a scale at which the drawing is no building by far, as one in millimetres."""
+    long_m = max(drawing.pixels.shape) * resolution_m
+    if not _LONG_M[0] <= long_m <= _LONG_M[1]:
+        raise MapFormatError(
+            f'{drawing.name}: at {resolution_m:.3g} m per pixel the drawing is {long_m:.3g} m '
+            'long, as no building is; say metres, of one pixel or of a length'
+        )
+
+
+def _metres_per_pixel(length: Length, name: str, shape: tuple[int, ...]) -> float:
+    """Return what a length between two places states."""
     x1, y1, x2, y2, metres = length
     height, width = shape
     # Its far edges are ends as well: whoever counts from 1, or to the outside of a pixel.
@@ -196,9 +215,9 @@ def _checked_length(length: Length, name: str, shape: tuple[int, ...]) -> Length
             f'{name}: length {length} lies off the drawing; expected both places within 0, 0, '
             f'{width}, {height} pixels'
         )
-    if not (metres > 0.0 and np.hypot(x2 - x1, y2 - y1) >= 1.0):
+    if not (0.0 < metres < np.inf and np.hypot(x2 - x1, y2 - y1) >= 1.0):
         raise MapFormatError(
             f'length {length}: expected two places in pixels and a positive number of metres '
             'between them'
         )
-    return length
+    return metres / float(np.hypot(x2 - x1, y2 - y1))

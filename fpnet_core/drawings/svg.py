@@ -13,6 +13,7 @@ import base64
 from collections.abc import Iterator
 import io
 from pathlib import Path
+import re
 from typing import Any
 from xml.etree import ElementTree
 
@@ -43,6 +44,7 @@ PIXEL_M = 0.0254 / 96.0
 """Given: length of CSS's pixel on paper [m]."""
 
 
+_LENGTH = re.compile(r'\s*[-+.\deE]+\s*(?:px|mm|cm|in|pt|pc|%)?\s*')  # given
 _PHYSICAL = ('mm', 'cm', 'in', 'pt', 'pc')
 _MAX_PICTURE = 60_000_000  # numerical: pixels of a picture within the file
 _LETTER = 0.55  # of the letters' size, their width; chosen
@@ -66,6 +68,9 @@ def read_svg(path: Path, options: ReadOptions) -> VectorPage:
     from svgelements import Matrix
 
     clean = cleaned(parse(unpacked(path), path.name), path.name)
+    for side in ('width', 'height'):
+        if not _LENGTH.fullmatch(clean.root.get(side, '')):  # relative to a font or a window
+            clean.root.attrib.pop(side, None)
     text = ElementTree.tostring(clean.root, encoding='unicode')
     shapes = _shapes(text, path.name)
     builder = PageBuilder(path.name)

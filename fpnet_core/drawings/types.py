@@ -128,7 +128,8 @@ class ReadOptions:
 
     ``resolution_m`` of a pixel; ``length`` as (x1, y1, x2, y2, metres) in pixels; ``crop`` as
     (left, top, right, bottom) in pixels; ``storey`` from 1, of several on one sheet; ``page``
-    from 1, of a PDF (or storey of an IFC); ``layers`` of a DXF that hold walls, empty to guess.
+    from 1, of a PDF or TIFF (or storey of an IFC); ``layers`` of a DXF that hold walls, empty to
+    guess.
     """
 
     resolution_m: float | None = None

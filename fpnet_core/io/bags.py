@@ -18,6 +18,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from fpnet_core.errors import BagFormatError
+from fpnet_core.io.message_types import BAG_SUFFIXES
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 
@@ -146,6 +147,10 @@ def _storage_path(path: Path) -> Path:
         raise BagFormatError(
             f'{path} is a bag of ROS 1: convert it with rosbags-convert --src {path} --dst '
             f'{path.with_suffix("")}'
+        )
+    if path.is_file() and path.suffix.lower() not in BAG_SUFFIXES:
+        raise BagFormatError(
+            f'{path} is no ROS 2 bag: expected a folder, or a file as {", ".join(BAG_SUFFIXES)}'
         )
     if path.is_dir() and not (path / 'metadata.yaml').exists():
         files = sorted(path.glob('*.mcap')) + sorted(path.glob('*.db3'))

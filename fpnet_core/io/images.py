@@ -74,7 +74,7 @@ def opened_image(path: Path) -> Iterator[Image.Image]:
             # Pillow warns at 89 million pixels; the limit here is MAX_PIXELS.
             warnings.simplefilter('ignore', Image.DecompressionBombWarning)
             with Image.open(path, formats=_FORMATS) as image:
-                _check_size(image, path)
+                check_size(image, path)
                 yield image
     except Image.DecompressionBombError:
         raise MapFormatError(_too_large(path, 'more pixels')) from None
@@ -90,7 +90,8 @@ def opened_image(path: Path) -> Iterator[Image.Image]:
         ) from None
 
 
-def _check_size(image: Image.Image, path: Path) -> None:
+def check_size(image: Image.Image, path: Path) -> None:
+    """Raise MapFormatError where an image has more than ``MAX_PIXELS``."""
     if image.width * image.height > MAX_PIXELS:
         raise MapFormatError(_too_large(path, f'{image.width} x {image.height} pixels'))
 

@@ -9,7 +9,10 @@ lowest y. This module flips once, and :func:`fpnet_core.raster.pixels.pixel_to_x
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+import logging
 from pathlib import Path
+import re
 import reprlib
 from typing import Any
 
@@ -22,7 +25,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.clouds import CLOUD_SUFFIXES
 from fpnet_core.io.images import grey_levels, interpret, load_pixels
-from fpnet_core.plain_yaml import read_yaml
+from fpnet_core.plain_yaml import MAX_BYTES, read_yaml
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 DEFAULT_RESOLUTION_M = 0.05
@@ -38,11 +41,49 @@ MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif',
 _OCCUPIED_THRESHOLD, _FREE_THRESHOLD = 0.65, 0.196
 _SHADES = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}  # given
 _MODES = ('trinary', 'scale', 'raw')
+_MAP_KEY = re.compile(rb'^\{?["\']?(?:image|resolution|origin)["\']?\s*:', re.MULTILINE)  # given
+_PICTURES = tuple(suffix for suffix in MAP_SUFFIXES if suffix not in YAML_SUFFIXES)
+
+_log = logging.getLogger(__name__)
 
 
 def states_scale(path: Path | str) -> bool:
     """Tell whether a map or cloud states how long a metre is: a map_server YAML, a point file."""
     return Path(path).suffix.lower() in (*YAML_SUFFIXES, *CLOUD_SUFFIXES)
+
+
+def map_yamls(files: Iterable[Path]) -> list[Path]:
+    """
+    Return the YAMLs among ``files`` that are meant as maps; one warning names the others.
+
+    A map is meant by a key of map_server's at the top, or by a picture of the YAML's name beside
+    it, however damaged the YAML is; a folder's parameter files and descriptions of bags have
+    neither.
+    """
+    yamls = [path for path in files if path.suffix.lower() in YAML_SUFFIXES and path.is_file()]
+    meant = [path for path in yamls if _is_meant_as_map(path)]
+    if others := [str(path) for path in yamls if path not in meant]:
+        _log.warning('left out, as no map_server YAML: %s', ', '.join(others))
+    return meant
+
+
+def _is_meant_as_map(path: Path) -> bool:
+    if any(path.with_suffix(suffix).is_file() for suffix in _PICTURES):
+        return True
+    try:
+        with path.open('rb') as file:
+            return _MAP_KEY.search(file.read(MAX_BYTES)) is not None
+    except OSError:
+        return True  # whoever reads it says why that cannot be
+
+
+def image_of(path: Path) -> Path | None:
+    """Return the image that a map_server YAML names; None where it names none."""
+    try:
+        image = _read_fields(path).get('image')
+    except MapFormatError:
+        return None
+    return path.parent / image if isinstance(image, str) else None
 
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> GridMap:

@@ -49,7 +49,8 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     free = cells == FREE
     if border_of(free).mean() < _PAPER_BORDER_SHARE:
         return cells
-    inside = _inside_of(free, 0.5 * _EXIT_WIDTH_M / resolution_m)
+    # No disc is larger than the picture, whatever scale somebody has stated.
+    inside = _inside_of(free, min(0.5 * _EXIT_WIDTH_M / resolution_m, max(free.shape)))
     if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
         return cells
     result = cells.copy()

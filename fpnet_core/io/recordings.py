@@ -9,12 +9,12 @@ from pathlib import Path
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError
+from fpnet_core.io.message_types import BAG_SUFFIXES
 from fpnet_core.io.scans import ScanSource
 
 BAG_NAME = 'bag'
 """Of the bag of a simulated recording, in its folder."""
 
-_BAG_SUFFIXES = ('.db3', '.mcap')
 _ROS_1_SUFFIX = '.bag'  # given; the reader of bags says what to do about one
 _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 
@@ -89,9 +89,9 @@ def _is_bag(path: Path) -> bool:
     if path.is_file():
         return _is_bag_file(path)
     return (path / 'metadata.yaml').exists() or any(
-        entry.suffix.lower() in _BAG_SUFFIXES for entry in path.iterdir()
+        entry.suffix.lower() in BAG_SUFFIXES for entry in path.iterdir()
     )
 
 
 def _is_bag_file(path: Path) -> bool:
-    return path.suffix.lower() in (*_BAG_SUFFIXES, _ROS_1_SUFFIX)
+    return path.suffix.lower() in (*BAG_SUFFIXES, _ROS_1_SUFFIX)

@@ -89,7 +89,7 @@ class FolderScans:
 def _natural_key(name: Path | str) -> list[tuple[int, str]]:
     """Sort key under which scan2 comes before scan10."""
     parts = re.split(r'(\d+)', name.name if isinstance(name, Path) else name)
-    return [(int(part), '') if part.isdigit() else (-1, part) for part in parts]
+    return [(int(part), '') if part.isdecimal() else (-1, part) for part in parts]
 
 
 def _single_archive(path: Path) -> Path | None:

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.opening import known_suffixes
+from fpnet_core.drawings.plan_files import picture_path
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.errors import FpnetError, LibraryError
-from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.io.maps import YAML_SUFFIXES, image_of, map_yamls
 from fpnet_core.library.library import LibraryPlan, Proposal, plan_of
 from fpnet_core.localizer.maps import cut_plan
 from fpnet_core.sites import Site, Storey
@@ -21,7 +22,8 @@ def plan_files(paths: Iterable[Path]) -> list[Path]:
     """
     Return floorplans by name; of folders all that lie in them, at any depth.
 
-    An image beside a map_server YAML of its name is that map's, and no floorplan of its own.
+    What lies beside a map_server YAML by its name, as its image or as the picture that
+    ``fpnet plan`` drew, is that map's, and no floorplan of its own; a YAML that is no map is none.
 
     Raises
     ------
@@ -40,17 +42,23 @@ def plan_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def _in_folder(folder: Path) -> list[Path]:
-    suffixes = {*known_suffixes(), *YAML_SUFFIXES}
-    files = [path for path in folder.rglob('*') if path.suffix.lower() in suffixes]
-    stems = {path.with_suffix('') for path in files if path.suffix.lower() in YAML_SUFFIXES}
-    chosen = [
+    files = sorted(path for path in folder.rglob('*') if path.is_file())
+    maps = map_yamls(files)
+    stems = {path.with_suffix('') for path in maps}
+    of_maps = {
+        each.resolve() for path in maps for each in (image_of(path), picture_path(path)) if each
+    }
+    drawings = [
         path
         for path in files
-        if path.suffix.lower() in YAML_SUFFIXES or path.with_suffix('') not in stems
+        if path.suffix.lower() in known_suffixes()
+        and path.resolve() not in of_maps
+        and path.with_suffix('') not in stems
     ]
-    if not chosen:
-        raise LibraryError(f'{folder} holds no floorplan; expected files as {sorted(suffixes)}')
-    return chosen
+    if not (maps or drawings):
+        suffixes = sorted({*known_suffixes(), *YAML_SUFFIXES})
+        raise LibraryError(f'{folder} holds no floorplan; expected files as {suffixes}')
+    return [*maps, *drawings]
 
 
 def share_of(paths: Sequence[Path], share: str) -> tuple[list[Path], int]:

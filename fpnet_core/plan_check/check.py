@@ -144,7 +144,7 @@ def check_plan(
 
     """
     segmentation = segment_floorplan(reading.grid, config.segmentation)
-    told = _told_scale(reading.grid, segmentation, config)
+    told = told_scale(reading.grid, segmentation, config)
     refusals = refusals_of(reading, segmentation, asked or Asked(), told)
     check = PlanCheck(
         segmentation,
@@ -162,7 +162,7 @@ def check_plan(
     return replace(check, advice=tuple(_advice(check)))
 
 
-def _told_scale(grid: GridMap, segmentation: Segmentation, config: FpnetConfig) -> ScaleEstimate:
+def told_scale(grid: GridMap, segmentation: Segmentation, config: FpnetConfig) -> ScaleEstimate:
     """
     Return what rooms, doors and walls say of a plan's scale; nothing where there are none.
 

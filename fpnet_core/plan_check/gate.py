@@ -75,7 +75,7 @@ def refusals_of(
     found = [Refusal(doubt, part) for doubt in doubts]
     scale = asked.again('--length', 'X1,Y1,X2,Y2=METRES', instead_of=('--resolution',))
     if not doubts:
-        wrong = (*_mismeasured(segmentation), *_misstated(reading.scale, told))
+        wrong = scale_faults(reading.scale, segmentation, told)
         found += [Refusal(why, scale, is_scale=True) for why in wrong]
     if is_unsure(reading.scale):
         measure = f'measure one length: {scale}'
@@ -110,6 +110,13 @@ def _implausible(segmentation: Segmentation) -> Iterator[str]:
     unknown = _unknown_share(segmentation)
     if unknown > _UNKNOWN_SHARE:
         yield f'{100.0 * unknown:.0f} % of the building is neither wall nor floor'
+
+
+def scale_faults(
+    scale: DrawingScale, segmentation: Segmentation, told: ScaleEstimate
+) -> tuple[str, ...]:
+    """Return what speaks against a scale: sizes of no building, another scale that is told."""
+    return (*_mismeasured(segmentation), *_misstated(scale, told))
 
 
 def _mismeasured(segmentation: Segmentation) -> Iterator[str]:

@@ -58,6 +58,21 @@ def as_number(value: Any, where: str, what: str) -> float:
         raise SiteError(f'{where}: expected {what}, got {reprlib.repr(value)}') from None
 
 
+def as_whole(value: Any, where: str) -> int:
+    """Return a whole number, else SiteError."""
+    number = as_number(value, where, 'a whole number')
+    if number != round(number):
+        raise SiteError(f'{where}: expected a whole number, got {reprlib.repr(value)}')
+    return round(number)
+
+
+def as_flag(value: Any, where: str) -> bool:
+    """Return a truth value, else SiteError; texts such as ``'false'`` are none."""
+    if not isinstance(value, bool):
+        raise SiteError(f'{where}: expected true or false, got {reprlib.repr(value)}')
+    return value
+
+
 def as_text(value: Any, where: str, what: str) -> str:
     """Return a text that is not empty, else SiteError; numbers are names, too."""
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 from pathlib import Path
 from typing import Any
@@ -16,13 +16,15 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import FpnetError, MapFormatError, SiteError
 from fpnet_core.geometry import SE2
-from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.io.maps import YAML_SUFFIXES, map_yamls
 from fpnet_core.sites.fields import (
+    as_flag,
     as_list,
     as_mapping,
     as_number,
     as_numbers,
     as_text,
+    as_whole,
     check_keys,
     read_mapping,
 )
@@ -34,8 +36,8 @@ SITE_NAMES = ('site.yaml', 'site.yml')
 
 _KEYS = ('site', 'storeys', 'links')
 _STOREY_KEYS = (
-    'name', 'plan', 'building', 'level', 'elevation', 'pose', 'resolution', 'page', 'part',
-    'mirrored',
+    'name', 'plan', 'building', 'level', 'elevation', 'pose', 'resolution', 'length', 'crop',
+    'page', 'part', 'layers', 'mirrored',
 )  # fmt: skip
 _LINK_KEYS = ('name', 'kind', 'at')
 
@@ -85,7 +87,7 @@ def _description_in(folder: Path) -> Path:
 
 def _of_maps(folder: Path, config: FpnetConfig) -> Site:
     """Return the site whose storeys are the map_server maps in a folder, by their names."""
-    found = sorted(each for each in folder.iterdir() if each.suffix.lower() in YAML_SUFFIXES)
+    found = map_yamls(sorted(folder.iterdir()))
     if not found:
         raise SiteError(
             f'{folder} holds no site.yaml, *{RMF_SUFFIX} or map_server YAML; write one, or run '
@@ -133,9 +135,9 @@ def _storey(
     return Storey(
         f'{building}/{name}' if has_prefix and building else name,
         _plan(path.parent / str(told['plan']), _options(told, where), config, name,
-              is_mirrored=bool(told.get('mirrored', False))),
+              is_mirrored=as_flag(told.get('mirrored', False), f'{where}: mirrored')),
         building,
-        int(as_number(told.get('level', number), f'{where}: level', 'a whole number')),
+        as_whole(told.get('level', number), f'{where}: level'),
         None if elevation is None else as_number(elevation, f'{where}: elevation', 'metres'),
         _pose(told['pose'], where) if 'pose' in told else None,
     )  # fmt: skip
@@ -143,16 +145,22 @@ def _storey(
 
 def _options(told: dict[str, Any], where: str) -> ReadOptions:
     """Return what is said of a storey's drawing."""
-    numbers = {
-        key: as_number(told[key], f'{where}: {key}', 'a positive number')
-        for key in ('resolution', 'page', 'part')
-        if key in told
+    forms: dict[str, Callable[[Any, str], Any]] = {
+        'resolution': lambda value, at: as_number(value, at, 'metres per pixel'),
+        'length': lambda value, at: as_numbers(value, 5, at, '[x1, y1, x2, y2, metres]'),
+        'crop': lambda value, at: [
+            as_whole(each, at) for each in as_numbers(value, 4, at, '[left, top, right, bottom]')
+        ],
+        'part': as_whole,
+        'page': as_whole,
+        'layers': lambda value, at: [as_text(each, at, 'names') for each in as_list(value, at)],
     }
-    for key, value in numbers.items():
-        if value <= 0.0:
-            raise SiteError(f'{where}: {key}: expected a positive number, got {value:g}')
-    page, part = (int(numbers[key]) if key in numbers else None for key in ('page', 'part'))
-    return ReadOptions(numbers.get('resolution'), storey=part, page=page)
+    read = {key: form(told[key], f'{where}: {key}') for key, form in forms.items() if key in told}
+    length, crop = (tuple(read[key]) if key in read else None for key in ('length', 'crop'))
+    return ReadOptions(
+        read.get('resolution'), length, crop, read.get('part'), read.get('page'),
+        tuple(read.get('layers', ())),
+    )  # fmt: skip
 
 
 def _pose(value: Any, where: str) -> SE2:

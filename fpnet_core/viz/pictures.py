@@ -8,11 +8,16 @@ import base64
 from collections.abc import Callable
 from html import escape
 import io
-from typing import TYPE_CHECKING
+import reprlib
+from typing import TYPE_CHECKING, TypeVar
+
+from fpnet_core.errors import FpnetError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Given = TypeVar('Given')
 
 _SIZE_INCHES = (8.0, 8.0)  # chosen
 _NOTEBOOK_DPI = 80  # chosen: a page's width
@@ -21,7 +26,9 @@ _NOTEBOOK_DPI = 80  # chosen: a page's width
 def figure_of(figure: Figure | None, size_inches: tuple[float, float] = _SIZE_INCHES) -> Figure:
     """Return ``figure``, or a new one of pyplot's, which scripts show with ``pyplot.show()``."""
     if figure is not None:
-        return figure
+        from matplotlib.figure import FigureBase
+
+        return _checked(figure, FigureBase, 'a figure of matplotlib')
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=size_inches, layout='constrained')
@@ -29,7 +36,17 @@ def figure_of(figure: Figure | None, size_inches: tuple[float, float] = _SIZE_IN
 
 def axes_of(ax: Axes | None) -> Axes:
     """Return ``ax``, or that of a new figure."""
-    return figure_of(None).add_subplot() if ax is None else ax
+    from matplotlib.axes import Axes
+
+    return (
+        figure_of(None).add_subplot() if ax is None else _checked(ax, Axes, 'axes of matplotlib')
+    )
+
+
+def _checked(given: Given, kind: type, what: str) -> Given:
+    if not isinstance(given, kind):
+        raise FpnetError(f'plot: expected {what} to draw on, got {reprlib.repr(given)}')
+    return given
 
 
 def html_of(value: object, draw: Callable[[Figure], object] | None) -> str:

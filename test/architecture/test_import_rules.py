@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 LAYERS = {
     'fpnet_core': [
-        {'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
+        {'arguments', 'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
         | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory', 'kernel_cache'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'} | {'accuracy'},

@@ -73,6 +73,20 @@ def test_what_belongs_to_none_of_them_is_not_claimed(folder, tmp_path):
     assert json.loads(found.stdout)['status'] != 'matched'
 
 
+def test_two_that_are_alike_leave_it_open(folder, tmp_path):
+    for name in ('one', 'other'):
+        for suffix in ('.yaml', '.png'):
+            source = (folder / 'plans' / f'{TRUE}{suffix}').read_bytes()
+            renamed = source.replace(f'{TRUE}.png'.encode(), f'{name}.png'.encode())
+            (tmp_path / f'{name}{suffix}').write_bytes(renamed)
+    fpnet('library', 'build', tmp_path / 'one.yaml', tmp_path / 'other.yaml', '--out', tmp_path)
+    found = fpnet(
+        'library', 'find', tmp_path, '--submap', folder / 'seen.yaml', '--search', '--json', '-'
+    )
+    assert json.loads(found.stdout)['status'] == 'ambiguous'
+    assert found.exit_code == 3
+
+
 def test_a_plan_that_has_gone_is_named(folder, tmp_path):
     lonely = tmp_path / 'gone.yaml'
     for suffix in ('.yaml', '.png'):

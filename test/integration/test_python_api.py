@@ -101,7 +101,7 @@ def test_errors_are_one_line(folder):
         fpnet.match(folder / 'drive' / 'floorplan.yaml', folder / 'none.yaml')
     with pytest.raises(fpnet.FpnetError, match='there_is_no'):
         fpnet.load_config(None, {'there_is_no': 1})
-    with pytest.raises(fpnet.FpnetError, match="kiss, robot or both, got 'wheels'"):
+    with pytest.raises(fpnet.FpnetError, match="kiss, robot, both or None, got 'wheels'"):
         fpnet.localize(folder / 'drive' / 'floorplan.yaml', folder / 'drive', odometry='wheels')
     with pytest.raises(fpnet.FpnetError, match='topic /other is missing'):
         fpnet.localize(folder / 'drive' / 'floorplan.yaml', folder / 'drive', topics='/other')

@@ -203,13 +203,29 @@ def test_what_cannot_be_segmented_ends_in_one_line(tmp_path, capsys):
         assert not shown.out, name
 
 
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (('--submap', '--length', '0,0,9,0=1'), '--length is for drawings, and {} is taken'),
+        (('--submap', '--mirrored'), '--mirrored is for drawings'),
+        (('--resolution', '0.1', '--length', '0,0,9,0=1'), 'both state the scale'),
+    ],
+)
+def test_options_that_say_nothing_of_the_input_are_refused(tmp_path, capsys, arguments, message):
+    write_map(building(), tmp_path / 'map.yaml')
+    with pytest.raises(SystemExit, match='1'):
+        main(['segment', str(tmp_path / 'map.png'), *arguments])
+    assert message.format(tmp_path / 'map.png') in capsys.readouterr().err
+
+
 @pytest.mark.parametrize('name', ['white.png', 'black.png', 'pixel.png', 'one.npy'])
 def test_nothing_to_segment_gives_a_reason_and_exits_1(tmp_path, capsys, name):
     Image.new('L', (60, 40), 255).save(tmp_path / 'white.png')
     Image.new('L', (60, 40), 0).save(tmp_path / 'black.png')
     Image.new('L', (1, 1), 255).save(tmp_path / 'pixel.png')
     np.save(tmp_path / 'one.npy', np.zeros((1, 3)))
-    assert run(tmp_path / name, '--resolution', RESOLUTION_M) == 1
+    stated = () if name == 'one.npy' else ('--resolution', RESOLUTION_M)
+    assert run(tmp_path / name, *stated) == 1
     shown = capsys.readouterr()
     assert len((shown.err + shown.out).strip().splitlines()) <= 2
     assert len(shown.err + shown.out) > 20

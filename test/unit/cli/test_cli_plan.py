@@ -50,6 +50,14 @@ def test_it_writes_a_map_a_record_and_a_picture(drawing, tmp_path, capsys):
     assert again.scale.source is ScaleSource.LENGTH
 
 
+def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
+    out = tmp_path / 'out' / 'plan.yaml'
+    assert run('plan', drawing, '--length', '0,0,200,0=100', '--out', out, '--json', '-') == 0
+    printed = capsys.readouterr()
+    assert 'doubt: its middle room has' in printed.err
+    assert json.loads(printed.out)['doubts'][0].endswith('m2: no building at this scale')
+
+
 def test_every_command_reads_the_map_as_it_reads_the_drawing(drawing, tmp_path):
     out = tmp_path / 'out' / 'plan.yaml'
     assert run('plan', drawing, '--out', out) == 0

@@ -81,6 +81,19 @@ def test_images_have_no_pages_and_layers(tmp_path, options, name):
         open_drawing(tmp_path / 'a.png', options)
 
 
+def test_a_tiff_has_pages(tmp_path):
+    path, cover = tmp_path / 'a.tif', np.full((40, 50, 3), 255, np.uint8)
+    Image.fromarray(cover).save(path, save_all=True, append_images=[Image.fromarray(PLAIN)])
+    first = open_drawing(path)
+    assert first.pixels.shape == cover.shape
+    assert first.notes == ('page 1 of 2 was read; --page takes another one',)
+    second = open_drawing(path, ReadOptions(page=2))
+    assert np.array_equal(second.pixels, PLAIN)
+    assert second.notes == ()
+    with pytest.raises(MapFormatError, match=r'a\.tif has 2 pages; there is no page 3'):
+        open_drawing(path, ReadOptions(page=3))
+
+
 def test_a_wrong_name_is_no_obstacle(tmp_path):
     Image.fromarray(PLAIN).save(tmp_path / 'a.pdf', 'PNG')
     drawing = open_drawing(tmp_path / 'a.pdf')

@@ -60,6 +60,18 @@ def test_size_on_paper_is_known_where_it_is_stated(tmp_path):
     assert open_drawing(tmp_path / 'b.svg').paper_m is None
 
 
+@pytest.mark.parametrize('unit', ['em', 'vw', '%', 'none of any kind'])
+def test_a_size_relative_to_anything_is_none(tmp_path, unit):
+    body = '<path d="M0 0H100V50Z M20 20h60v9z"/>'
+    (tmp_path / 'a.svg').write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="28{unit}" height="18{unit}" '
+        f'viewBox="0 0 100 50">{body}</svg>'
+    )
+    drawing = open_drawing(tmp_path / 'a.svg')
+    assert drawing.paper_m is None
+    assert (drawing.pixels < 128).any()
+
+
 def test_transforms_styles_and_uses(tmp_path):
     body = (
         '<style>.w { fill: none; stroke: #ff0000; stroke-width: 4 }</style>'

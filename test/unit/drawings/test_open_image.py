@@ -41,6 +41,17 @@ def test_transparent_places_are_white(tmp_path):
     assert (pixels[0] == 255).all()
 
 
+@pytest.mark.parametrize('is_hole', [False, True])
+def test_what_is_light_and_transparent_lies_on_black(tmp_path, is_hole):
+    rgba = np.full((10, 10, 4), 255, np.uint8)
+    rgba[..., 3] = 255 * is_hole
+    rgba[3, 3, 3] = 255 * (not is_hole)
+    Image.fromarray(rgba).save(tmp_path / 'a.png')
+    pixels = open_image(tmp_path / 'a.png').pixels
+    assert (pixels[3, 3] == (0 if is_hole else 255)).all()
+    assert (pixels[0] == (255 if is_hole else 0)).all()
+
+
 def test_transparent_palettes_and_16_bits(tmp_path):
     image = Image.new('P', (8, 6), 1)
     image.putpalette([0, 0, 0, 200, 100, 50])

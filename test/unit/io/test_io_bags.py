@@ -236,6 +236,12 @@ def test_missing_bags(tmp_path):
             open_scans(tmp_path / name)
 
 
+def test_what_is_no_bag_is_not_said_to_be_a_broken_one(tmp_path):
+    (tmp_path / 'drive.log').write_bytes(b'FLASER 0 0 0 0')
+    with pytest.raises(BagFormatError, match=r'is no ROS 2 bag: expected a folder, or a file as'):
+        BagReader(tmp_path / 'drive.log')
+
+
 def test_a_bag_of_ros_1_is_named_with_what_converts_it(tmp_path):
     (tmp_path / 'drive.bag').write_bytes(b'#ROSBAG V2.0\n')
     for reads in (open_scans, BagReader):

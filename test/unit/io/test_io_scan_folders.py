@@ -37,6 +37,11 @@ def test_scans_in_the_order_of_their_numbers(folder):
         assert np.arctan2(*scan.T_odom_sensor[1::-1, 0]) == pytest.approx(yaw)
 
 
+def test_a_digit_that_is_no_number_is_a_letter(folder):
+    (folder / 'scan3.npy').rename(folder / 'scan3\N{SUPERSCRIPT TWO}3.npy')
+    assert len(list(open_scans(folder))) == 12
+
+
 def test_archive_of_half_precision_scans(folder):
     for file in folder.glob('*.npy'):
         file.unlink()

@@ -257,6 +257,20 @@ def test_plans_are_found_at_any_depth_and_an_image_beside_its_yaml_is_no_other_o
         plan_files([tmp_path / 'missing.png'])
 
 
+def test_what_lies_beside_a_map_is_no_other_plan_and_other_yamls_are_none(tmp_path, caplog):
+    (tmp_path / 'map.yaml').write_text('image: floor.pgm\nresolution: 0.05\n')
+    (tmp_path / 'camera.yaml').write_text('camera:\n  image: topic\n')
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'metadata.yaml').write_text('rosbag2_bagfile_information: {}\n')
+    for name in ('floor.pgm', 'map_reading.png', 'map.pdf', 'other_reading.png'):
+        (tmp_path / name).write_bytes(b'')
+    found = [path.name for path in plan_files([tmp_path])]
+    assert found == ['map.yaml', 'other_reading.png']
+    assert ['camera.yaml' in said and 'metadata.yaml' in said for said in caplog.messages] == [
+        True
+    ]
+
+
 def test_keypoints_keep_their_meaning_in_files_of_whole_numbers(library):
     shard = library.parts[0].shard
     own = slice(int(shard.firsts[3]), int(shard.firsts[4]))

@@ -62,6 +62,28 @@ def test_a_folder_is_its_site_yaml_or_its_maps(folder):
     assert read_site(folder).names == ('L0', 'L1')
 
 
+PARAMETERS = 'amcl:\n  ros__parameters:\n    image: &anchor 1\n    other: *anchor\n'
+
+
+def test_a_folders_other_yamls_are_named_once_and_a_damaged_map_is_an_error(folder, caplog):
+    (folder / 'nav2_params.yaml').write_text(PARAMETERS)
+    (folder / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: 5}\n')
+    assert read_site(folder).names == ('a', 'b')
+    (said,) = caplog.messages
+    assert 'metadata.yaml' in said
+    assert 'nav2_params.yaml' in said
+    assert str(folder / 'a.yaml') not in said
+    whole = (folder / 'b.yaml').read_text()
+    for damaged in ('', 'image: [', whole.replace('resolution', 'resolutoin')):
+        (folder / 'b.yaml').write_text(damaged)
+        with pytest.raises(MapFormatError, match="storey 'b'"):
+            read_site(folder)
+    (folder / 'b.png').unlink()
+    (folder / 'b.yaml').write_text(whole)
+    with pytest.raises(MapFormatError, match=r'b\.png does not exist'):
+        read_site(folder)
+
+
 def test_one_floorplan_is_a_site_of_one(folder):
     assert read_site(folder / 'a.yaml').names == ('a',)
 
@@ -78,6 +100,17 @@ def test_a_mirrored_storey_is_flipped(folder):
     storeys = [{'name': 'L0', 'plan': 'a.yaml', 'mirrored': True}]
     (storey,) = read_site(written(folder, {'storeys': storeys})).storeys
     np.testing.assert_array_equal(storey.plan.grid.cells, plan_grid().cells[:, ::-1])
+
+
+def test_what_is_said_of_a_drawing_is_said_of_a_storey(folder):
+    cells = np.array([[0, 0], [240, 0]]) + 30.0
+    storeys = [{'name': 'L0', 'plan': 'a.yaml', 'length': [*cells.ravel().tolist(), 24.0]}]
+    (storey,) = read_site(written(folder, {'storeys': storeys})).storeys
+    assert storey.plan.scale.resolution_m == pytest.approx(0.1)
+    for said in ({'crop': [0, 0, 50, 50]}, {'layers': ['WALLS']}):
+        one = {'name': 'L0', 'plan': 'a.yaml', **said}
+        with pytest.raises(MapFormatError, match=f'{next(iter(said))} does not apply'):
+            read_site(written(folder, {'storeys': [one]}))
 
 
 def changed(key, value):
@@ -107,7 +140,15 @@ def changed(key, value):
         ),
         (
             changed('storeys', [{'name': 'x', 'plan': 'a.yaml', 'resolution': -1}]),
-            'resolution: expected a positive number',
+            'resolution must be positive metres per pixel',
+        ),
+        (
+            changed('storeys', [{'name': 'x', 'plan': 'a.yaml', 'mirrored': 'false'}]),
+            "mirrored: expected true or false, got 'false'",
+        ),
+        (
+            changed('storeys', [{'name': 'x', 'plan': 'a.yaml', 'page': 1.5}]),
+            'page: expected a whole number, got 1.5',
         ),
         (changed('links', [{'at': {'L0': [1, 2], 'L7': [1, 2]}}]), "stops at 'L7', which is no"),
         (changed('links', [{'at': {'L0': [1, 2]}}]), 'joins two or more'),
