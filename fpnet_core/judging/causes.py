@@ -72,6 +72,10 @@ class Asked:
         """Return ``fpnet COMMAND`` on the drawing as it was read."""
         return self._line('fpnet', command, kept=[*self.options], more=more)
 
+    def doctor(self) -> str:
+        """Return the command that looks at what was recorded, whatever the drawing."""
+        return shlex.join(['fpnet', 'doctor', self.command[2]])
+
     def _line(self, *words: str, kept: list[tuple[str, str]], more: tuple[str, ...] = ()) -> str:
         said = [word for pair in kept for word in pair if word]
         return shlex.join([*words, self.drawing, *said, *more])
@@ -139,6 +143,7 @@ class Findings:
     storeys, storey : on the sheet, and which of them it was
     drift : None where the walls agree with each other, as far as they were seen twice
     contradictions : looks at which the newest walls did not fit a claim
+    is_blind : scans have come, and none of them has shown a wall
     says_scale : the drawing's resolution can be told from what was found: the robot's map is
         in metres
     """
@@ -159,6 +164,7 @@ class Findings:
     storey: int | None = None
     drift: DoubleWalls | TurningWalls | None = None
     contradictions: int = 0
+    is_blind: bool = False
     says_scale: bool = True
 
     @property
@@ -279,7 +285,15 @@ def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     yield weight, Cause(CauseKind.OTHER_PLAN, evidence, again)
 
 
+def _input(found: Findings, asked: Asked) -> _Weighed:
+    if found.is_blind:
+        evidence = 'scans have come, and not one return of them is a wall within reach'
+        yield 1.0, Cause(CauseKind.INPUT, evidence, asked.doctor())
+
+
 def _too_little(found: Findings, asked: Asked) -> _Weighed:
+    if found.is_blind:
+        return
     if found.seen_m2 < found.needed_m2:
         evidence = (
             f'{math.floor(found.seen_m2)} m2 of floor, and a first look takes '
@@ -360,5 +374,5 @@ def _explained(verdict: Verdict) -> NDArray[np.float64]:
 
 
 _GUESSES = (CauseKind.OTHER_PLAN, CauseKind.SELF_SIMILAR, CauseKind.TOO_LITTLE)
-_EVERY = (_drawing, _scale, _mirrored, _other_plan, _too_little, _drift, _self_similar)
+_EVERY = (_drawing, _scale, _mirrored, _other_plan, _input, _too_little, _drift, _self_similar)
 _LISTED = {kind: place for place, kind in enumerate(CauseKind)}
