@@ -85,6 +85,8 @@ class LaserInput:
         self._unplaced = Once(report)
         self.dropped = 0
         """Scans whose scanner had no place on the robot in time."""
+        self.refused = 0
+        """Scans that contradict themselves, or whose scanner is tilted."""
         self._merger = SweepMerger(len(topics))
         self._is_alone = len(topics) == 1
         self._numbering = {topic: Numbering() for topic in topics}
@@ -149,6 +151,7 @@ class LaserInput:
             self._newest_ns = max(stamp_ns, self._newest_ns)
             sweep = mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)
         except FpnetError as error:
+            self.refused += 1
             self._report(error)
             return
         for complete in self._merger.add(topic, sweep):

@@ -16,12 +16,12 @@ from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.bag_scans import (
     BagScans,
+    Tally,
     choose_odometry,
     first_frame,
     read_odometry,
     read_static_transforms,
     read_track,
-    tell_of_unplaced,
     usable_clouds,
 )
 from fpnet_core.io.bags import BagReader, stamp_to_ns
@@ -103,15 +103,10 @@ class BagLasers:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode, merge and yield the sweeps."""
-        without_pose = placed = 0
+        tally = Tally(self._path, self.odometry_topic, self._odometry)
         for sweep in self._sweeps():
-            scan = self._scan(sweep)
-            if scan is None:
-                without_pose += 1
-            else:
-                placed += 1
-                yield scan
-        tell_of_unplaced(self._path, without_pose, placed, self.odometry_topic)
+            yield from tally.usable(self._scan(sweep))
+        tally.tell()
 
     def _sweeps(self) -> Iterator[LaserSweep]:
         merger = SweepMerger(len(self.topics))
