@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from bisect import bisect_right, insort
 from collections.abc import Iterable
+from itertools import pairwise
 import math
 
 import numpy as np
@@ -99,6 +100,11 @@ class PoseTrack:
         before_ns, after_ns = around
         share = (stamp_ns - before_ns) / (after_ns - before_ns)
         return _between(self._poses[before_ns], self._poses[after_ns], share)
+
+    @property
+    def flips(self) -> int:
+        """How many neighbours there are that no robot turns between."""
+        return sum(self._tear_rad(*pair) > 0.0 for pair in pairwise(self._stamps_ns))
 
     def reason(self, stamp_ns: int) -> str:
         """Return in words why :meth:`at` knows nothing."""

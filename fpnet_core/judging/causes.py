@@ -31,6 +31,7 @@ _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
 _WELL = 0.8  # chosen: a right placement explains so much of the walls, as a rule
 _AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
+_MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
 _TESTED = 0.97
@@ -143,6 +144,7 @@ class Findings:
     storeys, storey : on the sheet, and which of them it was
     drift : None where the walls agree with each other, as far as they were seen twice
     contradictions : looks at which the newest walls did not fit a claim
+    restarts : times that the submap began anew, those of contradictions among them
     is_blind : scans have come, and none of them has shown a wall
     says_scale : the drawing's resolution can be told from what was found: the robot's map is
         in metres
@@ -164,6 +166,7 @@ class Findings:
     storey: int | None = None
     drift: DoubleWalls | TurningWalls | None = None
     contradictions: int = 0
+    restarts: int = 0
     is_blind: bool = False
     says_scale: bool = True
 
@@ -325,6 +328,12 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
             f'{metres(drift.path_m)}: a round building, or odometry that turns'
         )
         yield 0.82, Cause(CauseKind.DRIFT, evidence, better)
+    elif found.restarts - found.contradictions >= _MANY_RESTARTS:
+        evidence = (
+            f'the submap began anew {found.restarts} times: odometry jumps or flips, or a clock '
+            'goes back'
+        )
+        yield 0.86, Cause(CauseKind.DRIFT, evidence, asked.doctor())
     elif found.contradictions:
         evidence = f'at {found.contradictions} looks the newest walls did not fit a pose claimed'
         yield 0.81, Cause(CauseKind.DRIFT, evidence, better)

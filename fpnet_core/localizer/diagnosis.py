@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -76,6 +77,7 @@ def explain_run(
         0.0,
         needed_m2=config.localizer.min_explored_m2,
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
+        restarts=sum(b is not a and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
         is_blind=bool(outputs) and not seen,
     )

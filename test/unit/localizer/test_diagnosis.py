@@ -149,6 +149,15 @@ def test_odometry_that_turns(matcher):
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --poses POSES.tum'
 
 
+def test_odometry_that_flips_is_named(matcher):
+    flip = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
+    scans = [(p, flip @ T if k // 25 % 2 else T, ns) for k, (p, T, ns) in enumerate(recorded())]
+    (cause, *_) = explained(drive_on(plan_grid(), matcher, scans), plan_grid(), matcher)
+    assert cause.kind is CauseKind.DRIFT
+    assert 'began anew' in cause.evidence
+    assert cause.next == 'fpnet doctor drive'
+
+
 def submaps_of(scans, every=5):
     """Return ticks that have seen the scans and compared them with nothing."""
     builder, outputs = SubmapBuilder(CONFIG.submap), []
