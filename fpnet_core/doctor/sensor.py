@@ -206,7 +206,8 @@ def _sharpness(heights: Array) -> float:
 def _some(sweeps: list[SeenScan]) -> Array:
     """Return points of all sweeps, evenly chosen ``(P, 3)``."""
     share = max(1, sum(len(each.points) for each in sweeps) // _POINTS)
-    points = np.concatenate([each.points[::share] for each in sweeps])
+    # Others of each: a robot that stands still sees the same again and again.
+    points = np.concatenate([each.points[k % share :: share] for k, each in enumerate(sweeps)])
     return points.astype(np.float64)
 
 

@@ -183,7 +183,8 @@ class Tally:
         if self._past:
             _log.warning(
                 '%s: %d of %d scans are stamped before the one that came last, and were left out: '
-                "was the lidar's clock set meanwhile, or do two drivers share the topic?",
+                "do two drivers share the topic, or was the lidar's clock set meanwhile? Then "
+                'KISS-ICP needs no other clock (--odometry kiss)',
                 self._path,
                 self._past,
                 total,
