@@ -111,7 +111,7 @@ class ScanInput:
     scan_stamp
         What of a sweep the stamp of its cloud is of.
 
-    ``past`` counts scans that are older than the last one while odometry goes on.
+    ``past`` counts scans that are no newer than the last one while odometry goes on.
     """
 
     def __init__(
@@ -170,8 +170,10 @@ class ScanInput:
     @property
     def ages_s(self) -> dict[str, float]:
         """Time since each input was last heard, or since the start."""
-        now_s = time.monotonic()
-        return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
+        heard_s, now_s = dict(self._heard_s), time.monotonic()
+        if self._lasers is not None:
+            heard_s['cloud'] = self._lasers.heard_s
+        return {f'{name}_age_s': now_s - at_s for name, at_s in heard_s.items()}
 
     @property
     def silence_s(self) -> dict[str, float]:
@@ -260,7 +262,6 @@ class ScanInput:
         self._wait(stamp_ns, _Waiting(frame_id, scan.first_ns, partial(_unmoved, scan)))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
-        self._heard_s['cloud'] = time.monotonic()
         self._wait(sweep.stamp_ns, _Waiting(base, sweep.first_ns, partial(_unmoved, sweep)))
         self._hand_on()
 
@@ -293,17 +294,10 @@ class ScanInput:
         self._hand_on()
 
     def _wait(self, stamp_ns: int, scan: _Waiting) -> None:
-        """Let a scan wait for its pose; one with the same stamp, or none, gives way to it."""
+        """Let a scan wait for its pose; one with the same stamp, or with none, gives way to it."""
         self._on_stamp(stamp_ns)
-        if (before := self._waiting.pop(stamp_ns, None)) is not None:
-            self._drop(stamp_ns, before)
+        self.past += self._waiting.pop(stamp_ns, None) is not None
         self._waiting[stamp_ns] = scan
-
-    def _drop(self, stamp_ns: int, waiting: _Waiting) -> None:
-        self._unlocated += 1
-        why = self._where.reason(waiting.frame_id, stamp_ns)
-        error = OdometryError(f'{why}; the scan was dropped')
-        self._lost_ways.tell(error, re.sub(r'\d+', '', why))
 
     def _hand_on(self) -> None:
         for stamp_ns in list(self._waiting):
@@ -319,7 +313,11 @@ class ScanInput:
                 self._handed_ns = stamp_ns
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
-            self._drop(*self._waiting.popitem(last=False))
+            stamp_ns, waiting = self._waiting.popitem(last=False)
+            self._unlocated += 1
+            why = self._where.reason(waiting.frame_id, stamp_ns)
+            error = OdometryError(f'{why}; the scan was dropped')
+            self._lost_ways.tell(error, re.sub(r'\d+', '', why))
 
     def _is_past(self, stamp_ns: int, frame_id: str) -> bool:
         """

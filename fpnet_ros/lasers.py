@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+import time
 from typing import Any
 
 from pydantic import Field
@@ -83,6 +84,8 @@ class LaserInput:
         self._waiting: deque[tuple[str, Any]] = deque()
         self._newest_ns = 0  # of all that were handed on
         self._unplaced = Once(report)
+        self.heard_s = time.monotonic()
+        """When any scan came last, of use or not, by the monotonic clock."""
         self.dropped = 0
         """Scans whose scanner had no place on the robot in time."""
         self.refused = 0
@@ -104,6 +107,7 @@ class LaserInput:
         return sum(numbering.earlier for numbering in self._numbering.values())
 
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
+        self.heard_s = time.monotonic()
         self._numbering[topic].follow(info)
         self._waiting.append((topic, msg))
         held, self._waiting = self._waiting, deque()

@@ -190,9 +190,8 @@ class OdometryNode(OwnValues):
         self._scans.put(partial(_sweep_of_cloud, data, self._stamps, self._heard_s))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
-        self._heard_s = time.monotonic()
+        heard_s = time.monotonic()
         scan = Scan(sweep.stamp_ns, sweep.points, sweep.time_s, viewpoints=sweep.viewpoints)
-        heard_s = self._heard_s
         self._scans.put(lambda: _Sweep(scan, base, heard_s))
 
     def _try_to_register(self, unpack: Callable[[], _Sweep]) -> None:
@@ -241,7 +240,8 @@ class OdometryNode(OwnValues):
 
     def _publish_diagnostics(self) -> None:
         scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')
-        silences = {scans: time.monotonic() - self._heard_s}
+        heard_s = self._heard_s if self._lasers is None else self._lasers.heard_s
+        silences = {scans: time.monotonic() - heard_s}
         if self._robot.is_used:
             silences[self._robot.topic(self)] = self._robot.silence_s
         self._silence.follow(silences, STALE_INPUT_S)
