@@ -104,12 +104,12 @@ class ScanInput:
         Takes the scan with its poses.
     on_restart
         Called where another process publishes the odometry from now on.
-    on_stamp
-        Takes the stamp of every scan that comes, whether its pose will be known or not.
     report
         Takes what is wrong with a message.
     scan_stamp
         What of a sweep the stamp of its cloud is of.
+    on_stamp
+        Takes the stamp of every scan that comes, whether its pose will be known or not.
 
     ``past`` counts scans that are no newer than the last one while odometry goes on.
     """
@@ -120,9 +120,9 @@ class ScanInput:
         parameters: InputParameters,
         on_scan: Callable[[LocatedScan], None],
         on_restart: Callable[[], None],
-        on_stamp: Callable[[int], None],
         report: Callable[[FpnetError], None],
         scan_stamp: ScanStamp = 'auto',
+        on_stamp: Callable[[int], None] = lambda _: None,
     ) -> None:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report

@@ -85,9 +85,9 @@ class LocalizerNode(ManagedNode):
             parameters,
             self._on_scan,
             self._on_restart,
-            self._on_stamp,
             self._report,
             config.scans.stamp,
+            self._on_stamp,
         )
         self._health = Health(
             self._input, self._scans, self.get_clock(), self.get_logger().warning

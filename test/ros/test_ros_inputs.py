@@ -51,8 +51,8 @@ class Input:
             InputParameters(max_pending_scans=2),
             self.located.append,
             lambda: None,
-            self.stamps.append,
             self.said.append,
+            on_stamp=self.stamps.append,
         )
 
     def mount(self) -> None:
