@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+import logging
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,6 +30,8 @@ from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS
 from fpnet_core.io.scans import Scan, ScanSource
+
+_log = logging.getLogger(__name__)
 
 
 def open_bag(
@@ -59,7 +62,11 @@ def open_bag(
     if lasers and not topics and not usable_clouds(types):
         return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
     topic = topics[0] if topics else None
-    return BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
+    scans = BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
+    if lasers and not topics:  # the cloud may be that of a camera
+        said = '%s: scans are those on %s; name %s to take that instead (--topic)'
+        _log.warning(said, path, scans.cloud_topic, ' or '.join(sorted(lasers)))
+    return scans
 
 
 class BagLasers:

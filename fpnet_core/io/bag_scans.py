@@ -167,8 +167,8 @@ class Tally:
         """
         apart_s = MAX_GAP_NS / NS_PER_S
         why = (
-            f'outside the time of {self._topic}, or between poses more than {apart_s} s or half a '
-            'turn apart'
+            f'outside the time of {self._topic}, or between poses more than {apart_s} s apart or '
+            'half a turn'
         )
         if self._unplaced and not self._used:
             raise OdometryError(
