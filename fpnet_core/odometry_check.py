@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fpnet_core.config import OdometryConfig
+from fpnet_core.geometry.pose_track import impossible_turn_rad
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 
@@ -94,6 +95,8 @@ class GuidedOdometry:
         self._kiss = KissOdometry(config, self._restart)
         self._begin: _Begin | None = None
         self._T_robot_last: Array | None = None
+        self._last_ns = 0
+        self._has_flipped = False  # the robot's, since the window began
         self._agreements = 0
         self.verdict = Verdict.ALONE
 
@@ -104,9 +107,11 @@ class GuidedOdometry:
         ``scan.T_odom_sensor`` is the sensor's pose by the robot's odometry, None without one.
         """
         T_robot = scan.T_odom_sensor
-        if self.verdict is Verdict.ROBOT_BROKEN or not self._is_likely_step(scan):
+        is_flip = self._is_flip(scan)
+        self._has_flipped |= is_flip
+        if self.verdict is Verdict.ROBOT_BROKEN or is_flip or not self._is_likely_step(scan):
             scan = replace(scan, T_odom_sensor=None)
-        self._T_robot_last = T_robot
+        self._T_robot_last, self._last_ns = T_robot, scan.stamp_ns
         sweep = self._kiss.register_scan(scan)
         if T_robot is None:
             self._begin = None
@@ -118,6 +123,13 @@ class GuidedOdometry:
         elif scan.stamp_ns - begin.stamp_ns >= _WINDOW_NS:
             sweep = self._compared(begin, sweep, T_robot, scan.stamp_ns)
         return sweep
+
+    def _is_flip(self, scan: Scan) -> bool:
+        """Tell whether the robot's odometry turns as no robot does since the last scan."""
+        before, after = self._T_robot_last, scan.T_odom_sensor
+        if before is None or after is None:
+            return False
+        return impossible_turn_rad(before, after, (scan.stamp_ns - self._last_ns) / NS_PER_S) > 0.0
 
     def _is_likely_step(self, scan: Scan) -> bool:
         """Tell whether a scan fits where the robot's last step leads, or that was a jump."""
@@ -140,6 +152,7 @@ class GuidedOdometry:
             self._on_restart(back_s)
 
     def _begun(self, stamp_ns: int, T_kiss: Array, T_robot: Array) -> _Begin:
+        self._has_flipped = False
         return _Begin(stamp_ns, T_kiss, T_robot, self._kiss.map_points)
 
     def _compared(
@@ -150,7 +163,9 @@ class GuidedOdometry:
         moved = np.linalg.inv(begin.T_kiss) @ sweep.T_odom_sensor
         apart = np.linalg.inv(sweep.T_odom_sensor) @ T_by_robot
         verdict = Verdict.AGREE
-        if _is_near(apart, moved):
+        if self._has_flipped:
+            verdict, self._agreements = Verdict.ROBOT_BROKEN, 0
+        elif _is_near(apart, moved):
             verdict = self._agreed(moved)
         elif len(begin.map_points):
             better_m = _mean_gap_m(begin.map_points, sweep.points, T_by_robot) - _mean_gap_m(

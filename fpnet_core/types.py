@@ -310,6 +310,7 @@ class CauseKind(StrEnum):
     SCALE = 'scale outside what was searched'
     MIRRORED = 'drawing mirrored'
     OTHER_PLAN = 'other building or storey'
+    INPUT = 'no walls in the scans'
     TOO_LITTLE = 'too little seen'
     DRIFT = 'odometry drift'
     SELF_SIMILAR = 'plan self-similar'
@@ -342,9 +343,8 @@ class LocalizerOutput:
     unless ``status`` is LOCALIZED: a caller that forgets to look must not drive on an identity.
     ``spread`` is how far the pose may be off. ``probability`` is that of the best hypothesis; all
     ``estimates`` are on nominal plan metres, best first. ``scale`` is what claims say of the
-    plan's scale; ``reason`` says in one sentence why the status is what it is, ``is_mirrored``
-    that what was seen fits the mirror image only. ``causes`` are likely ones of no answer. All is
-    about the plan of one ``storey``; ``storeys`` has the probability of each of a site.
+    plan's scale; ``reason`` explains the status, ``is_mirrored``: only the mirror image fits.
+    ``causes`` are those of no answer. ``storeys`` are probable by so much; all is on ``storey``.
     """
 
     stamp_ns: int

@@ -91,7 +91,8 @@ class FloorplanInput:
             self._report(error)
             return
         stamp_ns = stamp_from_msg(msg.header.stamp)
-        frame_id, taken, fingerprint = msg.header.frame_id, self._taken, plan_fingerprint(grid)
+        frame_id, taken = msg.header.frame_id.lstrip('/'), self._taken
+        fingerprint = plan_fingerprint(grid)
         is_known = fingerprint == self._fingerprint
         if taken is not None and is_known and taken.frame_id == frame_id:
             # Its scale, too, is as it was until somebody says another one.

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 import math
 import time
@@ -14,11 +14,28 @@ from fpnet_core.doctor.observed import CLOCK_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput
-from fpnet_ros.runtime import STALE_INPUT_S
+from fpnet_ros.runtime import STALE_INPUT_S, LossLog
 from fpnet_ros.work import DroppingWorker
 from msg_adapters.diagnostics import LocalizerReport, report_of_output
 
+LOST = 'scans are lost on the way here: see "Large clouds"'
+"""What is said of scans that do not arrive. Given."""
+
+LARGE_CLOUDS = 'config/fastdds_shm.xml passes clouds through shared memory (docs/ros.md)'
+"""What to do about it. Given."""
+
 _HEARD_S = 0.5  # chosen: an input that was heard since is not the one that is missing
+
+_SLOW = 'scans are dropped: more come than can be added'
+_UNLOCATED = 'scans are dropped: their poses do not come, see the log'
+_REFUSED = 'scans cannot be used: see the log'
+_PAST = 'scans are dropped: their stamps do not go on, and those of the odometry do'
+_REMEDIES = {
+    _SLOW: 'send smaller clouds, or every second one, and look what else takes the processor',
+    _PAST: "is the lidar's clock set while it runs, do two drivers publish on one topic, or does "
+    'a driver repeat a stamp?',
+    LOST: LARGE_CLOUDS,
+}
 
 
 class ClockSilence:
@@ -63,13 +80,21 @@ class Health:
         What comes, and what is made of it.
     clock
         The node's. While it stands still nothing is expected of the others.
+    warn
+        Takes what scans are lost by, for the log.
     """
 
-    def __init__(self, inputs: ScanInput, scans: DroppingWorker[Any], clock: Any) -> None:
+    def __init__(
+        self,
+        inputs: ScanInput,
+        scans: DroppingWorker[Any],
+        clock: Any,
+        warn: Callable[[str], Any],
+    ) -> None:
         self._inputs = inputs
         self._clock = ClockSilence(clock)
         self._scans = scans
-        self._reported_drops = self._reported_losses = 0
+        self._losses = LossLog(warn)
         self._scan_ns: int | None = None
         self.is_starved = False
         """Whether scans have ceased to come: what was claimed holds no longer."""
@@ -95,15 +120,18 @@ class Health:
 
     def news(self, output: LocalizerOutput, stale_input_s: float) -> LocalizerReport:
         """Return the same with a warning of what was lost since the last call."""
-        return self._report(output, [*self._losses(), *self._silences(stale_input_s)])
+        lost = self._losses.follow(self._lost(), _REMEDIES)
+        return self._report(output, [*lost, *self._silences(stale_input_s)])
 
     def _report(self, output: LocalizerOutput, warnings: list[str]) -> LocalizerReport:
+        lost = self._lost()
         figures = {
             **self._inputs.ages_s,
             'scan_ms': self._scans.work_ms,
             'scans': float(self._scans.done),
-            'dropped_scans': float(self._dropped()),
-            'lost_scans': float(self._inputs.lost),
+            'dropped_scans': float(lost[_SLOW] + lost[_UNLOCATED] + lost[_PAST]),
+            'refused_scans': float(lost[_REFUSED]),
+            'lost_scans': float(lost[LOST]),
             'earlier_scans': float(self._inputs.earlier),
         }
         if not self.is_starved or output.status is Status.NO_PLAN:
@@ -122,14 +150,13 @@ class Health:
             if age_s > stale_input_s
         ]
 
-    def _losses(self) -> list[str]:
-        dropped, lost = self._dropped(), self._inputs.lost
-        news = {
-            'scans are dropped: more come than can be added': dropped > self._reported_drops,
-            'scans are lost on the way here: see "Large clouds"': lost > self._reported_losses,
+    def _lost(self) -> dict[str, int]:
+        """Return how many scans were not used so far, by what is said of them."""
+        inputs, scans = self._inputs, self._scans
+        return {
+            _SLOW: scans.dropped,
+            _UNLOCATED: inputs.unlocated,
+            _PAST: inputs.past,
+            _REFUSED: scans.refused + inputs.refused,
+            LOST: inputs.lost,
         }
-        self._reported_drops, self._reported_losses = dropped, lost
-        return [text for text, is_new in news.items() if is_new]
-
-    def _dropped(self) -> int:
-        return self._scans.dropped + self._inputs.unlocated

@@ -8,6 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+import re
 import time
 from typing import Any, Literal, NamedTuple
 
@@ -107,6 +108,10 @@ class ScanInput:
         Takes what is wrong with a message.
     scan_stamp
         What of a sweep the stamp of its cloud is of.
+    on_stamp
+        Takes the stamp of every scan that comes, whether its pose will be known or not.
+
+    ``past`` counts scans that are no newer than the last one while odometry goes on.
     """
 
     def __init__(
@@ -117,9 +122,11 @@ class ScanInput:
         on_restart: Callable[[], None],
         report: Callable[[FpnetError], None],
         scan_stamp: ScanStamp = 'auto',
+        on_stamp: Callable[[int], None] = lambda _: None,
     ) -> None:
         self._settings = parameters
         self._on_scan, self._on_restart, self._report = on_scan, on_restart, report
+        self._on_stamp = on_stamp
         self._resolve = node.resolve_topic_name
         self._node = node
         self._from_tf = parameters.odometry_source == 'tf'
@@ -131,7 +138,8 @@ class ScanInput:
         self._waiting: OrderedDict[int, _Waiting] = OrderedDict()
         self._clouds, self._odometry = Numbering(), Numbering()
         self._heard_s = {'cloud': time.monotonic(), 'odometry': time.monotonic()}
-        self._unlocated = 0
+        self._unlocated = self._unreadable = self.past = 0
+        self._handed_ns = 0  # stamp of the last scan that was handed on
         self._lost_ways = Once(report)
         self._lasers: LaserInput | None = None
         self._listen_to_scans(node, scan_stamp)
@@ -162,8 +170,10 @@ class ScanInput:
     @property
     def ages_s(self) -> dict[str, float]:
         """Time since each input was last heard, or since the start."""
-        now_s = time.monotonic()
-        return {f'{name}_age_s': now_s - heard_s for name, heard_s in self._heard_s.items()}
+        heard_s, now_s = dict(self._heard_s), time.monotonic()
+        if self._lasers is not None:
+            heard_s['cloud'] = self._lasers.heard_s
+        return {f'{name}_age_s': now_s - at_s for name, at_s in heard_s.items()}
 
     @property
     def silence_s(self) -> dict[str, float]:
@@ -196,6 +206,11 @@ class ScanInput:
     def unlocated(self) -> int:
         """Scans whose pose did not come in time."""
         return self._unlocated + (0 if self._lasers is None else self._lasers.dropped)
+
+    @property
+    def refused(self) -> int:
+        """Scans whose messages contradict themselves, as far as they are unpacked here."""
+        return self._unreadable + (0 if self._lasers is None else self._lasers.refused)
 
     @property
     def lost(self) -> int:
@@ -232,22 +247,22 @@ class ScanInput:
         else:
             no_times = CloudArrays(np.zeros((0, 3), dtype=np.float32), None)
             stamp_ns = self._stamps.pose_ns(no_times, stamp_ns)
-            self._waiting[stamp_ns] = _Waiting(frame_id, stamp_ns, lambda _: cloud_from_msg(msg))
+            self._wait(stamp_ns, _Waiting(frame_id, stamp_ns, lambda _: cloud_from_msg(msg)))
         self._hand_on()
 
     def _take_timed(self, msg: PointCloud2, frame_id: str, stamp_ns: int) -> None:
         try:
             cloud = cloud_from_msg(msg)
         except CloudFormatError as error:
+            self._unreadable += 1
             self._report(error)
             return
         stamp_ns = self._stamps.pose_ns(cloud, stamp_ns)
         scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
-        self._waiting[stamp_ns] = _Waiting(frame_id, scan.first_ns, partial(_unmoved, scan))
+        self._wait(stamp_ns, _Waiting(frame_id, scan.first_ns, partial(_unmoved, scan)))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
-        self._heard_s['cloud'] = time.monotonic()
-        self._waiting[sweep.stamp_ns] = _Waiting(base, sweep.first_ns, partial(_unmoved, sweep))
+        self._wait(sweep.stamp_ns, _Waiting(base, sweep.first_ns, partial(_unmoved, sweep)))
         self._hand_on()
 
     def _on_odometry(self, msg: Odometry, info: dict[str, Any]) -> None:
@@ -274,23 +289,45 @@ class ScanInput:
     def _on_tf(self, msg: Any) -> None:
         for t in transforms_from_msg(msg, self._report):
             self._where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
-            if self._from_tf and t.parent == self._settings.odom_frame.strip('/'):
+            if self._from_tf and t.parent == self._settings.odom_frame:
                 self._heard_s['odometry'] = time.monotonic()
         self._hand_on()
 
+    def _wait(self, stamp_ns: int, scan: _Waiting) -> None:
+        """Let a scan wait for its pose; one with the same stamp, or with none, gives way to it."""
+        self._on_stamp(stamp_ns)
+        self.past += self._waiting.pop(stamp_ns, None) is not None
+        self._waiting[stamp_ns] = scan
+
     def _hand_on(self) -> None:
         for stamp_ns in list(self._waiting):
-            scan = self._located(stamp_ns, self._waiting[stamp_ns])
-            if scan is not None:
-                del self._waiting[stamp_ns]
-                self._lost_ways.clear()
+            waiting = self._waiting[stamp_ns]
+            scan = self._located(stamp_ns, waiting)
+            if scan is None:
+                continue
+            del self._waiting[stamp_ns]
+            self._lost_ways.clear()
+            if self._is_past(stamp_ns, waiting.frame_id):
+                self.past += 1
+            else:
+                self._handed_ns = stamp_ns
                 self._on_scan(scan)
         while len(self._waiting) > self._settings.max_pending_scans:
             stamp_ns, waiting = self._waiting.popitem(last=False)
             self._unlocated += 1
             why = self._where.reason(waiting.frame_id, stamp_ns)
             error = OdometryError(f'{why}; the scan was dropped')
-            self._lost_ways.tell(error, why.replace(str(stamp_ns), ''))
+            self._lost_ways.tell(error, re.sub(r'\d+', '', why))
+
+    def _is_past(self, stamp_ns: int, frame_id: str) -> bool:
+        """
+        Tell whether a scan is older than the last one, and only the scans' clock has gone back.
+
+        Where odometry has gone back with it, as in a looping recording, the pose of the last scan
+        is not known any more.
+        """
+        handed_ns = self._handed_ns
+        return stamp_ns <= handed_ns and self._where.pose(frame_id, handed_ns) is not None
 
     def _located(self, stamp_ns: int, waiting: _Waiting) -> LocatedScan | None:
         placing = self._where.placing(waiting.frame_id, stamp_ns)

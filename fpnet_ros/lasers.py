@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+import time
 from typing import Any
 
 from pydantic import Field
@@ -83,8 +84,12 @@ class LaserInput:
         self._waiting: deque[tuple[str, Any]] = deque()
         self._newest_ns = 0  # of all that were handed on
         self._unplaced = Once(report)
+        self.heard_s = time.monotonic()
+        """When any scan came last, of use or not, by the monotonic clock."""
         self.dropped = 0
         """Scans whose scanner had no place on the robot in time."""
+        self.refused = 0
+        """Scans that contradict themselves, or whose scanner is tilted."""
         self._merger = SweepMerger(len(topics))
         self._is_alone = len(topics) == 1
         self._numbering = {topic: Numbering() for topic in topics}
@@ -102,6 +107,7 @@ class LaserInput:
         return sum(numbering.earlier for numbering in self._numbering.values())
 
     def _on_scan(self, topic: str, msg: Any, info: dict[str, Any]) -> None:
+        self.heard_s = time.monotonic()
         self._numbering[topic].follow(info)
         self._waiting.append((topic, msg))
         held, self._waiting = self._waiting, deque()
@@ -149,6 +155,7 @@ class LaserInput:
             self._newest_ns = max(stamp_ns, self._newest_ns)
             sweep = mounted(laser_from_msg(msg), stamp_ns, T_base_laser, frame)
         except FpnetError as error:
+            self.refused += 1
             self._report(error)
             return
         for complete in self._merger.add(topic, sweep):

@@ -81,9 +81,17 @@ class LocalizerNode(ManagedNode):
         )
         self._start_threads(parameters)
         self._input = ScanInput(
-            self, parameters, self._on_scan, self._on_restart, self._report, config.scans.stamp
+            self,
+            parameters,
+            self._on_scan,
+            self._on_restart,
+            self._report,
+            config.scans.stamp,
+            self._on_stamp,
         )
-        self._health = Health(self._input, self._scans, self.get_clock())
+        self._health = Health(
+            self._input, self._scans, self.get_clock(), self.get_logger().warning
+        )
         self._telling = Telling(
             self,
             self._localizer,
@@ -168,9 +176,12 @@ class LocalizerNode(ManagedNode):
 
     # ---- inputs: the executor's thread
 
+    def _on_stamp(self, stamp_ns: int) -> None:
+        if self.is_active:
+            self._checkup.hear(stamp_ns)
+
     def _on_scan(self, scan: LocatedScan) -> None:
         if self.is_active:
-            self._checkup.hear(scan.stamp_ns)
             self._state_file.before_scan()
             self._scans.put(scan)
 

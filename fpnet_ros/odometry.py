@@ -26,6 +26,7 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import GuidedOdometry, Verdict
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
+from fpnet_ros.health import LARGE_CLOUDS, LOST
 from fpnet_ros.lasers import LaserInput
 from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
 from fpnet_ros.optional_messages import TFMessage
@@ -35,6 +36,7 @@ from fpnet_ros.runtime import (
     STALE_INPUT_S,
     STREAM,
     TF_STATIC,
+    LossLog,
     Once,
     SilenceLog,
     error_reporter,
@@ -51,6 +53,14 @@ from msg_adapters.transforms import transforms_from_msg
 # Chosen, not measured:
 _DIAGNOSTICS_PERIOD_S = 1.0
 _PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
+
+_SLOW = 'clouds are dropped: more come than can be registered'
+_UNPLACED = "clouds are dropped: their sensor's place on the robot is not known, see the log"
+_REMEDIES = {
+    _SLOW: 'a larger odometry.voxel_size takes less time, and so do smaller clouds; every second '
+    'one will do where the robot drives slowly',
+    LOST: LARGE_CLOUDS,
+}
 
 _DOUBTS = {
     Verdict.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
@@ -109,7 +119,8 @@ class OdometryNode(OwnValues):
         if TFMessage is not None:
             self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
         self._clouds = Numbering()
-        self._reported_drops = self._unplaced = 0
+        self._unplaced = 0
+        self._losses = LossLog(logger.warning)
         self._unplaced_ways = Once(self._report)
         self._refused = ''  # why the last sweep was, as long as none is registered
         self._heard_s = time.monotonic()
@@ -179,9 +190,8 @@ class OdometryNode(OwnValues):
         self._scans.put(partial(_sweep_of_cloud, data, self._stamps, self._heard_s))
 
     def _on_sweep(self, sweep: LaserSweep, base: str) -> None:
-        self._heard_s = time.monotonic()
+        heard_s = time.monotonic()
         scan = Scan(sweep.stamp_ns, sweep.points, sweep.time_s, viewpoints=sweep.viewpoints)
-        heard_s = self._heard_s
         self._scans.put(lambda: _Sweep(scan, base, heard_s))
 
     def _try_to_register(self, unpack: Callable[[], _Sweep]) -> None:
@@ -230,22 +240,23 @@ class OdometryNode(OwnValues):
 
     def _publish_diagnostics(self) -> None:
         scans = ', '.join(self._settings.topics) or self.resolve_topic_name('pointcloud_topic')
-        silences = {scans: time.monotonic() - self._heard_s}
+        heard_s = self._heard_s if self._lasers is None else self._lasers.heard_s
+        silences = {scans: time.monotonic() - heard_s}
         if self._robot.is_used:
             silences[self._robot.topic(self)] = self._robot.silence_s
         self._silence.follow(silences, STALE_INPUT_S)
-        dropped, lost = self._scans.dropped + self._unplaced, self._clouds.lost
-        earlier = self._clouds.earlier
-        if self._lasers is not None:
-            lost, earlier = lost + self._lasers.lost, earlier + self._lasers.earlier
-            dropped += self._lasers.dropped
-        warning = self._refused or _DOUBTS.get(self._kiss.verdict, '')
-        if dropped + lost > self._reported_drops and not self._refused:
-            warning = 'clouds are dropped: more come than can be registered or received'
-        self._reported_drops = dropped + lost
+        lasers, unplaced = self._lasers, self._unplaced
+        lost, earlier, refused = self._clouds.lost, self._clouds.earlier, self._scans.refused
+        if lasers is not None:
+            lost, earlier = lost + lasers.lost, earlier + lasers.earlier
+            unplaced, refused = unplaced + lasers.dropped, refused + lasers.refused
+        counts = {_SLOW: self._scans.dropped, LOST: lost, _UNPLACED: unplaced}
+        news = self._losses.follow(counts, _REMEDIES)
+        warning = self._refused or ', '.join(news) or _DOUBTS.get(self._kiss.verdict, '')
         values = {
-            'scans': float(self._scans.done),
-            'dropped_scans': float(dropped),
+            'scans': float(self._scans.done - self._unplaced),
+            'dropped_scans': float(self._scans.dropped + unplaced),
+            'refused_scans': float(refused),
             'lost_scans': float(lost),
             'earlier_scans': float(earlier),
             'register_ms': self._scans.work_ms,

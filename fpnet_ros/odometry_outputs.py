@@ -142,7 +142,7 @@ class OdometryOutputs:
 
     def _on_tf(self, msg: Any) -> None:
         """Withhold our TF where somebody else has one for the same frame: it has one parent."""
-        own = self._settings.lidar_odom_frame.lstrip('/')
+        own = self._settings.lidar_odom_frame
         for transform in msg.transforms:
             parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
             if self.moving == child.lstrip('/') and parent != own and self._tf:

@@ -41,6 +41,7 @@ _LIST_TYPES = {
     str: ParameterType.PARAMETER_STRING_ARRAY,
 }
 _INT64_MAX = 2**63 - 1  # given
+_FRAMES = ('_frame', 'frame_id')  # given: how keys that name a frame end
 
 
 class OwnValues(Node):
@@ -155,7 +156,8 @@ class ParameterTree(Generic[AnySection]):
             branch = tree
             for part in parents:
                 branch = branch.setdefault(part, {})
-            branch[leaf] = value
+            # Messages and TF may have a slash before a frame's name; tf2 asks without one.
+            branch[leaf] = value.lstrip('/') if leaf.endswith(_FRAMES) else value
         try:
             return self._section.model_validate(tree)
         except ValidationError as error:

@@ -66,7 +66,7 @@ class RobotOdometry:
             )
         self.where = Whereabouts(from_tf=source == 'tf', odom_frame=parameters.odom_frame)
         self._source, self._report = source, report
-        self._odom_frame = parameters.odom_frame.strip('/')
+        self._odom_frame = parameters.odom_frame
         self._changed = Condition()
         self._heard_s = time.monotonic()
         if source == 'topic':

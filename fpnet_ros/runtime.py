@@ -111,6 +111,8 @@ interpreter for moments only, would wait that long at every turn while a tick co
 STALE_INPUT_S = 3.0
 """Numerical: an input silent for longer is missing; sensors report ten times a second."""
 
+_QUIET_S = 60.0  # chosen: without a loss for so long the next one is news
+
 ERROR_PERIOD_S = 5.0
 """Time between two lines about the same kind of bad input. Chosen."""
 
@@ -296,6 +298,45 @@ class SilenceLog:
                 self._silent.remove(topic)
                 self._info(f'{topic} is heard again')
         return self._silent != before
+
+
+class LossLog:
+    """
+    Logs what scans are lost by, once each, and again after none was for a minute.
+
+    Parameters
+    ----------
+    warn
+        Takes the line.
+    clock
+        Returns seconds.
+    """
+
+    def __init__(
+        self, warn: Callable[[str], Any], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._warn, self._clock = warn, clock
+        self._counts: dict[str, int] = {}
+        self._lost_s: dict[str, float] = {}
+
+    def follow(self, counts: Mapping[str, int], remedies: Mapping[str, str]) -> list[str]:
+        """
+        Return by what scans were lost since the last call.
+
+        Parameters
+        ----------
+        counts
+            Scans so far, by what they were lost by.
+        remedies
+            What to do about it; what has none is logged elsewhere.
+        """
+        news = [what for what, count in counts.items() if count > self._counts.get(what, 0)]
+        self._counts, now_s = dict(counts), self._clock()
+        for what in news:
+            if now_s - self._lost_s.get(what, -math.inf) > _QUIET_S and what in remedies:
+                self._warn(f'{what}; {remedies[what]}')
+            self._lost_s[what] = now_s
+        return news
 
 
 class Once:

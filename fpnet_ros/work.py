@@ -111,6 +111,7 @@ class DroppingWorker(Generic[Item]):
         self._changed = Condition()
         self._is_closed = False
         self.dropped = 0
+        self.refused = 0  # items that ``work`` raised for
         self.done = 0
         self.work_ms = 0.0  # duration of the last item
         self._thread = Thread(target=self._run, name=name, daemon=True)
@@ -142,7 +143,8 @@ class DroppingWorker(Generic[Item]):
             started_s = time.monotonic()
             try:
                 self._work(item)
+                self.done += 1
             except Exception as error:  # a defect must not end the thread in silence
+                self.refused += 1
                 self._on_error(error)
             self.work_ms = 1e3 * (time.monotonic() - started_s)
-            self.done += 1

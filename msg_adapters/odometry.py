@@ -28,7 +28,8 @@ class OdometryReading:
 
 def odometry_from_msg(msg: Any) -> OdometryReading:
     """
-    Return the pose of an Odometry message; velocities and covariances are dropped.
+    Return the pose of an Odometry message; velocities, covariances and slashes before frames are
+    dropped.
 
     Raises
     ------
@@ -37,8 +38,8 @@ def odometry_from_msg(msg: Any) -> OdometryReading:
     """
     return OdometryReading(
         stamp_from_msg(msg.header.stamp),
-        str(msg.header.frame_id),
-        str(msg.child_frame_id),
+        str(msg.header.frame_id).lstrip('/'),
+        str(msg.child_frame_id).lstrip('/'),
         matrix_from_pose_msg(msg.pose.pose),
     )
 

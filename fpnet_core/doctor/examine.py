@@ -8,7 +8,7 @@ from fpnet_core.doctor.clocks import check_clocks, check_gaps, check_jumps
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.frames import check_frames, check_tree
 from fpnet_core.doctor.lag import check_lag
-from fpnet_core.doctor.motion import check_odometry, registered
+from fpnet_core.doctor.motion import check_flips, check_odometry, registered
 from fpnet_core.doctor.observed import Observed
 from fpnet_core.doctor.sensor import (
     check_mount,
@@ -46,6 +46,8 @@ _SPOILS = {
 def _of_motion(seen: Observed) -> list[Finding]:
     if not len(seen.track):
         return []
+    if flips := list(check_flips(seen)):
+        return flips
     poses = registered(seen)
     # A wrong odometry says nothing of times.
     return list(check_odometry(seen, poses)) or list(check_lag(seen, poses))

@@ -109,6 +109,18 @@ def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
     )
 
 
+def check_flips(seen: Observed) -> Iterator[Finding]:
+    """Yield odometry that turns to and fro faster than any robot."""
+    if (flips := seen.track.flips) >= _FEWEST:
+        yield Finding(
+            Problem.ODOMETRY,
+            seen.odometry,
+            f'it turns from one message to the next as no robot does, {flips} times',
+            'do two nodes publish it (ros2 topic info -v), of which one has the robot the other '
+            'way round? Meanwhile use KISS-ICP (fpnet localize --odometry kiss)',
+        )
+
+
 def _most(all_of_them: list[Motion], off: list[Motion]) -> list[Motion]:
     """Return those that are off where they are most of enough."""
     return off if len(all_of_them) >= _FEWEST and 2 * len(off) > len(all_of_them) else []

@@ -96,12 +96,16 @@ def check_mount(seen: Observed) -> Iterator[Finding]:
     points = _some(sweeps) @ rotation.T
     tilt_rad = tilt(points)
     if tilt_rad > _TILT_RAD:
+        is_beyond = tilt_rad >= _STEP_RAD * _RINGS
+        more = ' or more' if is_beyond else ''
+        optical = '; of an optical frame, z ahead: --roll -1.5708 --yaw -1.5708' * is_beyond
         yield Finding(
             Problem.TILTED,
             frame,
             f'floor and ceiling are level only after a turn of {math.degrees(tilt_rad):.0f} '
-            f'degrees{_as_mounted(mount)}',
-            'put its tilt (--roll, --pitch) into the static transform from the base to it',
+            f'degrees{more}{_as_mounted(mount)}',
+            'put its tilt (--roll, --pitch) into the static transform from the base to it'
+            f'{optical}',
         )
         return
     floor, ceiling = floor_and_ceiling(points[:, 2])
@@ -202,7 +206,8 @@ def _sharpness(heights: Array) -> float:
 def _some(sweeps: list[SeenScan]) -> Array:
     """Return points of all sweeps, evenly chosen ``(P, 3)``."""
     share = max(1, sum(len(each.points) for each in sweeps) // _POINTS)
-    points = np.concatenate([each.points[::share] for each in sweeps])
+    # Others of each: a robot that stands still sees the same again and again.
+    points = np.concatenate([each.points[k % share :: share] for k, each in enumerate(sweeps)])
     return points.astype(np.float64)
 
 

@@ -124,10 +124,8 @@ class Whereabouts:
             if not moving or tree.root(moving) != tree.root(frame):
                 return tree.reason(moving, frame, stamp_ns)
         if self._track is not None and self._track.at(stamp_ns) is None:
-            return (
-                f'{moving!r} in {self._odom!r} is unknown at {stamp_ns} ns: no pose of the '
-                'odometry before and after it'
-            )
+            why = self._track.reason(stamp_ns)
+            return f'{moving!r} in {self._odom!r} is unknown at {stamp_ns} ns: {why}'
         if tree.root(base or sensor) != tree.root(self._tf_frame):
             return (
                 f'{base or sensor!r} in {self._tf_frame!r} is unknown: nobody publishes it on '

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+import logging
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,12 +17,12 @@ from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.io.bag_scans import (
     BagScans,
+    Tally,
     choose_odometry,
     first_frame,
     read_odometry,
     read_static_transforms,
     read_track,
-    tell_of_unplaced,
     usable_clouds,
 )
 from fpnet_core.io.bags import BagReader, stamp_to_ns
@@ -29,6 +30,8 @@ from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS
 from fpnet_core.io.scans import Scan, ScanSource
+
+_log = logging.getLogger(__name__)
 
 
 def open_bag(
@@ -59,7 +62,11 @@ def open_bag(
     if lasers and not topics and not usable_clouds(types):
         return BagLasers(path, sorted(lasers), odometry_topic, truth_topic)
     topic = topics[0] if topics else None
-    return BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
+    scans = BagScans(path, topic, odometry_topic, truth_topic, scan_stamp)
+    if lasers and not topics:  # the cloud may be that of a camera
+        said = '%s: scans are those on %s; name %s to take that instead (--topic)'
+        _log.warning(said, path, scans.cloud_topic, ' or '.join(sorted(lasers)))
+    return scans
 
 
 class BagLasers:
@@ -103,15 +110,10 @@ class BagLasers:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode, merge and yield the sweeps."""
-        without_pose = placed = 0
+        tally = Tally(self._path, self.odometry_topic, self._odometry)
         for sweep in self._sweeps():
-            scan = self._scan(sweep)
-            if scan is None:
-                without_pose += 1
-            else:
-                placed += 1
-                yield scan
-        tell_of_unplaced(self._path, without_pose, placed, self.odometry_topic)
+            yield from tally.usable(self._scan(sweep))
+        tally.tell()
 
     def _sweeps(self) -> Iterator[LaserSweep]:
         merger = SweepMerger(len(self.topics))

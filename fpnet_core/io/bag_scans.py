@@ -77,7 +77,7 @@ class BagScans:
 
     def __iter__(self) -> Iterator[Scan]:
         """Decode and yield the clouds."""
-        without_pose = with_pose = 0
+        tally = Tally(self._path, self.odometry_topic, self._odometry)
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
         is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
         stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
@@ -87,13 +87,8 @@ class BagScans:
                 stamp_ns = stamps.pose_ns(arrays, stamp_to_ns(cloud.header.stamp) or recorded_ns)
                 truth = None if self._truth is None else self._truth.at(stamp_ns)
                 scan = Scan(stamp_ns, arrays.points, arrays.time_s, None, truth, arrays.viewpoints)
-                placed = self._placed(scan, cloud.header.frame_id)
-                if placed is None:
-                    without_pose += 1
-                else:
-                    with_pose += 1
-                    yield placed
-        tell_of_unplaced(self._path, without_pose, with_pose, self.odometry_topic)
+                yield from tally.usable(self._placed(scan, cloud.header.frame_id))
+        tally.tell()
 
     def _placed(self, scan: Scan, frame: str) -> Scan | None:
         """Return a scan where the odometry says it was, None where it does not say."""
@@ -138,27 +133,62 @@ class BagScans:
             ) from None
 
 
-def tell_of_unplaced(path: Path, without: int, placed: int, topic: str | None) -> None:
+class Tally:
     """
-    Say how many scans the odometry does not place.
+    Counts a bag's scans that can be used and others, and says in the end what was left out.
 
-    Raises
-    ------
-    OdometryError
-        If it places none.
+    One that is stamped before the scan that came last, where odometry's own clock goes on, would
+    be put where the robot was then: the lidar's clock went back, or there are two drivers.
     """
-    why = (
-        f'outside the time of {topic}, or between poses more than {MAX_GAP_NS / NS_PER_S} s apart'
-    )
-    if without and not placed:
-        raise OdometryError(
-            f'bag {path}: all {without} scans lie {why}; record it more often and by the clock of '
-            'the scans, or choose KISS-ICP (--odometry kiss)'
+
+    def __init__(self, path: Path, topic: str | None, odometry: PoseTrack | None) -> None:
+        self._path, self._topic = path, topic
+        self._goes_on = odometry is not None and not odometry.went_back
+        self._used = self._unplaced = self._past = self._last_ns = 0
+
+    def usable(self, scan: Scan | None) -> Iterator[Scan]:
+        """Yield a scan, None where the odometry does not place it, if it can be used."""
+        if scan is None:
+            self._unplaced += 1
+        elif self._goes_on and scan.stamp_ns <= self._last_ns:
+            self._past += 1
+        else:
+            self._used, self._last_ns = self._used + 1, scan.stamp_ns
+            yield scan
+
+    def tell(self) -> None:
+        """
+        Say how many scans were left out, and why.
+
+        Raises
+        ------
+        OdometryError
+            If the odometry places none.
+        """
+        apart_s = MAX_GAP_NS / NS_PER_S
+        why = (
+            f'outside the time of {self._topic}, or between poses more than {apart_s} s apart or '
+            'half a turn'
         )
-    if without:
-        _log.warning(
-            '%s: %d of %d scans lie %s, and were left out', path, without, without + placed, why
-        )
+        if self._unplaced and not self._used:
+            raise OdometryError(
+                f'bag {self._path}: all {self._unplaced} scans lie {why}; record it more often, '
+                'from one publisher and by the clock of the scans, or choose KISS-ICP (--odometry '
+                'kiss)'
+            )
+        total = self._used + self._unplaced + self._past
+        if self._unplaced:
+            said = '%s: %d of %d scans lie %s, and were left out'
+            _log.warning(said, self._path, self._unplaced, total, why)
+        if self._past:
+            _log.warning(
+                '%s: %d of %d scans are stamped before the one that came last, and were left out: '
+                "do two drivers share the topic, or was the lidar's clock set meanwhile? Then "
+                'KISS-ICP needs no other clock (--odometry kiss)',
+                self._path,
+                self._past,
+                total,
+            )
 
 
 def usable_clouds(topics: dict[str, str]) -> list[str]:

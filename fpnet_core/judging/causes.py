@@ -31,6 +31,7 @@ _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
 _WELL = 0.8  # chosen: a right placement explains so much of the walls, as a rule
 _AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
+_MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 
 _TESTED = 0.97
@@ -71,6 +72,10 @@ class Asked:
     def look(self, command: str, *more: str) -> str:
         """Return ``fpnet COMMAND`` on the drawing as it was read."""
         return self._line('fpnet', command, kept=[*self.options], more=more)
+
+    def doctor(self) -> str:
+        """Return the command that looks at what was recorded, whatever the drawing."""
+        return shlex.join(['fpnet', 'doctor', self.command[2]])
 
     def _line(self, *words: str, kept: list[tuple[str, str]], more: tuple[str, ...] = ()) -> str:
         said = [word for pair in kept for word in pair if word]
@@ -139,6 +144,8 @@ class Findings:
     storeys, storey : on the sheet, and which of them it was
     drift : None where the walls agree with each other, as far as they were seen twice
     contradictions : looks at which the newest walls did not fit a claim
+    restarts : times that the submap began anew, those of contradictions among them
+    is_blind : scans have come, and none of them has shown a wall
     says_scale : the drawing's resolution can be told from what was found: the robot's map is
         in metres
     """
@@ -159,6 +166,8 @@ class Findings:
     storey: int | None = None
     drift: DoubleWalls | TurningWalls | None = None
     contradictions: int = 0
+    restarts: int = 0
+    is_blind: bool = False
     says_scale: bool = True
 
     @property
@@ -279,7 +288,15 @@ def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     yield weight, Cause(CauseKind.OTHER_PLAN, evidence, again)
 
 
+def _input(found: Findings, asked: Asked) -> _Weighed:
+    if found.is_blind:
+        evidence = 'scans have come, and not one return of them is a wall within reach'
+        yield 1.0, Cause(CauseKind.INPUT, evidence, asked.doctor())
+
+
 def _too_little(found: Findings, asked: Asked) -> _Weighed:
+    if found.is_blind:
+        return
     if found.seen_m2 < found.needed_m2:
         evidence = (
             f'{math.floor(found.seen_m2)} m2 of floor, and a first look takes '
@@ -311,6 +328,12 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
             f'{metres(drift.path_m)}: a round building, or odometry that turns'
         )
         yield 0.82, Cause(CauseKind.DRIFT, evidence, better)
+    elif found.restarts - found.contradictions >= _MANY_RESTARTS:
+        evidence = (
+            f'the submap began anew {found.restarts} times: odometry jumps or flips, or a clock '
+            'goes back'
+        )
+        yield 0.86, Cause(CauseKind.DRIFT, evidence, asked.doctor())
     elif found.contradictions:
         evidence = f'at {found.contradictions} looks the newest walls did not fit a pose claimed'
         yield 0.81, Cause(CauseKind.DRIFT, evidence, better)
@@ -360,5 +383,5 @@ def _explained(verdict: Verdict) -> NDArray[np.float64]:
 
 
 _GUESSES = (CauseKind.OTHER_PLAN, CauseKind.SELF_SIMILAR, CauseKind.TOO_LITTLE)
-_EVERY = (_drawing, _scale, _mirrored, _other_plan, _too_little, _drift, _self_similar)
+_EVERY = (_drawing, _scale, _mirrored, _other_plan, _input, _too_little, _drift, _self_similar)
 _LISTED = {kind: place for place, kind in enumerate(CauseKind)}

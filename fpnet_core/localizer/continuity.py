@@ -12,13 +12,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import SE2
+from fpnet_core.geometry.pose_track import impossible_turn_rad
 from fpnet_core.stamps import NS_PER_S, ClockGuard
-
-_FASTEST_TURN_RADPS = 6.0 * math.pi
-"""
-Physical: no robot that carries a lidar turns three times in a second; a frame that is flipped
-between two scans of 10 Hz does.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +84,5 @@ class Continuity:
         step_m = float(np.linalg.norm(T_odom_sensor[:3, 3] - last_pose[:3, 3]))
         if step_m > self._config.max_speed_mps * elapsed_s:
             return f'jumped by {step_m:.2f} m'
-        # By the trace of the turn between both: mounted upright, a sensor has no yaw of its own.
-        trace = float(np.sum(T_odom_sensor[:3, :3] * last_pose[:3, :3]))
-        turn_rad = math.acos(min(max(0.5 * (trace - 1.0), -1.0), 1.0))
-        if turn_rad > _FASTEST_TURN_RADPS * elapsed_s:
-            return f'jumped by {math.degrees(turn_rad):.0f} degrees'
-        return ''
+        turn_rad = impossible_turn_rad(last_pose, T_odom_sensor, elapsed_s)
+        return f'jumped by {math.degrees(turn_rad):.0f} degrees' if turn_rad else ''

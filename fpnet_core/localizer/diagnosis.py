@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
@@ -26,8 +29,9 @@ from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, pr
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import SubmapSegmenter
-from fpnet_core.types import Cause, GridMap, LocalizerOutput, Status, Submap
+from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
+_FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
 _WIDEST = 2.0  # numerical: scales from a third to three times what was taken; beyond is no plan
 
 
@@ -73,11 +77,13 @@ def explain_run(
         0.0,
         needed_m2=config.localizer.min_explored_m2,
         contradictions=sum(output.reason == CONTRADICTED for output in outputs),
+        restarts=sum(b is not a and b.id <= a.id for a, b in pairwise(seen)),
         is_mirrored=bool(outputs) and outputs[-1].is_mirrored,
+        is_blind=bool(outputs) and not seen,
     )
     if seen:
         largest = max(seen, key=lambda submap: submap.free_area_m2)
-        found = replace(found, drift=drift_of(outputs))
+        found = replace(found, drift=drift_of(outputs), is_blind=_is_blind(seen[-1]))
         estimate = None if reading is None else reading.estimate
         floorplan = Floorplan.prepared(plan, config, estimate)
         found = _looked_at(found, largest, floorplan, matcher, config)
@@ -107,10 +113,20 @@ def causes_of_look(look: Compared, status: Status, is_mirrored: bool) -> tuple[C
     return causes_of(_of_look(Findings(0.0, 0.0, is_mirrored=is_mirrored), look))
 
 
-def causes_of_waiting(submap: Submap | None, config: FpnetConfig) -> tuple[Cause, ...]:
+def causes_of_waiting(
+    submap: Submap | None, config: FpnetConfig, has_scans: bool
+) -> tuple[Cause, ...]:
     """Return the cause of a tick that has seen too little for a look."""
     seen_m2 = 0.0 if submap is None else submap.free_area_m2
-    return causes_of(Findings(0.0, seen_m2, needed_m2=config.localizer.min_explored_m2))
+    is_blind = has_scans and (submap is None or _is_blind(submap))
+    needed_m2 = config.localizer.min_explored_m2
+    return causes_of(Findings(0.0, seen_m2, needed_m2=needed_m2, is_blind=is_blind))
+
+
+def _is_blind(submap: Submap) -> bool:
+    """Tell whether a robot that has driven so far should have seen a wall, and has not."""
+    path_m = float(np.hypot(*np.diff(submap.path_xy, axis=0).T).sum())
+    return path_m > _FARTHEST_M and not (submap.grid.cells == OCCUPIED).any()
 
 
 def _looked_at(

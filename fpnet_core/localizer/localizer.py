@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import logging
 from pathlib import Path
+import re
 import threading
 
 import numpy as np
@@ -30,10 +31,13 @@ from fpnet_core.localizer.tick import Seen, TickState, tick
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import ScaleEstimate
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 
 _log = logging.getLogger(__name__)
+
+_NEWS_NS = 5 * NS_PER_S  # chosen: odometry that breaks again so soon is no news
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +75,7 @@ class Localizer:
         self._lock = threading.Lock()  # of all that follows, held for moments only
         self._builder = SubmapBuilder(config.submap)
         self._continuity = Continuity(config.localizer)
+        self._broken = '', 0  # why and when the last new odometry frame began
         self._submap: Submap | None = None
         self._state = TickState()
         self._is_solved = False  # a tick has seen all that there is
@@ -156,7 +161,7 @@ class Localizer:
         with self._lock:
             broken = self._continuity.check(stamp_ns, pose)
             if broken is not None:
-                self._bridge(broken)
+                self._bridge(broken, stamp_ns)
             self._builder.add_scan(points, pose, stamp_ns, viewpoints)
             self._continuity.go_on_from(stamp_ns, pose)
 
@@ -324,9 +329,12 @@ class Localizer:
         else:
             self._said = Snapshot(output, state.plan)
 
-    def _bridge(self, broken: Break) -> None:
+    def _bridge(self, broken: Break, stamp_ns: int) -> None:
         """Start anew, with the placements where they would be in the new frame."""
-        _log.warning('%s; starting anew', broken.reason)
+        kind, (last_kind, last_ns) = re.sub(r'\d+', '', broken.reason), self._broken
+        if kind != last_kind or not 0 <= stamp_ns - last_ns < _NEWS_NS:
+            _log.warning('%s; starting anew', broken.reason)
+        self._broken = kind, stamp_ns
         tracked, restored = self._state.tracked, self._restored
         self._start_anew(broken.reason)
         if broken.T_old_new is not None:

@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 import logging
+import re
 import time
 
 import numpy as np
@@ -130,13 +132,14 @@ class Replay:
             try:
                 ticked = run.take(scan.stamp_ns, self._registered(scan, register))
             except FpnetError as error:
-                _log.warning('%s', error)
-                run.rejected, refusal, ticked = run.rejected + 1, error, False
+                run.refuse(error)
+                refusal, ticked = error, False
             on_scan()
             if ticked:
                 yield run.outputs[-1]
         if refusal is not None and not run.path:
             raise refusal
+        run.tell_of_refused()
         if run.finish():
             yield run.outputs[-1]
 
@@ -153,7 +156,7 @@ class _Run:
     storeys: list[str] = field(default_factory=list)
     path: list[tuple[int, SE2]] = field(default_factory=list)
     add_ms: list[float] = field(default_factory=list)
-    rejected: int = 0
+    refused: Counter[str] = field(default_factory=Counter)
     next_tick_ns: int | None = None
 
     def take(self, stamp_ns: int, sweep: RegisteredSweep) -> bool:
@@ -176,6 +179,17 @@ class _Run:
             self.storeys.append(output.storey)
         return is_due
 
+    def refuse(self, error: FpnetError) -> None:
+        """Count a scan, and log the first that is refused for a reason, whatever its figures."""
+        kind = re.sub(r'\d+', '', str(error))
+        if kind not in self.refused:
+            _log.warning('%s', error)
+        self.refused[kind] += 1
+
+    def tell_of_refused(self) -> None:
+        if (refused := self.refused.total()) > len(self.refused):
+            _log.warning('%d of %d scans were refused', refused, refused + len(self.path))
+
     def tick(self, stamp_ns: int) -> None:
         self.outputs.append(self.localizer.tick(stamp_ns))
         _log_change(self.outputs, self.path[0][0])
@@ -196,7 +210,7 @@ class _Run:
             np.array(self.covariances, dtype=np.float64).reshape(-1, 3, 3),
             _trajectory(self.path),
             np.array(self.add_ms),
-            self.rejected,
+            self.refused.total(),
             tuple(self.storeys),
         )
 

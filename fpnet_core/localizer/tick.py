@@ -203,7 +203,7 @@ def _waiting(seen: Seen, finder: Finder) -> LocalizerOutput:
         Status.WAITING,
         submap=seen.submap,
         reason=waiting(seen_m2, finder.config.localizer.min_explored_m2),
-        causes=causes_of_waiting(seen.submap, finder.config),
+        causes=causes_of_waiting(seen.submap, finder.config, seen.T_odom_sensor is not None),
     )
 
 

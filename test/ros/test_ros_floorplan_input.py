@@ -49,6 +49,13 @@ def heard():
     return node, plans, errors
 
 
+def test_a_slash_before_the_frame_is_not_part_of_its_name(heard):
+    """The scale of a map in '/map' is as trusted as of one in 'map'."""
+    node, plans, _ = heard
+    node.send(grid_to_msg(plan_grid(), 7, '/map'))
+    assert plans[-1].frame_id == 'map'
+
+
 @pytest.mark.parametrize('order', [(0, 1), (1, 0)])
 def test_an_estimated_scale_ends_with_its_grid_whichever_comes_first(heard, order):
     node, plans, _ = heard

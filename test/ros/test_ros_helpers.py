@@ -25,7 +25,7 @@ from fpnet_ros.known_parameters import of_all_nodes, raise_unknown
 from fpnet_ros.odometry_run import OdometryRun
 from fpnet_ros.params import describe
 from fpnet_ros.processes import NodeDiedError, ProcessGroup, ros_arguments
-from fpnet_ros.runtime import ErrorLog, SilenceLog, StatusLog
+from fpnet_ros.runtime import ErrorLog, LossLog, SilenceLog, StatusLog
 from fpnet_ros.state_file import StateFile
 from fpnet_ros.work import DroppingWorker, Numbering, Worker
 from msg_adapters.diagnostics import LocalizerReport
@@ -68,6 +68,18 @@ class TestErrorLog:
             'bad cloud 17 (2 more since the last report)',
             'bad pose at -23.5 m',
         ]
+
+
+class TestLossLog:
+    def test_a_loss_is_logged_with_its_remedy_once_until_it_was_quiet_for_long(self):
+        lines, now = [], [100.0]
+        log = LossLog(lines.append, lambda: now[0])
+        for count, seconds in ((0, 1.0), (3, 1.0), (5, 50.0), (6, 50.0), (6, 60.0), (7, 1.0)):
+            now[0] += seconds
+            news = log.follow({'slow': count, 'other': count}, {'slow': 'send fewer'})
+        assert news == ['slow', 'other']
+        assert lines == ['slow; send fewer', 'slow; send fewer'], 'the other is logged elsewhere'
+        assert log.follow({'slow': 7, 'other': 7}, {}) == []
 
 
 class TestSilenceLog:
@@ -154,6 +166,7 @@ class TestDroppingWorker:
         assert finished.wait(20)
         worker.close()
         assert [str(error) for error in errors] == ['bad scan']
+        assert (worker.done, worker.refused) == (1, 1), 'what was refused is not done'
 
 
 class TestWorker:

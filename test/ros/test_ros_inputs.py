@@ -35,33 +35,108 @@ def recorded(path, child, is_mounted):
     return {scan.stamp_ns: scan.T_odom_sensor for scan in open_scans(path)}
 
 
+class Input:
+    """The localizer's input, what it hands on, and what it says."""
+
+    def __init__(self) -> None:
+        from fpnet_ros.inputs import InputParameters, ScanInput
+
+        self._take, self.located, self.stamps, self.said = {}, [], [], []
+        node = SimpleNamespace(
+            add_subscription=lambda _, topic, take, *__, **___: self._take.update({topic: take}),
+            resolve_topic_name=lambda topic: topic,
+        )
+        self.input = ScanInput(
+            node,
+            InputParameters(max_pending_scans=2),
+            self.located.append,
+            lambda: None,
+            self.said.append,
+            on_stamp=self.stamps.append,
+        )
+
+    def mount(self) -> None:
+        import tf2_msgs.msg as tf2_msgs
+
+        from msg_adapters.transforms import transform_to_msg
+
+        mounted = transform_to_msg(T_BASE_LIDAR, START_NS, '/base', 'lidar')
+        self._take['/tf_static'](tf2_msgs.TFMessage(transforms=[mounted]))
+
+    def odometry(self, index: int, child: str = 'lidar') -> None:
+        from msg_adapters.odometry import odometry_to_msg
+
+        stamp_ns = START_NS + index * PERIOD_NS
+        msg = odometry_to_msg(T_odom_base(index), stamp_ns, '/odom', child)
+        self._take['kiss/odometry'](msg, {})
+
+    def cloud(self, stamp_ns: int, **columns) -> None:
+        from rclpy.serialization import serialize_message
+
+        from msg_adapters.clouds import cloud_to_msg
+
+        msg = cloud_to_msg(POINTS, stamp_ns, 'lidar', **columns)
+        if columns:
+            msg.row_step = 1  # its times are read at once, and it contradicts itself
+        self._take['kiss/frame'](serialize_message(msg), {})
+
+
 def heard(child, is_mounted):
     """Return what the localizer's input makes of the same messages: poses, and what it says."""
-    from rclpy.serialization import serialize_message
-    import tf2_msgs.msg as tf2_msgs
-
-    from fpnet_ros.inputs import InputParameters, ScanInput
-    from msg_adapters.clouds import cloud_to_msg
-    from msg_adapters.odometry import odometry_to_msg
-    from msg_adapters.transforms import transform_to_msg
-
-    take, located, said = {}, [], []
-    node = SimpleNamespace(
-        add_subscription=lambda kind, topic, callback, *_, **__: take.update({topic: callback}),
-        resolve_topic_name=lambda topic: topic,
-    )
-    parameters = InputParameters(max_pending_scans=2)
-    inputs = ScanInput(node, parameters, located.append, lambda: None, said.append)
+    robot = Input()
     if is_mounted:
-        mounted = transform_to_msg(T_BASE_LIDAR, START_NS, '/base', 'lidar')
-        take['/tf_static'](tf2_msgs.TFMessage(transforms=[mounted]))
+        robot.mount()
     for index in range(SCANS):
-        stamp_ns = START_NS + index * PERIOD_NS
-        take['kiss/odometry'](odometry_to_msg(T_odom_base(index), stamp_ns, 'odom', child), {})
-        take['kiss/frame'](serialize_message(cloud_to_msg(POINTS, stamp_ns, 'lidar')), {})
+        robot.odometry(index, child)
+        robot.cloud(START_NS + index * PERIOD_NS)
+    inputs, located = robot.input, robot.located
     assert inputs.unlocated == SCANS - len(located) - len(inputs._waiting)
-    assert bool(inputs.unlocated) == bool(said)
-    return {scan.stamp_ns: scan.T_odom_sensor for scan in located}, said
+    assert bool(inputs.unlocated) == bool(robot.said)
+    return {scan.stamp_ns: scan.T_odom_sensor for scan in located}, robot.said
+
+
+def test_scans_whose_clock_goes_back_alone_are_left_out_and_counted():
+    """Odometry goes on: it would put them where the robot was then."""
+    robot = Input()
+    for index in range(12):
+        robot.odometry(index)
+        robot.cloud(START_NS + (index if index < 8 else index - 5) * PERIOD_NS)
+    assert [scan.stamp_ns for scan in robot.located] == [
+        START_NS + index * PERIOD_NS for index in range(8)
+    ]
+    assert (robot.input.past, robot.input.unlocated) == (4, 0)
+
+
+def test_a_clock_that_goes_back_for_all_is_the_localizers_to_judge():
+    robot = Input()
+    for index in (*range(15, 20), *range(4)):
+        robot.odometry(index)
+        robot.cloud(START_NS + index * PERIOD_NS)
+    assert (len(robot.located), robot.input.past) == (9, 0)
+
+
+def test_scans_without_a_stamp_are_heard_and_counted():
+    robot = Input()
+    for index in range(5):
+        robot.odometry(index)
+        robot.cloud(0)
+    assert robot.stamps == [0] * 5, 'for the doctor'
+    assert (robot.located, robot.input.past, robot.said) == ([], 4, [])
+
+
+def test_a_cloud_that_contradicts_itself_is_counted():
+    robot = Input()
+    robot.odometry(0)
+    robot.cloud(START_NS, time_s=np.linspace(0.0, 0.1, len(POINTS)))
+    assert (robot.input.refused, len(robot.said)) == (1, 1)
+
+
+def test_a_frame_of_the_odometry_has_no_slash_where_tf_has_none():
+    robot = Input()
+    robot.odometry(0)
+    robot.cloud(START_NS)
+    (scan,) = robot.located
+    assert (scan.placing.odom_frame, scan.placing.tf_frame) == ('odom', 'odom')
 
 
 @pytest.mark.parametrize(('child', 'is_mounted'), [('base', True), ('lidar', False)])

@@ -20,7 +20,7 @@ from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.spread import Growth, PoseSpread, Signs
 from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_ros import health as health_module
-from fpnet_ros.health import ClockSilence, Health
+from fpnet_ros.health import LOST, ClockSilence, Health
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.optional_messages import TFMessage
 from fpnet_ros.outputs import LocalizerOutputs, Moment
@@ -167,18 +167,24 @@ def test_what_does_not_belong_together_is_not_published(topics, outputs, told, f
 
 def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     inputs = SimpleNamespace(ages_s={'cloud_age_s': 4.2, 'odometry_age_s': 0.1}, earlier=0, lost=0)
-    inputs.unlocated = 0
-    scans = SimpleNamespace(dropped=2, done=7, work_ms=3.5)
-    health, output = Health(inputs, scans, ROSClock()), LocalizerOutput(0, Status.NO_PLAN)
-    inputs.unlocated, silence = 1, 'no cloud for 4 s'
+    inputs.unlocated = inputs.past = inputs.refused = 0
+    scans, logged = SimpleNamespace(dropped=2, refused=0, done=7, work_ms=3.5), []
+    health = Health(inputs, scans, ROSClock(), logged.append)
+    output, silence = LocalizerOutput(0, Status.NO_PLAN), 'no cloud for 4 s'
+    inputs.unlocated = 1
     report = health.report(output, 3.0)
     assert (report.warning, report.values['dropped_scans']) == (silence, 3.0)
-    dropped = 'scans are dropped: more come than can be added'
-    assert health.news(output, 3.0).warning == f'{dropped}, {silence}'
+    slow = 'scans are dropped: more come than can be added'
+    unlocated = 'scans are dropped: their poses do not come, see the log'
+    assert health.news(output, 3.0).warning == f'{slow}, {unlocated}, {silence}'
     assert health.news(output, 3.0).warning == silence
     assert health.news(output, 5.0).warning == ''
-    inputs.lost = 1
-    assert 'lost on the way here' in health.news(output, 5.0).warning
+    inputs.lost, scans.refused, scans.dropped = 1, 4, 9
+    news = health.news(output, 5.0)
+    assert 'lost on the way here' in news.warning
+    assert 'cannot be used' in news.warning
+    assert news.values['refused_scans'] == 4.0
+    assert [line.partition(';')[0] for line in logged] == [slow, LOST], 'once, with a remedy'
 
 
 def test_while_the_simulated_clock_stands_still_nothing_else_is_missed(monkeypatch):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``ros2 param dump`` and ``load`` of a node's own values."""
 
+from pydantic import Field
 import pytest
 import rclpy
 from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
@@ -9,13 +10,17 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import String
 import yaml
 
-from fpnet_core.config import FpnetConfig
+from fpnet_core.config import FpnetConfig, Section
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.processes import free_domain_id
 from fpnet_ros.replay import Replay
 from fpnet_ros.settings import LIVE, LocalizerParameters
 
 pytestmark = pytest.mark.ros
+
+
+class Framed(Section):
+    scan_frame: str = Field('/laser', description='A frame.')
 
 
 @pytest.fixture
@@ -53,6 +58,11 @@ def loaded(node, values: dict, path) -> dict[str, str]:
         if not result.successful:
             refused[message.name] = result.reason
     return refused
+
+
+def test_frames_have_no_slash_before_them(node):
+    """tf2 asks without one."""
+    assert ParameterTree(node, Framed).value.scan_frame == 'laser'
 
 
 def test_a_nodes_own_dump_is_accepted_and_changes_nothing(node, tmp_path):

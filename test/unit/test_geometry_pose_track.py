@@ -31,6 +31,14 @@ def test_a_robot_may_have_turned_in_a_gap(gap_ns, is_known):
     assert (track.at(gap_ns // 2) is not None) == is_known
 
 
+@pytest.mark.parametrize(('turned', 'is_known'), [(1.5, True), (np.pi, False)])
+def test_nothing_is_known_between_two_messages_that_no_robot_turns_between(turned, is_known):
+    track = PoseTrack.of([(0, T(0.0)), (S // 50, T(0.1, 0.0, turned))])
+    assert (track.at(S // 100) is not None) == is_known
+    assert ('turns by 180 degrees' in track.reason(S // 100)) != is_known
+    np.testing.assert_array_equal(track.at(0), T(0.0))
+
+
 def test_a_recording_keeps_all_whatever_the_order():
     stamps = np.random.default_rng(5).permutation(400) * (S // 10)
     track = PoseTrack.of([(int(stamp), T(stamp / S)) for stamp in stamps])

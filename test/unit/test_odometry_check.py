@@ -3,6 +3,7 @@
 """KISS-ICP beside the robot's own odometry: who is believed, and what is said of either."""
 
 import numpy as np
+import pytest
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry import SE2
@@ -85,6 +86,18 @@ def test_a_jump_of_the_robot_s_odometry_does_no_harm():
     assert is_right(T, 59)
     assert odometry.verdict is not Verdict.KISS_BROKEN
     assert "do not fit the robot's odometry" in said[0]
+
+
+@pytest.mark.parametrize('scans_between', [1, 2, 5])
+def test_an_odometry_that_flips_is_left_out_however_often_it_does(scans_between):
+    def flips(k):
+        about = np.pi * (k // scans_between % 2)
+        return wheels(k) @ SE2.from_xy_yaw(0.0, 0.0, about).as_matrix4()
+
+    odometry, T, said = drive(flips)
+    assert odometry.verdict is Verdict.ROBOT_BROKEN
+    assert is_right(T, 59)
+    assert len(said) == 1
 
 
 def test_kiss_icp_that_lost_its_place_begins_anew_where_the_robot_s_says():

@@ -34,7 +34,7 @@ def drive():
     return scans, recording.wheel_odometry()[FIRST : FIRST + COUNT]
 
 
-def turned(axis: str, degrees: float) -> np.ndarray:
+def turned(axis: str, degrees: float | tuple[float, ...]) -> np.ndarray:
     T = np.eye(4)
     T[:3, :3] = Rotation.from_euler(axis, degrees, degrees=True).as_matrix()
     return T
@@ -61,6 +61,7 @@ class Robot:
     jump: tuple[int, float] = (0, 0.0)  # scan, and by how much its clock and later ones' jump [s]
     wheel_scale: float = 1.0
     mirrored_turns: bool = False
+    flips: bool = False  # every second message has the robot the other way round
     scans_per_pose: int = 1  # of the wheels
     more_transforms: tuple[tuple[str, str], ...] = ()
     is_static_latched: bool = True
@@ -100,6 +101,8 @@ def record(path: Path, drive, robot: Robot) -> Path:
                     step[:3, :3] = step[:3, :3].T
                 T_wheels = T_wheels @ step
             odometry = T_wheels @ np.linalg.inv(T_base_lidar)
+            if robot.flips and index % 2:
+                odometry = odometry @ turned('z', 180.0)
             if index % robot.scans_per_pose == 0:
                 bag.write_odometry('/odom', scan.stamp_ns, 'odom', robot.child, odometry)
     return path
@@ -181,6 +184,10 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
             Problem.TILTED, 'lidar', ['after a turn of 15 degrees', '--pitch'],
         ),
         (
+            replace(RIGHT, T_mount_lidar=turned('zyx', (-90.0, 0.0, -90.0))),
+            Problem.TILTED, 'lidar', ['degrees or more', '--roll -1.5708 --yaw -1.5708'],
+        ),
+        (
             replace(RIGHT, told_height_m=1.5),
             Problem.HEIGHT, 'lidar', ['0.87 m below it', '1.50 m above'],
         ),
@@ -189,6 +196,7 @@ def at_arrival(path: Path, drive, robot: Robot, monkeypatch) -> Path:
             Problem.SPARSE, '/odom', ['a pose every 1.0 s', '--odometry kiss'],
         ),
         (replace(RIGHT, wheel_scale=1.6), Problem.ODOMETRY, '/odom', ['odometry says']),
+        (replace(RIGHT, flips=True), Problem.ODOMETRY, '/odom', ['as no robot does', 'two nodes']),
         (replace(RIGHT, mirrored_turns=True), Problem.ODOMETRY, '/odom', ['degrees, the scans']),
         (
             replace(RIGHT, T_mount_lidar=turned('z', 90.0)),

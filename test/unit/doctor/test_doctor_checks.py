@@ -16,7 +16,13 @@ from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.motion import Motion
 from fpnet_core.doctor.observed import SeenScan
-from fpnet_core.doctor.sensor import check_returns, check_unit, is_upside_down, tilt
+from fpnet_core.doctor.sensor import (
+    check_mount,
+    check_returns,
+    check_unit,
+    is_upside_down,
+    tilt,
+)
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
 from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
 from fpnet_lab.sim.recording import make_recording
@@ -77,6 +83,13 @@ def test_the_tilt_of_every_kind_of_lidar_is_measured(sensor):
         turned = Rotation.from_euler('yx', [0.8 * degrees, 0.6 * degrees], degrees=True)
         found = tilt(points.astype(np.float64) @ turned.as_matrix().T)
         assert np.rad2deg(found) == pytest.approx(degrees, abs=2.0)
+
+
+@pytest.mark.parametrize('index', range(0, 500, 100))
+def test_a_lidar_of_a_robot_that_stands_still_is_level(index):
+    recording = make_recording(1, RecordingOptions(lidar=SENSORS['beams16']))
+    sweep = SeenScan('lidar', 0, recording.scan(index).points, None)
+    assert list(check_mount(Observed(10.0, (), '/points', sweeps=(sweep,) * 100))) == []
 
 
 @pytest.mark.parametrize(

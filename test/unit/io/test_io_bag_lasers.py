@@ -120,12 +120,14 @@ def test_a_single_scanner_needs_no_transform(tmp_path, caplog):
     assert off_walls(scan, base_at(scan.stamp_ns) @ FRONT.T_base_laser) < 0.08
 
 
-def test_clouds_come_before_planar_scans_unless_these_are_named(tmp_path):
+def test_clouds_come_before_planar_scans_unless_these_are_named(tmp_path, caplog):
     with BagWriter(tmp_path / 'bag') as bag:
         stamp_ns, readings = FRONT.readings(0, np.random.default_rng(0))
         bag.write_laser_scan('/scan', stamp_ns, 'laser', readings)
         bag.write_cloud('/points', stamp_ns, 'lidar', np.ones((5, 3)))
-    assert len(next(iter(open_scans(tmp_path / 'bag'))).points) == 5
+    with caplog.at_level(logging.WARNING):
+        assert len(next(iter(open_scans(tmp_path / 'bag'))).points) == 5
+    assert 'scans are those on /points; name /scan to take that instead' in caplog.text
     assert len(next(iter(open_scans(tmp_path / 'bag', topics=['/scan']))).points) > 300
     with pytest.raises(BagFormatError, match='cannot merge /scan, /points; name one PointCloud2'):
         open_scans(tmp_path / 'bag', topics=['/scan', '/points'])

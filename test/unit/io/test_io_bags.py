@@ -70,6 +70,36 @@ def test_grid_round_trip_is_row_major_with_a_turned_origin(tmp_path, storage):
     assert message.info.origin.orientation.z == pytest.approx(np.sin(0.3))
 
 
+class SteadyRecorder(BagWriter):
+    """Its own clock goes on whatever messages are stamped."""
+
+    now_ns = START_NS
+
+    def _write(self, topic, msgtype, stamp_ns, message, *rest):
+        super()._write(topic, msgtype, self.now_ns, message, *rest)
+
+
+@pytest.mark.parametrize('is_odometry_set', [False, True])
+def test_a_clock_that_goes_back_is_the_lidars_alone_or_the_robots(
+    tmp_path, caplog, is_odometry_set
+):
+    """Where odometry goes on, scans from the past would be put where the robot was then."""
+    with SteadyRecorder(tmp_path / 'bag') as bag:
+        for k in range(40):
+            back_ns = 2 * SECOND_NS if k >= 30 else 0
+            stamp_ns = bag.now_ns = START_NS + k * SECOND_NS // 10
+            odometry_ns = stamp_ns - back_ns * is_odometry_set
+            bag.write_odometry('/odom', odometry_ns, 'odom', 'lidar', pose(0.1 * k, 0.0))
+            bag.write_cloud('/points', stamp_ns - back_ns, 'lidar', POINTS)
+    with caplog.at_level(logging.WARNING):
+        scans = list(open_scans(tmp_path / 'bag'))
+    assert len(scans) == (40 if is_odometry_set else 30)
+    said = [record.message for record in caplog.records if 'stamped before' in record.message]
+    assert len(said) == (0 if is_odometry_set else 1)
+    if said:
+        assert '10 of 40 scans' in said[0]
+
+
 def test_storage_file_without_its_folder(tmp_path):
     bag = record(tmp_path / 'bag', 'mcap')
     assert len(list(open_scans(next(bag.glob('*.mcap'))))) == 3

@@ -117,7 +117,7 @@ def test_a_stump_of_a_drive(matcher):
 
 def test_a_drive_that_has_hardly_begun(matcher):
     """The lidar sees half a room, which is less than a first look takes."""
-    nearby = [(points[np.hypot(*points[:, :2].T) < 1.5], *rest) for points, *rest in recorded()]
+    nearby = [(points[np.hypot(*points[:, :2].T) < 2.0], *rest) for points, *rest in recorded()]
     run = drive_on(plan_grid(), matcher, nearby[:2])
     assert run.outputs[-1].status is Status.WAITING
     assert [cause.kind for cause in run.outputs[-1].causes] == [CauseKind.TOO_LITTLE]
@@ -130,11 +130,32 @@ def test_a_run_without_a_scan(matcher):
     assert explain_run((), plan_grid(), matcher, CONFIG)[0].kind is CauseKind.TOO_LITTLE
 
 
+@pytest.mark.parametrize('is_heard', [False, True])  # a covered lidar, a driver in millimetres
+def test_scans_without_a_wall_are_the_inputs_fault(matcher, is_heard):
+    """However far such a robot drives on, it will see no more."""
+    scans = [(points[:0] if not is_heard else points * 1e3, *rest) for points, *rest in recorded()]
+    run = drive_on(plan_grid(), matcher, scans)
+    (cause,) = explained(run, plan_grid(), matcher)
+    assert cause.kind is CauseKind.INPUT
+    assert cause.next == 'fpnet doctor drive'
+    if not is_heard:
+        assert [cause.kind for cause in run.outputs[0].causes] == [CauseKind.INPUT]
+
+
 def test_odometry_that_turns(matcher):
     run = drive_on(plan_grid(), matcher, turning(2.5))
     causes = explained(run, plan_grid(), matcher)
     assert causes[0].kind is CauseKind.DRIFT
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --poses POSES.tum'
+
+
+def test_odometry_that_flips_is_named(matcher):
+    flip = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
+    scans = [(p, flip @ T if k // 25 % 2 else T, ns) for k, (p, T, ns) in enumerate(recorded())]
+    (cause, *_) = explained(drive_on(plan_grid(), matcher, scans), plan_grid(), matcher)
+    assert cause.kind is CauseKind.DRIFT
+    assert 'began anew' in cause.evidence
+    assert cause.next == 'fpnet doctor drive'
 
 
 def submaps_of(scans, every=5):

@@ -181,6 +181,16 @@ def test_an_odometry_jump_starts_a_new_submap():
     assert len(after.path_xy) == 1 < len(before.path_xy)
 
 
+def test_odometry_that_jumps_to_and_fro_is_told_once(caplog):
+    localizer = new_localizer()
+    points, T_odom_sensor, _ = recorded()[0]
+    far = SE2.from_xy_yaw(50.0, 0.0, 0.0).as_matrix4()
+    for index in range(8):
+        pose = far @ T_odom_sensor if index % 2 else T_odom_sensor
+        localizer.add_scan(points, pose, index * SCAN_NS)
+    assert sum('starting anew' in record.message for record in caplog.records) == 1
+
+
 def test_a_robot_that_is_carried_off_is_noticed_and_found_again():
     """Its odometry goes on as if nothing had happened; the robot is back at the start."""
     localizer = new_localizer()
