@@ -16,6 +16,12 @@ _MAX_STAMP_GAP_NS = 200_000_000  # a pose further away in time than this says no
 Array = NDArray[np.float64]
 
 
+def lengths_along(points: Array) -> Array:
+    """Return the length (S,) of the path through ``points (S, D)`` up to each of them."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
 @dataclass(frozen=True, eq=False)
 class PlanarTrajectory:
     """Planar poses in one frame: ``stamps_ns (S,)`` ascending, ``xy (S, 2)`` [m], ``yaw (S,)``."""

@@ -56,7 +56,7 @@ def replay(
     scans: Iterable[Scan],
     localizer: Localizer,
     tick_period_s: float,
-    register: Register,
+    register: Register | None = None,
     on_scan: Callable[[], None] = lambda: None,
 ) -> ReplayResult:
     """
@@ -86,7 +86,7 @@ class Replay:
     scans : in time order; those without ``T_odom_sensor`` go through ``register``
     localizer : with its plan set
     tick_period_s : sensor time between two ticks
-    register : odometry for scans that bring none
+    register : odometry for scans that bring no pose; None where all of them do
     on_scan : called after each scan, for progress bars
     registers_all : scans with poses go through ``register``, too, which may take them as a guess
 
@@ -101,7 +101,7 @@ class Replay:
         scans: Iterable[Scan],
         localizer: Localizer,
         tick_period_s: float,
-        register: Register,
+        register: Register | None,
         on_scan: Callable[[], None] = lambda: None,
         registers_all: bool = False,
     ) -> None:
@@ -117,13 +117,14 @@ class Replay:
         """Return the run as far as it went."""
         return self._run.result()
 
-    def _registered(self, scan: Scan, register: Register) -> RegisteredSweep:
-        if self._registers_all or scan.T_odom_sensor is None:
+    def _registered(self, scan: Scan, register: Register | None) -> RegisteredSweep:
+        if register is not None and (self._registers_all or scan.T_odom_sensor is None):
             return register(scan)
+        assert scan.T_odom_sensor is not None, 'without an odometry every scan has a pose'
         return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)
 
     def _follow(
-        self, scans: Iterable[Scan], register: Register, on_scan: Callable[[], None]
+        self, scans: Iterable[Scan], register: Register | None, on_scan: Callable[[], None]
     ) -> Iterator[LocalizerOutput]:
         run, refusal = self._run, None
         for scan in scans:

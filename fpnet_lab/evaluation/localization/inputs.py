@@ -27,6 +27,9 @@ from fpnet_lab.sim.tours import TourLimits
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
 """Tours of 40 to 60 m. Chosen."""
 
+ROOMS = (8, 60)
+"""Fewest and most of a building. Chosen."""
+
 MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
 """The small house ends the tour earlier. Chosen."""
 
@@ -37,7 +40,6 @@ _MESH_FILES = {
     'aws_hospital': 'hospital_all.ply',
 }
 _MESH_PLAN = 'floorplan_from_mesh.yaml'
-_ROOMS = (8, 60)  # chosen
 _SEEDS_TRIED = 8  # numerical
 _SEED_STEP = 100_000  # numerical: to the next seed where a building allows no such tour
 
@@ -102,29 +104,37 @@ def _generated(case: Case, data: Path) -> CaseInputs:
 
 
 def _recording(case: Case) -> Recording:
-    """Return the case's recording."""
-    options = RecordingOptions(
-        family=case.building, rooms=_ROOMS, limits=LIMITS, lidar=sensor_named(case.sensor)
-    )
-    return first_recording(case.seed, options)
+    return drive_through(case.building, case.sensor, case.seed)
 
 
-def first_recording(seed: int, options: RecordingOptions) -> Recording:
+def drive_through(
+    family: str | None,
+    sensor: str,
+    seed: int,
+    *,
+    rooms: tuple[int, int] = ROOMS,
+    limits: TourLimits = LIMITS,
+) -> Recording:
     """
-    Return a recording of a seed, or of one further on where its building allows no such tour.
+    Return a drive through a generated building of a family, None: of any.
+
+    It is of the seed, or of one further on where the building allows no such tour.
 
     Raises
     ------
     ConfigError
         If several seeds allow none.
     """
+    options = RecordingOptions(
+        family=family, rooms=rooms, limits=limits, lidar=sensor_named(sensor)
+    )
     reason = ''
     for attempt in range(_SEEDS_TRIED):
         try:
             return make_recording(seed + attempt * _SEED_STEP, options, threads=1)
         except ConfigError as error:
             reason = str(error)
-    raise ConfigError(f'{options.family}: no building in {_SEEDS_TRIED} seeds: {reason}')
+    raise ConfigError(f'{family or "any family"}: no building in {_SEEDS_TRIED} seeds: {reason}')
 
 
 def _mesh(case: Case, data: Path) -> CaseInputs:

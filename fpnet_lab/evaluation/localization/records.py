@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import pose_errors, summarize_run
 from fpnet_core.geometry import Affine2D, angle_between
-from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 
 JUDGED_AT_M = 40.0
 """
@@ -146,8 +146,7 @@ def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
 
 def stamp_at_path(odometry: PlanarTrajectory, path_m: float) -> int:
     """Return the stamp of the first pose after so much path; the last one's if it is shorter."""
-    travelled = np.cumsum(np.linalg.norm(np.diff(odometry.xy, axis=0), axis=1))
-    index = int(np.searchsorted(travelled, path_m)) + 1
+    index = int(np.searchsorted(lengths_along(odometry.xy)[1:], path_m)) + 1
     return int(odometry.stamps_ns[min(index, len(odometry) - 1)])
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from fpnet_core.config import FpnetConfig, parse_config
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, Kind, plain_cases
 from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
@@ -77,7 +76,7 @@ def run_case(job: Job) -> tuple[Record, ...]:
     """
     case, config = job.case, settings_of(job.case, job.config)
     inputs = make_inputs(case, job.data)
-    registrar = Registrar(KissOdometry(config.odometry))
+    registrar = Registrar(config.odometry)
     product = run_product(registrar.follow(inputs.scans), inputs.plan, config, _period_s(case))
     truth = _truth(case, inputs)
     records = [judge(_labels(case, PRODUCT), product.run, truth)]
