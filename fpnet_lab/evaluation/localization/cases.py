@@ -11,10 +11,9 @@ meets the others evenly.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import zip_longest
-from typing import Any
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.plans import FAMILIES
@@ -101,10 +100,6 @@ class Case:
     wrong_cases: tuple[int, ...] = ()
     has_mirrored_plan: bool = False
     has_rough_plan: bool = False
-
-    def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
-        return asdict(self)
 
 
 def make_suite(seed: int = 0) -> tuple[Case, ...]:

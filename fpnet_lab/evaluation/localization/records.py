@@ -66,7 +66,20 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Record:
+class RunLabels:
+    """What identifies a run: the case's own words, the method, and whose plan it was given."""
+
+    case: str
+    group: str
+    building: str
+    sensor: str
+    seed: int
+    method: str
+    plan: str
+
+
+@dataclass(frozen=True)
+class Record(RunLabels):
     """
     One judged run of one method, plain values only.
 
@@ -76,13 +89,6 @@ class Record:
     ``inside_95`` are those of :class:`fpnet_core.accuracy.RunSummary`.
     """
 
-    case: str
-    group: str
-    building: str
-    sensor: str
-    seed: int
-    method: str
-    plan: str
     is_open_set: bool
     is_right: bool
     is_tight: bool
@@ -98,19 +104,6 @@ class Record:
     statuses: tuple[str, ...] = ()
     nees_mean: float | None = None
     inside_95: float | None = None
-
-
-@dataclass(frozen=True)
-class RunLabels:
-    """What identifies a run: the case's own words, the method, and whose plan it was given."""
-
-    case: str
-    group: str
-    building: str
-    sensor: str
-    seed: int
-    method: str
-    plan: str
 
 
 def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
