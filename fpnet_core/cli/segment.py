@@ -194,13 +194,10 @@ def _report(
 
 
 def _draw(segmentation: Segmentation, path: Path) -> None:
-    from matplotlib.figure import Figure
-
+    from fpnet_core.viz.pictures import saved_figure
     from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 
-    figure = Figure(figsize=(10.0, 10.0), layout='constrained')
-    ax = figure.add_subplot()
-    draw_grid(ax, segmentation.grid)
-    draw_segmentation(ax, segmentation, with_ids=True)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    with saved_figure(path, (10.0, 10.0), 120) as figure:
+        ax = figure.add_subplot()
+        draw_grid(ax, segmentation.grid)
+        draw_segmentation(ax, segmentation, with_ids=True)

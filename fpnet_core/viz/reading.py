@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
 from fpnet_core.types import OCCUPIED, Segmentation
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import label_xy, region_colour
 
 if TYPE_CHECKING:
@@ -37,15 +38,11 @@ _LINE = 120  # characters of a title's line
 
 def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
     """Write the picture; ``segmentation`` is that of the reading's grid."""
-    from matplotlib.figure import Figure
-
     height, width = reading.drawing.pixels.shape[:2]
     inch = _LONG_SIDE_IN / max(height, width)
-    figure = Figure(figsize=(width * inch + 0.4, height * inch + 1.3), layout='constrained')
-    ax = figure.add_subplot()
-    draw_reading(ax, reading, segmentation)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, (width * inch + 0.4, height * inch + 1.3), _DPI) as figure:
+        ax = figure.add_subplot()
+        draw_reading(ax, reading, segmentation)
 
 
 def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
