@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 def lengths_along(points: Array) -> Array:
     """Return the length (S,) of the path through ``points (S, D)`` up to each of them."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    return np.asarray(np.cumsum(steps))
 
 
 @dataclass(frozen=True, eq=False)

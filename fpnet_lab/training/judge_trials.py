@@ -173,11 +173,9 @@ class TrialSource:
     ) -> Iterator[Trial]:
         """Yield what the graph led to, and what graph and rasters led to."""
         pair = scaled_pair(plan, robot, self._finder.config)
-        looks = self._finder.looks(
-            pair.plan, pair.sub, pair.area_m2, pair.search, StageTimer(),
-            robot_xy=case.robot_xy if case.is_metric else None,
-        )  # fmt: skip
-        for found in looks:
+        if case.is_metric:
+            pair = replace(pair, robot_xy=case.robot_xy)
+        for found in self._finder.looks(pair, StageTimer()):
             if len(found.estimates):
                 right = np.zeros(len(found.estimates), dtype=np.bool_)
                 if own is not None:

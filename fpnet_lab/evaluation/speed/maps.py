@@ -19,6 +19,7 @@ from fpnet_core.graphs import build_region_graph, edge_features, node_features
 from fpnet_core.io import read_map, write_map
 from fpnet_core.judging import Judge, configured_model, gather_evidence
 from fpnet_core.localizer import Finder, match_maps
+from fpnet_core.localizer.finder import Question
 from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching.learned import LearnedMatcher
@@ -110,7 +111,8 @@ def judge_figures() -> list[Figure]:
     plan = plan_side(mapped.plan_segmentation)
     cut = mapped.sub_segmentation
     sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
-    *_, found = finder.looks(plan, sub, mapped.submap.free_area_m2, search, StageTimer())
+    asked = Question(plan, sub, mapped.submap.free_area_m2, search)
+    *_, found = finder.looks(asked, StageTimer())
 
     def evidence() -> object:
         # A tick's submap is new: nothing is derived from it yet.
