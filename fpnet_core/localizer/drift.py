@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.judging.causes import DoubleWalls, TurningWalls
 from fpnet_core.pose import FINE, ROUGH, Freedom, MapEvidence, map_evidence, refine, wall_support
 from fpnet_core.raster.rays import values_at
@@ -147,9 +147,7 @@ def _still() -> Placements:
 
 def _starts(at: Array) -> Placements:
     """Return small moves about the robot at ``at (2,)``."""
-    turns = np.array(
-        [[[math.cos(t), -math.sin(t)], [math.sin(t), math.cos(t)]] for t in _TURNS_RAD]
-    )
+    turns = rotation(_TURNS_RAD)
     shifts = np.array([(x, y) for x in _SHIFTS_M for y in _SHIFTS_M])
     linear = np.repeat(turns, len(shifts), axis=0)
     return Placements(linear, at - linear @ at + np.tile(shifts, (len(turns), 1)))

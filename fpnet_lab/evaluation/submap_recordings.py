@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import SE2, rotation
 from fpnet_core.io import Scan
 from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
@@ -64,7 +64,7 @@ def drifting_drive(seed: int, sensor: str, rng: np.random.Generator) -> Register
     for index, (x, y, yaw) in list(enumerate(np.cumsum(steps, axis=0).tolist()))[::_CAST_EVERY]:
         scan = recording.deskewed(index)
         drifted = np.array(scan.T_odom_sensor)
-        drifted[:2, :3] = SE2.from_xy_yaw(0.0, 0.0, yaw).linear @ drifted[:2, :3]
+        drifted[:2, :3] = rotation(yaw) @ drifted[:2, :3]
         drifted[:2, 3] += x, y
         sweeps.append(replace(scan, T_odom_sensor=drifted))
     return RegisteredDrive(recording.building.plan, SE2.identity(), tuple(sweeps))

@@ -14,6 +14,7 @@ import shapely
 from shapely import Polygon
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.geometry import rotation
 from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
@@ -150,8 +151,7 @@ def _open_leaf(
 
 def _leaf(hinge: Array, along: Array, angle_rad: float) -> Polygon:
     """Return the base of a leaf whose shut direction is ``along``, turned about its hinge."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    tip = hinge + np.array([[c, -s], [s, c]]) @ along
+    tip = hinge + rotation(angle_rad) @ along
     return shapely.LineString([hinge, tip]).buffer(_LEAF_M / 2.0, cap_style='flat')
 
 
