@@ -85,7 +85,7 @@ def judged(published, scans, true_ns, recording, lifted_ns):
     when = np.searchsorted([scan.stamp_ns for scan in scans], published.stamps_ns)
     is_after = published.stamps_ns > lifted_ns
     poses = PlanarTrajectory(true_ns[when], published.xy, published.yaw)
-    poses = PlanarTrajectory(*(part[is_after] for part in (poses.stamps_ns, poses.xy, poses.yaw)))
+    poses = poses.take(is_after)
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     metres, radians = pose_errors(poses.mapped(recording.A_plan_building.inv()), truth)
     wrong = (metres > WRONG_POSITION_M) | (radians > WRONG_YAW_RAD)

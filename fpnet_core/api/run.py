@@ -162,8 +162,7 @@ class Run:
     @property
     def poses(self) -> PlanarTrajectory:
         """Published poses in the plan's frame: stamps, positions [m] and yaw [rad]."""
-        found, chosen = self.result.published, self._is_here
-        return PlanarTrajectory(found.stamps_ns[chosen], found.xy[chosen], found.yaw[chosen])
+        return self.result.published.take(self._is_here)
 
     @property
     def covariances(self) -> NDArray[np.float64]:

@@ -193,9 +193,9 @@ class _Run:
     def result(self) -> ReplayResult:
         return ReplayResult(
             tuple(self.outputs),
-            _trajectory(self.published),
+            PlanarTrajectory.of(self.published),
             np.array(self.covariances, dtype=np.float64).reshape(-1, 3, 3),
-            _trajectory(self.path),
+            PlanarTrajectory.of(self.path),
             np.array(self.add_ms),
             self.rejected,
             tuple(self.storeys),
@@ -207,11 +207,3 @@ def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:
     last = outputs[-1]
     if len(outputs) < 2 or outputs[-2].status is not last.status:
         _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / NS_PER_S, last.said)
-
-
-def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
-    return PlanarTrajectory(
-        np.array([stamp for stamp, _ in poses], dtype=np.int64),
-        np.array([T.translation for _, T in poses]).reshape(-1, 2),
-        np.array([T.yaw for _, T in poses]),
-    )

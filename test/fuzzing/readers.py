@@ -593,7 +593,7 @@ def _write_parcel(folder: Path) -> Path:
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import LocalizerOutput, Status
 
-    nowhere = PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+    nowhere = PlanarTrajectory.empty()
     tick = ShownTick(1, LocalizerOutput(10**9, Status.SEARCHING), SE2.identity(), nowhere)
     path = folder / 'tick.bin'
     path.write_bytes(packed(tick))

@@ -106,7 +106,8 @@ def make_suite(seed: int = 0) -> tuple[Case, ...]:
     """Return every case, groups taking turns, so that any first part holds most of them."""
     plain = plain_cases(seed)
     groups: dict[str, list[Case]] = {}
-    for case in (*plain, *_adversarial(seed), *_meshes(), *_logs()):
+    logs = [Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS]
+    for case in (*plain, *_adversarial(seed), *_meshes(), *logs):
         groups.setdefault(case.group, []).append(case)
     rounds = zip_longest(*groups.values())
     return tuple(case for cases in rounds for case in cases if case is not None)
@@ -191,7 +192,3 @@ def _meshes() -> Iterable[Case]:
         for mesh, group in MESHES.items():
             if group == 'meshes_report' or number == 0:
                 yield Case(f'{mesh}-{number}', group, Kind.MESH, mesh, number, sensor='beams32')
-
-
-def _logs() -> Iterable[Case]:
-    return (Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS)

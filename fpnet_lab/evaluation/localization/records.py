@@ -147,8 +147,7 @@ def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
     """Errors [m], [rad] of the pose that is published where the run is judged; else infinite."""
     stamp_ns = stamp_at_path(run.odometry, truth.judged_at_m)
     there = run.published.stamps_ns == stamp_ns
-    standing = PlanarTrajectory(stamp_ns + np.zeros(int(there.sum()), np.int64),
-                                run.published.xy[there], run.published.yaw[there])  # fmt: skip
+    standing = run.published.take(there)
     position, yaw = pose_errors(standing.mapped(truth.A_plan_truth.inv()), truth.poses)
     return (float(position[0]), float(yaw[0])) if len(position) else (np.inf, np.inf)
 

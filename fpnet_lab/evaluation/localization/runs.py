@@ -77,7 +77,8 @@ def run_case(job: Job) -> tuple[Record, ...]:
     case, config = job.case, settings_of(job.case, job.config)
     inputs = make_inputs(case, job.data)
     registrar = Registrar(config.odometry)
-    product = run_product(registrar.follow(inputs.scans), inputs.plan, config, _period_s(case))
+    period_s = LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
+    product = run_product(registrar.follow(inputs.scans), inputs.plan, config, period_s)
     truth = _truth(case, inputs)
     records = [judge(_labels(case, PRODUCT), product.run, truth)]
     if job.with_baselines:
@@ -124,10 +125,6 @@ def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> No
         [error and error[0] for error in belief_errors(product.run, truth)],
         f'{case.name}: {case.group}, {case.sensor}, seed {case.seed}',
     )
-
-
-def _period_s(case: Case) -> float:
-    return LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
 
 
 def _truth(case: Case, inputs: CaseInputs) -> Truth:
