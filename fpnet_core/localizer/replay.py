@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
-from fpnet_core.io import Scan
-from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.scans import RegisteredSweep, Scan
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory

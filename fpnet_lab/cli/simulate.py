@@ -77,7 +77,7 @@ def plan(
     """
     import numpy as np
 
-    from fpnet_core.io import write_map
+    from fpnet_core.io.maps import write_map
     from fpnet_lab.sim.plans import generate_plan
     from fpnet_lab.sim.render import render_plan
     from fpnet_lab.sim.styles import style_named

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import lengths_along

@@ -12,7 +12,7 @@ import numpy as np
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.io.truth import read_json
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import GridMap

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.maps import MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import replay

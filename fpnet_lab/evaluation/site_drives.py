@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, StoreyPlan, create_localizer, replay
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status

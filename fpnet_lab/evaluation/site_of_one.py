@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.localizer import Localizer, create_localizer, replay
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.sites import Site

@@ -15,7 +15,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2, rotation
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.sim.explore import fit_rigid

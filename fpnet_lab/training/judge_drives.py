@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.judging import Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan

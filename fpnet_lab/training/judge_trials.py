@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, Placements, angle_between
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair

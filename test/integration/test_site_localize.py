@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 import yaml
 
 from fpnet_core.cli import build_app
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.evaluation.localization.inputs import LIMITS
 from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording

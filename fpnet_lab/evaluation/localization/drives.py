@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, OdometryConfig, SubmapConfig
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import MapSide

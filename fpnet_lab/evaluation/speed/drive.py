@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from fpnet_core.config import load_config
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Localizer, create_localizer
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import LocalizerOutput

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig, MatcherConfig, SegmentationConfig
 from fpnet_core.geometry import rotation
 from fpnet_core.graphs import build_region_graph, edge_features, node_features
-from fpnet_core.io import read_map, write_map
+from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.judging import Judge, configured_model, gather_evidence
 from fpnet_core.localizer import Finder, match_maps
 from fpnet_core.localizer.finder import Question
