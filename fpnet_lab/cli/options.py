@@ -4,13 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
+
+from fpnet_core.errors import ConfigError
+
+_T = TypeVar('_T')
 
 
 class Half(StrEnum):
@@ -36,6 +40,20 @@ RealDataOption = Annotated[
 WorkOption = Annotated[
     Path | None, typer.Option('--work', metavar='DIR', help='Keeps finished cases, to go on from.')
 ]
+
+
+def named(what: str, name: str, known: Mapping[str, _T]) -> _T:
+    """
+    Return what the user has named.
+
+    Raises
+    ------
+    ConfigError
+        If nothing has that name.
+    """
+    if name not in known:
+        raise ConfigError(f'unknown {what} {name!r}; choose one of {", ".join(known)}')
+    return known[name]
 
 
 def _completed_by(module: str, mapping: str) -> Callable[[str], list[str]]:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import rotation
 from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
@@ -71,22 +70,6 @@ BUILDING_STYLES: dict[str, BuildingStyle] = {
     'glass': BuildingStyle(leaves=0.7, windows=1.0, glass_fronts=0.4),
 }
 """Ways to raise a plan, by name. Chosen."""
-
-
-def style_named(name: str) -> BuildingStyle:
-    """
-    Return one of :data:`BUILDING_STYLES`.
-
-    Raises
-    ------
-    ConfigError
-        If there is none of that name.
-    """
-    if name not in BUILDING_STYLES:
-        raise ConfigError(
-            f'unknown building style {name!r}; choose one of {", ".join(BUILDING_STYLES)}'
-        )
-    return BUILDING_STYLES[name]
 
 
 def hang_leaves(

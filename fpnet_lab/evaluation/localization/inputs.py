@@ -23,7 +23,7 @@ from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
 from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.mesh_worlds import read_mesh
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
 
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
@@ -127,9 +127,7 @@ def drive_through(
     ConfigError
         If several seeds allow none.
     """
-    options = RecordingOptions(
-        family=family, rooms=rooms, limits=limits, lidar=sensor_named(sensor)
-    )
+    options = RecordingOptions(family=family, rooms=rooms, limits=limits, lidar=SENSORS[sensor])
     reason = ''
     for attempt in range(_SEEDS_TRIED):
         try:
@@ -146,7 +144,7 @@ def _mesh(case: Case, data: Path) -> CaseInputs:
         raise MissingDataError(f'{folder} is absent')
     recording = make_recording(
         case.seed,
-        RecordingOptions(limits=MESH_LIMITS, lidar=sensor_named(case.sensor)),
+        RecordingOptions(limits=MESH_LIMITS, lidar=SENSORS[case.sensor]),
         threads=1,
         floorplan=read_map(folder / _MESH_PLAN),
         mesh=read_mesh(folder / _MESH_FILES[case.building]),
