@@ -11,6 +11,7 @@ import numpy as np
 
 from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pixels import corners_xy
 from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import Colour, draw_grid, show_raster
 
@@ -49,8 +50,7 @@ def draw_differences(ax: Axes, found: Differences) -> None:
 
 def save_differences(found: Differences, path: Path) -> None:
     """Write the picture."""
-    corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * found.grid.shape
-    width, height = np.ptp(found.grid.rc_to_xy(corners), axis=0)
+    width, height = np.ptp(corners_xy(found.grid), axis=0)
     tall = min(float(height / width), _TALLEST)
     with saved_figure(path, (_WIDTH_IN, _WIDTH_IN * tall + 1.0), 110) as figure:
         draw_differences(figure.add_subplot(), found)
