@@ -19,4 +19,4 @@ def angle_between(a_rad: ArrayLike, b_rad: ArrayLike) -> NDArray[np.float64]:
 def rotation(angle_rad: ArrayLike) -> NDArray[np.float64]:
     """Return the matrices ``(..., 2, 2)`` that turn the plane by angles ``(...)``."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
-    return np.moveaxis(np.array([[c, -s], [s, c]]), (0, 1), (-2, -1))
+    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
