@@ -19,7 +19,7 @@ import json
 from pathlib import Path
 from unittest import mock
 
-from carried_off import ROOMS, TOUR, carried
+from carried_off import TOUR, carried
 import drift
 from generated_drives import FAMILIES
 import numpy as np
@@ -27,11 +27,9 @@ from scipy.optimize import minimize
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer.surroundings import Surroundings, signs_of
-from fpnet_core.odometry import KissOdometry
-from fpnet_lab.evaluation.localization.drives import Registrar, run_product
+from fpnet_lab.evaluation.localization.drives import registered, run_product
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
 
 ROUGH_M = 0.25
 FIRST_LOOKS = 3  # after that, the robot is where the submap knows nothing, or looks the same
@@ -75,21 +73,16 @@ def gather(seed: int, count: int) -> Iterator[tuple[str, list]]:
     for number in range(count):
         family = FAMILIES[number % len(FAMILIES)]
         for sensor, first in (('planar', seed), ('beams16', seed + 1000)):
-            options = RecordingOptions(
-                family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR
-            )
-            recording = make_recording(first + number, options, threads=1)
-            driven = list(Registrar(KissOdometry(config.odometry)).follow(recording))
-            scans, _, lifted_ns = carried(driven)
+            recording = drive_through(family, sensor, first + number, limits=TOUR)
+            scans, _, lifted_ns = carried(list(registered(recording, config.odometry)))
             name = f'carried off, {sensor}, {family}'
             yield name, looks(scans, recording.floorplan, config, lifted_ns)
     for number in range(count // 2):
         family = FAMILIES[number % len(FAMILIES)]
-        options = RecordingOptions(
-            family=family, rooms=drift.ROOMS, lidar=sensor_named('planar'), limits=drift.TOUR
+        recording = drive_through(
+            family, 'planar', seed + 2000 + number, rooms=drift.ROOMS, limits=drift.TOUR
         )
-        recording = make_recording(seed + 2000 + number, options, threads=1)
-        scans = list(Registrar(KissOdometry(config.odometry)).follow(recording))
+        scans = list(registered(recording, config.odometry))
         rough = drift.rough(recording.floorplan, ROUGH_M, np.random.default_rng(seed + number))
         for name, plan in {'exact': recording.floorplan, 'rough': rough}.items():
             yield f'drift, {name}, {family}', looks(scans, plan, config)

@@ -18,19 +18,16 @@ from generated_drives import drives_parser, each
 import numpy as np
 
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD, pose_errors
-from fpnet_core.io import Scan
-from fpnet_core.odometry import KissOdometry
+from fpnet_core.io.scans import Scan
 from fpnet_core.stamps import NS_PER_S
-from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import finish
-from fpnet_lab.evaluation.localization.drives import Registrar, run_product
+from fpnet_lab.evaluation.localization.drives import registered, run_product
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
 
-ROOMS = (8, 60)
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7
 WAYS = {'asked': {}, 'not_asked': {'doubt_probability': 1.0}}
@@ -40,7 +37,7 @@ def carried(scans):
     """Return the scans with a piece of the drive left out, and the stamps that they had."""
     poses = np.array([scan.T_odom_sensor for scan in scans])
     xy = poses[:, :2, 3]
-    path = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1)))
+    path = lengths_along(xy)
     lifted = int(np.searchsorted(path, CARRIED_AT * path[-1]))
     away = np.linalg.norm(xy[lifted:] - xy[lifted], axis=1)
     down = lifted + int(np.argmax(away > min(CARRIED_M, FARTHEST * away.max())))
@@ -56,10 +53,8 @@ def carried(scans):
 
 def drive(seed, family, sensor, config):
     """Return the figures of one drive in each way that has a claim when it is lifted."""
-    options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
-    recording = make_recording(seed, options, threads=1)
-    driven = list(Registrar(KissOdometry(config.odometry)).follow(recording))
-    scans, true_ns, lifted_ns = carried(driven)
+    recording = drive_through(family, sensor, seed, limits=TOUR)
+    scans, true_ns, lifted_ns = carried(list(registered(recording, config.odometry)))
     figures = {}
     for way, update in WAYS.items():
         settings = config.model_copy(
@@ -90,7 +85,7 @@ def judged(published, scans, true_ns, recording, lifted_ns):
     when = np.searchsorted([scan.stamp_ns for scan in scans], published.stamps_ns)
     is_after = published.stamps_ns > lifted_ns
     poses = PlanarTrajectory(true_ns[when], published.xy, published.yaw)
-    poses = PlanarTrajectory(*(part[is_after] for part in (poses.stamps_ns, poses.xy, poses.yaw)))
+    poses = poses.take(is_after)
     truth = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     metres, radians = pose_errors(poses.mapped(recording.A_plan_building.inv()), truth)
     wrong = (metres > WRONG_POSITION_M) | (radians > WRONG_YAW_RAD)

@@ -23,14 +23,12 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import detrend
 
 from fpnet_core.geometry import SE2
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.cli.reports import finish
-from fpnet_lab.evaluation.localization.drives import Registrar, run_product
+from fpnet_lab.evaluation.localization.drives import registered, run_product
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.records import Truth, robot_error
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
 
 ROOMS = (25, 60)
@@ -40,9 +38,8 @@ TOUR = TourLimits(rooms=20, shortest_s=200.0, longest_s=400.0)
 
 def drive(seed, family, sensor, config, rough_m):
     """Return the figures of one drive, on its exact and on a rough drawing."""
-    options = RecordingOptions(family=family, rooms=ROOMS, lidar=sensor_named(sensor), limits=TOUR)
-    recording = make_recording(seed, options, threads=1)
-    scans = list(Registrar(KissOdometry(config.odometry)).follow(recording))
+    recording = drive_through(family, sensor, seed, rooms=ROOMS, limits=TOUR)
+    scans = list(registered(recording, config.odometry))
     poses = PlanarTrajectory.from_transforms(recording.stamps_ns, recording.truth())
     truth = Truth(poses, recording.A_plan_building)
     plans = {

@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
@@ -68,8 +68,7 @@ def storey(seed):
 
 def drawn(plan):
     """Return a drawing of a plan, and the map from building to drawing."""
-    c, s = np.cos(TURN_RAD), np.sin(TURN_RAD)
-    A = Affine2D(np.diag(STRETCH) @ np.array([[c, -s], [s, c]]), np.zeros(2))
+    A = Affine2D(np.diag(STRETCH) @ rotation(TURN_RAD), np.zeros(2))
     return render_plan(plan, CELL_M, T_plan_building=A)
 
 

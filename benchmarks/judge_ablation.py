@@ -9,7 +9,6 @@ Run: python benchmarks/judge_ablation.py --data ../shared/data --trials runs/jud
 Robot maps of the report half, cut to each band, meet their own plan and two others'. Judges are
 fitted to the trials that ``fpnet train-judge`` has gathered (tune half): with the figures of each
 placement alone, with its rivals where they disagree, and with the deformation of the drawing too.
-The formula that the judge has replaced is evaluated on the same placements.
 """
 
 from pathlib import Path
@@ -39,21 +38,6 @@ JUDGES = {
     'with rivals': BENT,
     'with deformation': (),
 }
-# Of the formula, as of commit 22c250d: worth of agreement per metre of wall, and of chance.
-_GAIN, _GAIN_LIMIT_M, _CHANCE, _SLACK, _RIVAL = 0.136, 80.0, 0.811, 1.83, 0.629
-
-
-def replaced_formula(trial):
-    """Return what the formula gave each placement, and none of them."""
-    score = np.clip(trial.evidence.of('score').astype(float), 0.02, 0.98)
-    odds = np.log(score / (1.0 - score))
-    walls_m = float(np.expm1(trial.evidence.context[0]))
-    chance = np.log(_CHANCE / (1.0 - _CHANCE)) + _SLACK * np.sqrt(20.0 / max(walls_m, 5.0))
-    if len(odds) > 1:
-        chance += _RIVAL * (np.sort(odds)[-2] - chance)
-    logits = _GAIN * min(walls_m, _GAIN_LIMIT_M) * np.append(odds, chance)
-    share = np.exp(logits - logits.max())
-    return (share / share.sum())[:-1]
 
 
 def measured(best, is_right, trials, threshold):
@@ -90,14 +74,8 @@ def main() -> None:
     files = sorted(arguments.trials.glob('*.npz'))
     learned = [trial for file in files for trial in read_kept(file, Trials, COLUMNS)]
     data, seen = stack_trials(learned), stack_trials(trials)
-    right = [trial.right for trial in trials]
     claim = config.localizer.match_probability
     report = {}
-    p = [replaced_formula(trial) for trial in trials]
-    best, is_right = (np.array(x) for x in zip(
-        *((each.max(), r[each.argmax()]) for each, r in zip(p, right, strict=True)), strict=True
-    ))  # fmt: skip
-    report['the formula'] = measured(best, is_right, trials, claim)
     for name, without in JUDGES.items():
         networks = fit_judge(data, JudgeTraining(without=without))
         log_p = mean_log_probability(networks, seen).double().numpy()

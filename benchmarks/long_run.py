@@ -13,6 +13,7 @@ a tick comes each ``--tick-s``, so that an hour takes minutes; one call costs wh
 time.
 """
 
+from functools import partial
 import json
 import time
 
@@ -24,8 +25,7 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.localization.drives import resident_mb
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.sim.tours import TourLimits
 
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
@@ -41,10 +41,7 @@ class LongRun:
     def __init__(self, every, tick_s):
         config = load_config()
         self.every, self.period_ns = every, int(tick_s * NS_PER_S)
-        options = RecordingOptions(
-            family=FAMILY, rooms=ROOMS, lidar=sensor_named('beams64'), limits=TOUR
-        )
-        self.recording = make_recording(SEED, options, threads=1)
+        self.recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=TOUR)
         self.localizer = create_localizer(config)
         self.localizer.set_plan(self.recording.floorplan)
         self.rng = np.random.default_rng(SEED)
@@ -59,7 +56,7 @@ class LongRun:
             stamp_ns = int((number + 1) * period_s * NS_PER_S)
             self.scan(self.index(number), stamp_ns)
             if stamp_ns >= next_tick_ns:
-                self.timed(self.ticks, stamp_ns, lambda s=stamp_ns: self.localizer.tick(s))
+                self.timed(self.ticks, stamp_ns, partial(self.localizer.tick, stamp_ns))
                 self.memory.append((stamp_ns / 60e9, resident_mb()))
                 next_tick_ns += self.period_ns
 
@@ -71,17 +68,10 @@ class LongRun:
 
     def scan(self, index, stamp_ns):
         """Cast a sweep, undo its motion as an odometry would, and add it."""
-        scan = self.recording.scan(index)
-        start_s = index * self.recording.lidar.model.period_s
-        times, column = np.unique(scan.time_s, return_inverse=True)
-        R, origin = self.recording.tour.sensor_poses(start_s + times)
-        world = np.einsum('pij,pj->pi', R[column], scan.points) + origin[column]
-        pose = scan.T_truth_sensor
-        points = ((world - pose[:3, 3]) @ pose[:3, :3]).astype(np.float32)
-        chosen = np.sort(self.rng.permutation(len(points))[:SCAN_POINTS])
-        self.timed(
-            self.adds, stamp_ns, lambda: self.localizer.add_scan(points[chosen], pose, stamp_ns)
-        )
+        scan = self.recording.deskewed(index)
+        points = scan.points[np.sort(self.rng.permutation(len(scan.points))[:SCAN_POINTS])]
+        add = partial(self.localizer.add_scan, points, scan.T_odom_sensor, stamp_ns)
+        self.timed(self.adds, stamp_ns, add)
 
     @staticmethod
     def timed(rows, stamp_ns, call):

@@ -22,7 +22,7 @@ import numpy as np
 from fpnet_core.accuracy import summarize_run
 from fpnet_core.cli.common import parse_settings
 from fpnet_core.config import load_config
-from fpnet_core.io import open_scans
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.localizer import create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_lab.cli.reports import finish, script_parser

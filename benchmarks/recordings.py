@@ -20,6 +20,7 @@ import numpy as np
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.trajectory import lengths_along
 from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.fittings import BUILDING_STYLES
@@ -53,9 +54,7 @@ def register(recording: Recording) -> tuple[np.ndarray, float, float]:
 
 def drift(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float, float]:
     """Return mean drift [m] and [deg] per 100 m over stretches, and the error at the end [m]."""
-    path_m = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(truth[:, :2, 3], axis=0), axis=1))]
-    )
+    path_m = lengths_along(truth[:, :2, 3])
     first = np.flatnonzero(path_m <= path_m[-1] - STRETCH_M)[::5]
     last = np.searchsorted(path_m, path_m[first] + STRETCH_M)
     errors = [motion_error(truth[[i, j]], poses[[i, j]]) for i, j in zip(first, last, strict=True)]

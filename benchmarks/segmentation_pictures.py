@@ -11,11 +11,11 @@ The last row shows where the default fails.
 import argparse
 from pathlib import Path
 
-from matplotlib.figure import Figure
 import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.render import render_plan
@@ -39,17 +39,15 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/segmentation.png'))
     arguments = parser.parse_args()
     plan = generate_plan(np.random.default_rng(arguments.seed), max_rooms=MAX_ROOMS)
-    figure = Figure(figsize=(15.0, 10.0), layout='constrained')
-    for row, panels in zip(figure.subplots(len(PANELS), 2), PANELS, strict=True):
-        for ax, (style, method) in zip(row, panels, strict=True):
-            grid = render_plan(plan, RESOLUTION_M, style=STYLES[style])
-            found = segment_floorplan(grid, SegmentationConfig(method=method))
-            draw_grid(ax, grid)
-            draw_segmentation(ax, found)
-            counts = f'{len(found.rooms)} rooms, {len(found.doors)} doors'
-            ax.set_title(f'{style} drawing, {method}: {counts}')
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(arguments.out, dpi=DPI)
+    with saved_figure(arguments.out, (15.0, 10.0), DPI) as figure:
+        for row, panels in zip(figure.subplots(len(PANELS), 2), PANELS, strict=True):
+            for ax, (style, method) in zip(row, panels, strict=True):
+                grid = render_plan(plan, RESOLUTION_M, style=STYLES[style])
+                found = segment_floorplan(grid, SegmentationConfig(method=method))
+                draw_grid(ax, grid)
+                draw_segmentation(ax, found)
+                counts = f'{len(found.rooms)} rooms, {len(found.doors)} doors'
+                ax.set_title(f'{style} drawing, {method}: {counts}')
 
 
 if __name__ == '__main__':

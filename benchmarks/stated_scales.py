@@ -104,9 +104,8 @@ class Bench:
             sides = scaled_pair(self._plan(drawing), robot, self._config)
             for name in ('trusting', 'doubting'):
                 search = sides.search if name == 'doubting' else sides.search.as_stated
-                placed = self._finder.find(
-                    sides.plan, sides.sub, sides.area_m2, search, StageTimer(), enough=self._limit
-                ).estimates
+                asked = replace(sides, search=search)
+                placed = self._finder.find(asked, StageTimer(), self._limit).estimates
                 is_claimed = len(placed) > 0 and placed.probability[0] >= self._limit
                 if drawing is other:
                     counts[name, 'foreign claimed'] += is_claimed

@@ -12,12 +12,12 @@ has not sufficiently seen stay white; found rooms without a partner are brown.
 import argparse
 from pathlib import Path
 
-from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 import numpy as np
 import shapely
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import draw_grid, draw_segmentation, region_colour
 from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import (
@@ -60,17 +60,16 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/submaps.png'))
     arguments = parser.parse_args()
     config = FpnetConfig()
-    figure = Figure(figsize=(16.0, 7.0 * len(arguments.drives)), layout='constrained')
-    rows = figure.subplots(len(arguments.drives), 2, squeeze=False)
-    for axes, name in zip(rows, arguments.drives, strict=True):
-        sensor, seed = name.split(':')
-        drive = registered_drive(int(seed), sensor, config)
-        segmentation = segment_drive(drive, config)
-        score = score_segmentation(segmentation, drive, sensor, int(seed))
-        title = f'{sensor}, building {seed}: mean IoU {np.mean(score.room_ious):.2f}'
-        draw_drive(axes, drive, segmentation, title)
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(arguments.out, dpi=DPI)
+    size = (16.0, 7.0 * len(arguments.drives))
+    with saved_figure(arguments.out, size, DPI) as figure:
+        rows = figure.subplots(len(arguments.drives), 2, squeeze=False)
+        for axes, name in zip(rows, arguments.drives, strict=True):
+            sensor, seed = name.split(':')
+            drive = registered_drive(int(seed), sensor, config)
+            segmentation = segment_drive(drive, config)
+            score = score_segmentation(segmentation, drive, sensor, int(seed))
+            title = f'{sensor}, building {seed}: mean IoU {np.mean(score.room_ious):.2f}'
+            draw_drive(axes, drive, segmentation, title)
 
 
 if __name__ == '__main__':

@@ -11,6 +11,7 @@ the command line read the same file.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 import reprlib
@@ -258,7 +259,13 @@ def load_config(
         If the file is missing or malformed, or a key or value is not accepted.
     """
     tree = {} if path is None else _read_tree(Path(path))
-    for dotted, value in (overrides or {}).items():
+    set_dotted(tree, overrides or {})
+    return parse_config(tree, str(path) if path else 'configuration')
+
+
+def set_dotted(tree: dict[str, Any], overrides: Mapping[str, Any]) -> None:
+    """Set ``{'submap.resolution_m': 0.1}`` in a nested mapping; ConfigError where none may be."""
+    for dotted, value in overrides.items():
         node = tree
         *parents, leaf = dotted.split('.')
         for part in parents:
@@ -266,7 +273,6 @@ def load_config(
             if not isinstance(node, dict):
                 raise ConfigError(f'{dotted}: {part} is a value, not a section')
         node[leaf] = value
-    return parse_config(tree, str(path) if path else 'configuration')
 
 
 def _read_tree(path: Path) -> dict[str, Any]:

@@ -4,16 +4,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import SE2, Affine2D
 
 _MAX_STAMP_GAP_NS = 200_000_000  # a pose further away in time than this says nothing; chosen
 
 Array = NDArray[np.float64]
+
+
+def lengths_along(points: Array) -> Array:
+    """Return the length (S,) of the path through ``points (S, D)`` up to each of them."""
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    return np.asarray(np.cumsum(steps))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +43,33 @@ class PlanarTrajectory:
         yaw = np.arctan2(poses[:, 1, 0], poses[:, 0, 0])
         return cls(np.asarray(stamps_ns, dtype=np.int64), poses[:, :2, 3], yaw)
 
+    @classmethod
+    def of(cls, poses: Iterable[tuple[int, SE2]]) -> PlanarTrajectory:
+        """Collect stamps and poses, none of which give a trajectory without poses."""
+        each = list(poses)
+        return cls(
+            np.array([stamp_ns for stamp_ns, _ in each], dtype=np.int64),
+            np.array([T.translation for _, T in each]).reshape(-1, 2),
+            np.array([T.yaw for _, T in each]),
+        )
+
+    @classmethod
+    def empty(cls) -> PlanarTrajectory:
+        """Return a trajectory without poses."""
+        return cls.of(())
+
+    def take(self, chosen: NDArray[Any]) -> PlanarTrajectory:
+        """Return the ``chosen`` poses: a mask (S,) or indices."""
+        return PlanarTrajectory(self.stamps_ns[chosen], self.xy[chosen], self.yaw[chosen])
+
+    def joined(self, other: PlanarTrajectory) -> PlanarTrajectory:
+        """Return these poses followed by the other ones."""
+        return PlanarTrajectory(
+            np.concatenate([self.stamps_ns, other.stamps_ns]),
+            np.concatenate([self.xy, other.xy]),
+            np.concatenate([self.yaw, other.yaw]),
+        )
+
     def path_length_m(self, until_ns: int | None = None) -> float:
         """Length of the path, up to and including ``until_ns``."""
         xy = self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns]
@@ -55,5 +90,4 @@ class PlanarTrajectory:
             stamps_ns - self.stamps_ns[before] <= self.stamps_ns[after] - stamps_ns, before, after
         )
         gap = np.abs(self.stamps_ns[nearer] - stamps_ns)
-        near = PlanarTrajectory(self.stamps_ns[nearer], self.xy[nearer], self.yaw[nearer])
-        return near, gap <= _MAX_STAMP_GAP_NS
+        return self.take(nearer), gap <= _MAX_STAMP_GAP_NS

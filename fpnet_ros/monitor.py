@@ -8,7 +8,6 @@ import json
 import math
 from pathlib import Path
 import time
-from types import TracebackType
 from typing import Self
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -79,12 +78,7 @@ class Monitor(Node):
         self._bar.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Leave ROS, with a last line about where things stand."""
         self._bar.stop()
         self._print_line()

@@ -23,7 +23,6 @@ import socket
 import subprocess
 import sys
 import time
-from types import TracebackType
 from typing import Any, Self
 
 from fpnet_core.errors import FpnetError
@@ -159,12 +158,7 @@ class ProcessGroup:
         """Return the group; nothing runs yet."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """End every child."""
         self.stop()
 

@@ -47,20 +47,20 @@ ODOMETRY_QUEUE = 100
 Wheels report at 100 Hz: a second of a busy processor. Older poses would come too late. Chosen.
 """
 
-LATCHED = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-)
+
+def _profile(
+    depth: int,
+    reliability: QoSReliabilityPolicy = QoSReliabilityPolicy.RELIABLE,
+    durability: QoSDurabilityPolicy = QoSDurabilityPolicy.VOLATILE,
+) -> QoSProfile:
+    history = QoSHistoryPolicy.KEEP_LAST
+    return QoSProfile(history=history, depth=depth, reliability=reliability, durability=durability)
+
+
+LATCHED = _profile(1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Given: as map_server: whoever subscribes later still gets the last message."""
 
-STATUS = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=10,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-)
+STATUS = _profile(10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Like ``LATCHED`` for a topic that changes: a late joiner sees what was said last. Chosen."""
 
 
@@ -70,36 +70,16 @@ def sensor_data(depth: int) -> QoSProfile:
 
     What a node cannot take in time waits here too: the depth bounds how late it may be.
     """
-    return QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST,
-        depth=depth,
-        reliability=QoSReliabilityPolicy.BEST_EFFORT,
-        durability=QoSDurabilityPolicy.VOLATILE,
-    )
+    return _profile(depth, QoSReliabilityPolicy.BEST_EFFORT)
 
 
-STREAM = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=STREAM_QUEUE,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.VOLATILE,
-)
+STREAM = _profile(STREAM_QUEUE)
 """What this package publishes; subscriptions of either reliability match it."""
 
-TF = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=100,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.VOLATILE,
-)
+TF = _profile(100)
 """Given: as tf2_ros for ``/tf``."""
 
-TF_STATIC = QoSProfile(
-    history=QoSHistoryPolicy.KEEP_LAST,
-    depth=100,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-)
+TF_STATIC = _profile(100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Given: as tf2_ros for ``/tf_static``."""
 
 _SWITCH_S = 0.001

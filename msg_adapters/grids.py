@@ -26,17 +26,17 @@ MAX_CELLS = 100_000_000
 _LEAST_UPRIGHT = 0.99985
 
 
-def grid_from_msg(msg: Any, frame: str = 'plan') -> GridMap:
+def grid_from_msg(msg: Any) -> GridMap:
     """
-    Return the grid in its own metric frame, the yaw of its origin included.
+    Return the grid in its own metric frame, ``plan`` here, the yaw of its origin included.
+
+    ``msg.header.frame_id`` stays the node's business.
 
     Parameters
     ----------
     msg
         An OccupancyGrid; probabilities become free, occupied or unknown by map_server's default
         thresholds.
-    frame
-        The core's name for the grid's frame; ``msg.header.frame_id`` stays the node's business.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def grid_from_msg(msg: Any, frame: str = 'plan') -> GridMap:
     if not (np.isfinite(resolution) and resolution > 0.0):
         raise MapFormatError(f'grid resolution must be positive metres per cell, got {resolution}')
     percent = np.frombuffer(msg.data, dtype=np.int8).reshape(height, width)
-    return GridMap(_cells_from_percent(percent), resolution, _origin_from_msg(info.origin), frame)
+    return GridMap(_cells_from_percent(percent), resolution, _origin_from_msg(info.origin))
 
 
 def grid_to_msg(grid: GridMap, stamp_ns: int, frame_id: str) -> Any:

@@ -51,7 +51,7 @@ negate: 0
 occupied_thresh: 0.65
 free_thresh: 0.196
 """
-PLY = 'from fpnet_core.io import read_cloud; print(len(read_cloud("cloud.ply")))'
+PLY = 'from fpnet_core.io.clouds import read_cloud; print(len(read_cloud("cloud.ply")))'
 CLOUD = """ply
 format ascii 1.0
 element vertex 1

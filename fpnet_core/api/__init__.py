@@ -26,8 +26,8 @@ from fpnet_core.differences import find_differences
 from fpnet_core.drawings.read import read_plan as _read_plan
 from fpnet_core.drawings.types import Reading, ReadOptions
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, NotPlacedError
-from fpnet_core.io import read_cloud, read_map, states_scale
-from fpnet_core.io.clouds import CLOUD_SUFFIXES
+from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
+from fpnet_core.io.maps import read_map, states_scale
 from fpnet_core.io.recordings import is_recording
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import create_finder, match_maps
@@ -124,7 +124,9 @@ def submap_of(
     CloudFormatError
         If it holds no usable scan.
     """
-    from fpnet_core.io import open_scans  # with odometry, slower to load than all maps need
+    from fpnet_core.io.recordings import (
+        open_scans,  # with odometry, slower to load than all maps need
+    )
     from fpnet_core.odometry import KissOdometry
 
     builder, odometry = SubmapBuilder(config.submap), KissOdometry(config.odometry)

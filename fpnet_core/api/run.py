@@ -22,8 +22,11 @@ from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import PosedScans, ScanSource, open_scans, read_poses
 from fpnet_core.io.bag_scans import TF_TOPIC
+from fpnet_core.io.posed_scans import PosedScans
+from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.scans import ScanSource
+from fpnet_core.io.trajectories import read_poses
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
@@ -162,8 +165,7 @@ class Run:
     @property
     def poses(self) -> PlanarTrajectory:
         """Published poses in the plan's frame: stamps, positions [m] and yaw [rad]."""
-        found, chosen = self.result.published, self._is_here
-        return PlanarTrajectory(found.stamps_ns[chosen], found.xy[chosen], found.yaw[chosen])
+        return self.result.published.take(self._is_here)
 
     @property
     def covariances(self) -> NDArray[np.float64]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
-    from fpnet_core.io import ScanSource
+    from fpnet_core.io.scans import ScanSource
     from fpnet_core.report import RunRecord
     from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory
@@ -260,7 +260,7 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
 
 
 def _write_files(ended: _Ended, tum: Path | None, json_path: Path | None) -> None:
-    from fpnet_core.io import write_tum
+    from fpnet_core.io.trajectories import write_tum
 
     if tum is not None:
         poses = ended.run.poses

@@ -79,7 +79,7 @@ def command(
 
 def _read_robot_map(source: Path, resolution_m: float | None) -> tuple[Submap, bool]:
     """Return a robot's map, and whether its scale is known."""
-    from fpnet_core.io import read_map, states_scale
+    from fpnet_core.io.maps import read_map, states_scale
     from fpnet_core.submaps import submap_from_grid
 
     is_stated = resolution_m is not None or states_scale(source)
@@ -97,8 +97,8 @@ def _is_drawing(source: Path) -> bool:
 def _read_submap(path: Path, tree: FpnetConfig, storey: int | None) -> Submap:
     """Return the submap of a point file or of a whole recording."""
     from fpnet_core.api import submap_of
-    from fpnet_core.io import open_scans, read_cloud
-    from fpnet_core.io.clouds import CLOUD_SUFFIXES
+    from fpnet_core.io.clouds import CLOUD_SUFFIXES, read_cloud
+    from fpnet_core.io.recordings import open_scans
     from fpnet_core.submaps import submap_from_cloud
 
     if path.suffix.lower() in CLOUD_SUFFIXES:
@@ -194,13 +194,10 @@ def _report(
 
 
 def _draw(segmentation: Segmentation, path: Path) -> None:
-    from matplotlib.figure import Figure
-
+    from fpnet_core.viz.pictures import saved_figure
     from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 
-    figure = Figure(figsize=(10.0, 10.0), layout='constrained')
-    ax = figure.add_subplot()
-    draw_grid(ax, segmentation.grid)
-    draw_segmentation(ax, segmentation, with_ids=True)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    with saved_figure(path, (10.0, 10.0), 120) as figure:
+        ax = figure.add_subplot()
+        draw_grid(ax, segmentation.grid)
+        draw_segmentation(ax, segmentation, with_ids=True)

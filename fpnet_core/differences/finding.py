@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from fpnet_core.differences.found import Difference, DifferenceKind, Differences
-from fpnet_core.differences.overlay import Overlay, overlay
+from fpnet_core.differences.overlay import Overlay, metres_to, overlay
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapSide
-from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import closed, grown
 from fpnet_core.raster.pieces import label_windows, pieces_of
 from fpnet_core.raster.rays import draw_line
@@ -88,7 +87,7 @@ def find_differences(
 def _new(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Difference]]:
     """Yield what is seen and not drawn: walls, and what is furniture rather."""
     known = laid.is_wall & ~grown(mask, max(1, round(_GAP_M / laid.cell_m)))
-    to_known_m = _to_nearest(known, laid.cell_m)
+    to_known_m = metres_to(known, laid.cell_m)
     for cells, ends, length_m, width_m in _pieces(mask, laid.cell_m, grid):
         apart_m = float(laid.drawn_m[cells].mean())
         is_joined = float(to_known_m[cells].min() <= _JOINED_M + _GAP_M)
@@ -163,9 +162,3 @@ def _length_of(piece: Mask) -> float:
     )
     around = max(cv2.arcLength(outline, True) for outline in outlines)
     return max(0.5 * float(around) + 1.0, float(np.hypot(*piece.shape)))
-
-
-def _to_nearest(mask: Mask, cell_m: float) -> NDArray[np.float32]:
-    if not mask.any():
-        return np.full(mask.shape, np.inf, dtype=np.float32)
-    return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)

@@ -78,10 +78,10 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     labels = plan.segmentation.labels > 0
     reach = max(1, round(_WALL_REACH_M / grid.resolution))
     cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
-    seen_m = _looked_up(_metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
+    seen_m = _looked_up(metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
     drawn = (grid.cells == OCCUPIED) & grown(labels, 2 * reach)
     return Overlay(
-        drawn_m=_metres_to(drawn, grid.resolution),
+        drawn_m=metres_to(drawn, grid.resolution),
         seen_m=seen_m,
         is_drawn=drawn & ~_symbols(drawn & labels, grid.resolution),
         is_wall=seen_m <= grid.resolution,
@@ -114,7 +114,8 @@ def seen_walls(seen: GridMap) -> Mask:
     return np.asarray((seen.cells == OCCUPIED) & grown(seen.cells == FREE, reach))
 
 
-def _metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
+def metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
+    """Return the distance ``(H, W)`` of each cell to the nearest one of ``mask`` [m]."""
     if not mask.any():
         return np.full(mask.shape, _FAR_M, dtype=np.float32)
     return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 
 _VERSION = 1  # given
 _MARK = 'fpnet_plan'  # tells these files from any other JSON beside a map

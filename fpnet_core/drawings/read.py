@@ -23,8 +23,7 @@ from fpnet_core.drawings.types import (
     ScaleSource,
 )
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import read_map
-from fpnet_core.io.maps import YAML_SUFFIXES
+from fpnet_core.io.maps import YAML_SUFFIXES, read_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 

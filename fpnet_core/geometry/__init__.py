@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Planar transforms, placements and angles; ``T_a_b`` maps coordinates in ``b`` to ``a``."""
 
-from fpnet_core.geometry.angles import angle_between, wrap_to_pi
+from fpnet_core.geometry.angles import angle_between, rotation, wrap_to_pi
 from fpnet_core.geometry.placements import Placement, Placements
 from fpnet_core.geometry.transforms import SE2, Affine2D, Similarity2D
 
@@ -13,5 +13,6 @@ __all__ = [
     'Placements',
     'Similarity2D',
     'angle_between',
+    'rotation',
     'wrap_to_pi',
 ]

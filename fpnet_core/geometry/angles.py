@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Angles in radians, wrapped to (-pi, pi]."""
+"""Angles in radians, wrapped to (-pi, pi], and rotations by them."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,3 +14,9 @@ def wrap_to_pi(angle_rad: ArrayLike) -> NDArray[np.float64]:
 def angle_between(a_rad: ArrayLike, b_rad: ArrayLike) -> NDArray[np.float64]:
     """Return the absolute difference of two headings, in [0, pi]."""
     return np.abs(wrap_to_pi(np.asarray(a_rad) - np.asarray(b_rad)))
+
+
+def rotation(angle_rad: ArrayLike) -> NDArray[np.float64]:
+    """Return the matrices ``(..., 2, 2)`` that turn the plane by angles ``(...)``."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)

@@ -15,6 +15,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fpnet_core.geometry.angles import rotation
 from fpnet_core.geometry.polar import heading_of, stretch_of
 
 Array = NDArray[np.float64]
@@ -166,8 +167,7 @@ class SE2(Similarity2D):
     @classmethod
     def from_xy_yaw(cls, x: float, y: float, yaw_rad: float) -> SE2:
         """Build from translation [m] and rotation [rad]."""
-        c, s = np.cos(yaw_rad), np.sin(yaw_rad)
-        return SE2(np.array([[c, -s], [s, c]]), np.array([x, y], dtype=np.float64))
+        return SE2(rotation(yaw_rad), np.array([x, y], dtype=np.float64))
 
     @classmethod
     def from_matrix4(cls, matrix: ArrayLike) -> SE2:

@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
+from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import Region, RegionLabel
 
 Array = NDArray[np.float64]
@@ -176,6 +177,6 @@ def fourier_descriptors(polygon: Array) -> Array:
 def resample_outline(polygon: Array, count: int) -> Array:
     """Return ``(count, 2)`` points spaced evenly along the closed outline ``polygon (V, 2)``."""
     closed = np.concatenate([polygon, polygon[:1]])
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    along = lengths_along(closed)
     at = np.arange(count) * along[-1] / count
     return np.stack([np.interp(at, along, closed[:, axis]) for axis in range(2)], axis=1)

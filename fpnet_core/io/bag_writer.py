@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Self, cast
 
 import numpy as np
@@ -107,12 +106,7 @@ class BagWriter:
             raise BagFormatError(f'cannot write bag {self._path}: {error.strerror}') from None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the bag; after an error it is closed as well, so that what is there reads."""
         self._writer.close()
 

@@ -8,8 +8,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.trajectories import read_tum
@@ -87,7 +85,7 @@ def read_planar(path: Path) -> PlanarTrajectory:
         If the file is missing or damaged.
     """
     if path.is_file() and not path.read_bytes().strip():
-        return PlanarTrajectory(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
+        return PlanarTrajectory.empty()
     poses = read_tum(path)
     return PlanarTrajectory(poses.stamps_ns, poses.xy, poses.yaw)
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Affine2D, Placements, wrap_to_pi
+from fpnet_core.geometry import Affine2D, Placements, rotation, wrap_to_pi
 from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
@@ -119,8 +119,7 @@ class Anchor:
 
 def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:
     """Return ``A`` with the claim's stretch; the robot and its heading stay where it puts them."""
-    c, s = np.cos(A.heading), np.sin(A.heading)
-    linear = claim.stretch @ np.array([[c, -s], [s, c]])
+    linear = claim.stretch @ rotation(A.heading)
     return Affine2D(linear, A.apply(robot_odom) - linear @ robot_odom)
 
 
@@ -132,10 +131,9 @@ def _difference(A: Affine2D, other: Affine2D, robot_odom: Array) -> Array:
 
 def _moved(A: Affine2D, by: Array, robot_odom: Array) -> Affine2D:
     """Return ``A`` with the robot moved and turned on the plan."""
-    c, s = np.cos(by[2]), np.sin(by[2])
     S = A.stretch
     R = np.linalg.inv(S) @ A.linear
-    linear = S @ np.array([[c, -s], [s, c]]) @ R
+    linear = S @ rotation(by[2]) @ R
     return Affine2D(linear, A.apply(robot_odom) + by[:2] - linear @ robot_odom)
 
 

@@ -10,7 +10,7 @@ they find is the proof that one look of a running localizer cannot afford.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,33 +21,17 @@ from fpnet_core.judging import Judge, Verdict
 from fpnet_core.judging.causes import Asked, Findings, Fit, alike, causes_of
 from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.drift import drift_of
-from fpnet_core.localizer.finder import Finder
+from fpnet_core.localizer.finder import Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.maps import MapMatch
 from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
 from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, prepare_submap
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
 _FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
 _WIDEST = 2.0  # numerical: scales from a third to three times what was taken; beyond is no plan
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """
-    One comparison of a submap with a plan, in working metres, and its verdict.
-
-    ``area_m2`` is the floor seen, ``search`` the scales that were tried.
-    """
-
-    plan: MapSide
-    sub: MapSide
-    area_m2: float
-    search: ScaleSearch
-    verdict: Verdict
 
 
 def explain_run(
@@ -101,16 +85,18 @@ def explain_match(
     """Return the likely causes of a match's having no answer; parameters as of a run."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
     found = Findings(0.0, 0.0, says_scale=match.sub_is_stated)
-    look = Compared(match.plan, match.sub, match.area_m2, match.search, match.comparison.verdict)
-    found = _of_tests(_of_look(found, look), look, finder)
+    question = Question(match.plan, match.sub, match.area_m2, match.search)
+    found = _of_tests(found, question, match.comparison.verdict, finder)
     return causes_of(_of_reading(found, reading, storey), asked)
 
 
-def causes_of_look(look: Compared, status: Status, is_mirrored: bool) -> tuple[Cause, ...]:
+def causes_of_look(
+    question: Question, verdict: Verdict, status: Status, is_mirrored: bool
+) -> tuple[Cause, ...]:
     """Return the likely causes as far as one look tells; none where something is claimed."""
     if status is Status.LOCALIZED:
         return ()
-    return causes_of(_of_look(Findings(0.0, 0.0, is_mirrored=is_mirrored), look))
+    return causes_of(_of_look(Findings(0.0, 0.0, is_mirrored=is_mirrored), question, verdict))
 
 
 def causes_of_waiting(
@@ -144,9 +130,8 @@ def _looked_at(
     if area_m2 < found.needed_m2:
         plan_m2 = working.evidence.free_area_m2
         return replace(found, walls_m=sub.evidence.wall_length_m, seen_m2=area_m2, plan_m2=plan_m2)
-    verdict = finder.find(working, sub, area_m2, search, timer).verdict
-    look = Compared(working, sub, area_m2, search, verdict)
-    return _of_tests(_of_look(found, look), look, finder)
+    question = Question(working, sub, area_m2, search)
+    return _of_tests(found, question, finder.find(question, timer).verdict, finder)
 
 
 def _of_reading(found: Findings, reading: Reading | None, storey: int | None) -> Findings:
@@ -162,28 +147,28 @@ def _of_reading(found: Findings, reading: Reading | None, storey: int | None) ->
     )
 
 
-def _of_look(found: Findings, look: Compared) -> Findings:
-    factors = (look.search.misstated or look.search).factors
+def _of_look(found: Findings, question: Question, verdict: Verdict) -> Findings:
+    factors = (question.search.misstated or question.search).factors
     return replace(
         found,
-        walls_m=look.sub.evidence.wall_length_m,
-        seen_m2=look.area_m2,
-        plan_m2=look.plan.evidence.free_area_m2,
-        best=Fit.of(look.verdict),
-        alike=alike(look.verdict),
+        walls_m=question.sub.evidence.wall_length_m,
+        seen_m2=question.area_m2,
+        plan_m2=question.plan.evidence.free_area_m2,
+        best=Fit.of(verdict),
+        alike=alike(verdict),
         scales=(float(factors.min()), float(factors.max())),
-        resolution_m=look.plan.segmentation.grid.resolution,
+        resolution_m=question.plan.segmentation.grid.resolution,
     )
 
 
-def _of_tests(found: Findings, look: Compared, finder: Finder) -> Findings:
-    """Return ``found`` with what wider scales and the mirror image lead to."""
+def _of_tests(found: Findings, question: Question, verdict: Verdict, finder: Finder) -> Findings:
+    """Return ``found`` with what a look, wider scales and the mirror image lead to."""
+    found = _of_look(found, question, verdict)
     factors = allowed_scales(_WIDEST)
     wide = ScaleSearch.of_factors(factors, finder.config.pose.strain_sigma)
-    mirror = plan_side(mirrored_rooms(look.plan.segmentation))
-    sub, area_m2 = look.sub, look.area_m2
-    rescaled = finder.find(look.plan, sub, area_m2, wide, StageTimer()).verdict
-    mirrored = finder.find(mirror, sub, area_m2, look.search, StageTimer()).verdict
+    mirror = plan_side(mirrored_rooms(question.plan.segmentation))
+    rescaled = finder.find(replace(question, search=wide), StageTimer()).verdict
+    mirrored = finder.find(replace(question, plan=mirror), StageTimer()).verdict
     # The two compete as equals here: that drawings are rarely mirrored is for the reader to weigh.
-    contest = finder.judge.against_mirror(mirrored, look.verdict, 0.0)
+    contest = finder.judge.against_mirror(mirrored, verdict, 0.0)
     return replace(found, rescaled=Fit.of(rescaled), mirror=Fit.of(contest))

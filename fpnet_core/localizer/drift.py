@@ -16,10 +16,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.judging.causes import DoubleWalls, TurningWalls
 from fpnet_core.pose import FINE, ROUGH, Freedom, MapEvidence, map_evidence, refine, wall_support
 from fpnet_core.raster.rays import values_at
+from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ def _double_walls(submaps: Sequence[Submap]) -> DoubleWalls | None:
 
 def _turning_walls(submaps: Sequence[Submap]) -> TurningWalls | None:
     """Return by how much the walls' direction turns; None where it stays, or comes in steps."""
-    seen = [(_path_m(s.path_xy)[-1], _direction(s)) for s in submaps if len(s.path_xy)]
+    seen = [(lengths_along(s.path_xy)[-1], _direction(s)) for s in submaps if len(s.path_xy)]
     known = np.array([(path, way) for path, way in seen if way is not None]).reshape(-1, 2)
     if len(known) < _FEWEST_DIRECTIONS:
         return None
@@ -100,7 +101,7 @@ def _last_piece(submaps: list[Submap]) -> list[Submap]:
 
 def _returns(submaps: Sequence[Submap]) -> Iterator[tuple[Submap, Submap, float]]:
     """Yield submaps before and after the robot had been away, and the path between [m]."""
-    paths = [_path_m(submap.path_xy) for submap in submaps]
+    paths = [lengths_along(submap.path_xy) for submap in submaps]
     for index, later in enumerate(submaps):
         if not len(later.path_xy):
             continue
@@ -146,9 +147,7 @@ def _still() -> Placements:
 
 def _starts(at: Array) -> Placements:
     """Return small moves about the robot at ``at (2,)``."""
-    turns = np.array(
-        [[[math.cos(t), -math.sin(t)], [math.sin(t), math.cos(t)]] for t in _TURNS_RAD]
-    )
+    turns = rotation(_TURNS_RAD)
     shifts = np.array([(x, y) for x in _SHIFTS_M for y in _SHIFTS_M])
     linear = np.repeat(turns, len(shifts), axis=0)
     return Placements(linear, at - linear @ at + np.tile(shifts, (len(turns), 1)))
@@ -158,8 +157,3 @@ def _distance(walls: MapEvidence, points: Array) -> Array:
     """Return the distance of points ``(P, 2)`` to the nearest wall [m]; infinite off the map."""
     rc = points @ walls.A_rc_xy[:, :2].T + walls.A_rc_xy[:, 2]
     return values_at(walls.wall_distance, rc, np.inf).astype(np.float64)
-
-
-def _path_m(path_xy: Array) -> Array:
-    steps = np.linalg.norm(np.diff(path_xy, axis=0), axis=1)
-    return np.concatenate([np.zeros(min(1, len(path_xy))), np.cumsum(steps)])

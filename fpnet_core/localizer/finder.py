@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,39 @@ _RASTER_CANDIDATES = 96
 
 
 @dataclass(frozen=True, eq=False)
+class Question:
+    """
+    Where does a submap lie on a plan?
+
+    Parameters
+    ----------
+    plan, sub
+        Both sides.
+    area_m2
+        Floor that was seen; grades the matcher's threshold.
+    search
+        Scales of the plan to try.
+    tracked
+        Placements from the last tick, refined beside the new ones.
+    robot_xy : (2,)
+        Where the robot is in the submap; None without one.
+    """
+
+    plan: MapSide
+    sub: MapSide
+    area_m2: float
+    search: ScaleSearch
+    tracked: Placements = field(default_factory=Placements.empty)
+    robot_xy: RobotXY = None
+
+    def verified(self, placements: Placements) -> Placements:
+        """Return placements aligned with the walls and scored, the best of them."""
+        return verified_estimates(
+            self.plan.evidence, self.sub.evidence, placements, self.search.freedom, self.robot_xy
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """What one comparison of a submap with the plan found; by rasters, too: ``is_widened``."""
 
@@ -65,122 +98,70 @@ class Finder:
         """Tell whether the best placement is as probable as a claim takes."""
         return verdict.best >= self.config.localizer.claim_probability
 
-    def find(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        explored_area_m2: float,
-        search: ScaleSearch,
-        timer: StageTimer,
-        tracked: Placements | None = None,
-        robot_xy: RobotXY = None,
-        enough: float | None = None,
-    ) -> Comparison:
+    def find(self, asked: Question, timer: StageTimer, enough: float | None = None) -> Comparison:
         """
         Match, propose, verify and judge: all placements worth knowing, most probable first.
 
-        Where what the graph proposes leads to no claim, the rasters propose as well. Where
-        ``search`` doubts what was stated, both propose beyond it, too: what fits within may fit
-        better there.
-
-        Parameters
-        ----------
-        plan, sub : both sides
-        explored_area_m2 : observed free area, grades the matcher's threshold
-        search : scales of the plan to try
-        timer : receives stage durations
-        tracked : placements from the previous tick, refined beside the new ones
-        robot_xy : (2,) where the robot is in the submap, None without one
-        enough : probability that is a claim; None takes the configured one of robots
+        Where what the graph proposes leads to no claim, the rasters propose as well. Where the
+        search doubts what was stated, both propose beyond it, too: what fits within may fit
+        better there. ``timer`` receives the durations of stages; ``enough`` is the probability
+        that is a claim, None takes the configured one of robots.
         """
         limit = enough or self.config.localizer.claim_probability
         found = None
-        for found in self.looks(plan, sub, explored_area_m2, search, timer, tracked, robot_xy):
+        for found in self.looks(asked, timer):
             if found.verdict.best >= limit:
                 break
         assert found is not None  # there is a first look
-        return self.doubted(plan, sub, found, search, timer, tracked, robot_xy)
+        return self.doubted(asked, found, timer)
 
-    def looks(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        explored_area_m2: float,
-        search: ScaleSearch,
-        timer: StageTimer,
-        tracked: Placements | None = None,
-        robot_xy: RobotXY = None,
-    ) -> Iterator[Comparison]:
+    def looks(self, asked: Question, timer: StageTimer) -> Iterator[Comparison]:
         """Yield what the graph leads to, then what the graph and the rasters lead to."""
         with timer.stage('match'):
-            match = self.matcher.match(plan.graph, sub.graph, explored_area_m2)
+            match = self.matcher.match(asked.plan.graph, asked.sub.graph, asked.area_m2)
         with timer.stage('propose'):
-            promising = self._proposed(plan, sub, match, search)
+            promising = self._proposed(asked, match)
         with timer.stage('verify'):
-            if tracked is not None:
-                promising = tracked.joined(promising)
-            found = verified_estimates(
-                plan.evidence, sub.evidence, promising, search.freedom, robot_xy
-            )
-        verdict = self._judged(plan, sub, found, match, search, timer)
+            found = asked.verified(asked.tracked.joined(promising))
+        verdict = self._judged(asked, found, match, timer)
         yield Comparison(match, verdict)
         with timer.stage('raster'):
-            found = self._widened(plan, sub, verdict.placements, search, robot_xy)
-        yield Comparison(match, self._judged(plan, sub, found, match, search, timer), True)
+            found = self._widened(asked, verdict.placements)
+        yield Comparison(match, self._judged(asked, found, match, timer), True)
 
-    def doubted(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        found: Comparison,
-        search: ScaleSearch,
-        timer: StageTimer,
-        tracked: Placements | None = None,
-        robot_xy: RobotXY = None,
-    ) -> Comparison:
+    def doubted(self, asked: Question, found: Comparison, timer: StageTimer) -> Comparison:
         """
         Return ``found`` with the placements that a scale beyond what was stated leads to.
 
-        That is ``found`` itself where ``search`` tries none. Parameters are those of :meth:`find`.
+        That is ``found`` itself where the search tries none.
         """
-        wide, match = search.misstated, found.match
-        if wide is None:
+        search, match = asked.search, found.match
+        if search.misstated is None:
             return found
+        wide = replace(asked, search=search.misstated)
         with timer.stage('misstated'):
-            known = found.estimates if tracked is None else tracked.joined(found.estimates)
-            promising = known.joined(self._proposed(plan, sub, match, wide))
-            placed = self._widened(plan, sub, promising, wide, robot_xy)
-            doubt = self._judged(plan, sub, placed, match, wide, StageTimer())
+            known = asked.tracked.joined(found.estimates)
+            placed = self._widened(wide, known.joined(self._proposed(wide, match)))
+            doubt = self._judged(wide, placed, match, StageTimer())
             scale = doubt.placements.scale
-            beyond = doubt.of(np.flatnonzero(wide.is_within(scale) & ~search.is_within(scale)))
+            is_beyond = wide.search.is_within(scale) & ~search.is_within(scale)
+            beyond = doubt.of(np.flatnonzero(is_beyond))
             # What was held at the bounds has been let go of in the doubt.
             stated = found.verdict.of(np.flatnonzero(search.is_within(found.estimates.scale)))
             both = self.judge.with_doubt(stated, beyond, search.log_odds)
             distinct = both.placements.distinct(
-                compared_at(sub.evidence, robot_xy), DISTINCT_M, MAX_ESTIMATES
+                compared_at(asked.sub.evidence, asked.robot_xy), DISTINCT_M, MAX_ESTIMATES
             )
             return Comparison(match, self.judge.reduced(both, distinct))
 
-    def follow(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        match: MatchResult,
-        search: ScaleSearch,
-        timer: StageTimer,
-        tracked: Placements,
-        robot_xy: RobotXY,
-    ) -> Comparison:
-        """Verify and judge the ``tracked`` placements on new evidence, and look for no others."""
+    def follow(self, asked: Question, match: MatchResult, timer: StageTimer) -> Comparison:
+        """Verify and judge the tracked placements on new evidence, and look for no others."""
         with timer.stage('verify'):
-            found = verified_estimates(
-                plan.evidence, sub.evidence, tracked, search.freedom, robot_xy
-            )
-        return Comparison(match, self._judged(plan, sub, found, match, search, timer))
+            found = asked.verified(asked.tracked)
+        return Comparison(match, self._judged(asked, found, match, timer))
 
-    def _proposed(
-        self, plan: MapSide, sub: MapSide, match: MatchResult, search: ScaleSearch
-    ) -> Placements:
+    def _proposed(self, asked: Question, match: MatchResult) -> Placements:
+        plan, sub, search = asked.plan, asked.sub, asked.search
         is_sure = len(match.pairs) >= _SURE_PAIRS
         candidates = propose(
             plan.segmentation,
@@ -194,14 +175,7 @@ class Finder:
         promising = select_promising(plan.evidence, sub.evidence, candidates)
         return _assigned(match, search.factors).joined(promising)
 
-    def _widened(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        found: Placements,
-        search: ScaleSearch,
-        robot_xy: RobotXY,
-    ) -> Placements:
+    def _widened(self, asked: Question, found: Placements) -> Placements:
         """
         Return the best of the graph's and the rasters' placements.
 
@@ -209,28 +183,17 @@ class Finder:
         """
         from fpnet_core.pose.raster_search import search_placements  # loads SciPy's transforms
 
-        raster = search_placements(
-            plan.evidence, sub.evidence, search.factors[::2], _RASTER_CANDIDATES
-        )
+        plan, sub, search = asked.plan.evidence, asked.sub.evidence, asked.search
+        raster = search_placements(plan, sub, search.factors[::2], _RASTER_CANDIDATES)
         return estimates_across_scales(
-            plan.evidence,
-            sub.evidence,
-            found.joined(raster),
-            search.freedom,
-            robot_xy,
+            plan, sub, found.joined(raster), search.freedom, asked.robot_xy
         )
 
     def _judged(
-        self,
-        plan: MapSide,
-        sub: MapSide,
-        found: Placements,
-        match: MatchResult,
-        search: ScaleSearch,
-        timer: StageTimer,
+        self, asked: Question, found: Placements, match: MatchResult, timer: StageTimer
     ) -> Verdict:
         with timer.stage('judge'):
-            return self.judge.judge(plan, sub, found, match, search.log_range)
+            return self.judge.judge(asked.plan, asked.sub, found, match, asked.search.log_range)
 
 
 def _assigned(match: MatchResult, factors: NDArray[np.float64]) -> Placements:

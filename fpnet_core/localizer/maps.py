@@ -15,11 +15,12 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.judging import Judge, Look, Verdict, reason_of
-from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
 from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.pose import MapSide, map_evidence
+from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation import (
     STATED_SCALE,
     ScaleEstimate,
@@ -164,20 +165,16 @@ def match_maps(
         return match_cuts(plan_cut, sub_cut, finder, timer)
 
 
-@dataclass(frozen=True, eq=False)
-class ScaledPair:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ScaledPair(Question):
     """
     Both maps in metres, as stated or as far as rooms and doors tell, and the scales to try.
 
-    The factors are metres per nominal metre of each side; ``area_m2`` is the robot's free space.
+    The factors are metres per nominal metre of each side.
     """
 
-    plan: MapSide
-    sub: MapSide
     plan_factor: float
     sub_factor: float
-    search: ScaleSearch
-    area_m2: float
 
 
 def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
@@ -186,10 +183,10 @@ def scaled_pair(plan: CutMap, sub: CutMap, config: FpnetConfig) -> ScaledPair:
     return ScaledPair(
         plan_side(rescaled_rooms(plan.segmentation, plan_factor)),
         _submap_side(rescaled_rooms(sub.segmentation, sub_factor)),
-        plan_factor,
-        sub_factor,
-        _search(plan, sub, config),
         sub.free_area_m2 * sub_factor**2,
+        _search(plan, sub, config),
+        plan_factor=plan_factor,
+        sub_factor=sub_factor,
     )
 
 
@@ -250,9 +247,7 @@ def _compared(
 ) -> tuple[ScaledPair, Comparison]:
     with timer.stage('evidence'):
         pair = scaled_pair(plan, sub, finder.config)
-    enough = finder.config.localizer.match_probability
-    found = finder.find(pair.plan, pair.sub, pair.area_m2, pair.search, timer, enough=enough)
-    return pair, found
+    return pair, finder.find(pair, timer, enough=finder.config.localizer.match_probability)
 
 
 def _told(
@@ -304,11 +299,9 @@ def _submap_side(segmentation: Segmentation) -> MapSide:
 
 def _trimmed(submap: Submap) -> Submap:
     """Return the map without the unknown cells around it, which take time and say nothing."""
-    known = submap.grid.cells != UNKNOWN
-    if not known.any():
+    window = window_of(submap.grid.cells != UNKNOWN)
+    if window is None:
         return submap
-    rows, cols = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
-    window = slice(rows[0], rows[-1] + 1), slice(cols[0], cols[-1] + 1)
     return replace(submap, grid=submap.grid.cropped(*window), lintel=submap.lintel[window])
 
 

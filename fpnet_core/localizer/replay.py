@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
-from fpnet_core.io import Scan
-from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.scans import RegisteredSweep, Scan
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
@@ -58,7 +57,7 @@ def replay(
     scans: Iterable[Scan],
     localizer: Localizer,
     tick_period_s: float,
-    register: Register,
+    register: Register | None = None,
     on_scan: Callable[[], None] = lambda: None,
 ) -> ReplayResult:
     """
@@ -88,7 +87,7 @@ class Replay:
     scans : in time order; those without ``T_odom_sensor`` go through ``register``
     localizer : with its plan set
     tick_period_s : sensor time between two ticks
-    register : odometry for scans that bring none
+    register : odometry for scans that bring no pose; None where all of them do
     on_scan : called after each scan, for progress bars
     registers_all : scans with poses go through ``register``, too, which may take them as a guess
 
@@ -103,7 +102,7 @@ class Replay:
         scans: Iterable[Scan],
         localizer: Localizer,
         tick_period_s: float,
-        register: Register,
+        register: Register | None,
         on_scan: Callable[[], None] = lambda: None,
         registers_all: bool = False,
     ) -> None:
@@ -119,13 +118,14 @@ class Replay:
         """Return the run as far as it went."""
         return self._run.result()
 
-    def _registered(self, scan: Scan, register: Register) -> RegisteredSweep:
-        if self._registers_all or scan.T_odom_sensor is None:
+    def _registered(self, scan: Scan, register: Register | None) -> RegisteredSweep:
+        if register is not None and (self._registers_all or scan.T_odom_sensor is None):
             return register(scan)
+        assert scan.T_odom_sensor is not None, 'without an odometry every scan has a pose'
         return RegisteredSweep(scan.points, scan.T_odom_sensor, scan.viewpoints)
 
     def _follow(
-        self, scans: Iterable[Scan], register: Register, on_scan: Callable[[], None]
+        self, scans: Iterable[Scan], register: Register | None, on_scan: Callable[[], None]
     ) -> Iterator[LocalizerOutput]:
         run, refusal = self._run, None
         for scan in scans:
@@ -206,9 +206,9 @@ class _Run:
     def result(self) -> ReplayResult:
         return ReplayResult(
             tuple(self.outputs),
-            _trajectory(self.published),
+            PlanarTrajectory.of(self.published),
             np.array(self.covariances, dtype=np.float64).reshape(-1, 3, 3),
-            _trajectory(self.path),
+            PlanarTrajectory.of(self.path),
             np.array(self.add_ms),
             self.refused.total(),
             tuple(self.storeys),
@@ -220,11 +220,3 @@ def _log_change(outputs: list[LocalizerOutput], start_ns: int) -> None:
     last = outputs[-1]
     if len(outputs) < 2 or outputs[-2].status is not last.status:
         _log.info('%.1f s: %s', (last.stamp_ns - start_ns) / NS_PER_S, last.said)
-
-
-def _trajectory(poses: list[tuple[int, SE2]]) -> PlanarTrajectory:
-    return PlanarTrajectory(
-        np.array([stamp for stamp, _ in poses], dtype=np.int64),
-        np.array([T.translation for _, T in poses]).reshape(-1, 2),
-        np.array([T.yaw for _, T in poses]),
-    )

@@ -13,10 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Placements
-from fpnet_core.localizer.finder import Comparison, Finder
-from fpnet_core.localizer.scale import ScaleSearch
-from fpnet_core.localizer.sides import RobotXY, StageTimer
+from fpnet_core.localizer.finder import Comparison, Finder, Question
+from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.types import Submap
@@ -44,17 +42,10 @@ class Searched:
         return is_recent and submap.free_area_m2 < NEWS_GROWTH * self.free_area_m2
 
     def followed(
-        self,
-        finder: Finder,
-        plan: MapSide,
-        submap: Submap,
-        tracked: Placements,
-        timer: StageTimer,
-        search: ScaleSearch,
-        robot_xy: RobotXY,
+        self, finder: Finder, asked: Question, submap: Submap, timer: StageTimer
     ) -> tuple[Searched, Comparison]:
-        """Return this search one tick later, and the ``tracked`` placements on new evidence."""
+        """Return this search one tick later, and the tracked placements on new evidence."""
         with timer.stage('evidence'):
             sub = replace(self.sub, evidence=map_evidence(submap.grid))
-        found = finder.follow(plan, sub, self.match, search, timer, tracked, robot_xy)
+        found = finder.follow(replace(asked, sub=sub), self.match, timer)
         return replace(self, sub=sub, ticks=self.ticks + 1), found

@@ -22,7 +22,7 @@ from fpnet_core.errors import HintError, MapFormatError
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import WORD, Evidence, Judge, Verdict
 from fpnet_core.judging.evidence import CONTEXT, FIGURES
-from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.localizer.sides import RobotXY, StageTimer
@@ -192,10 +192,8 @@ class StoreyLook:
         tracked = storey.tracked @ self.submap.T_odom_submap
         # Where the graph has enough to go by on one storey, it has on the others.
         is_enough = not self.found.is_widened and self.finder.is_claim(self.found.verdict)
-        found = self.finder.find(
-            plan.working, self.sub, area_m2, plan.scale.search.as_stated, StageTimer(), tracked,
-            self.robot_xy, _ANYTHING if is_enough else None,
-        )  # fmt: skip
+        asked = self._question(plan, tracked)
+        found = self.finder.find(asked, StageTimer(), _ANYTHING if is_enough else None)
         return replace(
             storey,
             tracked=self._in_odom(found.estimates),
@@ -208,12 +206,14 @@ class StoreyLook:
         plan, tracked = storey.plan, storey.tracked.take(slice(_FOLLOWED))
         area_m2 = self.submap.free_area_m2
         match = self.finder.matcher.match(plan.working.graph, self.sub.graph, area_m2)
-        found = self.finder.follow(
-            plan.working, self.sub, match, plan.scale.search.as_stated, StageTimer(),
-            tracked @ self.submap.T_odom_submap, self.robot_xy,
-        )  # fmt: skip
+        asked = self._question(plan, tracked @ self.submap.T_odom_submap)
+        found = self.finder.follow(asked, match, StageTimer())
         tracked = self._in_odom(found.estimates)
         return replace(storey, tracked=tracked, verdict=found.verdict)
+
+    def _question(self, plan: Floorplan, tracked: Placements) -> Question:
+        area_m2, search = self.submap.free_area_m2, plan.scale.search.as_stated
+        return Question(plan.working, self.sub, area_m2, search, tracked, self.robot_xy)
 
     def _in_odom(self, found: Placements) -> Placements:
         in_odom: Placements = found @ self.submap.T_odom_submap.inv()

@@ -19,8 +19,8 @@ from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging import Verdict
 from fpnet_core.judging.reasons import NO_PLAN, waiting
 from fpnet_core.localizer.belief import Belief, HypothesisTracker, Sight, Standing
-from fpnet_core.localizer.diagnosis import Compared, causes_of_look, causes_of_waiting
-from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.diagnosis import causes_of_look, causes_of_waiting
+from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.hint import PoseHint
 from fpnet_core.localizer.scale import ScaleSearch
@@ -38,7 +38,6 @@ from fpnet_core.localizer.storeys import (
     with_priors,
 )
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity
-from fpnet_core.matches import MatchResult
 from fpnet_core.pose import MapSide
 from fpnet_core.pose.uncertainty import (
     Misfit,
@@ -240,8 +239,10 @@ class _Tick:
         has_searched = not unsearched(others, submap.free_area_m2)
         doubts = has_searched and tracker.wants_mirror(state.standing)
         search = self.plan.scale.search if doubts else self.plan.scale.search.as_stated
-        found = self._doubted(found, search)
         sub = found.searched.sub
+        asked = self._question(sub, search)
+        comparison = self.finder.doubted(asked, found.comparison, self.timer)
+        found = replace(found, comparison=comparison)
         verdict, hint = self._told(found.comparison.verdict)
         verdict, others = in_contest(self.finder.judge, verdict, self.plan, others, is_fresh)
         plan, mirrored = self._mirrored(found, search) if doubts else (self.plan, None)
@@ -265,10 +266,10 @@ class _Tick:
             is_elsewhere=Surroundings(config).is_elsewhere(vicinity),
             others=others,
         )
-        compared = Compared(plan.working, sub, submap.free_area_m2, search, verdict)
-        match = found.comparison.match
-        output = self._output(plan, compared, match, belief.judged, told, A, spread)
-        named = replace(output, storey=plan.name, storeys=probabilities(plan, verdict, others))
+        causes = causes_of_look(asked, verdict, told.status, told.is_mirrored)
+        output = self._output(plan, found, belief.judged, told, A, spread)
+        storeys = probabilities(plan, verdict, others)
+        named = replace(output, causes=causes, storey=plan.name, storeys=storeys)
         best = strongest(others)
         is_told = hint is not None and not hint.is_doubted
         if best is None or best.best <= verdict.best or is_told or after.is_elsewhere:
@@ -282,32 +283,22 @@ class _Tick:
 
     def _placed(self) -> _Found:
         """Search the whole plan, or follow what the last search found where that will do."""
-        state, submap, working = self.state, self.submap, self.plan.working
+        state, submap = self.state, self.submap
         search, last = self.plan.scale.search.as_stated, state.searched
         if last is not None and last.holds(submap, self.finder.config.localizer):
-            searched, comparison = last.followed(
-                self.finder, working, submap, self._tracked, self.timer, search, self.robot_xy
-            )
+            asked = self._question(last.sub, search)
+            searched, comparison = last.followed(self.finder, asked, submap, self.timer)
             return _Found(state.segmenter, searched, comparison)
         sub, segmenter = prepare_submap(submap, state.segmenter, self.timer)
-        area_m2 = submap.free_area_m2
-        comparison = self.finder.find(
-            working, sub, area_m2, search, self.timer, self._tracked, self.robot_xy
-        )
-        return _Found(segmenter, Searched(sub, comparison.match, area_m2), comparison)
+        comparison = self.finder.find(self._question(sub, search), self.timer)
+        searched = Searched(sub, comparison.match, submap.free_area_m2)
+        return _Found(segmenter, searched, comparison)
 
-    @property
-    def _tracked(self) -> Placements:
-        """The last tick's placements of this submap."""
-        return self.state.tracked @ self.submap.T_odom_submap
-
-    def _doubted(self, found: _Found, search: ScaleSearch) -> _Found:
-        """Return what was found with what scales that ``search`` doubts lead to, if it does."""
-        comparison = self.finder.doubted(
-            self.plan.working, found.searched.sub, found.comparison, search, self.timer,
-            self._tracked, self.robot_xy,
-        )  # fmt: skip
-        return replace(found, comparison=comparison)
+    def _question(self, sub: MapSide, search: ScaleSearch) -> Question:
+        """Return where the submap lies, also by the last tick's placements, as a question."""
+        tracked = self.state.tracked @ self.submap.T_odom_submap
+        area_m2 = self.submap.free_area_m2
+        return Question(self.plan.working, sub, area_m2, search, tracked, self.robot_xy)
 
     def _mirrored(self, found: _Found, search: ScaleSearch) -> tuple[Floorplan, Verdict]:
         """Return the verdict on the drawing's mirror image, and the plan that has it by now."""
@@ -318,9 +309,9 @@ class _Tick:
             plan = self.plan.with_mirror()
             assert plan.mirror is not None  # it was asked for
             # Its stages are not the drawing's.
-            mirrored = self.finder.find(
-                plan.mirror, found.searched.sub, self.submap.free_area_m2, alike, StageTimer()
-            )
+            area_m2 = self.submap.free_area_m2
+            asked = Question(plan.mirror, found.searched.sub, area_m2, alike)
+            mirrored = self.finder.find(asked, StageTimer())
         return plan, mirrored.verdict
 
     def _told(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:
@@ -353,8 +344,7 @@ class _Tick:
     def _output(
         self,
         plan: Floorplan,
-        look: Compared,
-        match: MatchResult,
+        found: _Found,
         judged: Placements,
         belief: Belief,
         A_working_odom: Affine2D | None,
@@ -368,15 +358,14 @@ class _Tick:
             spread=None if spread is None else plan.nominal_spread(spread),
             probability=belief.probability,
             estimates=estimates,
-            match=match,
-            segmentation=look.sub.segmentation,
-            graph=look.sub.graph,
+            match=found.comparison.match,
+            segmentation=found.searched.sub.segmentation,
+            graph=found.searched.sub.graph,
             submap=self.submap,
             timings_ms=self.timer.timings_ms,
             scale=plan.nominal_scale(),
             reason=belief.reason,
             is_mirrored=belief.is_mirrored,
-            causes=causes_of_look(look, belief.status, belief.is_mirrored),
         )
 
     def _spread(self, belief: Belief, A_plan_odom: Affine2D | None) -> PoseSpread | None:

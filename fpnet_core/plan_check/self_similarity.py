@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Affine2D, Placement, Placements
+from fpnet_core.geometry import Affine2D, Placement, Placements, rotation
 from fpnet_core.judging import Verdict
 from fpnet_core.localizer.finder import Finder
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
@@ -138,8 +138,7 @@ class _Search:
         like = np.flatnonzero((ratio < _LIKE_SIZE) & (ratio > 1.0 / _LIKE_SIZE))
         turns = np.arange(4) * np.pi / 2
         yaw = (yaws[like][:, None] - yaws[anchor] + turns).ravel()
-        c, s = np.cos(yaw), np.sin(yaw)
-        linear = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+        linear = rotation(yaw)
         target = np.repeat(centres[like], len(turns), axis=0)
         return Placements(linear, target - linear @ centres[anchor])
 

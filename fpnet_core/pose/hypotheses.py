@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.types import RegionLabel, Segmentation
 
@@ -158,9 +158,7 @@ def _principal_yaw(segmentation: Segmentation) -> NDArray[np.float64]:
 
 def _placements(anchors: _Anchors, stretches: NDArray[np.float64]) -> Placements:
     """All stretches of all anchors; order: stretch outermost."""
-    c, s = np.cos(anchors.yaw), np.sin(anchors.yaw)
-    rotation = np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
-    linear = (stretches[:, None] @ rotation).reshape(-1, 2, 2)
+    linear = (stretches[:, None] @ rotation(anchors.yaw)).reshape(-1, 2, 2)
     plan_xy, sub_xy = (
         np.tile(anchors.plan_xy, (len(stretches), 1)),
         np.tile(anchors.sub_xy, (len(stretches), 1)),

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.scales import in_turn
 from fpnet_core.raster.blocks import block_means
@@ -154,10 +154,8 @@ def _of_turn(
     field: _Field, walls: Array, free: Array, yaw: float, factors: Array
 ) -> tuple[Array, Array, Array]:
     """Return linear parts (K, 2, 2), translations (K, 2) and worths (K,) of one rotation."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    rotation = np.array([[c, -s], [s, c]])
-    in_px = field.A_px_xy[:, :2]
-    placed = [points @ (in_px @ rotation).T for points in (walls, free)]
+    in_px, R = field.A_px_xy[:, :2], rotation(yaw)
+    placed = [points @ (in_px @ R).T for points in (walls, free)]
     low = np.minimum(*(points.min(axis=0) for points in placed))
     extent = np.maximum(*(points.max(axis=0) for points in placed)) - low
     fitting = factors[(factors[:, None] * extent + 2.0 < field.shape).all(axis=1)]
@@ -166,7 +164,7 @@ def _of_turn(
     for factor, values in zip(fitting, maps, strict=True):
         inside = np.array(field.shape) - np.ceil(factor * extent).astype(np.int64)
         peaks, heights = _peaks(values[: inside[0], : inside[1]])
-        linear.append(np.tile(factor * rotation, (len(peaks), 1, 1)))
+        linear.append(np.tile(factor * R, (len(peaks), 1, 1)))
         shift.append(peaks - factor * low)
         worth.append(heights)
     translation = (np.concatenate(shift) - field.A_px_xy[:, 2]) @ np.linalg.inv(in_px).T

@@ -70,13 +70,13 @@ def _joined(cells: NDArray[np.int64]) -> NDArray[np.int64]:
         if k and cells[k - 1, 0] == row and cells[k - 1, 1] == col - 1:
             _join(root, k - 1, k)
     for k in range(len(cells)):
-        root[k] = _root(root, k)
+        root[k] = root_of(root, k)
     return root
 
 
 @njit(cache=True, nogil=True)
-def _root(root: NDArray[np.int64], k: int) -> int:
-    """Return the cell that stands for the piece of another, and make the way to it shorter."""
+def root_of(root: NDArray[np.int64], k: int) -> int:
+    """Return what stands for the piece that ``k`` has joined, and make the way to it shorter."""
     while root[k] != k:
         root[k] = root[root[k]]
         k = root[k]
@@ -86,7 +86,7 @@ def _root(root: NDArray[np.int64], k: int) -> int:
 @njit(cache=True, nogil=True)
 def _join(root: NDArray[np.int64], a: int, b: int) -> None:
     """Make two cells' pieces one."""
-    root[_root(root, b)] = _root(root, a)
+    root[root_of(root, b)] = root_of(root, a)
 
 
 def looked_up(labels: NDArray[np.int32], values: NDArray[Scalar]) -> NDArray[Scalar]:

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import SE2
-from fpnet_core.io import BagWriter, write_covariances, write_map, write_tum
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.maps import write_map
+from fpnet_core.io.trajectories import write_covariances, write_tum
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
 from fpnet_core.report.moments import chosen_ticks

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, rotation
+from fpnet_core.geometry.polar import heading_of
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.report.record import PLACEMENT_COLOURS, RunRecord
 from fpnet_core.report.sheets import Box, Sheet, fitted
@@ -181,14 +182,10 @@ def on_the_way(A_start: Affine2D, A_end: Affine2D, share: float) -> Affine2D:
     eased = share * share * (3.0 - 2.0 * share)
     between = A_end.linear @ np.linalg.inv(A_start.linear)
     scale = float(np.sqrt(abs(np.linalg.det(between))))
-    angle = float(np.arctan2(between[1, 0] - between[0, 1], between[0, 0] + between[1, 1]))
-    bent = A_end.linear - scale * _turn(angle) @ A_start.linear
-    linear = scale**eased * _turn(eased * angle) @ A_start.linear + eased * bent
+    angle = float(heading_of(between))
+    bent = A_end.linear - scale * rotation(angle) @ A_start.linear
+    linear = scale**eased * rotation(eased * angle) @ A_start.linear + eased * bent
     return Affine2D(linear, (1.0 - eased) * A_start.translation + eased * A_end.translation)
-
-
-def _turn(angle: float) -> NDArray[np.float64]:
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
 def _seen(output: LocalizerOutput) -> NDArray[np.float64]:

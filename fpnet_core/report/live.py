@@ -21,7 +21,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.report.charts import timeline_figure
 from fpnet_core.report.moments import MAX_MOMENTS, changes, chosen_ticks, moment
 from fpnet_core.report.page import page_text
-from fpnet_core.report.record import RunRecord, nowhere
+from fpnet_core.report.record import RunRecord
 from fpnet_core.report.run_page import published, run_data, run_figures
 from fpnet_core.report.serving import LiveServer
 from fpnet_core.types import Segmentation
@@ -52,7 +52,7 @@ class LiveRun:
     """
 
     def __init__(self, title: str, plan: Segmentation, port: int) -> None:
-        self._record, self._said = RunRecord(title, '', plan, (), nowhere()), ''
+        self._record, self._said = RunRecord(title, '', plan), ''
         self._moments: list[dict[str, Any]] = []
         self._server = LiveServer(_growing(self._record), self._whole, port)
 
@@ -63,7 +63,7 @@ class LiveRun:
 
     def begin(self, title: str, plan: Segmentation) -> None:
         """Forget the run, and begin another one on another floorplan; open pages follow."""
-        record = RunRecord(title, '', plan, (), nowhere())
+        record = RunRecord(title, '', plan)
 
         def forget() -> None:
             self._record, self._said, self._moments = record, '', []

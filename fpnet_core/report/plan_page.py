@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import plotly.graph_objects as go
@@ -12,7 +13,9 @@ from fpnet_core.plan_check.check import PlanCheck, expected_path_m, room_note
 from fpnet_core.report.charts import add_rooms, equal_axes, show_regions
 from fpnet_core.report.page import write_page
 from fpnet_core.report.pictures import segmentation_picture
+from fpnet_core.types import Segmentation
 from fpnet_core.viz.plan_check import similarity_colours
+from fpnet_core.viz.segmentation import Colour
 
 _PLAN_PX = 1600  # chosen
 
@@ -20,11 +23,13 @@ _PLAN_PX = 1600  # chosen
 def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
     """Write the check of the floorplan ``name`` as one HTML file that loads nothing else."""
     expected_m = expected_path_m(check.tours)
-    similarity = check.similarity
+    segmentation, similarity = check.segmentation, check.similarity
+    alike = similarity_colours(segmentation, similarity)
+    notes = {room.id: room_note(check, room.id) for room in segmentation.rooms}
     tiles = {
-        'rooms': str(len(check.segmentation.rooms)),
-        'doors': str(len(check.segmentation.doors)),
-        'area [m²]': f'{sum(room.area_m2 for room in check.segmentation.rooms):.0f}',
+        'rooms': str(len(segmentation.rooms)),
+        'doors': str(len(segmentation.doors)),
+        'area [m²]': f'{sum(room.area_m2 for room in segmentation.rooms):.0f}',
         'metres per pixel': f'{check.drawn.resolution_m:.4f}',
         'scale factor from doors': f'{check.scale.factor:.2f}',
         'rooms like another': str(len(similarity.alone)),
@@ -32,14 +37,14 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
         'typical path to a pose [m]': '-' if expected_m is None else f'{expected_m:.1f}',
     }
     rooms = [
-        (room.id, f'{room.area_m2:.1f}', note)
-        for room in check.segmentation.rooms
-        if (note := room_note(check, room.id))
+        (room.id, f'{room.area_m2:.1f}', notes[room.id])
+        for room in segmentation.rooms
+        if notes[room.id]
     ]
     write_page(
         Path(path),
         'plan.html.j2',
-        {'rooms': _rooms_figure(check), 'similar': _similar_figure(check)},
+        {'rooms': _figure(segmentation), 'similar': _figure(segmentation, alike, notes)},
         title=f'Floorplan check: {name}',
         summary='What to know before a robot drives on this floorplan.',
         tiles=list(tiles.items()),
@@ -50,23 +55,14 @@ def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
     )
 
 
-def _rooms_figure(check: PlanCheck) -> go.Figure:
+def _figure(
+    segmentation: Segmentation,
+    colours: Mapping[int, Colour] | None = None,
+    notes: Mapping[int, str] | None = None,
+) -> go.Figure:
+    """Return the floorplan, its rooms in colours of their own and with notes at the pointer."""
     figure = go.Figure()
-    picture = segmentation_picture(check.segmentation, _PLAN_PX)
-    show_regions(figure, check.segmentation, picture)
-    add_rooms(figure, check.segmentation)
-    equal_axes(figure, check.segmentation.grid.frame)
-    figure.update_layout(showlegend=False)
-    return figure
-
-
-def _similar_figure(check: PlanCheck) -> go.Figure:
-    """Return the rooms coloured by what tells them from others; the pointer shows their twins."""
-    figure = go.Figure()
-    segmentation = check.segmentation
-    colours = similarity_colours(segmentation, check.similarity)
     show_regions(figure, segmentation, segmentation_picture(segmentation, _PLAN_PX, colours))
-    notes = {room.id: room_note(check, room.id) for room in segmentation.rooms}
     add_rooms(figure, segmentation, notes)
     equal_axes(figure, segmentation.grid.frame)
     figure.update_layout(showlegend=False)

@@ -29,11 +29,6 @@ PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
 PLACEMENT_SIGNS = ('●', '✕', '△')
 
 
-def nowhere() -> PlanarTrajectory:
-    """Return a trajectory without poses."""
-    return PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
-
-
 @dataclass(frozen=True, eq=False)
 class RunRecord:
     """
@@ -50,13 +45,13 @@ class RunRecord:
     title: str
     summary: str
     plan: Segmentation
-    outputs: tuple[LocalizerOutput, ...]
-    published: PlanarTrajectory
+    outputs: tuple[LocalizerOutput, ...] = ()
+    published: PlanarTrajectory = field(default_factory=PlanarTrajectory.empty)
     truth: PlanarTrajectory | None = None
     A_plan_truth: Affine2D = field(default_factory=Affine2D.identity)
     figures: Mapping[str, Any] = field(default_factory=dict)
     causes: tuple[Cause, ...] = ()
-    odometry: PlanarTrajectory = field(default_factory=nowhere)
+    odometry: PlanarTrajectory = field(default_factory=PlanarTrajectory.empty)
     differences: Differences | None = None
 
     @property
@@ -76,7 +71,7 @@ class RunRecord:
     def truth_on_plan(self) -> PlanarTrajectory:
         """True poses in the plan frame; none where there is no truth."""
         if self.truth is None:
-            return nowhere()
+            return PlanarTrajectory.empty()
         return self.truth.mapped(self.A_plan_truth)
 
     def seconds(self, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -8,14 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Self
 
-import numpy as np
-
-from fpnet_core.geometry import SE2
 from fpnet_core.io.parcels import ShownPlan, ShownTick
 from fpnet_core.report.live import LiveRun
-from fpnet_core.report.record import RunRecord, nowhere
+from fpnet_core.report.record import RunRecord
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_core.types import LocalizerOutput
 
 _REMEMBERED = 3600  # numerical: ticks, an hour or so; and the first one, which time counts from
 
@@ -59,7 +55,7 @@ class WatchedRun:
 
     def _begin(self, plan: ShownPlan) -> None:
         title = f'live on {plan.name}' if plan.name else 'live'
-        self._number, self._record = plan.number, RunRecord(title, '', plan.rooms, (), nowhere())
+        self._number, self._record = plan.number, RunRecord(title, '', plan.rooms)
         if self._live is None:
             self._live = LiveRun(title, plan.rooms, self._port)
             self._tell(f'watch it at {self._live.url}')
@@ -71,7 +67,7 @@ class WatchedRun:
         if self._live is None or record is None or tick.number != self._number:
             return
         if record.outputs and tick.output.stamp_ns < record.outputs[-1].stamp_ns:
-            record = RunRecord(record.title, '', record.plan, (), nowhere())  # time went back
+            record = RunRecord(record.title, '', record.plan)  # time went back
             self._live.begin(record.title, record.plan)
         self._record = record = with_tick(record, tick)
         is_its = self._said.startswith(tick.output.said)
@@ -96,31 +92,22 @@ class WatchedRun:
 
 def with_tick(record: RunRecord, tick: ShownTick) -> RunRecord:
     """Return the record with another tick; of all before, only what fills a line is kept."""
-    before = tuple(_small(output) for output in record.outputs[-1:])
+    before = tuple(
+        replace(output, submap=None, segmentation=None, graph=None, match=None)
+        for output in record.outputs[-1:]
+    )
     outputs = (*record.outputs[:-1], *before, tick.output)
     if len(outputs) > _REMEMBERED:
         outputs = (outputs[0], *outputs[-_REMEMBERED:])
     submap, odometry = tick.output.submap, record.odometry
     if submap is not None and tick.T_odom_base is not None:
-        odometry = _joined(odometry, _single(submap.stamp_ns, tick.T_odom_base))
+        newest = PlanarTrajectory.of([(submap.stamp_ns, tick.T_odom_base)])
+        odometry = _joined(odometry, newest)
     published = _joined(record.published, tick.poses)
     return replace(record, outputs=outputs, published=published, odometry=odometry)
-
-
-def _small(output: LocalizerOutput) -> LocalizerOutput:
-    return replace(output, submap=None, segmentation=None, graph=None, match=None)
-
-
-def _single(stamp_ns: int, pose: SE2) -> PlanarTrajectory:
-    return PlanarTrajectory(np.array([stamp_ns]), pose.translation[None], np.array([pose.yaw]))
 
 
 def _joined(first: PlanarTrajectory, second: PlanarTrajectory) -> PlanarTrajectory:
     """Return the poses of both, those of the second that are not later left out."""
     last_ns = first.stamps_ns[-1:]
-    new = second.stamps_ns > (last_ns[0] if len(last_ns) else -1)
-    return PlanarTrajectory(
-        np.concatenate([first.stamps_ns, second.stamps_ns[new]]),
-        np.concatenate([first.xy, second.xy[new]]),
-        np.concatenate([first.yaw, second.yaw[new]]),
-    )
+    return first.joined(second.take(second.stamps_ns > (last_ns[0] if len(last_ns) else -1)))

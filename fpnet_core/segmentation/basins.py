@@ -10,7 +10,7 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells
+from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells, root_of
 from fpnet_core.raster.windows import first_of_each
 from fpnet_core.segmentation.scene import WorkRaster
 
@@ -124,18 +124,9 @@ def merge_shallow(basins: Basins, work: WorkRaster) -> NDArray[np.int32]:
 def _join_shallow(pairs, saddles, parent, peak, depth):  # type: ignore[no-untyped-def]
     """Join basins, widest saddle first; ``parent`` holds each one's root then."""
     for k in range(len(pairs)):
-        a, b = pairs[k]
-        while parent[a] != a:
-            parent[a] = parent[parent[a]]
-            a = parent[a]
-        while parent[b] != b:
-            parent[b] = parent[parent[b]]
-            b = parent[b]
+        a, b = root_of(parent, pairs[k, 0]), root_of(parent, pairs[k, 1])
         if a != b and min(peak[a], peak[b]) - saddles[k] < depth:
             keep, gone = (a, b) if peak[a] >= peak[b] else (b, a)
             parent[gone] = keep
     for k in range(len(parent)):
-        root = k
-        while parent[root] != root:
-            root = parent[root]
-        parent[k] = root
+        parent[k] = root_of(parent, k)

@@ -102,7 +102,7 @@ class SubmapSegmenter:
         )
         inherited = _inherited(part, last.segmentation, touched, kept, window)
         part = replace(part, regions=tuple(self._named(part.regions, inherited)))
-        seen = ~_near_held(held, grid.resolution)
+        seen = ~grown(held, _tile_cells(grid.resolution))
         seen[_within(box, window)] |= near
         cells, lintel = last.cells.copy(), last.lintel.copy()
         np.copyto(cells[window], grid.cells[window], where=seen)
@@ -204,11 +204,6 @@ def _within(box: Window, window: Window) -> Window:
     """Return ``box`` in the cells of ``window``, which holds it."""
     (rows, cols), (r0, c0) = box, (window[0].start, window[1].start)
     return slice(rows.start - r0, rows.stop - r0), slice(cols.start - c0, cols.stop - c0)
-
-
-def _near_held(held: Mask, cell_m: float) -> Mask:
-    """Return the cells within a tile of a held room's."""
-    return grown(held, _tile_cells(cell_m))
 
 
 def _with_partners(touched: set[int], segmentation: Segmentation, sure_width_m: float) -> set[int]:

@@ -125,16 +125,12 @@ def _is_doorway(
 ) -> bool:
     """Tell whether a line is as wide as a door, under high returns, in a wall, and passable."""
     width_m = math.dist(ends[0], ends[1]) * cell_m
-    if not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M or not _is_in_wall(ends, wall):
+    if not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M or not wall[cells_at(ends, wall.shape)].all():
         return False
     (r0, c0), (r1, c1) = ends.tolist()
     reach, passage = _LINE_REACH_M / cell_m, _PASSAGE_M / cell_m
     covered, passes = _evidence(lintel, free, r0, c0, r1, c1, reach, passage)
     return bool(covered >= _MIN_COVERAGE and passes)
-
-
-def _is_in_wall(ends: NDArray[np.float64], wall: Mask) -> bool:
-    return bool(wall[cells_at(ends, wall.shape)].all())
 
 
 @njit(cache=True, nogil=True)

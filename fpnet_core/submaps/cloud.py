@@ -140,16 +140,12 @@ def _told_apart(columns: _Columns, level: Storey, config: SubmapConfig) -> tuple
     # Where furniture hides a wall's lower part and the floor, its upper part is the wall.
     wall = tall & (obstacle | ((high >= _TALL_BINS) & ~grown(floor, 1)))
     seen = floor | roofed | (body > 0)
-    free = closed(seen | wall, _cells(_GAP_M, config)) & ~wall
+    free = closed(seen | wall, max(1, round(_GAP_M / config.resolution_m))) & ~wall
     free |= _blind_spots(free, wall)
     over = columns.filled(LINTEL_HEIGHT_M, top) > 0
     if np.count_nonzero(floor & roofed) >= _CEILED_SHARE * np.count_nonzero(floor):
         free = _indoors(free, roofed)
     return free, wall, free & over
-
-
-def _cells(metres: float, config: SubmapConfig) -> int:
-    return max(1, round(metres / config.resolution_m))
 
 
 def _box_max(values: NDArray[np.uint8]) -> NDArray[np.uint8]:

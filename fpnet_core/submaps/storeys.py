@@ -30,6 +30,7 @@ _STANDING_M = (0.5, 1.7)  # above a floor, where walls are
 _LEAST_WALLS = 0.02  # of a floor's ground; a roof has none above
 _LOWEST_CEILING_M = 2.1
 _MOST_COLUMNS = 100_000_000  # numerical: columns times layers
+_MOST_CELLS = 25_000_000  # numerical: of a raster
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def without_strays(points: Array) -> Array:
     return points[is_kept[of_block]]
 
 
-def check_extent(size_m: Array, cell_m: float, most_cells: int = 25_000_000) -> None:
+def check_extent(size_m: Array, cell_m: float) -> None:
     """
     Refuse a raster that no building needs.
 
@@ -83,7 +84,7 @@ def check_extent(size_m: Array, cell_m: float, most_cells: int = 25_000_000) -> 
     CloudFormatError
         Saying how large it would be.
     """
-    if float(np.prod(np.asarray(size_m, dtype=np.float64) / cell_m)) > most_cells:
+    if float(np.prod(np.asarray(size_m, dtype=np.float64) / cell_m)) > _MOST_CELLS:
         raise CloudFormatError(
             f'the cloud spans {size_m[0]:.0f} x {size_m[1]:.0f} m, too much at '
             f'{cell_m} m per cell; crop it or raise submap.resolution_m'

@@ -11,6 +11,8 @@ import numpy as np
 
 from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.raster.morphology import grown
+from fpnet_core.raster.pixels import corners_xy
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import Colour, draw_grid, show_raster
 
 if TYPE_CHECKING:
@@ -48,12 +50,7 @@ def draw_differences(ax: Axes, found: Differences) -> None:
 
 def save_differences(found: Differences, path: Path) -> None:
     """Write the picture."""
-    from matplotlib.figure import Figure
-
-    corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * found.grid.shape
-    width, height = np.ptp(found.grid.rc_to_xy(corners), axis=0)
+    width, height = np.ptp(corners_xy(found.grid), axis=0)
     tall = min(float(height / width), _TALLEST)
-    figure = Figure(figsize=(_WIDTH_IN, _WIDTH_IN * tall + 1.0), layout='constrained')
-    draw_differences(figure.add_subplot(), found)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    with saved_figure(path, (_WIDTH_IN, _WIDTH_IN * tall + 1.0), 110) as figure:
+        draw_differences(figure.add_subplot(), found)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.raster.rays import values_at
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import (
     Colour,
     draw_grid,
@@ -71,12 +72,8 @@ def draw_walls_on_plan(
 
 def save_map_match(result: MapMatch, path: Path) -> None:
     """Write a picture of both maps, their regions, and the submap's walls on the plan."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(18, 6.5), layout='constrained')
-    draw_map_match(figure, result)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    with saved_figure(path, (18, 6.5), 110) as figure:
+        draw_map_match(figure, result)
 
 
 def draw_map_match(figure: Figure, result: MapMatch) -> None:

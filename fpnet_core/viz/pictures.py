@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from html import escape
 import io
+from pathlib import Path
 import reprlib
 from typing import TYPE_CHECKING, TypeVar
 
@@ -47,6 +49,17 @@ def _checked(given: Given, kind: type, what: str) -> Given:
     if not isinstance(given, kind):
         raise FpnetError(f'plot: expected {what} to draw on, got {reprlib.repr(given)}')
     return given
+
+
+@contextmanager
+def saved_figure(path: Path, size_inches: tuple[float, float], dpi: float) -> Iterator[Figure]:
+    """Yield a new figure to draw into; it becomes an image, in a folder that is made."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size_inches, layout='constrained')
+    yield figure
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=dpi)
 
 
 def html_of(value: object, draw: Callable[[Figure], object] | None) -> str:

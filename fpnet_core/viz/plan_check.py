@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from fpnet_core.plan_check.self_similarity import SelfSimilarity
 from fpnet_core.types import Segmentation
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation
 
 if TYPE_CHECKING:
@@ -71,12 +72,8 @@ def draw_plan_check(
 
 def save_plan_check(path: Path, segmentation: Segmentation, similarity: SelfSimilarity) -> None:
     """Write the picture of :func:`draw_plan_check`."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=plan_check_inches(segmentation), layout='constrained')
-    draw_plan_check(figure, segmentation, similarity)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, plan_check_inches(segmentation), _DPI) as figure:
+        draw_plan_check(figure, segmentation, similarity)
 
 
 def _panels(segmentation: Segmentation) -> tuple[int, int]:

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
+from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.types import OCCUPIED, Segmentation
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import label_xy, region_colour
 
 if TYPE_CHECKING:
@@ -37,15 +39,11 @@ _LINE = 120  # characters of a title's line
 
 def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
     """Write the picture; ``segmentation`` is that of the reading's grid."""
-    from matplotlib.figure import Figure
-
     height, width = reading.drawing.pixels.shape[:2]
     inch = _LONG_SIDE_IN / max(height, width)
-    figure = Figure(figsize=(width * inch + 0.4, height * inch + 1.3), layout='constrained')
-    ax = figure.add_subplot()
-    draw_reading(ax, reading, segmentation)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, (width * inch + 0.4, height * inch + 1.3), _DPI) as figure:
+        ax = figure.add_subplot()
+        draw_reading(ax, reading, segmentation)
 
 
 def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
@@ -84,9 +82,7 @@ def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _with_walls(pixels: NDArray[np.uint8], reading: Reading, to_pixel: Array) -> NDArray[np.uint8]:
     """Return the picture with what was taken for walls in one colour."""
     grid = reading.grid
-    A_plan_cell = grid.T_frame_grid.matrix @ np.diag([grid.resolution, grid.resolution, 1.0])
-    # OpenCV's whole numbers are the middles of cells.
-    A_plan_cell = A_plan_cell @ np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    A_plan_cell = column_to_xy(grid.T_frame_grid, grid.resolution).matrix
     size = pixels.shape[1], pixels.shape[0]
     walls = (grid.cells == OCCUPIED).astype(np.float32)
     share = cv2.warpPerspective(walls, to_pixel @ A_plan_cell, size)[..., None]

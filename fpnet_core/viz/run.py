@@ -16,6 +16,7 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput, Segmentation
 from fpnet_core.viz.match import shared_colours
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import (
     Colour,
     draw_grid,
@@ -53,13 +54,9 @@ def plot_run(
     truth : true poses, mapped to ``plan``
     title : shown above
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
-    draw_run(figure, plan, output, published, truth)
-    figure.suptitle(title)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, _SIZE_INCHES, _DPI) as figure:
+        draw_run(figure, plan, output, published, truth)
+        figure.suptitle(title)
 
 
 def draw_run(

@@ -15,6 +15,7 @@ from shapely.geometry import Polygon
 from shapely.ops import polylabel
 
 from fpnet_core.matches import MatchResult
+from fpnet_core.raster.pixels import corners_xy
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Region, Segmentation
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def draw_grid(ax: Axes, grid: GridMap) -> None:
     grey[grid.cells == FREE] = _GREY_FREE
     grey[grid.cells == OCCUPIED] = _GREY_OCCUPIED
     show_raster(ax, grid, grey, cmap='gray', vmin=0.0, vmax=1.0)
-    corners = grid.rc_to_xy(np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * grid.shape - 0.5)
+    corners = corners_xy(grid)
     ax.set_xlim(corners[:, 0].min(), corners[:, 0].max())
     ax.set_ylim(corners[:, 1].min(), corners[:, 1].max())
     ax.set_aspect('equal')

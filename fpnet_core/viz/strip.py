@@ -20,6 +20,7 @@ from fpnet_core.types import (
     Status,
     Submap,
 )
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.run import draw_matches
 from fpnet_core.viz.segmentation import (
     draw_grid,
@@ -71,22 +72,18 @@ def plot_strip(
     errors_m : error of each output's best placement, None where it has none
     title : shown above
     """
-    from matplotlib.figure import Figure
-
     moments = _moments(outputs)
-    figure = Figure(figsize=(_WIDTH_INCHES, sum(_ROW_HEIGHTS)), layout='constrained')
-    grid = figure.add_gridspec(3, max(len(moments), 1), height_ratios=_ROW_HEIGHTS)
-    start_ns = int(truth.stamps_ns[0])
-    for column, output in enumerate(moments):
-        plan_axes, sub_axes = (figure.add_subplot(grid[row, column]) for row in (0, 1))
-        _draw_plan(plan_axes, plan, output, truth)
-        plan_axes.set_title(f'{(output.stamp_ns - start_ns) / NS_PER_S:.0f} s')
-        _draw_submap(plan_axes, sub_axes, plan, output)
-    timeline = figure.add_subplot(grid[2, :])
-    _draw_timeline(timeline, outputs, errors_m, start_ns)
-    figure.suptitle(title)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, (_WIDTH_INCHES, sum(_ROW_HEIGHTS)), _DPI) as figure:
+        grid = figure.add_gridspec(3, max(len(moments), 1), height_ratios=_ROW_HEIGHTS)
+        start_ns = int(truth.stamps_ns[0])
+        for column, output in enumerate(moments):
+            plan_axes, sub_axes = (figure.add_subplot(grid[row, column]) for row in (0, 1))
+            _draw_plan(plan_axes, plan, output, truth)
+            plan_axes.set_title(f'{(output.stamp_ns - start_ns) / NS_PER_S:.0f} s')
+            _draw_submap(plan_axes, sub_axes, plan, output)
+        timeline = figure.add_subplot(grid[2, :])
+        _draw_timeline(timeline, outputs, errors_m, start_ns)
+        figure.suptitle(title)
 
 
 def _moments(outputs: Sequence[LocalizerOutput]) -> list[LocalizerOutput]:

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from importlib import resources
-from pathlib import Path
 
 from fpnet_core.config import MatcherConfig
 from fpnet_core.matching import RegionMatcher
@@ -26,39 +26,27 @@ def _network_alone(config: MatcherConfig) -> RegionMatcher:
     return _learned(config, settle=False)
 
 
-def _paper(config: MatcherConfig) -> RegionMatcher:
-    return _learned(config.model_copy(update={'weights': _packaged('paper')}))
+def _with_weights(name: str, config: MatcherConfig) -> RegionMatcher:
+    weights = str(resources.files('fpnet_core.weights') / f'{name}.safetensors')
+    return _learned(config.model_copy(update={'weights': weights}))
 
 
-def _superglue(config: MatcherConfig) -> RegionMatcher:
-    return _learned(config.model_copy(update={'weights': _packaged('superglue')}))
+def _solved_by(solver: str, config: MatcherConfig) -> RegionMatcher:
+    from fpnet_lab.baselines.graph_matching import GraphMatchingMatcher
 
-
-def _packaged(name: str) -> str:
-    return str(Path(str(resources.files('fpnet_core.weights'))) / f'{name}.safetensors')
-
-
-def _rrwm(config: MatcherConfig) -> RegionMatcher:
-    from fpnet_lab.baselines.graph_matching import rrwm
-
-    return rrwm(config)
-
-
-def _spectral(config: MatcherConfig) -> RegionMatcher:
-    from fpnet_lab.baselines.graph_matching import spectral
-
-    return spectral(config)
+    del config  # the same factory signature as every matcher
+    return GraphMatchingMatcher(solver)
 
 
 MATCHERS: dict[str, Callable[[MatcherConfig], RegionMatcher]] = {
     'fpnet': _learned,
     'fpnet_network': _network_alone,
-    'paper': _paper,
-    'superglue': _superglue,
+    'paper': partial(_with_weights, 'paper'),
+    'superglue': partial(_with_weights, 'superglue'),
     'nearest_neighbor': NearestNeighborMatcher,
     'ombb': BoundingBoxMatcher,
-    'rrwm': _rrwm,
-    'spectral': _spectral,
+    'rrwm': partial(_solved_by, 'rrwm'),
+    'spectral': partial(_solved_by, 'sm'),
 }
 """Factories by name; one whose weights are not packaged raises WeightsError."""
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import distance_transform_edt
 
-from fpnet_core.geometry import Affine2D, Placement
+from fpnet_core.geometry import Affine2D, Placement, rotation
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ def search_placement(plan: GridMap, sub: GridMap, scales: Array | None = None) -
     best, placed = -np.inf, None
     for scale in scales:
         for yaw in np.arange(ROTATIONS) * (2.0 * np.pi / ROTATIONS):
-            linear = scale * np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+            linear = scale * rotation(yaw)
             score, translation = _best_translation(field, walls @ linear.T, free @ linear.T)
             score += SHRINK_COST * float(np.log(scale))
             if score > best:

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from fpnet_core.config import MatcherConfig
 from fpnet_core.graphs.layout import POSITION
 from fpnet_core.matches import MatchResult
 from fpnet_core.matching import mutual_pairs
@@ -36,10 +35,17 @@ MAX_PAIRS = 1600
 
 
 class GraphMatchingMatcher:
-    """Matches regions by maximal pairwise affinity with one of pygmtools' solvers."""
+    """
+    Matches regions by maximal pairwise affinity with one of pygmtools' solvers.
 
-    def __init__(self, solver: Callable[..., Any]) -> None:
-        self._solver = solver
+    ``solver`` is its name there: ``rrwm`` for reweighted random walks, ``sm`` for the affinity's
+    leading eigenvector.
+    """
+
+    def __init__(self, solver: str) -> None:
+        import pygmtools
+
+        self._solver: Callable[..., Any] = getattr(pygmtools, solver)
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
         """Return the assignment of the solver; every submap region gets one where it can."""
@@ -101,19 +107,3 @@ def _affinity(
     affinity = np.where(conflict, 0.0, affinity).reshape(2 * [len(kept) * len(columns)])
     np.fill_diagonal(affinity, likeness[kept].T.ravel())
     return affinity, kept
-
-
-def rrwm(config: MatcherConfig) -> GraphMatchingMatcher:
-    """Return the matcher by reweighted random walks."""
-    import pygmtools
-
-    del config
-    return GraphMatchingMatcher(pygmtools.rrwm)
-
-
-def spectral(config: MatcherConfig) -> GraphMatchingMatcher:
-    """Return the matcher by the affinity's leading eigenvector."""
-    import pygmtools
-
-    del config
-    return GraphMatchingMatcher(pygmtools.sm)

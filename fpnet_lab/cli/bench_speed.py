@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -81,7 +82,7 @@ def command(
         save_growth(storeys, plot)
     report: dict[str, Any] = {'figures': {each.name: each.as_json() for each in figures}}
     if storeys:
-        report['growth'] = [storey.as_json() for storey in storeys]
+        report['growth'] = [asdict(storey) for storey in storeys]
     if json_path is not None:
         write_report(json_path, report)
 

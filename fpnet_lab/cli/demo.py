@@ -22,7 +22,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError
-from fpnet_lab.cli.options import complete_sensor
+from fpnet_lab.cli.options import complete_sensor, named
 
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
@@ -90,9 +90,9 @@ def command(
 
 def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
     from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-    from fpnet_lab.sim.sensors import sensor_named
+    from fpnet_lab.sim.sensors import SENSORS
 
-    options = RecordingOptions(lidar=sensor_named(sensor))
+    options = RecordingOptions(lidar=named('sensor', sensor, SENSORS))
     with progress('simulating a recording', total=1.0) as advance:
         write_recording(
             make_recording(seed, options),

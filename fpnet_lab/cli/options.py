@@ -4,11 +4,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from enum import StrEnum
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
+
+from fpnet_core.errors import ConfigError
+
+_T = TypeVar('_T')
 
 
 class Half(StrEnum):
@@ -36,29 +42,31 @@ WorkOption = Annotated[
 ]
 
 
-def complete_sensor(incomplete: str) -> list[str]:
-    """Return the sensors whose names begin so."""
-    from fpnet_lab.sim.sensors import SENSORS
+def named(what: str, name: str, known: Mapping[str, _T]) -> _T:
+    """
+    Return what the user has named.
 
-    return [name for name in SENSORS if name.startswith(incomplete)]
-
-
-def complete_building(incomplete: str) -> list[str]:
-    """Return the looks of buildings whose names begin so."""
-    from fpnet_lab.sim.fittings import BUILDING_STYLES
-
-    return [name for name in BUILDING_STYLES if name.startswith(incomplete)]
-
-
-def complete_family(incomplete: str) -> list[str]:
-    """Return the layouts of buildings whose names begin so."""
-    from fpnet_lab.sim.plans import FAMILIES
-
-    return [name for name in FAMILIES if name.startswith(incomplete)]
+    Raises
+    ------
+    ConfigError
+        If nothing has that name.
+    """
+    if name not in known:
+        raise ConfigError(f'unknown {what} {name!r}; choose one of {", ".join(known)}')
+    return known[name]
 
 
-def complete_style(incomplete: str) -> list[str]:
-    """Return the looks of drawings whose names begin so."""
-    from fpnet_lab.sim.styles import STYLES
+def _completed_by(module: str, mapping: str) -> Callable[[str], list[str]]:
+    """Return what completes the names that a mapping of a module has; loads it when asked."""
 
-    return [name for name in STYLES if name.startswith(incomplete)]
+    def complete(incomplete: str) -> list[str]:
+        known = getattr(import_module(f'fpnet_lab.sim.{module}'), mapping)
+        return [name for name in known if name.startswith(incomplete)]
+
+    return complete
+
+
+complete_sensor = _completed_by('sensors', 'SENSORS')
+complete_building = _completed_by('fittings', 'BUILDING_STYLES')
+complete_family = _completed_by('plans', 'FAMILIES')
+complete_style = _completed_by('styles', 'STYLES')

@@ -17,7 +17,7 @@ from fpnet_lab.cli import (
     simulate_sheet,
     simulate_stats,
 )
-from fpnet_lab.cli.options import complete_family, complete_style
+from fpnet_lab.cli.options import complete_family, complete_style, named
 
 app = typer.Typer(
     help='Generate floorplans, matching pairs and lidar recordings.',
@@ -77,12 +77,12 @@ def plan(
     """
     import numpy as np
 
-    from fpnet_core.io import write_map
+    from fpnet_core.io.maps import write_map
     from fpnet_lab.sim.plans import generate_plan
     from fpnet_lab.sim.render import render_plan
-    from fpnet_lab.sim.styles import style_named
+    from fpnet_lab.sim.styles import STYLES
 
-    look = style_named(style)
+    look = named('style', style, STYLES)
     storey = generate_plan(
         np.random.default_rng(seed or 0), family, min_rooms, max_rooms, max_area_m2
     )

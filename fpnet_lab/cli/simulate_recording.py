@@ -12,7 +12,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import ConfigError
-from fpnet_lab.cli.options import complete_building, complete_family, complete_sensor
+from fpnet_lab.cli.options import complete_building, complete_family, complete_sensor, named
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
@@ -94,18 +94,18 @@ def command(
     """
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
-    from fpnet_lab.sim.fittings import style_named
+    from fpnet_lab.sim.fittings import BUILDING_STYLES
     from fpnet_lab.sim.laser_scans import check_planar
     from fpnet_lab.sim.mesh_worlds import read_mesh
     from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-    from fpnet_lab.sim.sensors import sensor_named
+    from fpnet_lab.sim.sensors import SENSORS
 
+    lidar = named('sensor', sensor, SENSORS)
     if laser_scans:
-        check_planar(sensor_named(sensor))
+        check_planar(lidar)
     folder = out if out is not None else Path('out') / 'recording'
-    options = RecordingOptions(
-        family=family, lidar=sensor_named(sensor), style=style_named(building)
-    )
+    style = named('building style', building, BUILDING_STYLES)
+    options = RecordingOptions(family=family, lidar=lidar, style=style)
     recording = make_recording(
         seed or 0,
         options,

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.errors import FpnetError
@@ -75,13 +74,14 @@ def judge_demo(recording_dir: Path, session_dir: Path) -> DemoRun:
     session = read_json(session_dir / SESSION_NAME, 'run the demo again')
     published = read_planar(session_dir / POSES_NAME)
     try:
-        durations_ms = _tick_durations_ms(session['ticks'])
+        totals = [tick['total_ms'] for tick in session['ticks'] if 'total_ms' in tick]
+        tick_ms = np.array(totals, dtype=np.float64)
         scans, registered = int(session['scans']), int(session['registered_scans'])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise FpnetError(
             f'{session_dir / SESSION_NAME} lacks or garbles {error}; run the demo again'
         ) from None
-    summary = summarize_run(published, truth, durations_ms, truth, A_plan_building)
+    summary = summarize_run(published, truth, tick_ms, truth, A_plan_building)
     return DemoRun(summary, published, truth, A_plan_building, scans, registered)
 
 
@@ -103,8 +103,3 @@ def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
         if tick.submap is not None
     ]
     return tuple(sorted(ticks, key=lambda tick: tick.stamp_ns))
-
-
-def _tick_durations_ms(ticks: list[dict[str, Any]]) -> NDArray[np.float64]:
-    """Return the durations of the ticks that had a submap to work on."""
-    return np.array([tick['total_ms'] for tick in ticks if 'total_ms' in tick], dtype=np.float64)

@@ -15,18 +15,14 @@ from fpnet_core.differences import Difference, DifferenceKind, Differences, find
 from fpnet_core.geometry import SE2, Affine2D, Placements
 from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import MapSide, verified_estimates
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.segmentation import SubmapSegmenter
-from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import OCCUPIED, GridMap
-from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, Registrar
-from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
+from fpnet_lab.evaluation.localization.drives import kept_scans, submap_of
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.sim.distort import renovated
-from fpnet_lab.sim.recording import Recording, RecordingOptions
 from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.storeys import CELL_M
 
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'suites')
@@ -63,15 +59,13 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
     Sweeps go through KISS-ICP, and the true placement is aligned to the walls as a claim's is.
     """
     family, sensor = FAMILIES[seed % len(FAMILIES)], SENSORS[seed // len(FAMILIES) % len(SENSORS)]
-    options = RecordingOptions(
-        family=family, rooms=(8, 60), limits=LIMITS, lidar=sensor_named(sensor)
-    )
-    recording = first_recording(seed, options)
+    recording = drive_through(family, sensor, seed)
     true = render_plan(recording.building.plan, CELL_M)
     sheet, rng = true, np.random.default_rng((seed, _CHANGED_STREAM))
     for _ in range(_RENOVATIONS):
         sheet = renovated(sheet, recording.building.plan, Affine2D.identity(), rng)
-    sub = _driven(recording, config)
+    submap = submap_of(kept_scans(recording, config.odometry), config.submap)
+    sub = prepare_submap(submap, SubmapSegmenter(), StageTimer())[0]
     T_plan_odom = SE2.from_matrix4(recording.truth()[0])
     search = tolerant_search(config.pose.scale_tolerance, config.pose)
     cases = []
@@ -84,18 +78,6 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
         name = f'{family}_{sensor}_{seed}'
         cases.append(DifferenceCase(name, plan, sub, A, true, is_changed))
     return cases[0], cases[1]
-
-
-def _driven(recording: Recording, config: FpnetConfig) -> MapSide:
-    """Return what was seen on a drive, in the frame of its first pose."""
-    builder, registrar = SubmapBuilder(config.submap), Registrar(KissOdometry(config.odometry))
-    for index, scan in enumerate(registrar.follow(recording)):
-        if index % KEEP_EVERY == 0:
-            assert scan.T_odom_sensor is not None  # it was registered
-            builder.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
-    submap = builder.take()
-    assert submap is not None  # the drive has scans
-    return prepare_submap(submap, SubmapSegmenter(), StageTimer())[0]
 
 
 def near_share(cells: Mask, walls: Mask, cell_m: float) -> float:

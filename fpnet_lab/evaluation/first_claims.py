@@ -4,20 +4,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import Status
 from fpnet_lab.sim.recording import Recording
 
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
+_SCAN_EVERY = 3  # at 10 Hz and 1 m/s, a scan every 0.3 m
 _TICK_EVERY_S = 2.0
 
 
@@ -37,22 +40,29 @@ class FirstClaim:
     in_building: Array | None = None
 
 
+def true_scans(recording: Recording) -> Iterator[tuple[int, Scan]]:
+    """Yield some scans and their numbers, with true odometry from the first pose on."""
+    poses = recording.truth()
+    T_odom_building = np.linalg.inv(poses[0])
+    for index in range(0, len(recording), _SCAN_EVERY):
+        scan = recording.scan(index)
+        yield index, Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_building @ poses[index])
+
+
 def first_claim(recording: Recording, localizer: Localizer) -> FirstClaim:
     """Drive a recording with true odometry until its localizer, whose plan is set, claims."""
-    poses, stamps_ns = recording.truth(), recording.stamps_ns
-    steps_m = np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1)
-    path_m = np.concatenate([[0.0], np.cumsum(steps_m)])
-    T_odom_building = np.linalg.inv(poses[0])
-    next_tick_ns = int(stamps_ns[0]) + int(_TICK_EVERY_S * NS_PER_S)
-    for index in range(0, len(recording), SCAN_EVERY):
-        T_odom_sensor = T_odom_building @ poses[index]
-        localizer.add_scan(recording.scan(index).points, T_odom_sensor, int(stamps_ns[index]))
-        if stamps_ns[index] < next_tick_ns:
+    truth = recording.truth()[:, :2, 3]
+    path_m = lengths_along(truth).tolist()
+    tick_every_ns = int(_TICK_EVERY_S * NS_PER_S)
+    next_tick_ns = int(recording.stamps_ns[0]) + tick_every_ns
+    for index, scan in true_scans(recording):
+        assert scan.T_odom_sensor is not None, 'this odometry knows it'
+        localizer.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
+        if scan.stamp_ns < next_tick_ns:
             continue
-        next_tick_ns = int(stamps_ns[index]) + int(_TICK_EVERY_S * NS_PER_S)
-        if localizer.tick(int(stamps_ns[index])).status is Status.LOCALIZED:
-            pose = localizer.output.pose(T_odom_sensor)
-            assert pose is not None  # it is localised
-            found_m, truth = float(path_m[index]), poses[index, :2, 3]
-            return FirstClaim(float(path_m[-1]), found_m, pose.translation, truth)
-    return FirstClaim(float(path_m[-1]))
+        next_tick_ns = scan.stamp_ns + tick_every_ns
+        if localizer.tick(scan.stamp_ns).status is Status.LOCALIZED:
+            pose = localizer.output.pose(scan.T_odom_sensor)
+            assert pose is not None, 'it is localised'
+            return FirstClaim(path_m[-1], path_m[index], pose.translation, truth[index])
+    return FirstClaim(path_m[-1])

@@ -12,7 +12,7 @@ import numpy as np
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.io.truth import read_json
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import GridMap
@@ -47,7 +47,8 @@ def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
         If the folder has no such log or no pair for it.
     """
     index = read_json(folder / 'maps_index.json', _REMEDY)
-    pairs = [p for p in read_json(folder / 'pairs.json', _REMEDY)['pairs'] if _is_full(p, name)]
+    pairs = read_json(folder / 'pairs.json', _REMEDY)['pairs']
+    pairs = [pair for pair in pairs if pair['id'].startswith(f'{name}_full')]
     if name not in index or not pairs:
         raise FpnetError(f'{folder}: no fitted pair for the log {name!r}')
     pair, raster = pairs[0], index[name]
@@ -65,10 +66,6 @@ def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
         plan = plan.mirrored()
     log = folder / 'logs' / f'{name}-corrected.log.gz'
     return FittedTruth(log, plan_path, mirrored, plan, A_plan_log)
-
-
-def _is_full(pair: dict[str, Any], name: str) -> bool:
-    return bool(pair['id'].startswith(f'{name}_full'))
 
 
 def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:

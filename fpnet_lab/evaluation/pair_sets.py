@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.errors import FpnetError
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_lab.sim.dataset import PairDataset
 from fpnet_lab.sim.pairs import MatchingPair, generate_pair
 from fpnet_lab.sim.plan_sources import GivenPlans, find_plans

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 import time
 from typing import Any
@@ -24,23 +25,22 @@ from fpnet_core.library.keypoints import Keypoints
 from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.maps import CutMap, cut_plan, cut_robot_map, match_storeys
 from fpnet_core.localizer.sides import StageTimer
-from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import GridMap
-from fpnet_lab.evaluation.first_claims import SCAN_EVERY
+from fpnet_lab.evaluation.first_claims import true_scans
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
-from fpnet_lab.evaluation.localization.inputs import first_recording
+from fpnet_lab.evaluation.localization.drives import submap_of
+from fpnet_lab.evaluation.localization.inputs import ROOMS, drive_through
 from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, read_robot_pairs, varied
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.recording import RecordingOptions
-from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.tours import TourLimits
 
 FIRST = 10
 """Plans that are proposed. Given, by the aim: the right one is among so many."""
 
-_ROOMS = (8, 60)  # chosen: as in the benchmark of localization
 _TOUR = TourLimits(rooms=4, shortest_s=40.0, longest_s=60.0)  # chosen
 _DRIVEN_M = 20.0  # given, by the aim
 _VARIANTS = 3  # chosen: of every real map, cut and turned
@@ -67,7 +67,7 @@ def generated_plan(number: int, seed: int, folder: Path, config: FpnetConfig) ->
     """Write plan ``number`` of a generated library, which states its scale, and read it."""
     rng = np.random.default_rng((seed, _STREAM, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
-    plan = generate_plan(rng, family, *_ROOMS)
+    plan = generate_plan(rng, family, *ROOMS)
     kinds = [kind for kind in Distortion if kind is not Distortion.UNKNOWN_SCALE]
     path = folder / f'generated-{number}.yaml'
     write_map(draw_plan(plan, kinds[number % len(kinds)], seed + number).grid, path)
@@ -86,29 +86,17 @@ def generated_plans(
 
 def drive_case(number: int, seed: int, folder: Path, config: FpnetConfig) -> LibraryCase:
     """Drive 20 m through a building with true odometry, and write its plan into ``folder``."""
-    recording = first_recording(
-        seed + number,
-        RecordingOptions(
-            family=PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)],
-            rooms=_ROOMS,
-            limits=_TOUR,
-            lidar=sensor_named(SENSOR_CYCLE[number % len(SENSOR_CYCLE)]),
-        ),
-    )
+    family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
+    sensor = SENSOR_CYCLE[number % len(SENSOR_CYCLE)]
+    recording = drive_through(family, sensor, seed + number, limits=_TOUR)
     kinds = [kind for kind in Distortion if kind is not Distortion.UNKNOWN_SCALE]
     drawn = draw_plan(recording.building.plan, kinds[number % len(kinds)], seed + number)
     path = folder / f'drive-{number}.yaml'
     write_map(drawn.grid, path)
     poses = recording.truth()
-    driven = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(poses[:, :2, 3], axis=0), axis=1))]
-    builder, T_odom_building = SubmapBuilder(config.submap), np.linalg.inv(poses[0])
-    for index in range(0, len(recording), SCAN_EVERY):
-        if driven[index] > _DRIVEN_M:
-            break
-        scan = recording.scan(index)
-        builder.add_scan(scan.points, T_odom_building @ poses[index], scan.stamp_ns)
-    submap = builder.take()
-    assert submap is not None  # the first scan was added
+    path_m = lengths_along(poses[:, :2, 3])
+    driven = takewhile(lambda each: path_m[each[0]] <= _DRIVEN_M, true_scans(recording))
+    submap = submap_of((scan for _, scan in driven), config.submap)
     A_plan_sub = drawn.A_plan_building @ SE2.from_matrix4(poses[0])
     seen = cut_robot_map(submap, config, True)
     return LibraryCase('drives', str(path), seen, A_plan_sub, submap.path_xy)

@@ -14,7 +14,7 @@ from fpnet_core.plan_check import TourResult
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.first_claims import first_claim
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
 
@@ -30,7 +30,7 @@ def drive_tour(grid: GridMap, config: FpnetConfig, seed: int) -> TourResult:
     ConfigError
         If no tour can be driven on the plan.
     """
-    options = RecordingOptions(lidar=sensor_named(_SENSOR))
+    options = RecordingOptions(lidar=SENSORS[_SENSOR])
     recording = make_recording(seed, options, threads=1, floorplan=grid)
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)

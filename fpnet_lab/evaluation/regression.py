@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan
-from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.maps import MapMatchStatus, match_maps
 from fpnet_core.localizer.replay import replay
@@ -29,17 +28,16 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, GridMap
-from fpnet_lab.evaluation.first_claims import SCAN_EVERY
+from fpnet_lab.evaluation.first_claims import true_scans
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
-from fpnet_lab.evaluation.localization.inputs import first_recording
+from fpnet_lab.evaluation.localization.inputs import ROOMS, drive_through
 from fpnet_lab.evaluation.localization.plans import RESOLUTION_M, draw_plan
 from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, varied
 from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.recording import Recording, RecordingOptions
+from fpnet_lab.sim.recording import Recording
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.rough import robot_map_of
-from fpnet_lab.sim.sensors import sensor_named
 from fpnet_lab.sim.styled import styled_drawing
 from fpnet_lab.sim.tours import TourLimits
 
@@ -55,7 +53,6 @@ SHORT = {'drives': 2, 'pairs': 6, 'plans': 4}
 _SEED = 31  # numerical: apart from those of data to learn from and of other benchmarks
 _TOUR = TourLimits(rooms=3, shortest_s=25.0, longest_s=50.0)  # chosen
 _ROOMS = (6, 30)  # chosen: of drives, for short tours
-_MAP_ROOMS = (8, 60)  # chosen: as in the benchmark of localization
 _FOREIGN_EVERY = 4  # chosen: pairs of which one is with another building's plan
 _TICK_S = 2.0  # chosen
 
@@ -111,17 +108,11 @@ def differences(found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes])
 
 
 def _drive(number: int) -> Callable[[FpnetConfig], Outcome]:
-    recording = first_recording(
-        _SEED + number,
-        RecordingOptions(
-            family=PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)],
-            rooms=_ROOMS,
-            limits=_TOUR,
-            lidar=sensor_named(SENSOR_CYCLE[number % len(SENSOR_CYCLE)]),
-        ),
-    )
+    family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
+    sensor = SENSOR_CYCLE[number % len(SENSOR_CYCLE)]
+    recording = drive_through(family, sensor, _SEED + number, rooms=_ROOMS, limits=_TOUR)
     drawing = draw_plan(recording.building.plan, _distortion(number), _SEED + number)
-    return partial(_driven, recording, drawing, list(_scans(recording)))
+    return partial(_driven, recording, drawing, [scan for _, scan in true_scans(recording)])
 
 
 def _driven(
@@ -129,7 +120,7 @@ def _driven(
 ) -> Outcome:
     localizer = create_localizer(config)
     localizer.set_plan(drawing.grid)
-    run = replay(scans, localizer, _TICK_S, _refuse)
+    run = replay(scans, localizer, _TICK_S)
     poses, truth = run.published, recording.truth()
     outcome: Outcome = {
         'input': [*_cells(drawing.grid), len(scans), sum(len(scan.points) for scan in scans)],
@@ -148,24 +139,11 @@ def _driven(
     return outcome
 
 
-def _scans(recording: Recording) -> Iterator[Scan]:
-    """Yield some scans of a recording, with true odometry from its first pose on."""
-    poses = recording.truth()
-    T_odom_building = np.linalg.inv(poses[0])
-    for index in range(0, len(recording), SCAN_EVERY):
-        scan = recording.scan(index)
-        yield Scan(scan.stamp_ns, scan.points, T_odom_sensor=T_odom_building @ poses[index])
-
-
-def _refuse(scan: Scan) -> RegisteredSweep:
-    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
-
-
 def _pair(number: int) -> Callable[[FpnetConfig], Outcome]:
     """Match a cut of a robot's map, now and then with another building's drawing."""
     rng = np.random.default_rng((_SEED, 1, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
-    plan = generate_plan(rng, family, *_MAP_ROOMS)
+    plan = generate_plan(rng, family, *ROOMS)
     drawing = draw_plan(plan, _distortion(number), _SEED + number)
     is_metric = number % 2 == 0
     robot = robot_map_of(render_plan(plan, RESOLUTION_M), rng)
@@ -173,7 +151,7 @@ def _pair(number: int) -> Callable[[FpnetConfig], Outcome]:
     pair = varied(whole, rng, tuple(BANDS.values())[number % len(BANDS)])
     is_foreign = number % _FOREIGN_EVERY == _FOREIGN_EVERY - 1
     if is_foreign:
-        other = generate_plan(rng, family, *_MAP_ROOMS)
+        other = generate_plan(rng, family, *ROOMS)
         pair = replace(pair, plan=draw_plan(other, _distortion(number), _SEED).grid)
     return partial(_matched, pair, is_foreign)
 

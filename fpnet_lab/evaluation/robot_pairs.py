@@ -22,7 +22,7 @@ from skimage.graph import MCP_Geometric
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import read_map, states_scale
+from fpnet_core.io.maps import read_map, states_scale
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import pixel_to_xy

@@ -18,7 +18,7 @@ import numpy as np
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
 from fpnet_lab.metrics.intervals import interval_figures

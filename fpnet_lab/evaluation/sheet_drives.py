@@ -19,7 +19,7 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_lab.evaluation.drawings import PICTURE, plan_from_file, written
 from fpnet_lab.evaluation.first_claims import FirstClaim, first_claim
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 
 SHEETS = (
@@ -54,7 +54,7 @@ def drives_on_sheets(seed: int, folder: Path, config: FpnetConfig) -> list[Sheet
 
     The sheets are written to ``folder`` and read from there.
     """
-    recording = make_recording(seed, RecordingOptions(lidar=sensor_named(_SENSOR)), threads=1)
+    recording = make_recording(seed, RecordingOptions(lidar=SENSORS[_SENSOR]), threads=1)
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
     claim = first_claim(recording, localizer)

@@ -11,19 +11,16 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan
-from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, StoreyPlan, create_localizer, replay
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
-from fpnet_lab.evaluation.localization.drives import Registrar
-from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
+from fpnet_lab.evaluation.localization.drives import kept_scans
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.records import JUDGED_AT_M, RIGHT, stamp_at_path
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
 from fpnet_lab.evaluation.storeys_apart import parted_at_m
-from fpnet_lab.sim.recording import Recording, RecordingOptions
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.recording import Recording
 from fpnet_lab.sim.storeys import DrawnStorey, Likeness, draw_storeys
 
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'bent')
@@ -85,7 +82,7 @@ class SiteDrive:
     name: str
     recording: Recording
     storeys: tuple[DrawnStorey, ...]
-    scans: tuple[Scan, ...]
+    scans: list[Scan]
     replayed: ReplayResult
 
 
@@ -97,18 +94,13 @@ def site_drive(
     family = FAMILIES[number % len(FAMILIES)]
     # Families and sizes come round together otherwise.
     count = SIZES[(number + number // len(SIZES)) % len(SIZES)]
-    options = RecordingOptions(
-        family=family, rooms=(8, 60), limits=LIMITS, lidar=sensor_named(_SENSOR)
-    )
-    recording = first_recording(seed + number, options)
+    recording = drive_through(family, _SENSOR, seed + number)
     has_equal = equal_every > 0 and number % equal_every == equal_every - 1
     likenesses = site_likenesses(count, rng, has_equal)
     storeys = draw_storeys(recording.building.plan, likenesses, rng)
-    registrar = Registrar(KissOdometry(config.odometry))
-    for _ in registrar.follow(recording):
-        pass
-    run = _replayed(registrar.kept, storeys, config)
-    return SiteDrive(f'{family}_{count}', recording, storeys, tuple(registrar.kept), run)
+    scans = kept_scans(recording, config.odometry)
+    run = _replayed(scans, storeys, config)
+    return SiteDrive(f'{family}_{count}', recording, storeys, scans, run)
 
 
 def run_site(number: int, seed: int, config: FpnetConfig) -> SiteRun:
@@ -123,11 +115,7 @@ def _replayed(
 ) -> ReplayResult:
     localizer = create_localizer(config)
     localizer.set_storeys([StoreyPlan(each.name, each.drawn.grid) for each in storeys])
-    return replay(scans, localizer, TICK_PERIOD_S, _refuse)
-
-
-def _refuse(scan: Scan) -> RegisteredSweep:
-    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
+    return replay(scans, localizer, TICK_PERIOD_S)
 
 
 def _judged(driven: SiteDrive, alone: ReplayResult) -> SiteRun:

@@ -14,20 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan, write_map
-from fpnet_core.io.scans import RegisteredSweep
-from fpnet_core.localizer import Localizer, ReplayResult, create_localizer, replay
+from fpnet_core.io.maps import write_map
+from fpnet_core.localizer import Localizer, create_localizer, replay
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.sites import Site
 from fpnet_core.sites.site_files import read_site
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.sites.storey_plans import storey_plans
-from fpnet_lab.evaluation.localization.drives import Registrar
-from fpnet_lab.evaluation.localization.inputs import LIMITS, first_recording
+from fpnet_lab.evaluation.localization.drives import kept_scans
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.recording import RecordingOptions
-from fpnet_lab.sim.sensors import sensor_named
 
 _ROUNDS = 2
 """Numerical: runs of each; of a tick's durations the shortest counts, as machines are busy."""
@@ -52,22 +48,14 @@ class SiteOfOne:
 
 def site_of_one(seed: int, config: FpnetConfig) -> SiteOfOne:
     """Drive through a generated building, and localise in turns with its plan and as a site."""
-    options = RecordingOptions(
-        family=_FAMILY, rooms=(8, 60), limits=LIMITS, lidar=sensor_named(_SENSOR)
-    )
-    recording = first_recording(seed, options)
-    registrar = Registrar(KissOdometry(config.odometry))
-    for _ in registrar.follow(recording):
-        pass
+    recording = drive_through(_FAMILY, _SENSOR, seed)
+    scans = kept_scans(recording, config.odometry)
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'plan.yaml'
         write_map(recording.floorplan, path)
         site = read_site(path, config)
     runs = [
-        (
-            _run(registrar.kept, _on_plan(site, config)),
-            _run(registrar.kept, _on_site(site, config)),
-        )
+        [replay(scans, make(site, config), TICK_PERIOD_S) for make in (_on_plan, _on_site)]
         for _ in range(_ROUNDS)
     ]
     plain, sited = runs[0]
@@ -88,14 +76,6 @@ def _on_site(site: Site, config: FpnetConfig) -> Localizer:
     localizer = SiteLocalizer(config, LearnedMatcher(config.matcher))
     localizer.set_site(site)
     return localizer
-
-
-def _run(scans: Sequence[Scan], localizer: Localizer) -> ReplayResult:
-    return replay(scans, localizer, TICK_PERIOD_S, _refuse)
-
-
-def _refuse(scan: Scan) -> RegisteredSweep:
-    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
 def one_report(runs: Sequence[SiteOfOne]) -> dict[str, Any]:

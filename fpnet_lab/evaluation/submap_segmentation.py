@@ -30,8 +30,8 @@ from fpnet_core.raster.morphology import closed
 from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
-from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
+from fpnet_lab.evaluation.localization.drives import submap_of
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, RegisteredDrive, registered_drive
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.render import paint_rings
@@ -125,12 +125,7 @@ def score_drive(task: _Task) -> SubmapScore:
 
 def segment_drive(drive: RegisteredDrive, config: FpnetConfig) -> Segmentation:
     """Return the segmentation of everything that a drive has seen."""
-    builder = SubmapBuilder(config.submap)
-    for points, T_odom_sensor, stamp_ns in drive.sweeps:
-        builder.add_scan(points, T_odom_sensor, stamp_ns)
-    submap = builder.take()
-    assert submap is not None, 'a drive holds scans with returns'
-    return segment_submap(submap)
+    return segment_submap(submap_of(drive.sweeps, config.submap))
 
 
 def score_segmentation(

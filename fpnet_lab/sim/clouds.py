@@ -49,20 +49,12 @@ SURVEYS: dict[str, Survey] = {
 
 
 def surveyed_cloud(
-    building: Building,
-    survey: Survey,
-    rng: np.random.Generator,
-    places: Array | None = None,
-    threads: int = 0,
+    building: Building, survey: Survey, rng: np.random.Generator, threads: int = 0
 ) -> NDArray[np.float32]:
-    """
-    Return the points (P, 3) of a survey, frame ``building`` [m].
-
-    ``places (S, 2)`` are where the sensor stands; None: in all rooms, see :func:`stations`.
-    """
+    """Return the points (P, 3) of a survey from :func:`stations`, frame ``building`` [m]."""
     lidar = LidarSimulator(building, survey.sensor, threads)
     kept: list[NDArray[np.float32]] = []
-    for xy in stations(building, survey.spacing_m) if places is None else places:
+    for xy in stations(building, survey.spacing_m):
         kept.append(_look(lidar, np.append(xy, survey.height_m), survey, rng))
         if len(kept) >= _CHUNK:
             kept = [thinned_cloud(np.concatenate(kept), survey.cube_m)]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.graphs import build_region_graph
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import RegionGraph, Segmentation
@@ -75,9 +75,8 @@ def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
         if rng.random() < config.any_angle
         else np.pi / 2.0 * rng.integers(4)
     )
-    c, s = np.cos(angle), np.sin(angle)
     stretch = np.diag([1.0 + common + split, 1.0 + common - split])
-    return Affine2D(stretch @ np.array([[c, -s], [s, c]]), rng.uniform(-SHIFT_M, SHIFT_M, 2))
+    return Affine2D(stretch @ rotation(angle), rng.uniform(-SHIFT_M, SHIFT_M, 2))
 
 
 def _draw_area(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import shapely
 from shapely import Polygon
 
-from fpnet_core.errors import ConfigError
+from fpnet_core.geometry import rotation
 from fpnet_lab.sim.openings import opening_polygon
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
 
@@ -70,22 +70,6 @@ BUILDING_STYLES: dict[str, BuildingStyle] = {
     'glass': BuildingStyle(leaves=0.7, windows=1.0, glass_fronts=0.4),
 }
 """Ways to raise a plan, by name. Chosen."""
-
-
-def style_named(name: str) -> BuildingStyle:
-    """
-    Return one of :data:`BUILDING_STYLES`.
-
-    Raises
-    ------
-    ConfigError
-        If there is none of that name.
-    """
-    if name not in BUILDING_STYLES:
-        raise ConfigError(
-            f'unknown building style {name!r}; choose one of {", ".join(BUILDING_STYLES)}'
-        )
-    return BUILDING_STYLES[name]
 
 
 def hang_leaves(
@@ -150,8 +134,7 @@ def _open_leaf(
 
 def _leaf(hinge: Array, along: Array, angle_rad: float) -> Polygon:
     """Return the base of a leaf whose shut direction is ``along``, turned about its hinge."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    tip = hinge + np.array([[c, -s], [s, c]]) @ along
+    tip = hinge + rotation(angle_rad) @ along
     return shapely.LineString([hinge, tip]).buffer(_LEAF_M / 2.0, cap_style='flat')
 
 

@@ -79,13 +79,13 @@ class LidarSimulator:
         shares = [
             share
             for mesh, share in zip(building.parts, REFLECTIVITY, strict=True)
-            if _add(self._scene, mesh)
+            if add_mesh(self._scene, mesh)
         ]
         self._reflectivity = np.array([*shares, _GLASS_REFLECTIVITY], dtype=np.float32)
         self._glass: o3d.t.geometry.RaycastingScene | None = None
         if len(building.glass.triangles):
             self._glass = o3d.t.geometry.RaycastingScene(nthreads=threads)
-            _add(self._glass, building.glass)
+            add_mesh(self._glass, building.glass)
 
     def sweep(self, R: Array, origin: Array, start_s: float, rng: np.random.Generator) -> Sweep:
         """
@@ -149,7 +149,7 @@ class LidarSimulator:
         return measured, is_returned & in_range
 
 
-def _add(scene: o3d.t.geometry.RaycastingScene, mesh: TriangleMesh) -> bool:
+def add_mesh(scene: o3d.t.geometry.RaycastingScene, mesh: TriangleMesh) -> bool:
     """Add a mesh to a scene and say so; an empty one gets no number."""
     if not len(mesh.triangles):
         return False

@@ -24,6 +24,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.sim.lidar import add_mesh
 from fpnet_lab.sim.meshes import TriangleMesh, horizontal_sheet, merge_meshes
 
 Array = NDArray[np.float64]
@@ -205,10 +206,7 @@ def slice_level(corners: Array, height_m: float) -> Array:
 def _indoors(mesh: TriangleMesh, standing: Mask, origin: Array) -> Mask:
     """Return ``standing`` where almost all level rays at half the robot's height are stopped."""
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor.from_numpy(mesh.vertices.astype(np.float32)),
-        o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32)),
-    )
+    add_mesh(scene, mesh)
     step = round(_PROBE_M / CELL_M)
     probes = np.argwhere(np.ones_like(standing[::step, ::step])) * step
     xy = (probes[:, ::-1] + 0.5) * CELL_M + origin

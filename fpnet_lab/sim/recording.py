@@ -25,6 +25,7 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.io.bag_writer import BagWriter, Storage
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.recordings import BAG_NAME
+from fpnet_core.io.scans import Scan
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.io.truth import RESOLUTION_KEY, TRUTH_NAME, TRUTH_POSES_NAME
 from fpnet_core.stamps import NS_PER_S
@@ -131,6 +132,22 @@ class Recording:
             raise IndexError(f'scan {index} of a recording with {len(self)} scans')
         rng = np.random.default_rng((self.seed, index))
         return cast_scan(self.lidar, self.tour, index, rng)
+
+    def deskewed(self, index: int) -> Scan:
+        """
+        Cast scan ``index`` and register it as a perfect odometry would.
+
+        Its points are as seen from the pose at its stamp, ``T_odom_sensor`` that pose in
+        ``building``.
+        """
+        scan = self.scan(index)
+        T = scan.T_truth_sensor
+        assert T is not None, 'a simulated scan knows its pose'
+        assert scan.time_s is not None, 'and when its points were measured'
+        R, origin = self.tour.sensor_poses(index * self.lidar.model.period_s + scan.time_s)
+        in_building = np.einsum('pij,pj->pi', R, scan.points.astype(np.float64)) + origin
+        points = (in_building - T[:3, 3]) @ T[:3, :3]
+        return Scan(scan.stamp_ns, points.astype(np.float32), T_odom_sensor=T)
 
 
 def make_recording(

@@ -16,8 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.errors import ConfigError
-
 Array = NDArray[np.float64]
 
 
@@ -183,17 +181,3 @@ SENSORS: dict[str, SensorModel] = {
     ),
 }
 """Sensor models by name; ``dome`` and ``rosette`` do not repeat their pattern. Chosen."""
-
-
-def sensor_named(name: str) -> SensorModel:
-    """
-    Return a model of :data:`SENSORS`.
-
-    Raises
-    ------
-    ConfigError
-        If there is none of that name.
-    """
-    if name not in SENSORS:
-        raise ConfigError(f'unknown sensor {name!r}; choose one of {", ".join(SENSORS)}')
-    return SENSORS[name]

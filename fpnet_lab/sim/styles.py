@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fpnet_core.config import Section
-from fpnet_core.errors import ConfigError
 
 Walls = Literal['solid', 'thin', 'thick', 'double']
 DoorMark = Literal['gap', 'leaf', 'arc']
@@ -64,20 +63,6 @@ STYLES: dict[str, DrawingStyle] = {
     ),
 }
 """Named looks for the command line and the gallery."""
-
-
-def style_named(name: str) -> DrawingStyle:
-    """
-    Return a style by its name.
-
-    Raises
-    ------
-    ConfigError
-        If there is none of that name.
-    """
-    if name not in STYLES:
-        raise ConfigError(f'unknown style {name!r}; choose one of {", ".join(STYLES)}')
-    return STYLES[name]
 
 
 class StyleConfig(Section):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import grown
+from fpnet_core.trajectory import lengths_along
 from fpnet_lab.sim.config import ScanConfig
 from fpnet_lab.sim.perturb import WORLD_CELL_M, World
 from fpnet_lab.sim.routes import draw_nearby
@@ -54,7 +55,7 @@ def plan_walk(
         return np.zeros((0, 2))
     walk = np.concatenate(walks)
     xy = (walk[:, ::-1] * WALK_STRIDE + half + 0.5) * WORLD_CELL_M + world.origin
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xy, axis=0), axis=1))])
+    along = lengths_along(xy)
     at = np.arange(0.0, along[-1] + 1e-9, rng.uniform(*config.pose_spacing_m))
     return np.stack([np.interp(at, along, xy[:, axis]) for axis in range(2)], axis=1)
 

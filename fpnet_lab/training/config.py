@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from fpnet_core.config import Section
+from fpnet_core.config import Section, set_dotted
 from fpnet_core.errors import ConfigError
 from fpnet_core.models.config import InvariantConfig, NetworkConfig
 
@@ -88,12 +88,7 @@ def parse_training_config(overrides: dict[str, Any], preset: str = 'fpnet') -> T
         If a key is unknown or a value out of range.
     """
     tree: dict[str, Any] = {}
-    for dotted, value in (PRESETS[preset] | overrides).items():
-        node = tree
-        *parents, leaf = dotted.split('.')
-        for part in parents:
-            node = node.setdefault(part, {})
-        node[leaf] = value
+    set_dotted(tree, PRESETS[preset] | overrides)
     try:
         return TrainingConfig.model_validate(tree)
     except ValidationError as error:

@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from fpnet_core.accuracy import WRONG_POSITION_M, WRONG_YAW_RAD
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import wrap_to_pi
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose.uncertainty import FIGURES
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.evaluation.localization.cases import Case, Distortion, plain_cases
-from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
+from fpnet_lab.evaluation.localization.drives import ProductRun, kept_scans, run_product
 from fpnet_lab.evaluation.localization.inputs import CaseInputs, make_inputs, make_rough_plan
 from fpnet_lab.evaluation.localization.records import Truth
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S, settings_of
@@ -96,12 +95,10 @@ def _drive_samples(seed: int, config: FpnetConfig, number: int) -> Samples:
     if case.distortion is Distortion.UNKNOWN_SCALE:  # its metres are not metres
         case = replace(case, distortion=Distortion.EXACT, group=Distortion.EXACT)
     inputs = make_inputs(case, Path())
-    registrar = Registrar(KissOdometry(config.odometry))
-    for _ in registrar.follow(inputs.scans):
-        pass
+    scans = kept_scans(inputs.scans, config.odometry)
     runs = []
     for run, (drawn, settings) in enumerate(_drawings(case, inputs, config)):
-        product = run_product(registrar.kept, drawn.grid, settings, TICK_PERIOD_S)
+        product = run_product(scans, drawn.grid, settings, TICK_PERIOD_S)
         truth = Truth(inputs.truth, drawn.A_plan_building)
         runs.append(_samples_of(product, truth, run, number))
     return Samples.joined(runs).numbered()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 import torch
 from torch import Tensor
 
+from fpnet_core.geometry import rotation
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models.batch import GraphBatch, pad_graphs
@@ -202,17 +203,12 @@ def _perturb(
     if mirror:
         rows[:, layout.odd] *= -1.0
     yaw = rng.uniform(-np.pi, np.pi)
-    rows[:, POSITION] = np.exp(log_scale) * rows[:, POSITION] @ _turn(yaw).T
+    rows[:, POSITION] = np.exp(log_scale) * rows[:, POSITION] @ rotation(yaw).T
     if layout.axis is not None:
-        rows[:, layout.axis] = rows[:, layout.axis] @ _turn(2.0 * yaw).T
+        rows[:, layout.axis] = rows[:, layout.axis] @ rotation(2.0 * yaw).T
     rows[:, layout.noisy] += noise * rng.standard_normal(rows[:, layout.noisy].shape)
     rows[:, layout.log_lengths] += log_scale
     return rows
-
-
-def _turn(yaw: float) -> NDArray[np.float64]:
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.array([[c, -s], [s, c]])
 
 
 def _crop(

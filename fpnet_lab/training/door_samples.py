@@ -31,8 +31,9 @@ from fpnet_core.segmentation.joining import Lines, Pieces
 from fpnet_core.segmentation.rooms import cut_parts
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.submap import is_from_scans, part_scene
-from fpnet_core.submaps import SubmapBuilder, submap_from_grid
+from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, GridMap, Submap
+from fpnet_lab.evaluation.localization.drives import submap_of
 from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_drawing, read_robot_map
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, drifting_drive
 from fpnet_lab.kept import make_once
@@ -274,9 +275,5 @@ def _tour(rng: np.random.Generator) -> tuple[Scene, Labels] | None:
 
 def _drive(seed: int, rng: np.random.Generator) -> tuple[Scene, Labels] | None:
     drive = drifting_drive(seed, SENSOR_NAMES[seed % len(SENSOR_NAMES)], rng)
-    builder = SubmapBuilder()
-    for points, T_odom_sensor, stamp_ns in drive.sweeps:
-        builder.add_scan(points, T_odom_sensor, stamp_ns)
-    submap = builder.take()
-    assert submap is not None, 'a drive holds scans with returns'
+    submap = submap_of(drive.sweeps)
     return _seen(submap, _painted(drive.plan, drive.T_building_odom.inv(), submap.grid))

@@ -100,7 +100,8 @@ def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
     spread = np.concatenate([e.evidence for e in used]).std(axis=0) + 1e-6
 
     def objective(parameters: Array) -> tuple[float, Array]:
-        loss, gradient = _regularised(parameters)
+        loss = _REGULARISATION * float(parameters @ parameters)
+        gradient = 2.0 * _REGULARISATION * parameters
         for example in used:
             part, slope = negative_log_likelihood(example, parameters, spread)
             loss += part / len(used)
@@ -109,10 +110,6 @@ def fit_evidence_model(examples: Sequence[PlacementExample]) -> EvidenceModel:
 
     result = minimize(objective, np.zeros(len(EVIDENCE) + 1), jac=True, method='L-BFGS-B')
     return EvidenceModel(result.x[:-1] / spread, float(result.x[-1]))
-
-
-def _regularised(parameters: Array) -> tuple[float, Array]:
-    return _REGULARISATION * float(parameters @ parameters), 2.0 * _REGULARISATION * parameters
 
 
 def negative_log_likelihood(

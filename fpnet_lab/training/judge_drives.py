@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.judging import Judge, JudgeModel
-from fpnet_core.localizer.finder import Comparison, Finder
+from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
 from fpnet_core.matching import RegionMatcher
@@ -84,10 +84,9 @@ class DriveSource:
             sub, segmenter = prepare_submap(submap, segmenter, StageTimer())
             robot_xy = submap.T_odom_submap.inv().apply(pose[:2, 3])
             for plan in (own, *foreign):
-                found = finder.find(
-                    plan.working, sub, submap.free_area_m2, plan.scale.search.as_stated,
-                    StageTimer(), robot_xy=robot_xy,
-                )  # fmt: skip
+                search, area_m2 = plan.scale.search.as_stated, submap.free_area_m2
+                asked = Question(plan.working, sub, area_m2, search, robot_xy=robot_xy)
+                found = finder.find(asked, StageTimer())
                 if len(found.estimates):
                     right = np.zeros(len(found.estimates), dtype=np.bool_)
                     if plan is own:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, Placements, angle_between
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel
 from fpnet_core.localizer.finder import Comparison, Finder
 from fpnet_core.localizer.maps import CutMap, ScaledPair, cut_plan, cut_robot_map, scaled_pair
@@ -173,11 +173,9 @@ class TrialSource:
     ) -> Iterator[Trial]:
         """Yield what the graph led to, and what graph and rasters led to."""
         pair = scaled_pair(plan, robot, self._finder.config)
-        looks = self._finder.looks(
-            pair.plan, pair.sub, pair.area_m2, pair.search, StageTimer(),
-            robot_xy=case.robot_xy if case.is_metric else None,
-        )  # fmt: skip
-        for found in looks:
+        if case.is_metric:
+            pair = replace(pair, robot_xy=case.robot_xy)
+        for found in self._finder.looks(pair, StageTimer()):
             if len(found.estimates):
                 right = np.zeros(len(found.estimates), dtype=np.bool_)
                 if own is not None:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.raster.windows import window_of
 from fpnet_core.segmentation.scale import first_guess, segment_at
 from fpnet_core.segmentation.scale_figures import FIGURES, scale_figures

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_lab.metrics import Reliability
 
 _SIZE_INCHES, _DPI = (6.5, 6.0), 110  # chosen
@@ -18,25 +19,21 @@ def plot_reliability(path: Path, results: Mapping[str, Reliability]) -> None:
 
     ``results`` are by kind of trial, ``all`` among them, whose trials the bars count.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=_SIZE_INCHES, layout='constrained')
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
-    upper.plot([0, 1], [0, 1], color='0.7', linestyle='--', label='perfectly calibrated')
-    for name, result in results.items():
-        seen = result.count > 0
-        upper.plot(
-            result.claimed[seen],
-            result.true[seen],
-            marker='o',
-            linewidth=2.0 if name == 'all' else 1.0,
-            label=f'{name} (error {result.ece:.3f})',
-        )
-    upper.set(ylabel='share of right placements', xlim=(0, 1), ylim=(0, 1.02))
-    upper.legend(loc='lower right')
-    count = results['all'].count
-    middles = [(k + 0.5) / len(count) for k in range(len(count))]
-    lower.bar(middles, count, width=0.9 / len(count), color='0.6')
-    lower.set(xlabel='stated probability of the best placement', ylabel='trials', yscale='log')
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, _SIZE_INCHES, _DPI) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
+        upper.plot([0, 1], [0, 1], color='0.7', linestyle='--', label='perfectly calibrated')
+        for name, result in results.items():
+            seen = result.count > 0
+            upper.plot(
+                result.claimed[seen],
+                result.true[seen],
+                marker='o',
+                linewidth=2.0 if name == 'all' else 1.0,
+                label=f'{name} (error {result.ece:.3f})',
+            )
+        upper.set(ylabel='share of right placements', xlim=(0, 1), ylim=(0, 1.02))
+        upper.legend(loc='lower right')
+        count = results['all'].count
+        middles = [(k + 0.5) / len(count) for k in range(len(count))]
+        lower.bar(middles, count, width=0.9 / len(count), color='0.6')
+        lower.set(xlabel='stated probability of the best placement', ylabel='trials', yscale='log')

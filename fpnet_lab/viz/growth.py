@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fpnet_core.viz.pictures import saved_figure
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -21,26 +23,22 @@ _PLAN, _TICK, _MEMORY = '#1f6fb4', '#d1495b', '#3b7d4f'
 
 def save_growth(storeys: Sequence[Grown], path: Path) -> None:
     """Write times and memory against a storey's area, and a tick's parts, as a picture."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 3.6), layout='constrained')
-    times, memory, parts = figure.subplots(1, 3)
-    area = np.array([storey.area_m2 for storey in storeys])
-    times.plot(area, [s.plan[1] for s in storeys], 'o-', color=_PLAN, label='floorplan, once')
-    times.plot(area, [s.tick[1] for s in storeys], 'o-', color=_TICK, label='searching tick')
-    times.set_ylabel('processor time [s]')
-    times.set_yscale('log')
-    times.legend(frameon=False)
-    memory.plot(area, [1e-9 * s.peak_bytes for s in storeys], 'o-', color=_MEMORY)
-    memory.set_ylabel('memory of the process [GB]')
-    memory.set_ylim(bottom=0.0)
-    _draw_parts(parts, area, storeys)
-    for ax in (times, memory, parts):
-        ax.set_xscale('log')
-        ax.set_xlabel('storey [m²]')
-        ax.grid(alpha=0.3)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    with saved_figure(path, (11.0, 3.6), 110) as figure:
+        times, memory, parts = figure.subplots(1, 3)
+        area = np.array([storey.area_m2 for storey in storeys])
+        times.plot(area, [s.plan[1] for s in storeys], 'o-', color=_PLAN, label='floorplan, once')
+        times.plot(area, [s.tick[1] for s in storeys], 'o-', color=_TICK, label='searching tick')
+        times.set_ylabel('processor time [s]')
+        times.set_yscale('log')
+        times.legend(frameon=False)
+        memory.plot(area, [1e-9 * s.peak_bytes for s in storeys], 'o-', color=_MEMORY)
+        memory.set_ylabel('memory of the process [GB]')
+        memory.set_ylim(bottom=0.0)
+        _draw_parts(parts, area, storeys)
+        for ax in (times, memory, parts):
+            ax.set_xscale('log')
+            ax.set_xlabel('storey [m²]')
+            ax.grid(alpha=0.3)
 
 
 def _draw_parts(ax: Axes, area: np.ndarray, storeys: Sequence[Grown]) -> None:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.viz.pictures import saved_figure
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -40,20 +42,17 @@ def save_population(
 
     Expects the quantities of :data:`_PANELS`.
     """
-    from matplotlib.figure import Figure
-
     rows = -(-len(_PANELS) // _COLUMNS)
-    figure = Figure(figsize=(3.6 * _COLUMNS, 2.9 * rows + _LEGEND_INCHES), layout='constrained')
-    heights = [_LEGEND_INCHES, 2.9 * rows]
-    above, panels = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
-    axes = panels.subplots(rows, _COLUMNS).ravel()
-    for ax, name in zip(axes, _PANELS, strict=True):
-        singles = [] if name == _PER_STOREY else [storey[name] for storey in real_storeys]
-        _draw_panel(ax, name, generated[name], real[name], singles)
-    handles, labels = axes[0].get_legend_handles_labels()
-    above.legend(handles, labels, loc='center', ncols=3, frameon=False)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=110)
+    size = (3.6 * _COLUMNS, 2.9 * rows + _LEGEND_INCHES)
+    with saved_figure(path, size, 110) as figure:
+        heights = [_LEGEND_INCHES, 2.9 * rows]
+        above, panels = figure.subfigures(2, 1, squeeze=False, height_ratios=heights)[:, 0]
+        axes = panels.subplots(rows, _COLUMNS).ravel()
+        for ax, name in zip(axes, _PANELS, strict=True):
+            singles = [] if name == _PER_STOREY else [storey[name] for storey in real_storeys]
+            _draw_panel(ax, name, generated[name], real[name], singles)
+        handles, labels = axes[0].get_legend_handles_labels()
+        above.legend(handles, labels, loc='center', ncols=3, frameon=False)
 
 
 def _draw_panel(

@@ -13,6 +13,7 @@ import numpy as np
 
 from fpnet_core.matches import IGNORE
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, region_colour
 
 if TYPE_CHECKING:
@@ -43,22 +44,18 @@ def save_gallery(
 
     ``columns`` is even. True partners of a pair share a colour.
     """
-    from matplotlib.figure import Figure
-
     rows = [-(-len(drawings) // columns), -(-2 * len(pairs) // columns)]
     tile_in = _SHEET_IN / columns
-    figure = Figure(figsize=(_SHEET_IN, tile_in * sum(rows)), layout='constrained')
-    axes = figure.subplots(sum(rows), columns, squeeze=False).ravel()
-    for ax in axes:
-        ax.set_axis_off()
-    for ax, (title, grid) in zip(axes, drawings, strict=False):
-        draw_page(ax, grid, round(tile_in * _DPI))
-        ax.set_title(title, fontsize=_TITLE_PT)
-    first = rows[0] * columns
-    for i, mapped in enumerate(pairs):
-        draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], mapped)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    with saved_figure(path, (_SHEET_IN, tile_in * sum(rows)), _DPI) as figure:
+        axes = figure.subplots(sum(rows), columns, squeeze=False).ravel()
+        for ax in axes:
+            ax.set_axis_off()
+        for ax, (title, grid) in zip(axes, drawings, strict=False):
+            draw_page(ax, grid, round(tile_in * _DPI))
+            ax.set_title(title, fontsize=_TITLE_PT)
+        first = rows[0] * columns
+        for i, mapped in enumerate(pairs):
+            draw_pair(axes[first + 2 * i], axes[first + 2 * i + 1], mapped)
 
 
 def draw_page(ax: Axes, grid: GridMap, size_px: int) -> None:

@@ -273,13 +273,3 @@ def test_a_localizer_on_the_packaged_weights_needs_no_torch():
         [sys.executable, '-c', code], capture_output=True, text=True, check=True, cwd=ROOT
     )
     assert result.stdout.strip() == 'False'
-
-
-def test_public_names_of_io_all_resolve():
-    import fpnet_core.io as io
-
-    assert sorted(io.__all__) == sorted(set(io.__all__))
-    for name in io.__all__:
-        assert getattr(io, name).__module__.startswith('fpnet_core.io.')
-    with pytest.raises(AttributeError, match='read_tea_leaves'):
-        _ = io.read_tea_leaves

@@ -96,7 +96,7 @@ def _image_writer(suffix: str, **options: object) -> Callable[[Path], Path]:
 
 
 def _read_map(path: Path) -> object:
-    from fpnet_core.io import read_map
+    from fpnet_core.io.maps import read_map
 
     return read_map(path)
 
@@ -116,7 +116,7 @@ def _damage_png_chunks(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def _write_map(folder: Path) -> Path:
-    from fpnet_core.io import write_map
+    from fpnet_core.io.maps import write_map
 
     write_map(_grid(), folder / 'map.yaml')
     return folder / 'map.yaml'
@@ -223,7 +223,7 @@ def _read_config(path: Path) -> object:
 
 
 def _read_scans(path: Path) -> object:
-    from fpnet_core.io import open_scans
+    from fpnet_core.io.recordings import open_scans
 
     return list(open_scans(path))
 
@@ -237,7 +237,7 @@ def _examine(path: Path) -> object:
 
 def _bag_writer(storage: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
-        from fpnet_core.io import BagWriter
+        from fpnet_core.io.bag_writer import BagWriter
 
         with BagWriter(folder / 'bag', storage) as bag:
             for stamp_ns, pose in zip(_STAMPS_NS.tolist(), _poses(), strict=True):
@@ -251,7 +251,7 @@ def _bag_writer(storage: str) -> Callable[[Path], Path]:
 
 
 def _write_laser_bag(folder: Path) -> Path:
-    from fpnet_core.io import BagWriter
+    from fpnet_core.io.bag_writer import BagWriter
     from fpnet_core.io.laserscan import LaserReadings
 
     readings = LaserReadings(-1.0, 0.05, 1e-3, 0.1, 30.0, np.linspace(0.0, 40.0, 40))
@@ -429,7 +429,7 @@ def _crc32c(data: bytes) -> int:
 
 
 def _read_cloud(path: Path) -> object:
-    from fpnet_core.io import read_cloud
+    from fpnet_core.io.clouds import read_cloud
 
     return read_cloud(path)
 
@@ -438,7 +438,7 @@ def _read_cloud(path: Path) -> object:
 
 
 def _write_tum(folder: Path) -> Path:
-    from fpnet_core.io import write_tum
+    from fpnet_core.io.trajectories import write_tum
 
     write_tum(folder / 'poses.tum', _STAMPS_NS, _poses()[:, :2, 3], np.zeros(len(_STAMPS_NS)))
     return folder / 'poses.tum'
@@ -462,7 +462,7 @@ def _write_npy_poses(folder: Path) -> Path:
 
 
 def _read_poses(path: Path) -> object:
-    from fpnet_core.io import read_poses
+    from fpnet_core.io.trajectories import read_poses
 
     return read_poses(path)
 
@@ -593,7 +593,7 @@ def _write_parcel(folder: Path) -> Path:
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import LocalizerOutput, Status
 
-    nowhere = PlanarTrajectory(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+    nowhere = PlanarTrajectory.empty()
     tick = ShownTick(1, LocalizerOutput(10**9, Status.SEARCHING), SE2.identity(), nowhere)
     path = folder / 'tick.bin'
     path.write_bytes(packed(tick))

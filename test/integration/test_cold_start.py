@@ -9,7 +9,7 @@ import pytest
 from short_recording import start_of_recording
 
 from fpnet_lab.sim.recording import write_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 
 # In a process of its own: other tests have compiled what they use.
 DRIVEN = """
@@ -40,7 +40,7 @@ print(compiled() - warm or 'nothing')
 @pytest.mark.slow
 @pytest.mark.parametrize(('sensor', 'seed'), [('beams32', 4), ('dome', 3)])
 def test_a_drive_compiles_nothing_that_the_warm_up_has_not(tmp_path, sensor, seed):
-    write_recording(start_of_recording(20.0, sensor_named(sensor), seed), tmp_path)
+    write_recording(start_of_recording(20.0, SENSORS[sensor], seed), tmp_path)
     ended = subprocess.run(
         [sys.executable, '-c', DRIVEN, str(tmp_path)], capture_output=True, text=True, check=False
     )

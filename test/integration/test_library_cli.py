@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from fpnet_core.cli import build_app
 from fpnet_core.errors import LibraryError
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_lab.evaluation.localization.cases import Distortion
 from fpnet_lab.evaluation.localization.plans import draw_plan
 from fpnet_lab.sim.plans import generate_plan

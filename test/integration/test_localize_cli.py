@@ -14,7 +14,7 @@ import pytest
 from fpnet_core.accuracy import pose_errors
 from fpnet_core.cli import main
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import read_tum, write_tum
+from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.lidar import LidarModel
 from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording

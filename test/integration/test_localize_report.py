@@ -10,7 +10,8 @@ from planted_drive import drive, recorded
 import pytest
 
 from fpnet_core.cli import main
-from fpnet_core.io import read_map, write_map, write_tum
+from fpnet_core.io.maps import read_map, write_map
+from fpnet_core.io.trajectories import write_tum
 
 pytestmark = pytest.mark.slow
 

@@ -13,7 +13,7 @@ import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import read_map, write_map
+from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.types import FREE, OCCUPIED
 
 PIXELS_PER_M = 14.0  # of the robot map below: nothing says so to the matcher

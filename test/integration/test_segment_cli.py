@@ -13,7 +13,8 @@ import pytest
 
 from fpnet_core.cli import main
 from fpnet_core.geometry import SE2
-from fpnet_core.io import BagWriter, write_map
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.maps import write_map
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 RESOLUTION_M = 0.05

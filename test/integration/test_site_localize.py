@@ -10,18 +10,18 @@ from typer.testing import CliRunner
 import yaml
 
 from fpnet_core.cli import build_app
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.evaluation.localization.inputs import LIMITS
 from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.storeys import Likeness, draw_storeys
 
 pytestmark = pytest.mark.slow
 
 SEED = 3
 OPTIONS = RecordingOptions(
-    family='double_corridor', rooms=(8, 60), limits=LIMITS, lidar=sensor_named('planar')
+    family='double_corridor', rooms=(8, 60), limits=LIMITS, lidar=SENSORS['planar']
 )
 
 

@@ -7,7 +7,8 @@ import pytest
 from turning_drive import STAMPS, TIMES, clouds, yaw_errors_deg
 
 from fpnet_core.config import OdometryConfig
-from fpnet_core.io import BagWriter, open_scans
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.odometry import KissOdometry
 
 

@@ -12,7 +12,9 @@ from real_data import DATA, needs
 from scipy import ndimage
 
 from fpnet_core.config import OdometryConfig, SubmapConfig
-from fpnet_core.io import open_scans, read_cloud, read_map
+from fpnet_core.io.clouds import read_cloud
+from fpnet_core.io.maps import read_map
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import SubmapBuilder

@@ -10,7 +10,8 @@ from real_data import DATA, needs
 
 from fpnet_core.cli import main
 from fpnet_core.config import FpnetConfig
-from fpnet_core.io import open_scans, read_tum, write_tum
+from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.cases import make_suite

@@ -8,7 +8,7 @@ import pytest
 from real_data import DATA, needs
 import shapely
 
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE
 from fpnet_lab.sim.building import extrude

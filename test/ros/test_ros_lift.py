@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from lift_rides import LiftRide, lift_ride
 import numpy as np
 import pytest
 from std_msgs.msg import String
@@ -15,9 +16,8 @@ from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.types import Status
 from fpnet_lab.sim.distort import renovated
-from fpnet_lab.sim.lift_rides import LiftRide, lift_ride
 from fpnet_lab.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM
 from msg_adapters.diagnostics import report_from_msg
@@ -29,7 +29,7 @@ OPTIONS = RecordingOptions(
     family='double_corridor',
     rooms=(8, 30),
     limits=TourLimits(rooms=3, shortest_s=22.0, longest_s=36.0),
-    lidar=sensor_named('beams16'),
+    lidar=SENSORS['beams16'],
 )
 SEEDS = 11, 12
 STOREYS = 'ground', 'second'

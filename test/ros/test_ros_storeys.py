@@ -14,7 +14,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 import yaml
 
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.types import Status
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM
 from msg_adapters.clouds import cloud_to_msg

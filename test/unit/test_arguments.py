@@ -9,7 +9,7 @@ from planted import plan_grid
 import pytest
 
 import fpnet_core as fpnet
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 
 NO_FILE = r'^no\.png does not exist'
 

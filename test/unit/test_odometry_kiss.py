@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
-from fpnet_core.io import Scan
+from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import MIN_POINTS, STALE_BEFORE_RESTART, KissOdometry
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.2)

@@ -11,10 +11,9 @@ meets the others evenly.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import zip_longest
-from typing import Any
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.plans import FAMILIES
@@ -102,16 +101,13 @@ class Case:
     has_mirrored_plan: bool = False
     has_rough_plan: bool = False
 
-    def as_json(self) -> dict[str, Any]:
-        """Return a mapping of plain values."""
-        return asdict(self)
-
 
 def make_suite(seed: int = 0) -> tuple[Case, ...]:
     """Return every case, groups taking turns, so that any first part holds most of them."""
     plain = plain_cases(seed)
     groups: dict[str, list[Case]] = {}
-    for case in (*plain, *_adversarial(seed), *_meshes(), *_logs()):
+    logs = [Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS]
+    for case in (*plain, *_adversarial(seed), *_meshes(), *logs):
         groups.setdefault(case.group, []).append(case)
     rounds = zip_longest(*groups.values())
     return tuple(case for cases in rounds for case in cases if case is not None)
@@ -196,7 +192,3 @@ def _meshes() -> Iterable[Case]:
         for mesh, group in MESHES.items():
             if group == 'meshes_report' or number == 0:
                 yield Case(f'{mesh}-{number}', group, Kind.MESH, mesh, number, sensor='beams32')
-
-
-def _logs() -> Iterable[Case]:
-    return (Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS)

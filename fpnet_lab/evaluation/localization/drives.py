@@ -4,20 +4,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.config import FpnetConfig
-from fpnet_core.io import Scan
-from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.config import FpnetConfig, OdometryConfig, SubmapConfig
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import ReplayResult, create_localizer, replay
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.pose import MapSide
-from fpnet_core.types import GridMap, LocalizerOutput, Status
+from fpnet_core.submaps import SubmapBuilder
+from fpnet_core.types import GridMap, LocalizerOutput, Status, Submap
 from fpnet_lab.baselines.monte_carlo import planar_slice
 from fpnet_lab.evaluation.localization.records import MethodRun, TickBelief
 
@@ -25,6 +26,33 @@ KEEP_EVERY = 3
 """One in so many registered scans is kept for runs on other plans: a scan each 0.2 m. Chosen."""
 
 _KB_PER_MB = 1024.0  # given
+
+
+def registered(scans: Iterable[Scan], config: OdometryConfig) -> Iterator[Scan]:
+    """Yield the scans deskewed and with poses: those without one get it from KISS-ICP."""
+    odometry = KissOdometry(config)
+    for scan in scans:
+        points, pose = scan.points, scan.T_odom_sensor
+        if pose is None:
+            sweep = odometry.register_scan(scan)
+            points, pose = sweep.points, sweep.T_odom_sensor
+        yield Scan(scan.stamp_ns, points, T_odom_sensor=pose)
+
+
+def kept_scans(scans: Iterable[Scan], config: OdometryConfig) -> list[Scan]:
+    """Return one in :data:`KEEP_EVERY` registered scans."""
+    return list(islice(registered(scans, config), 0, None, KEEP_EVERY))
+
+
+def submap_of(scans: Iterable[Scan], config: SubmapConfig | None = None) -> Submap:
+    """Return what registered scans, one of them at least, have seen."""
+    builder = SubmapBuilder(config)
+    for scan in scans:
+        assert scan.T_odom_sensor is not None, 'it was registered'
+        builder.add_scan(scan.points, scan.T_odom_sensor, scan.stamp_ns)
+    submap = builder.take()
+    assert submap is not None, 'there is a scan with returns'
+    return submap
 
 
 @dataclass(eq=False)
@@ -36,24 +64,18 @@ class Registrar:
     scan, sensor frame turned level [m].
     """
 
-    odometry: KissOdometry
+    config: OdometryConfig
     kept: list[Scan] = field(default_factory=list)
     slices: list[NDArray[np.float32]] = field(default_factory=list)
-    count: int = 0
 
-    def follow(self, scans: Iterable[Scan]) -> Iterable[Scan]:
-        """Yield the scans registered: those without a pose get one from the odometry."""
-        for scan in scans:
-            points, pose = scan.points, scan.T_odom_sensor
-            if pose is None:
-                sweep = self.odometry.register_scan(scan)
-                points, pose = sweep.points, sweep.T_odom_sensor
-            registered = Scan(scan.stamp_ns, points, T_odom_sensor=pose)
-            self.slices.append(planar_slice(points, pose))
-            if self.count % KEEP_EVERY == 0:
-                self.kept.append(registered)
-            self.count += 1
-            yield registered
+    def follow(self, scans: Iterable[Scan]) -> Iterator[Scan]:
+        """Yield the scans registered."""
+        for number, scan in enumerate(registered(scans, self.config)):
+            assert scan.T_odom_sensor is not None, 'it was registered'
+            self.slices.append(planar_slice(scan.points, scan.T_odom_sensor))
+            if number % KEEP_EVERY == 0:
+                self.kept.append(scan)
+            yield scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +108,7 @@ def run_product(
     localizer = create_localizer(config)
     localizer.set_plan(plan)
     rss_mb = [0.0]
-    result = replay(scans, localizer, tick_period_s, _refuse, lambda: rss_mb.append(resident_mb()))
+    result = replay(scans, localizer, tick_period_s, on_scan=lambda: rss_mb.append(resident_mb()))
     assert localizer.plan is not None  # it was set above
     run = MethodRun(
         published=result.published,
@@ -109,10 +131,6 @@ def resident_mb() -> float:
         return 0.0
     values = [line.split()[1] for line in lines if line.startswith('VmRSS:')]
     return float(values[0]) / _KB_PER_MB if values else 0.0
-
-
-def _refuse(scan: Scan) -> RegisteredSweep:
-    raise AssertionError(f'scan at {scan.stamp_ns} ns has no pose')
 
 
 def _belief(output: LocalizerOutput) -> TickBelief:

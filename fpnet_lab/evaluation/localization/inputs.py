@@ -12,7 +12,9 @@ import numpy as np
 
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import Scan, open_scans, read_map
+from fpnet_core.io.maps import read_map
+from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.scans import Scan
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
@@ -21,11 +23,14 @@ from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
 from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.mesh_worlds import read_mesh
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
 
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
 """Tours of 40 to 60 m. Chosen."""
+
+ROOMS = (8, 60)
+"""Fewest and most of a building. Chosen."""
 
 MESH_LIMITS = TourLimits(rooms=4, shortest_s=40.0, longest_s=95.0)
 """The small house ends the tour earlier. Chosen."""
@@ -37,7 +42,6 @@ _MESH_FILES = {
     'aws_hospital': 'hospital_all.ply',
 }
 _MESH_PLAN = 'floorplan_from_mesh.yaml'
-_ROOMS = (8, 60)  # chosen
 _SEEDS_TRIED = 8  # numerical
 _SEED_STEP = 100_000  # numerical: to the next seed where a building allows no such tour
 
@@ -102,29 +106,35 @@ def _generated(case: Case, data: Path) -> CaseInputs:
 
 
 def _recording(case: Case) -> Recording:
-    """Return the case's recording."""
-    options = RecordingOptions(
-        family=case.building, rooms=_ROOMS, limits=LIMITS, lidar=sensor_named(case.sensor)
-    )
-    return first_recording(case.seed, options)
+    return drive_through(case.building, case.sensor, case.seed)
 
 
-def first_recording(seed: int, options: RecordingOptions) -> Recording:
+def drive_through(
+    family: str | None,
+    sensor: str,
+    seed: int,
+    *,
+    rooms: tuple[int, int] = ROOMS,
+    limits: TourLimits = LIMITS,
+) -> Recording:
     """
-    Return a recording of a seed, or of one further on where its building allows no such tour.
+    Return a drive through a generated building of a family, None: of any.
+
+    It is of the seed, or of one further on where the building allows no such tour.
 
     Raises
     ------
     ConfigError
         If several seeds allow none.
     """
+    options = RecordingOptions(family=family, rooms=rooms, limits=limits, lidar=SENSORS[sensor])
     reason = ''
     for attempt in range(_SEEDS_TRIED):
         try:
             return make_recording(seed + attempt * _SEED_STEP, options, threads=1)
         except ConfigError as error:
             reason = str(error)
-    raise ConfigError(f'{options.family}: no building in {_SEEDS_TRIED} seeds: {reason}')
+    raise ConfigError(f'{family or "any family"}: no building in {_SEEDS_TRIED} seeds: {reason}')
 
 
 def _mesh(case: Case, data: Path) -> CaseInputs:
@@ -134,7 +144,7 @@ def _mesh(case: Case, data: Path) -> CaseInputs:
         raise MissingDataError(f'{folder} is absent')
     recording = make_recording(
         case.seed,
-        RecordingOptions(limits=MESH_LIMITS, lidar=sensor_named(case.sensor)),
+        RecordingOptions(limits=MESH_LIMITS, lidar=SENSORS[case.sensor]),
         threads=1,
         floorplan=read_map(folder / _MESH_PLAN),
         mesh=read_mesh(folder / _MESH_FILES[case.building]),

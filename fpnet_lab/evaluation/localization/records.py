@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import pose_errors, summarize_run
 from fpnet_core.geometry import Affine2D, angle_between
-from fpnet_core.trajectory import PlanarTrajectory
+from fpnet_core.trajectory import PlanarTrajectory, lengths_along
 
 JUDGED_AT_M = 40.0
 """
@@ -66,7 +66,20 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Record:
+class RunLabels:
+    """What identifies a run: the case's own words, the method, and whose plan it was given."""
+
+    case: str
+    group: str
+    building: str
+    sensor: str
+    seed: int
+    method: str
+    plan: str
+
+
+@dataclass(frozen=True)
+class Record(RunLabels):
     """
     One judged run of one method, plain values only.
 
@@ -76,13 +89,6 @@ class Record:
     ``inside_95`` are those of :class:`fpnet_core.accuracy.RunSummary`.
     """
 
-    case: str
-    group: str
-    building: str
-    sensor: str
-    seed: int
-    method: str
-    plan: str
     is_open_set: bool
     is_right: bool
     is_tight: bool
@@ -98,19 +104,6 @@ class Record:
     statuses: tuple[str, ...] = ()
     nees_mean: float | None = None
     inside_95: float | None = None
-
-
-@dataclass(frozen=True)
-class RunLabels:
-    """What identifies a run: the case's own words, the method, and whose plan it was given."""
-
-    case: str
-    group: str
-    building: str
-    sensor: str
-    seed: int
-    method: str
-    plan: str
 
 
 def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
@@ -146,8 +139,7 @@ def judge(labels: RunLabels, run: MethodRun, truth: Truth | None) -> Record:
 
 def stamp_at_path(odometry: PlanarTrajectory, path_m: float) -> int:
     """Return the stamp of the first pose after so much path; the last one's if it is shorter."""
-    travelled = np.cumsum(np.linalg.norm(np.diff(odometry.xy, axis=0), axis=1))
-    index = int(np.searchsorted(travelled, path_m)) + 1
+    index = int(np.searchsorted(lengths_along(odometry.xy)[1:], path_m)) + 1
     return int(odometry.stamps_ns[min(index, len(odometry) - 1)])
 
 
@@ -155,8 +147,7 @@ def _judged_error(run: MethodRun, truth: Truth) -> tuple[float, float]:
     """Errors [m], [rad] of the pose that is published where the run is judged; else infinite."""
     stamp_ns = stamp_at_path(run.odometry, truth.judged_at_m)
     there = run.published.stamps_ns == stamp_ns
-    standing = PlanarTrajectory(stamp_ns + np.zeros(int(there.sum()), np.int64),
-                                run.published.xy[there], run.published.yaw[there])  # fmt: skip
+    standing = run.published.take(there)
     position, yaw = pose_errors(standing.mapped(truth.A_plan_truth.inv()), truth.poses)
     return (float(position[0]), float(yaw[0])) if len(position) else (np.inf, np.inf)
 

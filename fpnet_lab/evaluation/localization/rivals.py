@@ -55,7 +55,9 @@ def run_rivals(
     return {
         'matcher_ransac': _looking(product, product.ticks, _ransac(product)),
         'branch_and_bound': _looking(
-            product, _checkpoints(product, CHECKPOINTS_M), _timed(partial(_bounded, search))
+            product,
+            _checkpoints(product, CHECKPOINTS_M),
+            _timed(lambda sub: search.place(map_evidence(sub))),
         ),
         'correlative': _looking(
             product,
@@ -91,10 +93,6 @@ def _timed(place: Callable[[GridMap], Answer | None]) -> Look:
         return placement, 1e3 * (time.perf_counter() - start)
 
     return look
-
-
-def _bounded(search: BranchAndBound, sub: GridMap) -> Answer | None:
-    return search.place(map_evidence(sub))
 
 
 def _correlated(plan: GridMap, scales: NDArray[np.float64], sub: GridMap) -> Answer | None:
@@ -150,24 +148,12 @@ def carried(
     ``claims[k]`` maps ``odom`` to the plan from ``stamps_ns[k]`` on; None withdraws.
     """
     latest = np.searchsorted(np.asarray(stamps_ns), odometry.stamps_ns, side='right') - 1
-    parts = []
+    published = PlanarTrajectory.empty()
     for k, claim in enumerate(claims):
         chosen = latest == k
         if claim is not None and chosen.any():
-            part = PlanarTrajectory(
-                odometry.stamps_ns[chosen], odometry.xy[chosen], odometry.yaw[chosen]
-            )
-            parts.append(part.mapped(claim))
-    return joined(parts)
-
-
-def joined(parts: Sequence[PlanarTrajectory]) -> PlanarTrajectory:
-    """Return trajectories one after another; none give one without poses."""
-    return PlanarTrajectory(
-        np.concatenate([np.zeros(0, np.int64), *(part.stamps_ns for part in parts)]),
-        np.concatenate([np.zeros((0, 2)), *(part.xy for part in parts)]),
-        np.concatenate([np.zeros(0), *(part.yaw for part in parts)]),
-    )
+            published = published.joined(odometry.take(chosen).mapped(claim))
+    return published
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from fpnet_core.config import FpnetConfig, parse_config
-from fpnet_core.odometry import KissOdometry
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, Kind, plain_cases
 from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
@@ -77,8 +76,9 @@ def run_case(job: Job) -> tuple[Record, ...]:
     """
     case, config = job.case, settings_of(job.case, job.config)
     inputs = make_inputs(case, job.data)
-    registrar = Registrar(KissOdometry(config.odometry))
-    product = run_product(registrar.follow(inputs.scans), inputs.plan, config, _period_s(case))
+    registrar = Registrar(config.odometry)
+    period_s = LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
+    product = run_product(registrar.follow(inputs.scans), inputs.plan, config, period_s)
     truth = _truth(case, inputs)
     records = [judge(_labels(case, PRODUCT), product.run, truth)]
     if job.with_baselines:
@@ -125,10 +125,6 @@ def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> No
         [error and error[0] for error in belief_errors(product.run, truth)],
         f'{case.name}: {case.group}, {case.sensor}, seed {case.seed}',
     )
-
-
-def _period_s(case: Case) -> float:
-    return LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
 
 
 def _truth(case: Case, inputs: CaseInputs) -> Truth:

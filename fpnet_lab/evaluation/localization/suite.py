@@ -11,7 +11,7 @@ mixed.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 import hashlib
 import json
 import logging
@@ -101,7 +101,7 @@ def _attempt(job: Job) -> Outcome:
 def _key(job: Job, version: str) -> str:
     content = {
         'version': version,
-        'case': job.case.as_json(),
+        'case': asdict(job.case),
         'config': job.config.model_dump(mode='json'),
         'suite_seed': job.suite_seed,
         'baselines': job.with_baselines,

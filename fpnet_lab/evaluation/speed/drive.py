@@ -5,19 +5,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fpnet_core.config import load_config
+from fpnet_core.io.scans import Scan
 from fpnet_core.localizer import Localizer, create_localizer
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import LocalizerOutput
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.speed.timing import Clocked, Figure, clocked, quantile_of
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import sensor_named
+from fpnet_lab.sim.recording import Recording
 from fpnet_lab.sim.tours import TourLimits
 
 # Chosen: about 930 m2 in seven minutes.
@@ -28,8 +28,6 @@ _SCAN_POINTS = 25_000  # given: what the aim for a scan is stated for
 _STEP = 5  # chosen: every so many sweeps is added: two a second
 _TICK = 2  # chosen: scans between two ticks: one a second
 _WARM_TICKS = 3  # numerical: ticks that are not counted
-
-Array = NDArray[np.float64]
 
 
 @dataclass
@@ -66,10 +64,7 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
     figures of ``add_scan``, of cutting the submap into rooms again and of whole ticks, and the
     explored area [m2]
     """
-    recording = make_recording(
-        SEED,
-        RecordingOptions(family=FAMILY, rooms=ROOMS, lidar=sensor_named('beams64'), limits=_TOUR),
-    )
+    recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=_TOUR)
     config = load_config(None, {'localizer.search_every_ticks': 1})
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
@@ -86,29 +81,23 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
 
 def _driven(recording: Recording, localizer: Localizer, seconds: float | None) -> _Times:
     times = _Times()
-    for number, (points, pose, stamp_ns) in enumerate(_scans(recording, seconds)):
-        _, took = clocked(partial(localizer.add_scan, points, pose, stamp_ns))
-        times.scans.append(took)
+    for number, scan in enumerate(_scans(recording, seconds)):
+        assert scan.T_odom_sensor is not None, 'this odometry knows it'
+        add = partial(localizer.add_scan, scan.points, scan.T_odom_sensor, scan.stamp_ns)
+        times.scans.append(clocked(add)[1])
         if number % _TICK == 0:
-            times.note(*clocked(partial(localizer.tick, stamp_ns)))
+            times.note(*clocked(partial(localizer.tick, scan.stamp_ns)))
     for listed in (times.scans, times.ticks, times.segment):
         del listed[:_WARM_TICKS]
     return times
 
 
-def _scans(
-    recording: Recording, seconds: float | None
-) -> Iterator[tuple[NDArray[np.float32], Array, int]]:
-    """Yield deskewed scans: points (P, 3), the true pose (4, 4) and the stamp."""
+def _scans(recording: Recording, seconds: float | None) -> Iterator[Scan]:
+    """Yield scans with true odometry, of so many points each."""
     rng = np.random.default_rng(SEED)
     period_s = recording.lidar.model.period_s
     last = len(recording) if seconds is None else min(len(recording), int(seconds / period_s))
     for index in range(0, last, _STEP):
-        scan = recording.scan(index)
-        assert scan.time_s is not None  # this sensor sweeps
-        R, origin = recording.tour.sensor_poses(index * period_s + scan.time_s)
-        world = np.einsum('pij,pj->pi', R, scan.points) + origin
-        pose = np.asarray(scan.T_truth_sensor, dtype=np.float64)
-        points = (world - pose[:3, 3]) @ pose[:3, :3]
-        kept = np.sort(rng.permutation(len(points))[:_SCAN_POINTS])
-        yield points[kept].astype(np.float32), pose, scan.stamp_ns
+        scan = recording.deskewed(index)
+        kept = np.sort(rng.permutation(len(scan.points))[:_SCAN_POINTS])
+        yield replace(scan, points=scan.points[kept])

@@ -4,10 +4,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 import multiprocessing
 import resource
-from typing import Any
 
 import cv2
 import numpy as np
@@ -75,10 +74,6 @@ class Grown:
             Figure(f'prepare a plan of {name}', self.plan[0], cpu_s=self.plan[1], of=1),
             Figure(f'searching tick on {name}', self.tick[0], aim_s, cpu_s=self.tick[1]),
         ]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it for a report."""
-        return asdict(self)
 
 
 def growth(area_m2: float) -> Grown:

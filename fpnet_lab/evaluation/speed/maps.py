@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import FpnetConfig, MatcherConfig, SegmentationConfig
-from fpnet_core.geometry import SE2
+from fpnet_core.geometry import rotation
 from fpnet_core.graphs import build_region_graph, edge_features, node_features
-from fpnet_core.io import read_map, write_map
+from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.judging import Judge, configured_model, gather_evidence
 from fpnet_core.localizer import Finder, match_maps
+from fpnet_core.localizer.finder import Question
 from fpnet_core.localizer.scale import tolerant_search
 from fpnet_core.localizer.sides import StageTimer, plan_side
 from fpnet_core.matching.learned import LearnedMatcher
@@ -110,7 +111,8 @@ def judge_figures() -> list[Figure]:
     plan = plan_side(mapped.plan_segmentation)
     cut = mapped.sub_segmentation
     sub = MapSide(cut, build_region_graph(cut, 'submap'), map_evidence(mapped.submap.grid))
-    *_, found = finder.looks(plan, sub, mapped.submap.free_area_m2, search, StageTimer())
+    asked = Question(plan, sub, mapped.submap.free_area_m2, search)
+    *_, found = finder.looks(asked, StageTimer())
 
     def evidence() -> object:
         # A tick's submap is new: nothing is derived from it yet.
@@ -164,14 +166,14 @@ def _write_scans(folder: Path) -> None:
 
 def _grid_graph(nodes: int, frame: Literal['plan', 'submap'], turn_rad: float) -> RegionGraph:
     """Return rooms on a grid with a door to the next one each, half rooms and half doors."""
-    rng, rotation = np.random.default_rng(0), SE2.from_xy_yaw(0.0, 0.0, turn_rad).linear
+    rng, R = np.random.default_rng(0), rotation(turn_rad)
     side = int(np.ceil(np.sqrt(nodes / 2)))
     regions, edges = [], []
     for index in range(nodes):
         number, is_door = divmod(index, 2)
         size = np.array([0.9, 0.2]) if is_door else rng.uniform(2.0, 3.8, 2)
         corner = _GRID_SPACING_M * np.array(divmod(number, side)) + is_door * np.array([1.0, 3.9])
-        outline = (corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])) @ rotation.T
+        outline = (corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])) @ R.T
         label = RegionLabel.DOOR if is_door else RegionLabel.ROOM
         regions.append(Region(index, label, outline, outline.mean(axis=0), float(size.prod())))
         if is_door:

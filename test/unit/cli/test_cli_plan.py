@@ -14,7 +14,7 @@ from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import ScaleSource
 from fpnet_core.errors import ConfigError
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE
 

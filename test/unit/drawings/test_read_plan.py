@@ -14,8 +14,8 @@ from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions, ScaleSource
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import read_map, write_map
 from fpnet_core.io.images import interpret
+from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, GridMap

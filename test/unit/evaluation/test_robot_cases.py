@@ -14,7 +14,7 @@ import pytest
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.localizer.maps import MapMatchStatus
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_lab.evaluation import matching_robot, raster_methods

@@ -11,7 +11,9 @@ import pytest
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.io import BagWriter, PosedScans, open_scans
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.posed_scans import PosedScans
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.trajectories import Trajectory
 from fpnet_core.odometry import KissOdometry
 

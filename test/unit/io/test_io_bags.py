@@ -14,7 +14,9 @@ from fpnet_core.api.run import scans_of
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
-from fpnet_core.io import BagReader, BagWriter, open_scans
+from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.bags import BagReader
+from fpnet_core.io.recordings import open_scans
 from fpnet_core.types import GridMap
 
 STORAGES = ('sqlite3', 'mcap')

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import CloudFormatError
-from fpnet_core.io import read_cloud
+from fpnet_core.io.clouds import read_cloud
 
 POINTS = np.array([[1.5, -2.25, 0.125], [10.0, 20.0, -30.0], [-7.0, 0.5, 3.0]])
 

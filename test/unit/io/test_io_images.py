@@ -10,8 +10,8 @@ import pytest
 from scipy import ndimage
 
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io import outside_as_unknown
 from fpnet_core.io.images import grey_levels, interpret, load_pixels
+from fpnet_core.io.outside import outside_as_unknown
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
 RESOLUTION_M = 0.05

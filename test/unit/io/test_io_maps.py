@@ -10,8 +10,8 @@ import yaml
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
-from fpnet_core.io import read_map, states_scale, write_map
 from fpnet_core.io.images import MAX_PIXELS
+from fpnet_core.io.maps import read_map, states_scale, write_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 

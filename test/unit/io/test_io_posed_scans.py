@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from fpnet_core.errors import OdometryError
-from fpnet_core.io import PosedScans, open_scans, read_poses, write_tum
+from fpnet_core.io.posed_scans import PosedScans
+from fpnet_core.io.recordings import open_scans
+from fpnet_core.io.trajectories import read_poses, write_tum
 
 COUNT = 5
 XY = np.stack([np.arange(COUNT), np.zeros(COUNT)], axis=1)

@@ -12,7 +12,9 @@ import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io import BagReader, read_map, read_tum, write_tum
+from fpnet_core.io.bags import BagReader
+from fpnet_core.io.maps import read_map
+from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.report import write_run_exports
 from fpnet_core.types import FREE, OCCUPIED
 

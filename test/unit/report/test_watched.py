@@ -12,14 +12,14 @@ from fpnet_core.cli import main
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2
 from fpnet_core.io.parcels import ShownPlan, ShownTick, packed, unpacked
-from fpnet_core.report.record import RunRecord, nowhere
+from fpnet_core.report.record import RunRecord
 from fpnet_core.report.watched import WatchedRun, with_tick
 from fpnet_core.trajectory import PlanarTrajectory
 
 
 def tick(run, index, number=1, poses=None):
     pose = SE2.from_xy_yaw(1.0, 2.0, 0.5)
-    return ShownTick(number, run.outputs[index], pose, poses or nowhere())
+    return ShownTick(number, run.outputs[index], pose, poses or PlanarTrajectory.empty())
 
 
 def test_ticks_and_plans_come_back_as_they_were(made_up_run):
@@ -45,7 +45,7 @@ def test_what_is_cut_off_or_of_another_kind_is_one_line(made_up_run):
 
 
 def test_old_ticks_are_kept_small_and_poses_once(made_up_run):
-    record = RunRecord('', '', made_up_run.plan, (), nowhere())
+    record = RunRecord('', '', made_up_run.plan)
     for index in range(3):
         record = with_tick(record, tick(made_up_run, index, poses=made_up_run.published))
     assert [output.status for output in record.outputs] == [

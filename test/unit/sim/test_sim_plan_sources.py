@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 from fpnet_core.errors import ConfigError, FpnetError, MapFormatError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, RegionLabel
 from fpnet_lab.cli.simulate import app

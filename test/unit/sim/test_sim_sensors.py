@@ -5,13 +5,12 @@
 import numpy as np
 import pytest
 
-from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.scanning import cast_scan, scan_stamps_ns
-from fpnet_lab.sim.sensors import SENSORS, sensor_named
+from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits, plan_tour
 
 
@@ -73,7 +72,7 @@ def test_spinning_rings_are_stacked():
 @pytest.mark.parametrize('name', sorted(SENSORS))
 def test_every_sensor_scans_a_building(name, building_and_tour):
     building, tour = building_and_tour
-    model = sensor_named(name)
+    model = SENSORS[name]
     lidar, rng = LidarSimulator(building, model), np.random.default_rng(3)
     scan, second = (cast_scan(lidar, tour, index, rng) for index in range(2))
     assert 0.6 * model.beams * model.columns < len(scan.points) <= model.beams * model.columns
@@ -108,8 +107,3 @@ def test_scans_last_as_long_as_the_tour(building_and_tour):
     assert count == int(tour.duration_s * 10.0)
     end = cast_scan(lidar, tour, count - 1, np.random.default_rng(3)).T_truth_sensor[:2, 3]
     assert end == pytest.approx(tour.xy[-1], abs=0.15)
-
-
-def test_unknown_sensor_is_refused():
-    with pytest.raises(ConfigError, match='sonar'):
-        sensor_named('sonar')

@@ -14,7 +14,7 @@ import pypdfium2
 import pytest
 
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io import read_map
+from fpnet_core.io.maps import read_map
 from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import FREE
 from fpnet_lab.sim.sheets import draw_sheet

@@ -12,7 +12,7 @@ import yaml
 
 from fpnet_core.errors import FpnetError, MapFormatError, SiteError
 from fpnet_core.geometry import SE2
-from fpnet_core.io import write_map
+from fpnet_core.io.maps import write_map
 from fpnet_core.sites import Link, LinkKind, Site, Storey
 from fpnet_core.sites.open_rmf import rigid_fit
 from fpnet_core.sites.site_files import read_site
