@@ -17,10 +17,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.library.keypoints import Keypoints, keypoints_of
 from fpnet_core.library.shard import Shard
-from fpnet_core.library.shifts import Shifts, turn
+from fpnet_core.library.shifts import Shifts
 from fpnet_core.library.walls import LEAST, SeenWalls, area_of, direction_of, seen_walls
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Segmentation
@@ -249,5 +249,5 @@ def _scales(question: _Question, part: Part) -> tuple[NDArray[np.float64], NDArr
 
 
 def _placements(poses: NDArray[np.float32], factors: NDArray[np.float64]) -> Placements:
-    linear = [factor * turn(float(yaw)) for yaw, factor in zip(poses[:, 0], factors, strict=True)]
-    return Placements(np.array(linear), poses[:, 1:].astype(np.float64))
+    placed = poses.astype(np.float64)
+    return Placements(factors[:, None, None] * rotation(placed[:, 0]), placed[:, 1:])

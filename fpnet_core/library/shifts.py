@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from fpnet_core.geometry import Placements
+from fpnet_core.geometry import Placements, rotation
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap
 
 # Chosen, not measured:
@@ -33,12 +33,6 @@ _KEPT = 8  # sizes whose spectra of what was seen are kept: some megabytes each
 
 Array = NDArray[np.float64]
 _Spectra = NDArray[np.complex64]
-
-
-def turn(angle: float) -> Array:
-    """Return the rotation (2, 2) by an angle [rad]."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin], [sin, cos]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +50,7 @@ class _Upright:
     @classmethod
     def of(cls, grid: GridMap, direction: float, factor: float = 1.0) -> _Upright:
         """Turn a coarse raster by -``direction`` [rad], ``factor`` times as large."""
-        linear = factor * turn(-direction)
+        linear = factor * rotation(-direction)
         rows, cols = grid.shape
         ends = [[0, 0], [rows - 1, 0], [0, cols - 1], [rows - 1, cols - 1]]
         placed = grid.rc_to_xy(np.array(ends)) @ linear.T
@@ -72,7 +66,7 @@ class _Upright:
     def quarter(self, count: int) -> _Upright:
         """Return it turned by ``count`` right angles, counter-clockwise."""
         size = _CELL_M * np.array(self.known.shape[::-1])
-        ends = np.array([self.low, self.low + size]) @ np.rint(turn(count * np.pi / 2.0)).T
+        ends = np.array([self.low, self.low + size]) @ np.rint(rotation(count * np.pi / 2.0)).T
         known, walls = (np.rot90(plane, -count) for plane in (self.known, self.walls))
         return _Upright(ends.min(axis=0), known, walls)
 
@@ -124,9 +118,9 @@ class Shifts:
         rc -= np.where(rc > own.known.shape, shape, 0)
         linear, offset = [], []
         for index, (factor, count) in enumerate(zip(self.factors, quarter, strict=True)):
-            linear.append(factor * turn(direction + count * np.pi / 2.0 - self.direction))
+            linear.append(factor * rotation(direction + count * np.pi / 2.0 - self.direction))
             start = self._turned[index][count].low
-            offset.append(turn(direction) @ (own.low - start + rc[index, ::-1] * _CELL_M))
+            offset.append(rotation(direction) @ (own.low - start + rc[index, ::-1] * _CELL_M))
         fits = found[scale, quarter] - 1.0
         return Placements(np.array(linear), np.array(offset), fits)
 
