@@ -21,6 +21,7 @@ from fpnet_core.pose import MapSide
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
+from fpnet_core.segmentation.furniture import free_standing
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
 Array = NDArray[np.float64]
@@ -80,10 +81,11 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
     seen_m = _looked_up(metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
     drawn = (grid.cells == OCCUPIED) & grown(labels, 2 * reach)
+    within = labels | free_standing(labels, grid.resolution)
     return Overlay(
         drawn_m=metres_to(drawn, grid.resolution),
         seen_m=seen_m,
-        is_drawn=drawn & ~_symbols(drawn & labels, grid.resolution),
+        is_drawn=drawn & ~_symbols(drawn & within, grid.resolution),
         is_wall=seen_m <= grid.resolution,
         is_free=cells == FREE,
         is_known=cells != UNKNOWN,

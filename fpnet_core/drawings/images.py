@@ -81,7 +81,9 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
     if 'A' in image.getbands() or 'transparency' in image.info:
         opaque = image.convert('RGBA')
         shown = _on_paper(opaque, 'white')
-        return shown if shown.min() <= _PALE else _on_paper(opaque, 'black')
+        if shown.min() > _PALE and (light := _on_paper(opaque, 'black')).any():
+            return light
+        return shown
     return np.array(image.convert('RGB'))
 
 

@@ -25,15 +25,25 @@ _EXTENT_M = 2.5
 _LEAST_LENGTH_M, _MOST_THICKNESS_M, _LEAST_SLENDERNESS, _DOORWAY_M = 0.65, 0.4, 2.5, 0.6
 
 
+def free_standing(free: Mask, cell_m: float) -> Mask:
+    """
+    Return the cells (H, W) of small pieces that ``free (H, W)`` surrounds, of whatever kind.
+
+    They stay below limits of area and bounding-box diagonal, and touch no border. ``cell_m`` is
+    the cell edge [true metres].
+    """
+    obstacles, figures = pieces_of(~free)
+    return looked_up(obstacles, _are_small(figures, free.shape, cell_m))
+
+
 def furniture_cells(free: Mask, cell_m: float) -> Mask:
     """
     Return the cells (H, W) of furniture, which are not ``free (H, W)``.
 
-    Pieces of what is not free are furniture where area and bounding-box diagonal stay below limits
-    and they do not stand as a piece of wall does between two doorways: thin, long, and a doorway
-    away from the walls. A table that is drawn by its outline is as thick as the table, and what
-    a robot sees of one is filled by what it hides. What touches the border is never furniture.
-    ``cell_m`` is the cell edge [true metres].
+    Free-standing pieces are, unless they stand as a piece of wall does between two doorways: thin,
+    long, and a doorway away from the walls. A table that is drawn by its outline is as thick as
+    the table, and what a robot sees of one is filled by what it hides. ``cell_m`` is the cell edge
+    [true metres].
     """
     obstacles, figures = pieces_of(~free)
     is_small = _are_small(figures, free.shape, cell_m)
