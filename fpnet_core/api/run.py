@@ -136,9 +136,11 @@ class Run:
 
     @property
     def rooms(self) -> Segmentation:
-        """The floorplan's rooms and doors, at the scale that is known so far."""
-        assert self._localizer.plan is not None  # it was set at the beginning
-        return self._localizer.plan.segmentation
+        """Rooms and doors of the floorplan that the newest tick is about, at its scale so far."""
+        said = self._localizer.snapshot.plan
+        plan = self._localizer.plan if said is None else said.nominal
+        assert plan is not None  # it was set at the beginning
+        return plan.segmentation
 
     @property
     def plan(self) -> Reading:

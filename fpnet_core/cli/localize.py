@@ -202,12 +202,14 @@ class _Ended:
     def record(self, title: str) -> RunRecord:
         """Return the run as reports and films are made of it."""
         from fpnet_core.report import RunRecord
+        from fpnet_core.report.record import on_one_storey
 
         run, known = self.run, self.known
+        outputs = on_one_storey(run.result.outputs)
         return RunRecord(
-            title, f'{run.last.said}. {self.summary}', run.segmentation, run.result.outputs,
-            run.poses, known.reference, known.A_plan_truth, self.figures(), self.causes,
-            run.result.odometry, run.differences,
+            title, f'{run.last.said}. {self.summary}', run.segmentation, outputs, run.poses,
+            known.reference, known.A_plan_truth, self.figures(), self.causes, run.result.odometry,
+            run.differences,
         )  # fmt: skip
 
     def _storeys(self) -> dict[str, Any]:

@@ -327,7 +327,9 @@ class Localizer:
             _log.warning('the robot is not where it was taken to be; starting anew')
             self._start_anew(CONTRADICTED)
         else:
-            self._said = Snapshot(output, state.plan)
+            # The next tick may be about another storey than this one's output is on.
+            on = (plan for plan in state.storeys if plan.name == output.storey)
+            self._said = Snapshot(output, next(on, state.plan))
 
     def _bridge(self, broken: Break, stamp_ns: int) -> None:
         """Start anew, with the placements where they would be in the new frame."""

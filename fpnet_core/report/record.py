@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.accuracy import pose_errors
 from fpnet_core.differences import Differences
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Cause, LocalizerOutput, Segmentation
@@ -92,6 +92,21 @@ class RunRecord:
             if known[0]:
                 return float(nearest.yaw[0]) - submap.T_odom_submap.yaw
         return _last_direction(submap.path_xy)
+
+
+def on_one_storey(outputs: Sequence[LocalizerOutput]) -> tuple[LocalizerOutput, ...]:
+    """
+    Return the ticks of a run as they are shown on the floorplan that it ended on.
+
+    Those about another storey keep what they say, and lose placements and matches: these are of
+    another drawing.
+    """
+    return tuple(
+        output
+        if output.storey == outputs[-1].storey
+        else replace(output, estimates=Placements.empty(), match=None)
+        for output in outputs
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,6 +69,17 @@ def test_a_claim_names_the_storey_wherever_it_is_in_the_list(names):
     np.testing.assert_allclose(place, (x, y), atol=0.3)
 
 
+def test_the_snapshot_has_the_storey_that_its_output_is_about():
+    """Though another one has won, and the next tick will be about that."""
+    localizer, about = new(OTHER, TRUE), []
+    for index, (points, T_odom_sensor, stamp_ns) in enumerate(recorded()):
+        localizer.add_scan(points, T_odom_sensor, stamp_ns)
+        if index % 5 == 4 and localizer.tick(stamp_ns).storey:
+            about.append((localizer.snapshot.output.storey, localizer.snapshot.plan.name))
+    assert {said for said, _ in about} == {'other', 'true'}
+    assert all(said == plan for said, plan in about)
+
+
 def test_equal_storeys_stay_open_and_say_so():
     outputs = ended('true', 'other', 'equal')
     assert Status.LOCALIZED not in {output.status for output in outputs}

@@ -17,9 +17,9 @@ from fpnet_core.differences import Difference, DifferenceKind, Differences
 from fpnet_core.geometry import SE2
 from fpnet_core.report import write_run_report
 from fpnet_core.report.charts import HEX_OF_STATUS, plan_figure
-from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks
+from fpnet_core.report.moments import MAX_MOMENTS, chosen_ticks, moments
 from fpnet_core.report.pictures import grid_picture
-from fpnet_core.report.record import best_placement_error, published_errors
+from fpnet_core.report.record import best_placement_error, on_one_storey, published_errors
 from fpnet_core.report.run_page import _ink_on
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import OCCUPIED, Cause, CauseKind, GridMap, LocalizerOutput, Status
@@ -96,6 +96,16 @@ def test_matches_join_plan_and_submap_regions(page, made_up_run):
     plan, sub = made_up_run.plan, made_up_run.outputs[1].segmentation
     assert match['plan_xy'] == pytest.approx(plan.regions[match['plan_id']].centroid, abs=0.01)
     assert match['sub_xy'] == pytest.approx(sub.regions[match['sub_id']].centroid, abs=0.01)
+
+
+def test_what_was_found_on_another_storey_is_not_drawn_on_this_one(made_up_run):
+    first, second, last = made_up_run.outputs
+    elsewhere = [first, replace(second, storey='below'), replace(last, storey='above')]
+    record = replace(made_up_run, outputs=on_one_storey(elsewhere))
+    below, above = moments(record)[1:]
+    assert (below['placements'], below['matches'], below['labels']) == ([], [], [])
+    assert below['reason'] == second.reason
+    assert above == moments(made_up_run)[2]
 
 
 def test_every_trace_that_the_script_moves_is_there(page):
