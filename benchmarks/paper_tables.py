@@ -11,21 +11,24 @@ Usage:
 
 ``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
 with fewer epochs; called again it goes on. ``write`` has every method match the same pairs and
-writes the page; under --runs are predictions, and reports, which it goes on from where they are of
-the same commit.
+writes the page; it keeps each table's report under --runs and goes on where it stopped, until the
+program changes.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 import json
 from pathlib import Path
 import subprocess
 import sys
+import tempfile
 from typing import Any
 
 import yaml
 
+from fpnet_lab.kept import digest, make_once
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Table, Unit, Units
 
@@ -116,54 +119,56 @@ def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, A
         '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Report:
+    """What a benchmark wrote, as JSON."""
+
+    text: str
+
+
 def write_page(arguments: argparse.Namespace) -> None:
     """Match all pairs with all methods and write the tables as Markdown."""
     made = Provenance.now()
     runs, data, limit = arguments.runs, arguments.data, arguments.limit
-    plans = data / 'bormann' / 'floorplan'
-    reports = {name: bench(runs, name, limit, '--plans', plans) for name in PUBLISHED}
-    reports['tours'] = bench(runs, 'tours', limit)
-    robot = bench(runs, 'robot', arguments.robot_limit, '--data', data)
-    ablations = {row: ablation(runs, row, limit) for row in ABLATIONS}
+    plans = ('--plans', data / 'bormann' / 'floorplan')
+    wanted = {name: words(name, limit, *plans) for name in PUBLISHED}
+    wanted['tours'] = words('tours', limit)
+    papers = list(wanted)
+    wanted['robot'] = words('robot', arguments.robot_limit, '--data', data)
+    wanted |= {row: ablation(runs, row, limit) for row in ABLATIONS}
+    files = sorted((*runs.glob('**/matcher.safetensors'), *runs.glob('*.yaml')))
+    tasks = {f'{row}-{digest(asked, files)}': asked for row, asked in wanted.items()}
+    texts = make_once(runs / 'reports', Report, tasks, bench)
+    reports = {row: json.loads(report.text) for row, report in zip(wanted, texts, strict=True)}
     parts = [
         heading(limit, made),
-        *(paper_table(name, report) for name, report in reports.items()),
-        robot_table(robot),
-        ablation_table(ablations),
+        *(paper_table(name, reports[name]) for name in papers),
+        robot_table(reports['robot']),
+        ablation_table({row: reports[row]['methods']['fpnet'] for row in ABLATIONS}),
     ]
     arguments.page.write_text('\n'.join(parts), encoding='utf-8')
 
 
-def bench(runs: Path, pair_set: str, limit: int, *options: object) -> dict[str, Any]:
-    """Return what ``fpnet bench matching`` says of every method on one set."""
-    path = runs / f'{pair_set}_{limit}.json'
-    if not is_of_this_commit(path):
-        run('bench', 'matching', '--set', pair_set, '--limit', limit, '--json', path,
-            '--out', runs / 'predictions', *options)  # fmt: skip
-    report: dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
-    return report
+def words(pair_set: str, limit: int, *more: object) -> list[str]:
+    """Return the command that has methods match one set."""
+    return ['bench', 'matching', '--set', pair_set, '--limit', str(limit), *map(str, more)]
 
 
-def ablation(runs: Path, row: str, limit: int) -> dict[str, float]:
-    """Return the figures of one row of Table III on the synthetic set."""
+def ablation(runs: Path, row: str, limit: int) -> list[str]:
+    """Return the command of one row of Table III, on the synthetic set."""
     name, settings, _, _ = ABLATIONS[row]
-    path = runs / f'ablation_{row.replace(" ", "_")}_{limit}.json'
-    if not is_of_this_commit(path):
-        config = path.with_suffix('.yaml')
-        config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
-        run('bench', 'matching', '--set', 'synthetic', '--limit', limit, '--json', path,
-            '--methods', 'fpnet', '--weights', runs / 'ablations' / name / 'matcher.safetensors',
-            '--config', config)  # fmt: skip
-    figures: dict[str, float] = json.loads(path.read_text(encoding='utf-8'))['methods']['fpnet']
-    return figures
+    config = runs / f'ablation_{row.replace(" ", "_")}.yaml'
+    config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
+    network = ('--weights', runs / 'ablations' / name / 'matcher.safetensors')
+    return words('synthetic', limit, '--methods', 'fpnet', *network, '--config', config)
 
 
-def is_of_this_commit(path: Path) -> bool:
-    """Tell whether a report is there, and nothing has been committed since."""
-    if not path.exists():
-        return False
-    made = Provenance.of(json.loads(path.read_text(encoding='utf-8')))
-    return made is not None and made.is_of_code(Provenance.now())
+def bench(asked: list[str]) -> Report:
+    """Run a benchmark."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, 'report.json')
+        run(*asked, '--json', path)
+        return Report(path.read_text(encoding='utf-8'))
 
 
 def run(*words: object) -> None:

@@ -1,25 +1,34 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Results that are kept as they come, so that an interrupted run goes on where it stopped."""
+"""
+Results that are kept as they come, so that an interrupted run goes on where it stopped.
+
+Figures of two versions are never mixed where the names of their tasks hold a :func:`digest`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
+import hashlib
+import json
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
+import fpnet_core
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.arrays import read_arrays, write_arrays
 from fpnet_core.io.frozen import from_arrays, to_arrays
+import fpnet_lab
 from fpnet_lab.pool import each_done
 
 Task = TypeVar('Task')
 Result = TypeVar('Result')
 
 _COLUMNS = 'columns'  # name of the array with what the columns of the results mean
+_IRRELEVANT = ('cli', 'viz', 'training')  # folders whose text changes no figure
 
 
 def make_once(
@@ -83,6 +92,35 @@ def read_kept(path: Path, kind: type[Result], columns: Sequence[str] = ()) -> Re
         raise FpnetError(
             f'{path} cannot be gone on with ({error}); remove it, or use another folder'
         ) from None
+
+
+def digest(content: Any, files: Iterable[Path] = ()) -> str:
+    """
+    Return a name's end for a result of ``content`` and ``files`` by the program as it is now.
+
+    It changes with the modules of core and lab and with the weights that ship, too.
+
+    Parameters
+    ----------
+    content : plain values, as JSON holds them
+    files : what else the result depends on, as weights of one's own
+    """
+    found = hashlib.sha256(_program().encode())
+    found.update(json.dumps(content, sort_keys=True).encode())
+    for path in files:
+        found.update(path.read_bytes())
+    return found.hexdigest()[:20]
+
+
+@cache
+def _program() -> str:
+    found = hashlib.sha256()
+    for package in (fpnet_core, fpnet_lab):
+        root = Path(package.__path__[0])
+        for path in sorted((*root.rglob('*.py'), *root.glob('weights/*.json'))):
+            if path.relative_to(root).parts[0] not in _IRRELEVANT:
+                found.update(path.read_bytes())
+    return found.hexdigest()
 
 
 def _file(folder: Path, name: str) -> Path:

@@ -66,10 +66,6 @@ class Provenance:
         """Return the report with this in it."""
         return {**report, KEY: asdict(self)}
 
-    def is_of_code(self, other: Provenance) -> bool:
-        """Tell whether both were made by the same code, as a checkout without changes tells."""
-        return self.commit == other.commit and not self.commit.endswith('+')
-
     def __str__(self) -> str:
         """Return a sentence's beginning for the line above a table."""
         commit = f'commit {self.commit}' if self.commit else 'outside of a checkout'

@@ -14,7 +14,6 @@ from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError, WeightsError
 from fpnet_lab.cli.reports import show, write_report
-from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Column, Table, Units, columns, named
 
 if TYPE_CHECKING:
@@ -65,12 +64,6 @@ MethodsOption = Annotated[
     str | None,
     typer.Option('--methods', metavar='A,B', help='Only these methods; default: all.'),
 ]
-CacheOption = Annotated[
-    Path | None,
-    typer.Option(
-        '--out', metavar='DIR', help='Keep predictions here; the same commit only scores them.'
-    ),
-]
 
 
 def command(
@@ -94,7 +87,6 @@ def command(
     weights: Annotated[
         Path | None, typer.Option('--weights', help='Checkpoint of fpnet; default: packaged.')
     ] = None,
-    out: CacheOption = None,
     json_path: common.JsonOption = None,
 ) -> None:
     """
@@ -113,7 +105,7 @@ def command(
     if pair_set is PairSet.ROBOT:
         report = _robot(data, split, limit, methods, foreign, tree)
     else:
-        report = _graphs(pair_set, data, plans, split, limit, methods, tree, out)
+        report = _graphs(_pairs(pair_set, data, plans, split, limit), _names(methods), tree)
     report['set'] = pair_set.value
     show(Table.of(_METHODS, named(report['methods'])), json_path)
     if pair_set is PairSet.ROBOT:
@@ -122,38 +114,12 @@ def command(
     write_report(json_path, report)
 
 
-def _graphs(
-    pair_set: PairSet,
-    data: Path | None,
-    plans: Path | None,
-    split: str,
-    limit: int | None,
-    methods: str | None,
-    tree: FpnetConfig,
-    out: Path | None,
-) -> dict[str, Any]:
-    from fpnet_lab.evaluation.matching import predict, read_predictions, score, write_predictions
+def _graphs(pairs: list[MatchingPair], names: list[str], tree: FpnetConfig) -> dict[str, Any]:
+    from fpnet_lab.evaluation.matching import predict, score
 
-    pairs = _pairs(pair_set, data, plans, split, limit)
-    facts = {'config': tree.matcher.model_dump(mode='json'), 'pairs': len(pairs)}
-    made = Provenance.now()
-    facts |= {'set': pair_set.value, 'data': str(data), 'split': split, 'commit': made.commit}
-    # Nobody knows what changed files would predict the next time.
-    cache = out / f'{pair_set.value}.json' if out and made.is_of_code(made) else None
-    said = {} if cache is None else read_predictions(cache, facts)
-    wanted = _names(methods)
-    missing = {
-        name: matcher
-        for name, matcher in matchers(tree.matcher, wanted).items()
-        if name not in said
-    }
-    if missing:
-        with progress('matching', len(pairs)) as advance:
-            said |= predict(pairs, missing, advance)
-    if cache is not None:
-        write_predictions(cache, said, facts)
-    chosen = {name: said[name] for name in wanted if name in said}
-    return {'methods': score(pairs, chosen), 'pairs': len(pairs)}
+    with progress('matching', len(pairs)) as advance:
+        said = predict(pairs, matchers(tree.matcher, names), advance)
+    return {'methods': score(pairs, said), 'pairs': len(pairs)}
 
 
 def _pairs(

@@ -12,10 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-import json
-from pathlib import Path
 import time
-from typing import Any
 
 import numpy as np
 
@@ -100,27 +97,6 @@ def _placement(plan: RegionGraph, sub: RegionGraph, result: MatchResult) -> Answ
         return place_by_ransac(plan, sub, result)
     best = result.hypotheses[0]
     return Answer(best.S_plan_sub, best.probability, is_claimed=best.probability >= _CLAIMED)
-
-
-def write_predictions(path: Path, said: Mapping[str, Sequence[Prediction]], facts: Any) -> None:
-    """Write predictions and the ``facts`` they depend on as JSON."""
-    methods = {name: [vars(item) for item in items] for name, items in said.items()}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({'facts': facts, 'methods': methods}) + '\n', encoding='utf-8')
-
-
-def read_predictions(path: Path, facts: Any) -> dict[str, list[Prediction]]:
-    """Return predictions made under equal ``facts``; empty where there are none."""
-    try:
-        content = json.loads(path.read_text(encoding='utf-8'))
-        if content['facts'] != facts:
-            return {}
-        return {
-            name: [Prediction(**item) for item in items]
-            for name, items in content['methods'].items()
-        }
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}
 
 
 def score(

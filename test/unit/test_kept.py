@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 import pytest
 
 from fpnet_core.errors import FpnetError
-from fpnet_lab.kept import make_once, read_kept
+from fpnet_lab import kept
+from fpnet_lab.kept import digest, make_once, read_kept
 from fpnet_lab.training.gathering import Columns, Counts
 
 
@@ -79,6 +80,29 @@ def test_files_that_are_damaged_or_of_other_columns_are_refused(tmp_path):
     (tmp_path / 'one.npz').write_bytes(b'PK')
     with pytest.raises(FpnetError, match=r'one\.npz cannot be gone on with'):
         sides(tmp_path, columns=['x', 'y'])
+
+
+def test_a_digest_is_of_content_and_files(tmp_path):
+    weights = tmp_path / 'weights'
+    weights.write_bytes(b'1')
+    first = digest({'a': 1, 'b': 2}, [weights])
+    assert first == digest({'b': 2, 'a': 1}, [weights])
+    assert len({first, digest({'a': 2, 'b': 2}, [weights]), digest({'a': 1, 'b': 2})}) == 3
+    weights.write_bytes(b'2')
+    assert digest({'a': 1, 'b': 2}, [weights]) != first
+
+
+def test_a_digest_is_of_the_program(tmp_path, monkeypatch):
+    before = digest({})
+    (tmp_path / 'new.py').write_text('x = 1')
+    monkeypatch.setattr('fpnet_lab.__path__', [str(tmp_path)])
+    kept._program.cache_clear()
+    try:
+        assert digest({}) != before
+    finally:
+        monkeypatch.undo()
+        kept._program.cache_clear()
+    assert digest({}) == before
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,22 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-import hashlib
-import json
 import logging
 from pathlib import Path
 
-import fpnet_core
-import fpnet_lab
 from fpnet_lab.evaluation.localization.cases import Kind
 from fpnet_lab.evaluation.localization.inputs import MissingDataError
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.localization.runs import Job, run_case
-from fpnet_lab.kept import make_once
+from fpnet_lab.kept import digest, make_once
 
 _log = logging.getLogger(__name__)
-
-_IRRELEVANT = ('cli', 'viz', 'training')  # folders whose text changes no figure
 
 _COST_S = {Kind.GENERATED: 35.0, Kind.MESH: 35.0, Kind.LOG: 120.0}
 _FALSE_PLAN_COST_S, _BASELINES_COST_S = 4.0, 15.0
@@ -64,8 +58,7 @@ def run_suite(
     -------
     All records in the order of the jobs, and the skipped cases with their reasons.
     """
-    version = _program_version()
-    tasks = {f'{job.case.name}-{_key(job, version)}': job for job in jobs}
+    tasks = {f'{job.case.name}-{_digest(job)}': job for job in jobs}
     outcomes = make_once(
         work, Outcome, tasks, _attempt, workers, on_case, is_kept=lambda o: not o.skipped
     )
@@ -98,25 +91,14 @@ def _attempt(job: Job) -> Outcome:
         return Outcome((), str(error))
 
 
-def _key(job: Job, version: str) -> str:
+def _digest(job: Job) -> str:
+    config = job.config
+    weights = (config.matcher.weights, config.localizer.judge_weights)
     content = {
-        'version': version,
         'case': asdict(job.case),
-        'config': job.config.model_dump(mode='json'),
+        'config': config.model_dump(mode='json'),
         'suite_seed': job.suite_seed,
         'baselines': job.with_baselines,
         'clouds': job.clouds,
     }
-    text = json.dumps(content, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:20]
-
-
-def _program_version() -> str:
-    """Return a digest of the modules of core and lab, and of the weights' manifests."""
-    digest = hashlib.sha256()
-    for package in (fpnet_core, fpnet_lab):
-        root = Path(package.__path__[0])
-        for path in sorted((*root.rglob('*.py'), *root.glob('weights/*.json'))):
-            if path.relative_to(root).parts[0] not in _IRRELEVANT:
-                digest.update(path.read_bytes())
-    return digest.hexdigest()
+    return digest(content, [Path(name) for name in weights if name])

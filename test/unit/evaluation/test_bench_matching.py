@@ -6,7 +6,7 @@ import pytest
 
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.matches import MatchResult
-from fpnet_lab.evaluation.matching import predict, read_predictions, score, write_predictions
+from fpnet_lab.evaluation.matching import predict, score
 from fpnet_lab.sim.pairs import MatchingPair
 
 
@@ -56,16 +56,6 @@ def test_methods_are_scored_on_the_same_pairs(pairs):
     assert spoiled['match_precision'] == pytest.approx(1 - 4 / sum(sizes))
     assert spoiled['ms'] == pytest.approx(np.mean([1 - 2 / n for n in sizes]))
     assert right['ms_per_pair'] > 0.0
-
-
-def test_predictions_are_kept_for_equal_facts_only(pairs, tmp_path):
-    said = predict(pairs, {'right': Oracle([pair.sub_labels for pair in pairs])})
-    path = tmp_path / 'new' / 'set.json'
-    write_predictions(path, said, {'seed': 1})
-    assert score(pairs, read_predictions(path, {'seed': 1})) == score(pairs, said)
-    assert read_predictions(path, {'seed': 2}) == {}
-    path.write_text('{')
-    assert read_predictions(path, {'seed': 1}) == {}
 
 
 def test_no_pairs_give_zeros():

@@ -501,13 +501,6 @@ def test_provenance_is_of_this_checkout():
         Provenance.of({'made': {'by': 'hand'}})
 
 
-def test_only_an_unchanged_checkout_is_known_to_make_the_same_again():
-    changed, later = (replace(MADE, commit=commit) for commit in ('abc1234+', 'abc1235'))
-    assert MADE.is_of_code(replace(MADE, command='fpnet bench y'))
-    assert not MADE.is_of_code(later)
-    assert not changed.is_of_code(changed)
-
-
 def test_a_report_is_of_what_began_it(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, 'argv', ['fpnet', 'bench', 'scale', '--json', 'a', '--plot=b', '-x'])
     begin()
