@@ -4,35 +4,29 @@
 Install the wheel into empty environments, for each Python at hand and each extra, and use it.
 
 Run: python tools/wheels.py [--python PYTHON ...] [--extra EXTRA ...] [--work DIR]
-                            [--without-torch]                              (make wheels)
+                            [--with-cuda]                                  (make wheels)
 
 Without ``--python`` it takes those of 3.11 to 3.13 that are on the path or pyenv's. What no extra
 is needed for is installed first; each extra goes into a copy of that by hard links, so that none
 sees another's libraries. Prints a row for each, and exits 1 where one cannot be installed or used.
 
-``--without-torch`` is for machines that do not reach PyTorch's index: all is installed but PyTorch
-and what needs it, which is training and the reading of drawings; floorplans of map_server do
-without.
+``--with-cuda`` is for machines that do not reach PyTorch's index: they take PyPI's build of it,
+with several GB of CUDA's libraries.
 """
 
 import argparse
 from collections.abc import Iterator
-from email import message_from_bytes
 from pathlib import Path
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-import zipfile
-
-from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSIONS = ('3.11', '3.12', '3.13')
 PYENV = Path.home() / '.pyenv' / 'versions'
 NONE = 'none'
-WITH_TORCH = ('torch', 'lightning-fabric')
 
 PLAN = """
 from PIL import Image, ImageDraw
@@ -83,15 +77,16 @@ def main() -> None:
     parser.add_argument('--python', action='append', type=Path)
     parser.add_argument('--extra', action='append', choices=[*USES], default=[])
     parser.add_argument('--work', type=Path, help='keeps the environments')
-    parser.add_argument('--without-torch', action='store_true')
+    parser.add_argument('--with-cuda', action='store_true')
     arguments = parser.parse_args()
     work = arguments.work or Path(tempfile.mkdtemp(prefix='wheels-'))
     work.mkdir(parents=True, exist_ok=True)
     wheel = built(work)
+    limits = [] if arguments.with_cuda else ['-c', ROOT / 'constraints-cpu.txt']
     failed = 0
     for python in arguments.python or at_hand():
         for extra in arguments.extra or USES:
-            failed += not tried(wheel, python, extra, work, arguments.without_torch)
+            failed += not tried(wheel, python, extra, work, limits)
     if arguments.work is None:
         shutil.rmtree(work)
     sys.exit(bool(failed))
@@ -100,13 +95,20 @@ def main() -> None:
 def at_hand() -> Iterator[Path]:
     """Yield an interpreter of each version that is installed."""
     for version in VERSIONS:
-        found = shutil.which(f'python{version}') or next(
-            map(str, sorted(PYENV.glob(f'{version}.*/bin/python'))), None
-        )
-        if found is None:
+        on_path = shutil.which(f'python{version}')
+        found = [*([on_path] if on_path else []), *sorted(PYENV.glob(f'{version}.*/bin/python'))]
+        # pyenv's shim of a version that is not switched on is on the path, and does not run.
+        runs = next((Path(each) for each in found if is_running(each)), None)
+        if runs is None:
             print(f'Python {version} is not at hand')
         else:
-            yield Path(found)
+            yield runs
+
+
+def is_running(python: str | Path) -> bool:
+    """Tell whether an interpreter starts."""
+    done = subprocess.run([python, '-c', ''], capture_output=True, check=False)  # noqa: S603 - ours
+    return done.returncode == 0
 
 
 def built(work: Path) -> Path:
@@ -119,12 +121,12 @@ def built(work: Path) -> Path:
     return wheel
 
 
-def tried(wheel: Path, python: Path, extra: str, work: Path, is_partial: bool) -> bool:
+def tried(wheel: Path, python: Path, extra: str, work: Path, limits: list[object]) -> bool:
     """Tell whether an extra can be installed for an interpreter, and what it brings be used."""
     version = run(python, '-c', 'import sys; print("%d.%d" % sys.version_info[:2])').strip()
     started = time.monotonic()
     try:
-        home = environment(wheel, python, extra, work / version, is_partial)
+        home = environment(wheel, python, extra, work / version, limits)
         for use in USES[extra]:
             run('bash', '-c', use, cwd=home, path=home / 'bin')
     except subprocess.CalledProcessError as error:
@@ -135,7 +137,7 @@ def tried(wheel: Path, python: Path, extra: str, work: Path, is_partial: bool) -
     return True
 
 
-def environment(wheel: Path, python: Path, extra: str, folder: Path, is_partial: bool) -> Path:
+def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: list[object]) -> Path:
     """Return an environment with the wheel and one extra, made anew."""
     home = folder / extra
     shutil.rmtree(home, ignore_errors=True)
@@ -143,38 +145,18 @@ def environment(wheel: Path, python: Path, extra: str, folder: Path, is_partial:
         run(python, '-m', 'venv', home)
     else:
         if not (folder / NONE).is_dir():
-            environment(wheel, python, NONE, folder, is_partial)
+            environment(wheel, python, NONE, folder, limits)
         run('cp', '-al', folder / NONE, home)
         run(python, '-m', 'venv', '--upgrade', home)
     pip = (home / 'bin' / 'python', '-m', 'pip', 'install', '-q', '--no-input')
     pip += ('--disable-pip-version-check',)
     # In a copy, too: its scripts name the environment that they were copied from.
     run(*pip, '--force-reinstall', '--no-deps', wheel)
-    if is_partial:
-        run(*pip, *without_torch(wheel, extra))
-    else:
-        wanted = wheel if extra == NONE else f'{wheel}[{extra}]'
-        run(*pip, '-c', ROOT / 'constraints-cpu.txt', wanted)
+    run(*pip, *limits, wheel if extra == NONE else f'{wheel}[{extra}]')
     run(home / 'bin' / 'python', '-c', PLAN, cwd=home)
     (home / 'plan.yaml').write_text(MAP, encoding='utf-8')
     (home / 'cloud.ply').write_text(CLOUD, encoding='utf-8')
     return home
-
-
-def without_torch(wheel: Path, extra: str) -> Iterator[str]:
-    """Yield what the wheel and one of its extras ask for, but for PyTorch."""
-    with zipfile.ZipFile(wheel) as archive:
-        [name] = [name for name in archive.namelist() if name.endswith('.dist-info/METADATA')]
-        stated = message_from_bytes(archive.read(name)).get_all('Requires-Dist') or []
-    for each in map(Requirement, stated):
-        if each.marker is not None and not each.marker.evaluate({'extra': extra}):
-            continue
-        if each.name == 'fpnet_ros':
-            for other in sorted(each.extras):
-                yield from without_torch(wheel, other)
-        elif each.name not in WITH_TORCH:
-            each.marker = None
-            yield str(each)
 
 
 def run(*words: object, cwd: Path | None = None, path: Path | None = None) -> str:
