@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import cv2
@@ -34,16 +34,24 @@ _WALL = (20, 60, 140)  # red, green, blue
 _NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
 _BAR_M = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # lengths of a scale bar
 _BAR_SHARE = 0.2  # of the picture's width, at most
-_LINE = 120  # characters of a title's line
+_LEAST_IN = 5.0  # for what is said above a tall drawing
+_PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # of a title: its letters, lines and characters
 
 
 def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
     """Write the picture; ``segmentation`` is that of the reading's grid."""
     height, width = reading.drawing.pixels.shape[:2]
     inch = _LONG_SIDE_IN / max(height, width)
-    with saved_figure(path, (width * inch + 0.4, height * inch + 1.3), _DPI) as figure:
-        ax = figure.add_subplot()
-        draw_reading(ax, reading, segmentation)
+    wide = max(width * inch, _LEAST_IN) + 0.4
+    lines = [
+        part
+        for line in said_of(reading, segmentation)
+        for part in wrap(line, int(wide / _CHARACTER_IN))
+    ]
+    with saved_figure(path, (wide, height * inch + _LINE_IN * (len(lines) + 3)), _DPI) as figure:
+        # Above the axes, however narrow these are.
+        figure.suptitle('\n'.join(lines), fontsize=_PT, x=0.01, ha='left')
+        draw_reading(figure.add_subplot(), reading, segmentation)
 
 
 def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None:
@@ -70,8 +78,6 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
     _scale_bar(ax, to_pixel, segmentation, (height, width))
     ax.set_xlim(-0.5, width - 0.5)
     ax.set_ylim(height - 0.5, -0.5)
-    said = '\n'.join(fill(line, _LINE) for line in said_of(reading, segmentation))
-    ax.set_title(said, fontsize=9, loc='left')
 
 
 def _paled(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
