@@ -285,7 +285,7 @@ def localize(
     Parameters
     ----------
     plan : a floorplan or site as read, or a floorplan's file
-    recording : ROS 2 bag, CARMEN log, or folder of scans
+    recording : bag, CARMEN log, or folder of scans
     poses : of the scans, used as odometry: TUM, KITTI or .npy
     odometry : kiss (KISS-ICP), robot (a bag's own), or both; None: its own where it has one
     topics : of a bag: a PointCloud2, or LaserScans, one or several; none to choose

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _REPORT_NAME = 'report.html'
 _Recording = Annotated[
     Path,
-    typer.Argument(metavar='INPUT', help='ROS 2 bag, CARMEN log, or folder of scans with poses.'),
+    typer.Argument(metavar='INPUT', help='Bag, CARMEN log, or folder of scans with poses.'),
 ]
 _TruthOption = Annotated[
     Path | None,

@@ -27,7 +27,7 @@ def command(
         Path,
         typer.Argument(
             metavar='INPUT',
-            help='Drawing or map_server YAML; point file; ROS 2 bag, CARMEN log or scan folder.',
+            help='Drawing or map_server YAML; point file; bag, CARMEN log or scan folder.',
         ),
     ],
     said: common.DrawingOptions,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans of a ROS 2 bag from planar scanners: one, or several merged in the frame of the base."""
+"""Scans of a bag from planar scanners: one, or several merged in the frame of the base."""
 
 from __future__ import annotations
 

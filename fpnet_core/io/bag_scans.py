@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Scans of a ROS 2 bag: clouds, with odometry and static transforms if the bag has them."""
+"""Scans of a bag: clouds, with odometry and static transforms if the bag has them."""
 
 from __future__ import annotations
 
@@ -303,19 +303,34 @@ def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> Frame
     """
     Return what ``/tf_static`` holds, nothing where there is none.
 
-    Of several robots each may have its own, in the namespace of ``scan_topic``.
+    Of several robots each may have its own, in the namespace of ``scan_topic``. Before there was
+    such a topic, robots of ROS 1 said again and again on ``/tf`` what never moves.
     """
     tree = FrameTree()
+    if bag.is_of_ros_1:
+        for (parent, child), places in _said_of_frames(bag, path, TF_TOPIC, scan_topic).items():
+            if len(places) > 1 and all(np.allclose(place, places[0]) for place in places):
+                tree.add_fixed(parent, child, places[0])
+    for (parent, child), places in _said_of_frames(bag, path, _TF_STATIC, scan_topic).items():
+        tree.add_fixed(parent, child, places[-1])
+    return tree
+
+
+def _said_of_frames(
+    bag: BagReader, path: Path, name: str, scan_topic: str
+) -> dict[tuple[str, str], list[NDArray[np.float64]]]:
+    """Return all ``T_parent_child`` of a robot's topic of transforms, by parent and child."""
     of_robot = [
         topic
         for topic, msgtype in bag.topics.items()
         if msgtype == TRANSFORMS
-        and topic.endswith(_TF_STATIC)
-        and scan_topic.startswith(topic.removesuffix(_TF_STATIC) + '/')
+        and topic.endswith(name)
+        and scan_topic.startswith(topic.removesuffix(name) + '/')
     ]
+    found: dict[tuple[str, str], list[NDArray[np.float64]]] = {}
     for topic, _, message in bag.messages(of_robot) if of_robot else ():
         for stamped in message.transforms:
             pose = stamped.transform
             matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
-            tree.add_fixed(stamped.header.frame_id, stamped.child_frame_id, matrix)
-    return tree
+            found.setdefault((stamped.header.frame_id, stamped.child_frame_id), []).append(matrix)
+    return found

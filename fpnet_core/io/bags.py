@@ -1,32 +1,35 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""ROS 2 bags (sqlite3 or mcap), read without ROS through rosbags."""
+"""Bags of ROS 2 (sqlite3 or mcap) and of ROS 1, read without ROS through rosbags."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, Self
 
-from rosbags.interfaces import (
-    QosDurability,
-    QosReliability,
-)
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
+from rosbags import rosbag1, rosbag2
+from rosbags.interfaces import Connection, QosDurability, QosReliability
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from fpnet_core.errors import BagFormatError
-from fpnet_core.io.message_types import BAG_SUFFIXES
+from fpnet_core.io.message_types import BAG_SUFFIXES, ROS_1_SUFFIX, TRANSFORMS
 from fpnet_core.plain_yaml import parse_yaml
 from fpnet_core.stamps import NS_PER_S
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
+_RENAMED = {'tf/msg/tfMessage': TRANSFORMS}  # given: what ROS 1 called it before tf2
+
 
 class BagReader:
     """
-    Read a recording: a bag's folder, or its ``.db3`` or ``.mcap`` file; a context manager.
+    Read a recording: a bag's folder, its ``.db3`` or ``.mcap`` file, or ROS 1's ``.bag``.
+
+    A context manager. Messages of ROS 1 look as those of ROS 2.
 
     Raises
     ------
@@ -36,13 +39,13 @@ class BagReader:
 
     def __init__(self, path: Path | str) -> None:
         self._path = _storage_path(Path(path))
-        self._reader: Reader | None = None
+        self._reader: rosbag1.Reader | rosbag2.Reader | None = None
 
     def __enter__(self) -> Self:
         """Open the bag."""
         try:
             _check_metadata(self._path)
-            self._reader = Reader(self._path)
+            self._reader = (rosbag1 if self.is_of_ros_1 else rosbag2).Reader(self._path)
             self._reader.open()
         except Exception as error:
             raise self._corrupt(error) from None
@@ -56,9 +59,14 @@ class BagReader:
                 reader.close()
 
     @property
+    def is_of_ros_1(self) -> bool:
+        """Whether the bag is a file of ROS 1, which has no ``/tf_static`` if it is old."""
+        return self._path.is_file() and self._path.suffix.lower() == ROS_1_SUFFIX
+
+    @property
     def topics(self) -> dict[str, str]:
         """Message type by topic."""
-        return {c.topic: c.msgtype for c in self._open_reader().connections}
+        return {c.topic: _type_of(c) for c in self._open_reader().connections}
 
     def count(self, topic: str) -> int:
         """Return the number of messages on ``topic``, 0 if there is no such topic."""
@@ -83,15 +91,19 @@ class BagReader:
 
         Messages have the attributes of their ROS definition; numeric sequences are arrays.
         """
-        for topic, msgtype, stamp_ns, data in self.raw_messages(topics):
-            try:
-                message = TYPESTORE.deserialize_cdr(data, msgtype)
-            except Exception as error:
-                raise self._corrupt(error) from None
-            yield topic, stamp_ns, message
+        for connection, stamp_ns, data in self._stream(topics):
+            yield connection.topic, stamp_ns, self._decoded(connection, data)
 
     def raw_messages(self, topics: Sequence[str] = ()) -> Iterator[tuple[str, str, int, bytes]]:
         """Yield topic, type, time of recording [ns] and CDR bytes; no topics takes all."""
+        for connection, stamp_ns, data in self._stream(topics):
+            msgtype = _type_of(connection)
+            cdr = data
+            if self.is_of_ros_1:
+                cdr = bytes(TYPESTORE.serialize_cdr(self._decoded(connection, data), msgtype))
+            yield connection.topic, msgtype, stamp_ns, cdr
+
+    def _stream(self, topics: Sequence[str]) -> Iterator[tuple[Connection, int, bytes]]:
         reader = self._open_reader()
         connections = [c for c in reader.connections if not topics or c.topic in topics]
         if not connections:
@@ -99,14 +111,21 @@ class BagReader:
         stream = reader.messages(connections)
         while True:
             try:
-                connection, stamp_ns, data = next(stream)
+                yield next(stream)
             except StopIteration:
                 return
             except Exception as error:
                 raise self._corrupt(error) from None
-            yield connection.topic, connection.msgtype, stamp_ns, data
 
-    def _open_reader(self) -> Reader:
+    def _decoded(self, connection: Connection, data: bytes) -> Any:
+        try:
+            if self.is_of_ros_1:
+                return _ros_1_types().deserialize_ros1(data, _type_of(connection))
+            return TYPESTORE.deserialize_cdr(data, connection.msgtype)
+        except Exception as error:
+            raise self._corrupt(error) from None
+
+    def _open_reader(self) -> rosbag1.Reader | rosbag2.Reader:
         if self._reader is None:
             raise BagFormatError(f'bag {self._path} is not open; use it in a with statement')
         return self._reader
@@ -115,10 +134,21 @@ class BagReader:
         # Every storage plugin and decoder raises its own kinds on damaged bytes (sqlite3, struct,
         # zstd, YAML, assertions): a caller needs one.
         detail = str(error).splitlines()[0] if str(error) else type(error).__name__
+        repair = 'rosbag reindex' if self.is_of_ros_1 else 'ros2 bag reindex'
         return BagFormatError(
-            f'cannot read bag {self._path}: {detail}; record it again or repair it '
-            '(ros2 bag reindex)'
+            f'cannot read bag {self._path}: {detail}; record it again or repair it ({repair})'
         )
+
+
+def _type_of(connection: Connection) -> str:
+    return _RENAMED.get(connection.msgtype, connection.msgtype)
+
+
+@cache
+def _ros_1_types() -> Typestore:
+    types = get_typestore(Stores.ROS1_NOETIC)
+    types.register(get_types_from_msg('geometry_msgs/TransformStamped[] transforms', TRANSFORMS))
+    return types
 
 
 def stamp_to_ns(stamp: Any) -> int:
@@ -137,20 +167,15 @@ def _storage_path(path: Path) -> Path:
     """Return what rosbags shall open: a folder without metadata may hold one storage file."""
     if not path.exists():
         raise BagFormatError(f'bag {path} does not exist')
-    if path.is_file() and path.suffix.lower() == '.bag':
-        raise BagFormatError(
-            f'{path} is a bag of ROS 1: convert it with rosbags-convert --src {path} --dst '
-            f'{path.with_suffix("")}'
-        )
     if path.is_file() and path.suffix.lower() not in BAG_SUFFIXES:
         raise BagFormatError(
-            f'{path} is no ROS 2 bag: expected a folder, or a file as {", ".join(BAG_SUFFIXES)}'
+            f'{path} is no bag: expected a folder, or a file as {", ".join(BAG_SUFFIXES)}'
         )
     if path.is_dir() and not (path / 'metadata.yaml').exists():
-        files = sorted(path.glob('*.mcap')) + sorted(path.glob('*.db3'))
+        files = sorted(each for each in path.iterdir() if each.suffix.lower() in BAG_SUFFIXES)
         if len(files) != 1:
             raise BagFormatError(
-                f'{path} is no ROS 2 bag: no metadata.yaml and {len(files)} storage files; '
+                f'{path} is no bag: no metadata.yaml and {len(files)} storage files; '
                 'repair it (ros2 bag reindex)'
             )
         return files[0]

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Names of the ROS 2 message types that recordings hold and robots send, and of bags' files."""
+"""Names of the message types that recordings hold and robots send, and of bags' files."""
 
 POINT_CLOUD = 'sensor_msgs/msg/PointCloud2'
 LASER_SCAN = 'sensor_msgs/msg/LaserScan'
@@ -14,4 +14,5 @@ CLOCK = 'rosgraph_msgs/msg/Clock'
 NUMBER = 'std_msgs/msg/Float64'
 TEXT = 'std_msgs/msg/String'
 
-BAG_SUFFIXES = ('.db3', '.mcap')
+ROS_1_SUFFIX = '.bag'
+BAG_SUFFIXES = ('.db3', '.mcap', ROS_1_SUFFIX)

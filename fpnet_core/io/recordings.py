@@ -15,7 +15,6 @@ from fpnet_core.io.scans import ScanSource
 BAG_NAME = 'bag'
 """Of the bag of a simulated recording, in its folder."""
 
-_ROS_1_SUFFIX = '.bag'  # given; the reader of bags says what to do about one
 _CARMEN_SUFFIXES = ('.log', '.log.gz', '.clf', '.clf.gz')
 
 
@@ -33,9 +32,9 @@ def open_scans(
     Parameters
     ----------
     path
-        A ROS 2 bag (folder, ``.db3`` or ``.mcap``), a folder with one called ``bag``, as simulated
-        recordings are, a CARMEN log (``.log``, ``.log.gz``), or a folder of point files with a
-        pose file.
+        A bag of ROS 2 (folder, ``.db3`` or ``.mcap``) or ROS 1 (``.bag``), a folder with one
+        called ``bag``, as simulated recordings are, a CARMEN log (``.log``, ``.log.gz``), or a
+        folder of point files with a pose file.
     topics, odometry_topic, truth_topic
         Topics of a bag: of one cloud, or of planar scanners, which are merged. Scans and odometry
         are found by type, clouds before planar scans; ground truth is read only if named. An
@@ -57,7 +56,7 @@ def open_scans(
 
         return open_bag(path, topics, odometry_topic, truth_topic, scan_stamp)
     if topics or odometry_topic or truth_topic:
-        raise CloudFormatError(f'{path} is no ROS 2 bag; topics can be chosen in a bag only')
+        raise CloudFormatError(f'{path} is no bag; topics can be chosen in a bag only')
     if path.is_dir():
         from fpnet_core.io.scan_folders import FolderScans
 
@@ -67,8 +66,8 @@ def open_scans(
 
         return CarmenScans(path)
     raise CloudFormatError(
-        f'{path}: expected a ROS 2 bag (folder, .db3, .mcap), a CARMEN log (.log, .log.gz) or a '
-        'folder of point files with poses'
+        f'{path}: expected a bag (folder, .db3, .mcap, .bag), a CARMEN log (.log, .log.gz) '
+        'or a folder of point files with poses'
     )
 
 
@@ -94,4 +93,4 @@ def _is_bag(path: Path) -> bool:
 
 
 def _is_bag_file(path: Path) -> bool:
-    return path.suffix.lower() in (*BAG_SUFFIXES, _ROS_1_SUFFIX)
+    return path.suffix.lower() in BAG_SUFFIXES

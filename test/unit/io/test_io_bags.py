@@ -7,8 +7,10 @@ import logging
 from damage import with_flipped_bytes
 import numpy as np
 import pytest
+from rosbags import rosbag1
+from rosbags.convert import convert
 from rosbags.rosbag2 import Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from fpnet_core.api.run import scans_of
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
@@ -270,15 +272,75 @@ def test_missing_bags(tmp_path):
 
 def test_what_is_no_bag_is_not_said_to_be_a_broken_one(tmp_path):
     (tmp_path / 'drive.log').write_bytes(b'FLASER 0 0 0 0')
-    with pytest.raises(BagFormatError, match=r'is no ROS 2 bag: expected a folder, or a file as'):
+    with pytest.raises(BagFormatError, match=r'is no bag: expected a folder, or a file as'):
         BagReader(tmp_path / 'drive.log')
 
 
-def test_a_bag_of_ros_1_is_named_with_what_converts_it(tmp_path):
+def as_of_ros_1(bag):
+    """Return the same messages in a bag of ROS 1."""
+    path = bag.with_suffix('.bag')
+    types, nothing = get_typestore(Stores.ROS1_NOETIC), ((),) * 4
+    convert([bag], path, 'sqlite3', 9, None, 'file', None, types, *nothing)
+    return path
+
+
+def test_a_bag_of_ros_1_says_the_same(tmp_path):
+    bag = record(tmp_path / 'drive')
+    old = as_of_ros_1(bag)
+    scans, same = (list(open_scans(each, truth_topic='/ground_truth')) for each in (bag, old))
+    for scan, other in zip(scans, same, strict=True):
+        assert scan.stamp_ns == other.stamp_ns
+        np.testing.assert_array_equal(scan.points, other.points)
+        np.testing.assert_array_equal(scan.T_odom_sensor, other.T_odom_sensor)
+        np.testing.assert_array_equal(scan.T_truth_sensor, other.T_truth_sensor)
+    with BagReader(bag) as reader, BagReader(old) as ros_1:
+        assert ros_1.topics == reader.topics
+        assert sorted(ros_1.raw_messages()) == sorted(reader.raw_messages())
+
+
+def test_what_never_moves_on_the_tf_of_ros_1_is_fixed(tmp_path):
+    """Robots that are older than tf2 have no /tf_static."""
+    old = as_of_ros_1(record(tmp_path / 'drive', child='base'))
+    with pytest.raises(OdometryError, match=r"'lidar' on 'base' is unknown"):
+        list(open_scans(old))
+    types = get_typestore(Stores.ROS1_NOETIC)
+    msg = types.types
+    T_base_lidar = pose(0.2, 0.5, 0.0)
+    with rosbag1.Writer(tmp_path / 'with_tf.bag') as writer, rosbag1.Reader(old) as reader:
+        for each in reader.connections:
+            to = writer.add_connection(each.topic, each.msgtype, typestore=types)
+            for _, at_ns, data in reader.messages([each]):
+                writer.write(to, at_ns, data)
+        kind = 'tf/msg/tfMessage'
+        text = 'geometry_msgs/TransformStamped[] transforms'
+        types.register(get_types_from_msg(text, kind))
+        tf = writer.add_connection('/tf', kind, typestore=types)
+        for k in range(4):
+            stamp = msg['builtin_interfaces/msg/Time'](START_NS // SECOND_NS + k, 0)
+            sent = [
+                msg['geometry_msgs/msg/TransformStamped'](
+                    msg['std_msgs/msg/Header'](0, stamp, parent),
+                    child,
+                    msg['geometry_msgs/msg/Transform'](
+                        msg['geometry_msgs/msg/Vector3'](*T[:3, 3]),
+                        msg['geometry_msgs/msg/Quaternion'](*quaternion_from_rigid(T)),
+                    ),
+                )
+                for parent, child, T in (
+                    ('/odom', '/base', pose(0.5 * k, 0.1 * k)),
+                    ('/base', '/lidar', T_base_lidar),
+                )
+            ]
+            message = msg[kind](sent)
+            writer.write(tf, START_NS + k, types.serialize_ros1(message, kind))
+    scan = list(open_scans(tmp_path / 'with_tf.bag'))[1]
+    np.testing.assert_allclose(scan.T_odom_sensor, pose(1.0, 0.2) @ T_base_lidar, atol=1e-9)
+
+
+def test_a_damaged_bag_of_ros_1_is_named_with_what_repairs_it(tmp_path):
     (tmp_path / 'drive.bag').write_bytes(b'#ROSBAG V2.0\n')
-    for reads in (open_scans, BagReader):
-        with pytest.raises(BagFormatError, match=r'ROS 1: convert it with rosbags-convert --src'):
-            reads(tmp_path / 'drive.bag')
+    with pytest.raises(BagFormatError, match=r'drive\.bag.*repair it \(rosbag reindex\)'):
+        open_scans(tmp_path / 'drive.bag')
 
 
 def test_zero_quaternion_in_odometry_is_named(tmp_path):
