@@ -73,7 +73,7 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     """
     grid, seen = plan.segmentation.grid, sub.segmentation.grid
     rc = _places_in(seen, grid, A_plan_sub, _bending(plan, sub, A_plan_sub))
-    wall = seen_walls(seen)
+    wall = _faced_walls(seen)
     labels = plan.segmentation.labels > 0
     reach = max(1, round(WALL_REACH_M / grid.resolution))
     cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
@@ -108,7 +108,7 @@ def _symbols(marks: Mask, cell_m: float) -> Mask:
     return looked_up(pieces, is_symbol)
 
 
-def seen_walls(seen: GridMap) -> Mask:
+def _faced_walls(seen: GridMap) -> Mask:
     """Return the wall cells ``(H, W)`` of a robot's map that have free space in front of them."""
     reach = max(1, round(WALL_REACH_M / seen.resolution))
     return np.asarray((seen.cells == OCCUPIED) & grown(seen.cells == FREE, reach))
