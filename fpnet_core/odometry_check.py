@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _log = logging.getLogger(__name__)
 
 # Chosen, not measured:
-_WINDOW_NS = 800_000_000  # with the sweep that ends it, a verdict comes within a second
+_WINDOW_NS = 800_000_000  # with the sweep that ends it, a word comes within a second
 _APART_M, _APART_RAD = 0.1, math.radians(3.0)  # what registration and a rough floor make of it
 _APART_SHARE = 0.15  # of the motion: worn tyres, a wheel base that was measured badly
 _REACH_M = 0.5  # a return farther from all of the map is off, no matter how far
@@ -43,7 +43,7 @@ mean, is right; less tells nothing. Chosen: noise of a lidar indoors.
 """
 
 
-class Verdict(Enum):
+class Consistency(Enum):
     """What the scans say of two odometries."""
 
     ALONE = 'alone'
@@ -82,7 +82,7 @@ class GuidedOdometry:
     on_restart
         Is told by how much the clock went back [s].
     say
-        Takes every change of the verdict in words.
+        Takes every change of the consistency in words.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class GuidedOdometry:
         self._last_ns = 0
         self._has_flipped = False  # the robot's, since the window began
         self._agreements = 0
-        self.verdict = Verdict.ALONE
+        self.consistency = Consistency.ALONE
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
         """
@@ -109,13 +109,17 @@ class GuidedOdometry:
         T_robot = scan.T_odom_sensor
         is_flip = self._is_flip(scan)
         self._has_flipped |= is_flip
-        if self.verdict is Verdict.ROBOT_BROKEN or is_flip or not self._is_likely_step(scan):
+        if (
+            self.consistency is Consistency.ROBOT_BROKEN
+            or is_flip
+            or not self._is_likely_step(scan)
+        ):
             scan = replace(scan, T_odom_sensor=None)
         self._T_robot_last, self._last_ns = T_robot, scan.stamp_ns
         sweep = self._kiss.register_scan(scan)
         if T_robot is None:
             self._begin = None
-            self._judge(Verdict.ALONE, 'no pose of the robot came with a scan')
+            self._judge(Consistency.ALONE, 'no pose of the robot came with a scan')
             return sweep
         begin = self._begin
         if begin is None:
@@ -162,45 +166,45 @@ class GuidedOdometry:
         T_by_robot = begin.T_kiss @ np.linalg.inv(begin.T_robot) @ T_robot
         moved = np.linalg.inv(begin.T_kiss) @ sweep.T_odom_sensor
         apart = np.linalg.inv(sweep.T_odom_sensor) @ T_by_robot
-        verdict = Verdict.AGREE
+        found = Consistency.AGREE
         if self._has_flipped:
-            verdict, self._agreements = Verdict.ROBOT_BROKEN, 0
+            found, self._agreements = Consistency.ROBOT_BROKEN, 0
         elif _is_near(apart, moved):
-            verdict = self._agreed(moved)
+            found = self._agreed(moved)
         elif len(begin.map_points):
             better_m = _mean_gap_m(begin.map_points, sweep.points, T_by_robot) - _mean_gap_m(
                 begin.map_points, sweep.points, sweep.T_odom_sensor
             )
-            verdict, self._agreements = _verdict(better_m), 0
-        self._judge(verdict, _in_words(apart, (stamp_ns - begin.stamp_ns) / NS_PER_S))
-        if verdict is Verdict.KISS_BROKEN:
+            found, self._agreements = _broken_one(better_m), 0
+        self._judge(found, _in_words(apart, (stamp_ns - begin.stamp_ns) / NS_PER_S))
+        if found is Consistency.KISS_BROKEN:
             self._kiss.reset(T_by_robot)
             sweep = replace(sweep, T_odom_sensor=T_by_robot)
         self._begin = self._begun(stamp_ns, sweep.T_odom_sensor, T_robot)
         return sweep
 
-    def _agreed(self, moved: Array) -> Verdict:
-        """Return the verdict of a window in which both motions were the same."""
+    def _agreed(self, moved: Array) -> Consistency:
+        """Return what a window says in which both motions were the same."""
         is_still = _is_near(moved, np.eye(4))  # then a broken odometry is as good as any
         self._agreements += 0 if is_still else 1
-        is_mended = self._agreements >= _MENDED or self.verdict is not Verdict.ROBOT_BROKEN
-        return Verdict.AGREE if is_mended else Verdict.ROBOT_BROKEN
+        is_mended = self._agreements >= _MENDED or self.consistency is not Consistency.ROBOT_BROKEN
+        return Consistency.AGREE if is_mended else Consistency.ROBOT_BROKEN
 
-    def _judge(self, verdict: Verdict, evidence: str) -> None:
-        before, self.verdict = self.verdict, verdict
-        is_first = before is Verdict.ALONE and verdict is Verdict.AGREE
-        if verdict is not before and not is_first:
-            self._say(f'{evidence}; {_SAID[verdict]}')
+    def _judge(self, found: Consistency, evidence: str) -> None:
+        before, self.consistency = self.consistency, found
+        is_first = before is Consistency.ALONE and found is Consistency.AGREE
+        if found is not before and not is_first:
+            self._say(f'{evidence}; {_SAID[found]}')
 
 
 _SAID = {
-    Verdict.ALONE: "KISS-ICP goes on alone: is the robot's odometry still published?",
-    Verdict.AGREE: 'both odometries agree again',
-    Verdict.ROBOT_BROKEN: "the scans do not fit the robot's odometry, which is left out until it "
-    'agrees again: do wheels slip, or has its publisher stopped or turned the wrong way round?',
-    Verdict.KISS_BROKEN: "the scans do not fit KISS-ICP's poses, which begins anew where the "
+    Consistency.ALONE: "KISS-ICP goes on alone: is the robot's odometry still published?",
+    Consistency.AGREE: 'both odometries agree again',
+    Consistency.ROBOT_BROKEN: "the scans do not fit the robot's odometry, which is left out until "
+    'it agrees again: do wheels slip, or has its publisher stopped or turned the wrong way round?',
+    Consistency.KISS_BROKEN: "the scans do not fit KISS-ICP's poses, which begins anew where the "
     "robot's odometry says: does the sensor see walls?",
-    Verdict.UNCLEAR: 'the scans fit both: they may see walls in one direction only',
+    Consistency.UNCLEAR: 'the scans fit both: they may see walls in one direction only',
 }
 
 
@@ -214,10 +218,10 @@ def _is_near(apart: Array, moved: Array) -> bool:
     )
 
 
-def _verdict(robot_is_farther_m: float) -> Verdict:
+def _broken_one(robot_is_farther_m: float) -> Consistency:
     if robot_is_farther_m > _BETTER_M:
-        return Verdict.ROBOT_BROKEN
-    return Verdict.KISS_BROKEN if robot_is_farther_m < -_BETTER_M else Verdict.UNCLEAR
+        return Consistency.ROBOT_BROKEN
+    return Consistency.KISS_BROKEN if robot_is_farther_m < -_BETTER_M else Consistency.UNCLEAR
 
 
 def _mean_gap_m(map_points: Array, points: NDArray[np.float32], T_map_sensor: Array) -> float:

@@ -24,7 +24,7 @@ from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
-from fpnet_core.odometry_check import GuidedOdometry, Verdict
+from fpnet_core.odometry_check import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.health import LARGE_CLOUDS, LOST
 from fpnet_ros.lasers import LaserInput
@@ -63,9 +63,9 @@ _REMEDIES = {
 }
 
 _DOUBTS = {
-    Verdict.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
-    Verdict.KISS_BROKEN: 'KISS-ICP had lost the scans and began anew',
-    Verdict.UNCLEAR: "KISS-ICP and the robot's odometry disagree",
+    Consistency.ROBOT_BROKEN: "the robot's odometry does not fit the scans",
+    Consistency.KISS_BROKEN: 'KISS-ICP had lost the scans and began anew',
+    Consistency.UNCLEAR: "KISS-ICP and the robot's odometry disagree",
 }
 
 Array = NDArray[np.float64]
@@ -252,7 +252,7 @@ class OdometryNode(OwnValues):
             unplaced, refused = unplaced + lasers.dropped, refused + lasers.refused
         counts = {_SLOW: self._scans.dropped, LOST: lost, _UNPLACED: unplaced}
         news = self._losses.follow(counts, _REMEDIES)
-        warning = self._refused or ', '.join(news) or _DOUBTS.get(self._kiss.verdict, '')
+        warning = self._refused or ', '.join(news) or _DOUBTS.get(self._kiss.consistency, '')
         values = {
             'scans': float(self._scans.done - self._unplaced),
             'dropped_scans': float(self._scans.dropped + unplaced),

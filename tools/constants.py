@@ -45,6 +45,7 @@ UNSAID = 'unsaid'
 _KIND = re.compile(rf'(?:^|[;:.,(]\s+|\()({"|".join(KINDS)})\b', re.IGNORECASE)
 _HEADING = re.compile(rf'#\s*({"|".join(KINDS)})\b', re.IGNORECASE)
 _PAGE = re.compile(r'docs/\w+\.md')
+_COMMAND = re.compile(r'`(?:python |fpnet |benchmarks/)')
 # Calls whose numbers are shapes, steps of a loop or columns of an array: geometry, no quantities.
 _GEOMETRY = {'slice', 'range', 'ones', 'zeros', 'empty', 'eye', 'full', 'ix_', 'arange', 'compile'}
 
@@ -62,7 +63,7 @@ class Constant:
     @property
     def is_referenced(self) -> bool:
         """Whether its words name a page or a command, as those of a fitted one have to."""
-        return '`' in self.text or bool(pages(self.text))
+        return bool(_COMMAND.search(self.text) or pages(self.text))
 
 
 def pages(text: str) -> list[str]:

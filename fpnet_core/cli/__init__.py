@@ -50,7 +50,9 @@ import typer
 
 from fpnet_core.errors import FpnetError, said_of_system
 
-_INTERRUPTED = 130  # given: by shells
+INTERRUPTED = 130
+"""Given: by shells, exit status after Ctrl-C."""
+
 _SOON_S = 0.05  # numerical
 
 ENTRY_POINTS = 'fpnet.commands'
@@ -156,7 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             _run(arguments)
         except BaseException as ended:  # what comes of it, too: an import that fails, an abort
             if interrupts or _is_interrupt(ended):
-                raise SystemExit(_INTERRUPTED) from None
+                raise SystemExit(INTERRUPTED) from None
             raise
 
 

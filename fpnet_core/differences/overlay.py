@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging.walls import look_at
 from fpnet_core.pose import MapSide
+from fpnet_core.pose.evidence import WALL_REACH_M
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
@@ -38,9 +39,6 @@ _BAR_M, _BAR_FILLED = 1.0, 0.6
 Chosen: a wall that stands alone is as long as this [m], and fills so much of the smallest
 rectangle around it. Letters, outlines and a door's leaf with its arc leave most of theirs blank.
 """
-
-_WALL_REACH_M = 0.15
-"""Physical: a wall that was seen has free space in front of it within a few cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +73,9 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     """
     grid, seen = plan.segmentation.grid, sub.segmentation.grid
     rc = _places_in(seen, grid, A_plan_sub, _bending(plan, sub, A_plan_sub))
-    wall = seen_walls(seen)
+    wall = _faced_walls(seen)
     labels = plan.segmentation.labels > 0
-    reach = max(1, round(_WALL_REACH_M / grid.resolution))
+    reach = max(1, round(WALL_REACH_M / grid.resolution))
     cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
     seen_m = _looked_up(metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
     drawn = (grid.cells == OCCUPIED) & grown(labels, 2 * reach)
@@ -110,9 +108,9 @@ def _symbols(marks: Mask, cell_m: float) -> Mask:
     return looked_up(pieces, is_symbol)
 
 
-def seen_walls(seen: GridMap) -> Mask:
+def _faced_walls(seen: GridMap) -> Mask:
     """Return the wall cells ``(H, W)`` of a robot's map that have free space in front of them."""
-    reach = max(1, round(_WALL_REACH_M / seen.resolution))
+    reach = max(1, round(WALL_REACH_M / seen.resolution))
     return np.asarray((seen.cells == OCCUPIED) & grown(seen.cells == FREE, reach))
 
 

@@ -40,7 +40,7 @@ _CAUSES = (
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Doubts:
     """
     What is thought of a reading.
 
@@ -53,21 +53,21 @@ class Verdict:
     places: tuple[Doubtful, ...] = ()
 
 
-def verdict_on(look: Look, model: DoubtModel | None = None) -> Verdict:
+def doubts_of(look: Look, model: DoubtModel | None = None) -> Doubts:
     """Return whether to believe a reading, by the packaged model or another one."""
     model = model or packaged_doubt_model()
     rooms, whole = room_figures(look), whole_figures(look)
     if not len(rooms):
         reason = look.segmentation.reason or 'nothing is enclosed'
-        return Verdict(1.0, (f'No room was found: {reason}.',))
+        return Doubts(1.0, (f'No room was found: {reason}.',))
     wrong = model.wrong(whole, rooms)
     absurd = findings(look.segmentation)
     if wrong <= model.doubted_from:
-        return Verdict(wrong, tuple(absurd))
+        return Doubts(wrong, tuple(absurd))
     places = tuple(_places(look, rooms, model.right_rooms(rooms)))
     reasons = (*absurd, *_said(places, look))
     nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
-    return Verdict(wrong, reasons or (nothing,), places[:_MOST_MARKED])
+    return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
 
 
 def _places(look: Look, rooms: Array, right: Array) -> Iterator[Doubtful]:

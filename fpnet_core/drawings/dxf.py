@@ -20,6 +20,7 @@ import numpy as np
 
 from fpnet_core.drawings.dxf_outlines import corners_of, rings_of, tolerant
 from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.lengths import FOOT_M, INCH_M
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     BLACK,
@@ -38,7 +39,7 @@ MAX_ENTITIES = 300_000
 
 _MAX_DEPTH = 12  # numerical: blocks in blocks
 # Given: $INSUNITS.
-_UNITS_M = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
+_UNITS_M = {1: INCH_M, 2: FOOT_M, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
             1200 / 3937}  # fmt: skip
 # Chosen, not measured:
 _TEXT_ASPECT = 0.7  # of a letter, width to height

@@ -7,11 +7,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 import re
 
-_FOOT_M, _INCH_M = 0.3048, 0.0254  # physical: by definition of the international foot and inch
+FOOT_M, INCH_M = 0.3048, 0.0254
+"""Physical: by definition of the international foot and inch."""
+
 WRITTEN_UNITS_M = {
     'm': 1.0, 'mt': 1.0, 'mts': 1.0, 'meter': 1.0, 'meters': 1.0, 'metres': 1.0, 'metre': 1.0,
-    'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': _FOOT_M, 'feet': _FOOT_M,
-    "'": _FOOT_M,
+    'metros': 1.0, 'м': 1.0, 'cm': 0.01, 'mm': 0.001, 'ft': FOOT_M, 'feet': FOOT_M,
+    "'": FOOT_M,
 }  # fmt: skip
 """Physical: length of a unit [m] by what it is called in drawings, in lower case."""
 
@@ -30,7 +32,7 @@ def lengths(text: str) -> Iterator[tuple[float, str]]:
     if feet is not None:
         whole, inches, above, below = (int(part) if part else 0 for part in feet.groups())
         share = above / below if below else 0.0
-        yield whole * _FOOT_M + (inches + share) * _INCH_M, ''
+        yield whole * FOOT_M + (inches + share) * INCH_M, ''
         return
     match = _LENGTH.fullmatch(text)
     if match is None:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.lengths import INCH_M
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.page_texts import merge_labels
 from fpnet_core.drawings.pages import (
@@ -39,7 +40,7 @@ from fpnet_core.drawings.pages import (
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-POINT_M = 0.0254 / 72.0
+POINT_M = INCH_M / 72.0
 """Given: length of a PDF's unit on paper [m]."""
 
 _LARGEST_PAGE = 1e7  # numerical: points along a side, 3.5 km

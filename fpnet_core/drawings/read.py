@@ -10,7 +10,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.choosing import Found, choose
-from fpnet_core.drawings.doubting import verdict_on
+from fpnet_core.drawings.doubting import doubts_of
 from fpnet_core.drawings.looking import look_at
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.plan_files import recorded
@@ -137,7 +137,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(drawing, options, found, config)
     grid = GridMap(found.cells[::-1], cell_m)
-    verdict = verdict_on(
+    thought = doubts_of(
         look_at(
             drawing.pixels,
             found.segmentation,
@@ -157,8 +157,8 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         storeys=found.storeys,
         dropped=found.dropped,
         notes=(*drawing.notes, *_notes(found, options)),
-        doubts=(*drawing.doubts, *verdict.reasons),
-        doubtful=verdict.places,
+        doubts=(*drawing.doubts, *thought.reasons),
+        doubtful=thought.places,
         trust=found.trust,
     )
 

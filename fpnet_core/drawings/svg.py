@@ -20,6 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.lengths import INCH_M
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     CURVE_STEPS,
@@ -40,7 +41,7 @@ from fpnet_core.drawings.svg_cleaning import NUMBER, Clean, cleaned, parse, unpa
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
-PIXEL_M = 0.0254 / 96.0
+PIXEL_M = INCH_M / 96.0
 """Given: length of CSS's pixel on paper [m]."""
 
 

@@ -15,9 +15,10 @@ import math
 import numpy as np
 
 from fpnet_core.drawings.doors import find_doors
+from fpnet_core.drawings.lengths import FOOT_M, INCH_M
 from fpnet_core.drawings.pages import Array, Pieces
 
-UNITS_M = {'mm': 0.001, 'cm': 0.01, 'm': 1.0, 'inch': 0.0254, 'foot': 0.3048}
+UNITS_M = {'mm': 0.001, 'cm': 0.01, 'm': 1.0, 'inch': INCH_M, 'foot': FOOT_M}
 """Length of the units that buildings are drawn in [m]. Physical: by definition."""
 
 # Chosen, not measured:

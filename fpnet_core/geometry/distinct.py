@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 
 @numba.njit(cache=True, nogil=True)
-def first_of_each(placed: NDArray[np.float64], distance_m: float, limit: int) -> NDArray[np.int64]:
+def first_distinct(
+    placed: NDArray[np.float64], distance_m: float, limit: int
+) -> NDArray[np.int64]:
     """
     Greedy choice among point sets ``(C, P, 2)`` [m], at most ``limit`` of them.
 

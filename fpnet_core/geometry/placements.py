@@ -219,6 +219,6 @@ class Placements:
         if len(self) == 0:
             return np.zeros(0, dtype=np.int64)
         # The compiler takes longer to load than all else that needs a transform.
-        from fpnet_core.geometry.distinct import first_of_each
+        from fpnet_core.geometry.distinct import first_distinct
 
-        return first_of_each(np.ascontiguousarray(self.apply(points)), distance_m, limit)
+        return first_distinct(np.ascontiguousarray(self.apply(points)), distance_m, limit)

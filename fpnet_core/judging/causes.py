@@ -19,17 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.judging.judge import Verdict
-from fpnet_core.judging.reasons import AT_EDGE, metres, percent
+from fpnet_core.judging.reasons import AT_EDGE, EXPLAINED_WELL, FEW_WALLS_M, metres, percent
 from fpnet_core.types import Cause, CauseKind
 
 _PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
 """Chosen: how probable a placement of another look is for its cause to be proved, likely, or
 worth a word."""
 
-_FEW_WALLS_M = 25.0  # physical: the walls of one room
 _MUCH_SHARE = 0.25  # chosen: of the plan's floor; who has seen as much has seen enough
 _MUCH_M2 = 60.0  # physical: three rooms; who has seen as much has seen enough
-_WELL = 0.8  # chosen: a right placement explains so much of the walls, as a rule
 _AS_WELL = 0.04  # chosen: shares of walls that differ by less tell nothing apart
 _MANY_RESTARTS = 3  # chosen: one may be an odometry that was started again
 _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
@@ -174,7 +172,7 @@ class Findings:
     def has_seen_much(self) -> bool:
         """Tell whether a right plan would have been recognised by now."""
         share = self.seen_m2 / self.plan_m2 if self.plan_m2 else 0.0
-        return self.walls_m >= _FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
+        return self.walls_m >= FEW_WALLS_M and (share >= _MUCH_SHARE or self.seen_m2 >= _MUCH_M2)
 
 
 def alike(verdict: Verdict) -> tuple[float, ...]:
@@ -269,7 +267,7 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
 
 def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     explained = found.best.explained if found.best else 0.0
-    if found.walls_m < _FEW_WALLS_M or explained >= _WELL:
+    if found.walls_m < FEW_WALLS_M or explained >= EXPLAINED_WELL:
         return
     tried = [
         *(['at other scales'] if found.rescaled else []),
@@ -278,13 +276,14 @@ def _other_plan(found: Findings, asked: Asked) -> _Weighed:
     nor = f', nor does it fit {" or ".join(tried)}' if tried else ''
     evidence = (
         f'the best place explains {percent(explained)} of {metres(found.walls_m)} of wall '
-        f'(a right one: {percent(_WELL)} or more){nor}'
+        f'(a right one: {percent(EXPLAINED_WELL)} or more){nor}'
     )
     again = asked.on('OTHER_PLAN')
     if found.storeys > 1:
         evidence += f'; the sheet holds {found.storeys} storeys'
         again = asked.again('--storey', str(1 if found.storey != 1 else 2))
-    weight = (0.6 if found.has_seen_much else 0.35) + 0.2 * min(1.0, (_WELL - explained) / 0.3)
+    missing = min(1.0, (EXPLAINED_WELL - explained) / 0.3)
+    weight = (0.6 if found.has_seen_much else 0.35) + 0.2 * missing
     yield weight, Cause(CauseKind.OTHER_PLAN, evidence, again)
 
 
@@ -308,7 +307,7 @@ def _too_little(found: Findings, asked: Asked) -> _Weighed:
         return
     of = f' of the {round(found.plan_m2)} m2 on the plan' if found.plan_m2 else ''
     evidence = f'{metres(found.walls_m)} of wall and {round(found.seen_m2)} m2{of}'
-    weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < _FEW_WALLS_M else 0.5
+    weight = _WEIGHTS[CauseKind.TOO_LITTLE] if found.walls_m < FEW_WALLS_M else 0.5
     yield weight, Cause(CauseKind.TOO_LITTLE, evidence, _drive_on(asked))
 
 
@@ -340,7 +339,7 @@ def _drift(found: Findings, asked: Asked) -> _Weighed:
 
 
 def _self_similar(found: Findings, asked: Asked) -> _Weighed:
-    if len(found.alike) < 2 or found.alike[0] < _WELL:
+    if len(found.alike) < 2 or found.alike[0] < EXPLAINED_WELL:
         return
     shares = ', '.join(percent(share) for share in found.alike[:4])
     more = f' and {len(found.alike) - 4} more' if len(found.alike) > 4 else ''

@@ -20,12 +20,16 @@ from fpnet_core.pose import MapEvidence
 
 Array = NDArray[np.float64]
 
+WIDTH_M = 0.2
+"""
+Walls agree within about this: the accuracy of drawings and of a raster's cell together. Chosen.
+"""
+
 PATCH_M = 4.0
 """Edge of a patch: rooms and stretches of corridor move as a whole. Chosen."""
 
 _STEP_M, _REACH = 0.25, 3  # numerical: shifts tried: so many steps to each side
 # Chosen, not measured:
-_WIDTH_M = 0.2
 _STIFFNESS = 6.0  # wall samples that a shift of 1 m against the neighbours must explain
 _ANCHOR = 1.5  # the same for a shift of 1 m against the placement
 _SWEEPS = 4  # numerical
@@ -91,7 +95,7 @@ def deform(plan: MapEvidence, to_plan: Array, walls: Array, patches: Patches) ->
     offsets = np.stack(np.meshgrid(steps, steps, indexing='ij'), axis=-1).reshape(-1, 2)
     offsets_m = np.asarray(offsets * plan.cell_m, dtype=np.float64)
     table = kernels.shift_table(
-        to_plan, walls, patches.of_wall, offsets, plan.wall_likelihood(_WIDTH_M), patches.count
+        to_plan, walls, patches.of_wall, offsets, plan.wall_likelihood(WIDTH_M), patches.count
     )
     chosen = kernels.smooth_shifts(
         table, offsets_m, patches.neighbours, _STIFFNESS, _ANCHOR, _SWEEPS

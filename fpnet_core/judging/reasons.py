@@ -31,9 +31,13 @@ CONTRADICTED = (
 AT_EDGE = 0.01
 """Numerical: a scale as near to what was searched, as a share, has been held there."""
 
-_LITTLE_M = 25.0  # physical: the walls of one room
+FEW_WALLS_M = 25.0
+"""Physical: the walls of one room."""
+
+EXPLAINED_WELL = 0.8
+"""A right placement explains so much of the walls, as a rule. Chosen."""
+
 _BENT = 0.1  # chosen: a deformation that explains so much more of the walls is worth a word
-_WELL = 0.8  # chosen: who explains so much of the walls has seen too few of them
 _MISSING = 0.2  # chosen: so many drawn walls that are not there are worth a word
 _PLACE_SURE = 0.95  # chosen: on one storey or another, the place is that
 _FARTHEST = 5.0  # numerical: no estimate reaches beyond so many times of what was compared
@@ -115,7 +119,7 @@ def anew(why: str) -> str:
 
 def _undecided(verdict: Verdict, look: Look) -> str:
     """Name what holds the probability that the best placement lacks."""
-    is_little = look.walls_m < _LITTLE_M
+    is_little = look.walls_m < FEW_WALLS_M
     little = f'only {metres(look.walls_m)} of wall seen so far'
     if not len(verdict.placements):
         return little if is_little else 'nothing on the floorplan fits what was seen'
@@ -161,7 +165,7 @@ def _other_storey(look: Look) -> list[str]:
 def _explains_well(verdict: Verdict, look: Look) -> bool:
     """Tell whether nothing speaks against the best placement but how little was seen."""
     is_there = float(verdict.evidence.of('denied')[0]) < _MISSING
-    return bool(_shares(verdict)[0] >= _WELL and is_there and not _scale(verdict, look))
+    return bool(_shares(verdict)[0] >= EXPLAINED_WELL and is_there and not _scale(verdict, look))
 
 
 def _doubt(by: str, verdict: Verdict, look: Look) -> str:

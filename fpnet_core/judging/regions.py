@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.judging import kernels
 from fpnet_core.judging.walls import LookedAt
-from fpnet_core.matches import MatchResult
+from fpnet_core.matches import WELL_SEEN, MatchResult
 from fpnet_core.pose import MapSide
 
 Array = NDArray[np.float64]
@@ -18,7 +18,6 @@ Figures = dict[str, Array]
 
 _NO_ROOM = np.int32(0)  # given
 # Chosen, not measured:
-_WELL_SEEN = 0.9  # observed fraction from which a room's size can be compared
 _TOUCHED = 0.3  # a drawn room counts as entered from this share of its area
 _DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # a door lies within about the one of its drawn one, at most
 _LEAST_DECADES = 3.0  # pairs less probable than one in a thousand tell no more
@@ -77,7 +76,7 @@ def _room_areas(side: MapSide) -> Array:
 def _whole_rooms(sub: MapSide, counts: Array, drawn: Array) -> Figures:
     """Whether rooms that were seen whole are as large as the drawn ones they lie on."""
     rooms = sub.segmentation.rooms
-    whole = np.array([room.observed_fraction >= _WELL_SEEN for room in rooms], dtype=np.bool_)
+    whole = np.array([room.observed_fraction >= WELL_SEEN for room in rooms], dtype=np.bool_)
     if not whole.any():
         return {}
     seen = counts[:, whole]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.geometry.distinct import evenly_drawn
 from fpnet_core.judging import kernels
-from fpnet_core.judging.deform import Deformation, Patches, deform, patches_of
+from fpnet_core.judging.deform import WIDTH_M, Deformation, Patches, deform, patches_of
 from fpnet_core.pose import MapEvidence, MapSide
+from fpnet_core.pose.verify import OUTSIDE_FULL_M, OUTSIDE_TOLERANCE_M
 from fpnet_core.raster.rays import cells_at
 
 Array = NDArray[np.float64]
@@ -22,11 +23,6 @@ Figures = dict[str, Array]
 _MAX_WALLS, _MAX_FREE, _MAX_DRAWN = 900, 700, 3000
 """Samples of either side that are looked up, spread evenly; numerical: twice as many change no
 figure by more than a hundredth."""
-
-WIDTH_M = 0.2
-"""
-Walls agree within about this: the accuracy of drawings and of a raster's cell together. Chosen.
-"""
 
 _FINE_M, _WIDE_M = 0.5 * WIDTH_M, 2.0 * WIDTH_M
 BEYOND_M = 3.0
@@ -37,7 +33,6 @@ Distance of a wall that is nowhere near a drawn one; walls further apart tell no
 _BEYOND = np.float32(BEYOND_M)
 # Chosen, not measured:
 _RESIDUALS = (50, 75, 90)  # percentiles of the distance that are figures
-_TOLERATED_M, _FULLY_OUTSIDE_M = 0.3, 1.0  # free space may overlap a drawn wall by this much
 _ON_WALL_M = 0.1  # a cell: free space this near to a drawn wall was crossed by a beam
 _SEEN_EDGES_M = np.array([0.15, 0.3, 0.6])  # fine, seen, neither; beyond: denied
 _PATCH_EXPLAINED = 0.35  # a patch with less of its walls on drawn ones is unexplained
@@ -246,7 +241,7 @@ def _free(plan: MapEvidence, sub: MapEvidence, looked: LookedAt) -> Figures:
         nothing = np.zeros(len(looked.to_plan))
         return {'outside': nothing, 'outside_m2': nothing, 'on_wall': nothing}
     depth = kernels.look_up(looked.to_plan, looked.free, plan.outside_depth, _BEYOND)
-    share = (depth - _TOLERATED_M) / (_FULLY_OUTSIDE_M - _TOLERATED_M)
+    share = (depth - OUTSIDE_TOLERANCE_M) / (OUTSIDE_FULL_M - OUTSIDE_TOLERANCE_M)
     outside = np.clip(share, 0.0, 1.0).mean(axis=1)
     near = kernels.look_up(looked.to_plan, looked.free, plan.wall_distance, _BEYOND)
     return {

@@ -107,7 +107,7 @@ class Finder:
         better there. ``timer`` receives the durations of stages; ``enough`` is the probability
         that is a claim, None takes the configured one of robots.
         """
-        limit = enough or self.config.localizer.claim_probability
+        limit = self.config.localizer.claim_probability if enough is None else enough
         found = None
         for found in self.looks(asked, timer):
             if found.verdict.best >= limit:

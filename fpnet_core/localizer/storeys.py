@@ -36,7 +36,6 @@ _SEARCHED_BEFORE_A_CLAIM = 6  # a dozen storeys within two ticks
 _FOLLOWED = 3  # placements on a storey that is not searched in this tick
 _MOST_FOLLOWED = 3  # storeys
 _MAY_BE_RIGHT = 1e-3  # probability from which a storey is followed
-_ANYTHING = 1e-12  # numerical: a probability that every look has
 _WELL_SEARCHED = 0.5  # share of what is seen by now that a search must have been of
 
 
@@ -193,7 +192,7 @@ class StoreyLook:
         # Where the graph has enough to go by on one storey, it has on the others.
         is_enough = not self.found.is_widened and self.finder.is_claim(self.found.verdict)
         asked = self._question(plan, tracked)
-        found = self.finder.find(asked, StageTimer(), _ANYTHING if is_enough else None)
+        found = self.finder.find(asked, StageTimer(), 0.0 if is_enough else None)
         return replace(
             storey,
             tracked=self._in_odom(found.estimates),

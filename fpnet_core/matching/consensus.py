@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.matches import WELL_SEEN
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
     first_distinct,
@@ -57,7 +58,6 @@ _DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours ar
 _ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part is off-centre
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
-_WELL_SEEN = 0.9  # observed fraction from which a room's size and doors can be compared
 _LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
 _UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)
@@ -166,7 +166,7 @@ def gather_evidence(
     likelihood = np.where(matched, np.maximum(relative[partner, np.arange(len(sub))], _FLOOR), 0.0)
     kept, broken = _edges(plan, sub, partner)
     log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1) + 1e-12)
-    well_seen = matched & room & (sub.observed >= _WELL_SEEN)[None]
+    well_seen = matched & room & (sub.observed >= WELL_SEEN)[None]
     size = np.log(plan.box[:, 2:4]).sum(axis=1)[partner] - np.log(sub.box[:, 2:4]).sum(axis=1)
     size_error = np.abs(size - 2.0 * log_scale[:, None]).clip(0.0, 1.0)
     return np.column_stack(

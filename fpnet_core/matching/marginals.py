@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 MAX_HYPOTHESES = 8
 """Numerical: complete assignments that a result reports."""
 
-# Share of right pairs under a right placement, by fit: constant and slope. Fitted to generated
-# buildings, and not by `fpnet train`: no command repeats it.
+# Share of right pairs under a right placement, by fit: constant and slope. Chosen: they came from
+# generated buildings once, and nothing repeats that.
 _DOOR_CONFIDENCE, _ROOM_CONFIDENCE = (0.45, 1.1), (0.87, 0.11)
 
 

@@ -28,6 +28,9 @@ from fpnet_core.types import FREE, OCCUPIED, GridMap, RegionGraph, Segmentation
 
 Made = TypeVar('Made')
 
+WALL_REACH_M = 0.15
+"""A wall that was seen has free space in front of it within a few cells. Chosen."""
+
 _DISTANCE_CAP_M = 3.0  # numerical
 _FIELD_CELL_M = 0.1  # numerical
 _WALL_SPACING_M = 0.15  # numerical
@@ -37,7 +40,6 @@ _STRAIGHT_SIGMA_M = 0.2  # walls count as one where they are drawn or seen so fa
 _STRAIGHT_WINDOW_M = 0.4  # over which walls must run straight
 _STRONG = 0.2  # share of the greatest gradient from which one tells a wall's direction
 _FLAT = 1e-6  # numerical: squared gradient below which there is no wall
-_WALL_REACH_M = 0.15  # a wall cell lies at most this far from free space
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +186,7 @@ def map_evidence(grid: GridMap, interior: NDArray[np.bool_] | None = None) -> Ma
         paper passes its rooms here, so that the paper around the building is not free space.
     """
     free = (grid.cells == FREE) if interior is None else np.asarray(interior)
-    reach = max(1, round(_WALL_REACH_M / grid.resolution))
-    near_free = grown(free, reach)
+    near_free = grown(free, max(1, round(WALL_REACH_M / grid.resolution)))
     walls = (grid.cells == OCCUPIED) & near_free & ~free
     step = max(1, round(_FIELD_CELL_M / grid.resolution))
     orientation, strength = dominant_orientation(walls)

@@ -24,6 +24,7 @@ from scipy import fft
 from fpnet_core.geometry import Placements, rotation
 from fpnet_core.pose.evidence import MapEvidence
 from fpnet_core.pose.scales import in_turn
+from fpnet_core.pose.verify import OUTSIDE_FULL_M
 from fpnet_core.raster.blocks import block_means
 from fpnet_core.raster.morphology import is_peak
 
@@ -35,7 +36,6 @@ _LONGER_SIDE = 128  # numerical: coarse pixels along the plan's longer side
 _MARGIN = 0.12  # share of the plan's size that a map may stick out on each side
 _WALL_SIGMA_M = 0.4  # walls count as near within about this
 _ON_WALL_COST = 0.7  # of free space on a wall
-_OUTSIDE_FULL_M = 1.0  # free space so deep outside the plan costs 1
 _MAX_WALLS, _MAX_FREE = 1500, 1000  # numerical: samples that stand for the map
 _PEAKS = 4  # numerical: best translations of each rotation and scale
 _PEAK_PIXELS = 5  # numerical: a peak is the highest within this window
@@ -128,7 +128,7 @@ def _field(plan: MapEvidence) -> _Field:
     step = max(1, round(max(plan.wall_distance.shape) / _LONGER_SIDE))
     sigma = max(_WALL_SIGMA_M, 0.5 * step * plan.cell_m)
     near = np.exp(-0.5 * np.square(plan.wall_distance / np.float32(sigma)))
-    outside = np.minimum(plan.outside_depth / np.float32(_OUTSIDE_FULL_M), np.float32(1.0))
+    outside = np.minimum(plan.outside_depth / np.float32(OUTSIDE_FULL_M), np.float32(1.0))
     cost = np.maximum(outside, np.float32(_ON_WALL_COST) * near)
     near, cost = block_means(near, step, 0.0), block_means(cost, step, 1.0)
     margin = [int(np.ceil(_MARGIN * size)) for size in near.shape]

@@ -35,8 +35,8 @@ Wall kernel of the early rejection: what a candidate from doors and rooms may be
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
-_OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
+OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
+OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,8 @@ def _forward(
         _cells_of(A, free_xy, outside_depth.shape, cells)
         outside = 0.0
         for k in range(len(free)):
-            own = depth[cells[k]] if cells[k] >= 0 else _OUTSIDE_FULL_M
-            share = (own - _OUTSIDE_TOLERANCE_M) / (_OUTSIDE_FULL_M - _OUTSIDE_TOLERANCE_M)
+            own = depth[cells[k]] if cells[k] >= 0 else OUTSIDE_FULL_M
+            share = (own - OUTSIDE_TOLERANCE_M) / (OUTSIDE_FULL_M - OUTSIDE_TOLERANCE_M)
             outside += min(max(share, 0.0), 1.0)
         violation[c] = outside / max(len(free), 1)
 

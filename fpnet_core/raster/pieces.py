@@ -155,6 +155,17 @@ def label_extents(
     return ends[:, :4], ends[:, 4]
 
 
+def cell_corners(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """
+    Return which corners ``(H + 1, W + 1)`` of cells belong to any of ``mask (H, W)``, 1 or 0.
+
+    Their contours run exactly along the cells' outer edges; a corner is half a cell before the
+    cell of its row and column.
+    """
+    padded = np.pad(mask, ((0, 1), (0, 1))).view(np.uint8)
+    return np.asarray(cv2.dilate(padded, np.ones((2, 2), np.uint8), anchor=(1, 1)), np.uint8)
+
+
 def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:
     """Return the window of each label (H, W) that has cells, in the order of the labels, not 0."""
     ends = _label_ends(labels, int(labels.max(initial=0)) + 1).tolist()

@@ -14,7 +14,7 @@ import shapely
 
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import Mask, cross, spread
-from fpnet_core.raster.pieces import label_sizes, label_windows, looked_up
+from fpnet_core.raster.pieces import cell_corners, label_sizes, label_windows, looked_up
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -51,12 +51,7 @@ def outline(mask: Mask) -> NDArray[np.float64] | None:
     Returns (V, 2) row-column vertices in fractional cells (centres are integers), not closed;
     None for an empty mask.
     """
-    # A corner of the lattice between cells belongs to the piece where any of its cells does;
-    # contours of such corners run exactly along the cells' outer edges.
-    corners = cv2.dilate(
-        np.pad(mask, ((0, 1), (0, 1))).view(np.uint8), np.ones((2, 2), np.uint8), anchor=(1, 1)
-    )
-    contours, _ = cv2.findContours(corners, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    contours, _ = cv2.findContours(cell_corners(mask), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     if not contours:
         return None
     ring = max(contours, key=cv2.contourArea)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fpnet_core.cli import common
+from fpnet_core.cli import INTERRUPTED, common
 from fpnet_core.cli.progress import progress
 from fpnet_core.errors import FpnetError
 from fpnet_lab.cli.options import complete_sensor, named
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 _SESSION_MODULE = 'fpnet_ros.demo'
 _GRACE_S = 30.0  # the session ends its nodes within half of this; chosen
-_INTERRUPTED = 130  # given
 
 
 def command(
@@ -117,12 +116,12 @@ def _run_session(recording: Path, session: Path, rate: float, config: FpnetConfi
     try:
         status = process.wait()
     except KeyboardInterrupt:
-        status = _INTERRUPTED
+        status = INTERRUPTED
     finally:
         _end(process)
         signal.signal(signal.SIGTERM, previous)
-    if status == _INTERRUPTED:
-        raise typer.Exit(_INTERRUPTED)
+    if status == INTERRUPTED:
+        raise typer.Exit(INTERRUPTED)
     if status:
         raise FpnetError(f'the demo was not completed; see {session / "log"}')
 

@@ -16,6 +16,7 @@ from fpnet_core.localizer import ReplayResult, StoreyPlan, create_localizer, rep
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Status
 from fpnet_lab.evaluation.localization.drives import kept_scans
+from fpnet_lab.evaluation.localization.figures import median
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.records import JUDGED_AT_M, RIGHT, stamp_at_path
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
@@ -190,17 +191,12 @@ def _row(runs: Sequence[SiteRun]) -> dict[str, Any]:
         'right': sum(run.is_right for run in runs),
         'wrong_storeys': sum(run.wrong_storeys > 0 for run in runs),
         'wrong_poses': sum(run.wrong_poses for run in runs),
-        'path_m_median': _median([run.path_m for run in both]),
-        'path_alone_m_median': _median([run.path_alone_m for run in both]),
-        'parted_m_median': _median([run.parted_m for run in both]),
-        'tick_ms_mean': _median([run.tick_ms for run in runs]),
-        'tick_alone_ms_mean': _median([run.tick_alone_ms for run in runs]),
-        'tick_ratio_12': _median(
+        'path_m_median': median([run.path_m for run in both]),
+        'path_alone_m_median': median([run.path_alone_m for run in both]),
+        'parted_m_median': median([run.parted_m for run in both]),
+        'tick_ms_mean': median([run.tick_ms for run in runs]),
+        'tick_alone_ms_mean': median([run.tick_alone_ms for run in runs]),
+        'tick_ratio_12': median(
             [run.tick_ms / run.tick_alone_ms for run in largest if run.tick_alone_ms]
         ),
     }
-
-
-def _median(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return float(np.median(known)) if known else None

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.differences.finding import APART_M
 from fpnet_core.geometry import SE2
 from fpnet_core.judging.kernels import look_up
 from fpnet_core.judging.rivals import NOISE_M
@@ -23,7 +24,7 @@ from fpnet_core.localizer import ReplayResult
 from fpnet_core.pose import MapEvidence, map_evidence
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_lab.sim.distort import DrawnPlan
-from fpnet_lab.sim.storeys import APART_M, DrawnStorey, Likeness
+from fpnet_lab.sim.storeys import DrawnStorey, Likeness
 
 Array = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from fpnet_core.differences.finding import APART_M
 from fpnet_core.geometry import Affine2D
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.types import OCCUPIED, GridMap
@@ -22,9 +23,6 @@ DIFFERENT = 0.1
 """Given: share of its walls by which a storey differs from one that it is told apart from."""
 
 _MOST_ROUNDS = 40  # numerical: of changes, until a storey differs by so much
-
-APART_M = 0.3
-"""Physical: a wall further off than drawings are inexact is another wall."""
 
 
 class Likeness(StrEnum):

@@ -8,7 +8,7 @@ import pytest
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
-from fpnet_core.odometry_check import GuidedOdometry, Verdict
+from fpnet_core.odometry_check import Consistency, GuidedOdometry
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.4)
 S, PERIOD_NS = 10**9, 10**8
@@ -57,7 +57,7 @@ def is_right(T, k, tolerance_m=0.06):
 
 def test_wheels_as_they_are_agree_and_nothing_is_said():
     odometry, T, said = drive(wheels)
-    assert odometry.verdict is Verdict.AGREE
+    assert odometry.consistency is Consistency.AGREE
     assert said == []
     assert is_right(T, 59)
 
@@ -67,7 +67,7 @@ def test_an_odometry_that_freezes_is_found_out_within_a_second_and_left_out():
         return wheels(min(k, BREAKS_AT))
 
     odometry, T, said = drive(frozen, BREAKS_AT + 10)
-    assert odometry.verdict is Verdict.ROBOT_BROKEN
+    assert odometry.consistency is Consistency.ROBOT_BROKEN
     assert len(said) == 1
     assert "do not fit the robot's odometry" in said[0]
     odometry, T, said = drive(frozen, 60)
@@ -84,7 +84,7 @@ def test_a_jump_of_the_robot_s_odometry_does_no_harm():
 
     odometry, T, said = drive(jumps)
     assert is_right(T, 59)
-    assert odometry.verdict is not Verdict.KISS_BROKEN
+    assert odometry.consistency is not Consistency.KISS_BROKEN
     assert "do not fit the robot's odometry" in said[0]
 
 
@@ -95,7 +95,7 @@ def test_an_odometry_that_flips_is_left_out_however_often_it_does(scans_between)
         return wheels(k) @ SE2.from_xy_yaw(0.0, 0.0, about).as_matrix4()
 
     odometry, T, said = drive(flips)
-    assert odometry.verdict is Verdict.ROBOT_BROKEN
+    assert odometry.consistency is Consistency.ROBOT_BROKEN
     assert is_right(T, 59)
     assert len(said) == 1
 
@@ -111,13 +111,13 @@ def test_kiss_icp_that_lost_its_place_begins_anew_where_the_robot_s_says():
     assert len(said) == 2
     assert "begins anew where the robot's odometry says" in said[0]
     assert said[1].endswith('both odometries agree again')
-    assert odometry.verdict is Verdict.AGREE
+    assert odometry.consistency is Consistency.AGREE
     assert is_right(T, 59, 0.15)
 
 
 def test_where_nothing_comes_from_the_robot_s_it_goes_on_alone():
     odometry, T, said = drive(lambda k: None if k > BREAKS_AT else wheels(k))
-    assert odometry.verdict is Verdict.ALONE
+    assert odometry.consistency is Consistency.ALONE
     assert len(said) == 1
     assert 'goes on alone' in said[0]
     assert is_right(T, 59)

@@ -49,6 +49,16 @@ def test_every_pin_is_of_something_asked_for():
     assert {name for name in pinned() if not name.startswith(TOOLS_OF)} <= names
 
 
+def test_what_a_robot_runs_imports_all_that_it_asks_for():
+    robot = ('fpnet_core', 'fpnet_ros', 'msg_adapters')
+    sources = [path.read_text() for name in robot for path in (ROOT / name).rglob('*.py')]
+    called = {'opencv-python-headless': 'cv2', 'pillow': 'PIL', 'PyYAML': 'yaml'}
+    called |= {'scikit-image': 'skimage', 'kiss-icp': 'kiss_icp'}
+    for name in (Requirement(text).name for text in PROJECT['dependencies']):
+        imports = re.compile(rf'^\s*(?:import|from) {called.get(name, name)}\b', re.MULTILINE)
+        assert any(imports.search(source) for source in sources), name
+
+
 @pytest.mark.parametrize('group', ['fpnet.commands', 'fpnet.plan_tours', 'fpnet.live_nodes'])
 def test_entry_points_are_installed(group):
     [entry] = entry_points(group=group)

@@ -50,18 +50,18 @@ def figures(records: Sequence[Record]) -> Figures:
     return {
         'recall_1m_10deg': _mean([record.is_right for record in closed]),
         'recall_05m_5deg': _mean([record.is_tight for record in closed]),
-        'path_to_first_pose_m_median': _median(r.path_to_first_pose_m for r in closed),
+        'path_to_first_pose_m_median': median(r.path_to_first_pose_m for r in closed),
         'wrong_published_runs': int(np.count_nonzero(wrong)),
         'wrong_published_poses': int(np.sum(wrong, dtype=np.int64)),
-        'median_position_error_m': _median(r.median_position_error_m for r in closed),
-        'median_yaw_error_deg': _median(r.median_yaw_error_deg for r in closed),
+        'median_position_error_m': median(r.median_position_error_m for r in closed),
+        'median_yaw_error_deg': median(r.median_yaw_error_deg for r in closed),
         'nees_mean': _mean(_said(r.nees_mean for r in closed)),
         'inside_95': _mean(_said(r.inside_95 for r in closed)),
         'open_set_false_claims': sum(r.is_open_set and r.poses > 0 for r in records),
         'ece': calibration_error([belief for r in records for belief in r.beliefs]),
         'tick_ms_p50': _quantile(ticks, 0.5),
         'tick_ms_p95': _quantile(ticks, 0.95),
-        'add_scan_ms_p50': _median(r.add_scan_ms for r in records),
+        'add_scan_ms_p50': median(r.add_scan_ms for r in records),
         'rss_mb_max': max((r.rss_mb for r in records), default=None),
         'runs': len(records),
     }
@@ -91,7 +91,8 @@ def _by(records: Sequence[Record], key: Callable[[Record], str]) -> dict[str, Fi
     return {name: figures([r for r in records if key(r) == name]) for name in names}
 
 
-def _median(values: Iterable[float | None]) -> float | None:
+def median(values: Iterable[float | None]) -> float | None:
+    """Return the median of what is known, rounded; None where nothing is."""
     return _quantile(np.array(_said(values)), 0.5)
 
 

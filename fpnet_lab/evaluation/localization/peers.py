@@ -4,12 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
+from fpnet_lab.evaluation.localization.figures import median
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.scores import Column, Figures, Row, Table, Units, named, of
 
@@ -60,17 +59,12 @@ def _figures(records: Sequence[Record]) -> dict[str, Any]:
         'right': sum(record.is_right for record in own),
         'claimed_right': sum(record.poses > 0 and not record.wrong_poses for record in own),
         'claimed_wrong': sum(record.wrong_poses > 0 for record in own),
-        'first_pose_m': _median(record.path_to_first_pose_m for record in own),
-        'error_m': _median(record.median_position_error_m for record in own),
-        'look_s': _median(1e-3 * ms for ms in looks),
+        'first_pose_m': median(record.path_to_first_pose_m for record in own),
+        'error_m': median(record.median_position_error_m for record in own),
+        'look_s': median(1e-3 * ms for ms in looks),
         'foreign': len(foreign),
         'foreign_claims': sum(record.poses > 0 for record in foreign),
     }
-
-
-def _median(values: Iterable[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return round(float(np.median(known)), 4) if known else None
 
 
 def peers(report: Row) -> Figures:

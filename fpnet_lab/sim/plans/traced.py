@@ -24,6 +24,7 @@ from shapely.geometry.polygon import orient
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.distance import nearest_labels
+from fpnet_core.raster.pieces import cell_corners
 from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import GridMap, Portal, Segmentation
@@ -134,12 +135,8 @@ def estimate_wall_m(segmentation: Segmentation) -> float:
 
 def _outline(segmentation: Segmentation, label: int) -> Polygon:
     """Return the area of a label with its holes, in metres, corners thinned out."""
-    mask = segmentation.labels == label
-    # Contours of the lattice of cell corners run along the cells' outer edges; see
-    # segmentation.assemble.outline, which leaves holes out.
-    corners = cv2.dilate(
-        np.pad(mask, ((0, 1), (0, 1))).astype(np.uint8), np.ones((2, 2), np.uint8), anchor=(1, 1)
-    )
+    # segmentation.assemble.outline leaves holes out.
+    corners = cell_corners(segmentation.labels == label)
     contours, hierarchy = cv2.findContours(corners, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     rings = [
         Polygon(segmentation.grid.rc_to_xy(ring[:, 0, ::-1] - 0.5)).buffer(0.0)

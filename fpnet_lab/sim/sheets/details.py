@@ -9,12 +9,11 @@ import shapely
 
 from fpnet_lab.sim.sheets.artwork import Area, Array, Colour, Lines, Mark, Pen, Role, lines_of
 from fpnet_lab.sim.sheets.furnishing import furnish_symbols
-from fpnet_lab.sim.sheets.looks import Look, Trait
+from fpnet_lab.sim.sheets.looks import FAINT_PEN_MM, THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, hatch, outlines_of
 from fpnet_lab.sim.types import polygons_from_rings
 
 # Chosen, not measured:
-_WALL_PEN_MM, _THIN_PEN_MM, _FAINT_PEN_MM = 0.35, 0.18, 0.09
 _TREAD_M = 0.28
 _STAIR_AREA_M2, _LIFT_AREA_M2 = (7.0, 30.0), (1.5, 5.0)
 _SQUARE = 0.95  # of its smallest rectangle that a room of stairs covers
@@ -37,7 +36,7 @@ def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
         marks += _lift(room, look) if is_lift else _stairs(room, look, rng)
     if Trait.FURNITURE in look.traits:
         taken = [number for _, number in stairs]
-        marks += furnish_symbols(storey.on_page, taken, look.pen(_THIN_PEN_MM), rng)
+        marks += furnish_symbols(storey.on_page, taken, look.pen(THIN_PEN_MM), rng)
     if Trait.COLUMNS in look.traits:
         marks += _columns(storey, look)
     if Trait.OVERHEAD in look.traits:
@@ -48,7 +47,7 @@ def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 def _tiles(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
     """Return faint squares on the floors of a few rooms."""
     side = max(float(rng.uniform(*_TILE_M)), 6.0 * look.resolution_m)
-    pen = Pen(_fainter(look.line), look.pen(_FAINT_PEN_MM).width_m)
+    pen = Pen(_fainter(look.line), look.pen(FAINT_PEN_MM).width_m)
     marks: list[Mark] = []
     for room in storey.rooms:
         if rng.random() < 0.2:
@@ -67,7 +66,7 @@ def _fainter(colour: Colour) -> Colour:
 
 def _overhead(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> list[Mark]:
     """Return dashed lines: the roof's edge around the building and beams above some rooms."""
-    pen = look.pen(_THIN_PEN_MM, dashes_mm=_OVERHEAD_DASHES_MM)
+    pen = look.pen(THIN_PEN_MM, dashes_mm=_OVERHEAD_DASHES_MM)
     eaves = look.outer_m + float(rng.uniform(*_EAVES_M))
     lines = [np.vstack([ring, ring[:1]]) for ring in outlines_of(storey.shell(eaves))]
     spacing = float(rng.uniform(*_BEAM_EVERY_M))
@@ -110,13 +109,13 @@ def _stairs(room: Array, look: Look, rng: np.random.Generator) -> list[Mark]:
         return []
     feet = corner + at[:, None] * along
     treads = np.stack([feet, feet + width * across], axis=1)
-    pen = look.pen(_THIN_PEN_MM)
+    pen = look.pen(THIN_PEN_MM)
     middle = corner + width / 2.0 * across
     well = np.stack([middle + at[0] * along, middle + at[-1] * along])
     walk = corner + width * (0.25 if rng.random() < 0.5 else 0.75) * across
     ends = np.stack([walk + at[0] * along, walk + at[-1] * along])
     marks = lines_of(Role.STAIRS, list(treads), pen)
-    marks += lines_of(Role.STAIRS, [well], look.pen(_WALL_PEN_MM))
+    marks += lines_of(Role.STAIRS, [well], look.pen(WALL_PEN_MM))
     return marks + lines_of(Role.STAIRS, [ends, *arrow_head(ends[0], ends[1], look.mm(2.0))], pen)
 
 
@@ -125,7 +124,7 @@ def _lift(room: Array, look: Look) -> list[Mark]:
     ring = corner + 0.1 * (along + across)
     along, across = (length - 0.2) * along, (width - 0.2) * across
     box = np.stack([ring, ring + along, ring + along + across, ring + across])
-    pen = look.pen(_THIN_PEN_MM)
+    pen = look.pen(THIN_PEN_MM)
     cross = [box[[0, 2]], box[[1, 3]]]
     return lines_of(Role.STAIRS, [box], pen, is_closed=True) + lines_of(Role.STAIRS, cross, pen)
 

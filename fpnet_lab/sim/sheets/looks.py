@@ -202,6 +202,9 @@ class Look:
         return max(self.mm(self.letter_mm), MIN_LETTER_PX * self.resolution_m)
 
 
+WALL_PEN_MM, THIN_PEN_MM, FAINT_PEN_MM = 0.35, 0.18, 0.09
+"""Widths of lines on paper. Chosen."""
+
 MIN_LETTER_PX = 7.0
 """Smaller capitals cannot be read by people. Chosen."""
 

@@ -18,9 +18,10 @@ from matplotlib.path import Path as Outline
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.lengths import INCH_M
 from fpnet_lab.sim.sheets.artwork import Arcs, Area, Array, Artwork, Letters, Lines, Pen, Stroke
 
-_INCH_MM, _POINT_IN = 25.4, 1.0 / 72.0  # physical: by definition
+_INCH_MM, _POINT_IN = 1e3 * INCH_M, 1.0 / 72.0  # physical: by definition
 CAPITAL_SHARE = 0.72
 """Height of a capital over the size of its font. Chosen."""
 

@@ -23,7 +23,7 @@ from fpnet_lab.sim.sheets.artwork import (
     Role,
     lines_of,
 )
-from fpnet_lab.sim.sheets.looks import Look, Trait
+from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.symbols import (
     Leaves,
     door_leaves,
@@ -37,7 +37,6 @@ MIN_DOUBLE_WALL_PX = 5.0
 
 _PROBE_M = 0.05  # numerical
 # Chosen, not measured:
-_WALL_PEN_MM, _THIN_PEN_MM = 0.35, 0.18
 _PATTERN_MM = (1.0, 2.5)  # distance of a wall's hatching
 
 
@@ -79,7 +78,7 @@ def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
     """Return how thick a look draws inner walls [m]; never too thin to be seen."""
     thinnest = MIN_WALL_PX * look.resolution_m
     if look.walls == 'thin':
-        return max(thinnest, look.mm(_WALL_PEN_MM))
+        return max(thinnest, look.mm(WALL_PEN_MM))
     least = thinnest if look.walls == 'solid' else MIN_DOUBLE_WALL_PX * look.resolution_m
     return max(plan.wall_m, least)
 
@@ -148,10 +147,10 @@ def _wall_marks(walls: BaseGeometry, look: Look, rng: np.random.Generator) -> li
         tint = (_paler(look.ink[0], pale), _paler(look.ink[1], pale), _paler(look.ink[2], pale))
         marks += areas_of(walls, Role.WALL_PATTERN, tint)
     if look.walls == 'hatched':
-        pen = look.pen(_THIN_PEN_MM)
+        pen = look.pen(THIN_PEN_MM)
         spacing = max(look.mm(float(rng.uniform(*_PATTERN_MM))), 4.0 * pen.width_m)
         marks += lines_of(Role.WALL_PATTERN, hatch(walls, np.pi / 4.0, spacing), pen)
-    pen = look.pen(_WALL_PEN_MM, look.ink)
+    pen = look.pen(WALL_PEN_MM, look.ink)
     return marks + lines_of(Role.WALL, outlines_of(walls), pen, is_closed=True)
 
 
@@ -181,13 +180,13 @@ def _pane_marks(panes: Array, look: Look) -> list[Mark]:
     if not len(panes):
         return []
     middle = np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1)
-    pen = look.pen(_THIN_PEN_MM)
+    pen = look.pen(THIN_PEN_MM)
     faces = lines_of(Role.WINDOW, list(panes), pen, is_closed=True)
     return faces + lines_of(Role.WINDOW, list(middle), pen)
 
 
 def _door_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
-    pen = look.pen(_THIN_PEN_MM)
+    pen = look.pen(THIN_PEN_MM)
     marks: list[Mark] = []
     if Trait.THRESHOLDS in look.traits:
         marks += lines_of(Role.DOOR, _thresholds(storey), pen)
@@ -197,7 +196,7 @@ def _door_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
     if not len(leaves.hinge):
         return marks
     lines = np.stack([leaves.hinge, leaves.tips], axis=1)
-    marks += lines_of(Role.DOOR, list(lines), look.pen(_WALL_PEN_MM))
+    marks += lines_of(Role.DOOR, list(lines), look.pen(WALL_PEN_MM))
     if look.doors == 'arc':
         marks.append(Arcs(Role.DOOR, leaves.hinge, leaves.length[:, 0], _spans(leaves), pen))
     return marks

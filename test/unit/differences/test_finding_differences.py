@@ -14,11 +14,13 @@ import pytest
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import DifferenceKind, find_differences
 from fpnet_core.differences.geojson import as_geojson, write_geojson
-from fpnet_core.geometry import Affine2D
+from fpnet_core.differences.of_output import differences_of
+from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.types import FREE, OCCUPIED
+from fpnet_core.types import FREE, OCCUPIED, LocalizerOutput, Status
 
 OF_DRAWING = (DifferenceKind.WALL, DifferenceKind.MISSING)
 
@@ -55,6 +57,23 @@ def test_nothing_differs_where_the_drawing_is_right():
     assert [piece for piece in differences.likely if piece.is_of_drawing] == []
     assert differences.is_seen.sum() > 0.9 * (plan_grid().cells == FREE).sum()
     assert differences.confidence.max() < 0.5
+
+
+def test_nothing_is_said_to_differ_while_nobody_knows_where_the_robot_is():
+    seen, _ = prepare_submap(submap_from_grid(submap_grid()), SubmapSegmenter(), StageTimer())
+    plan = Floorplan.prepared(plan_grid(), FpnetConfig())
+    claimed = LocalizerOutput(
+        1, Status.LOCALIZED, Affine2D.identity(), segmentation=seen.segmentation,
+        graph=seen.graph, estimates=Placements.of([A_PLAN_SUBMAP]),
+    )  # fmt: skip
+    assert differences_of(claimed, plan).is_seen.any()
+    for change in (
+        {'status': Status.SEARCHING, 'A_plan_odom': None},
+        {'segmentation': None},
+        {'graph': None},
+        {'estimates': Placements.empty()},
+    ):
+        assert differences_of(replace(claimed, **change), plan) is None
 
 
 def test_walls_that_the_drawing_has_and_the_building_has_not():

@@ -13,7 +13,7 @@ import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.doubt_model import DoubtModel, packaged_doubt_model
-from fpnet_core.drawings.doubting import verdict_on
+from fpnet_core.drawings.doubting import doubts_of
 from fpnet_core.drawings.looking import WHAT_IFS, Rival, look_at
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
@@ -214,22 +214,22 @@ def test_the_packaged_model_knows_its_figures():
 
 
 def test_a_plain_building_is_believed_and_half_of_one_is_not():
-    assert verdict_on(looked(building())).reasons == ()
+    assert doubts_of(looked(building())).reasons == ()
     gone = np.zeros((240, 340), np.bool_)
     gone[:98, :218] = True
-    verdict = verdict_on(looked(building(), gone), replace(packaged_doubt_model(), doubted_from=0))
-    assert verdict.reasons[0] == (
+    doubts = doubts_of(looked(building(), gone), replace(packaged_doubt_model(), doubted_from=0))
+    assert doubts.reasons[0] == (
         '2 spaces are left outside the building: the outer wall has a gap or was not seen (at the '
         'upper left and at the top): draw that wall in an image editor.'
     )
-    assert [place.what for place in verdict.places[:2]] == ['lost', 'lost']
+    assert [place.what for place in doubts.places[:2]] == ['lost', 'lost']
 
 
 def test_nothing_enclosed_is_no_reading():
     picture = np.full((240, 340), PAPER, np.uint8)
-    verdict = verdict_on(looked(picture, np.ones((240, 340), np.bool_)))
-    assert verdict.wrong == 1.0
-    assert verdict.reasons[0].startswith('No room was found')
+    doubts = doubts_of(looked(picture, np.ones((240, 340), np.bool_)))
+    assert doubts.wrong == 1.0
+    assert doubts.reasons[0].startswith('No room was found')
 
 
 def test_a_drawing_is_read_with_its_doubts(tmp_path):

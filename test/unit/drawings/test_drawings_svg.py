@@ -22,6 +22,8 @@ from plan_files import (
 import pytest
 
 from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.svg import read_svg
+from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
 
 PLAN = Plan(20.0)
@@ -70,6 +72,15 @@ def test_a_size_relative_to_anything_is_none(tmp_path, unit):
     drawing = open_drawing(tmp_path / 'a.svg')
     assert drawing.paper_m is None
     assert (drawing.pixels < 128).any()
+
+
+@pytest.mark.parametrize(('width', 'box'), [
+    ('100', (0.0, 0.0, 100.0, 100.0)), ('0', None), ('1e999', None),
+])  # fmt: skip
+def test_a_sheet_of_no_or_of_endless_size_is_none(tmp_path, width, box):
+    path = tmp_path / 'a.svg'
+    path.write_text(bare('<path d="M1 1H40V30Z"/>').replace('width="100"', f'width="{width}"'))
+    assert read_svg(path, ReadOptions()).box == box
 
 
 def test_transforms_styles_and_uses(tmp_path):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The localizer driven with planar scans of the planted building."""
 
+from dataclasses import replace
+
 import numpy as np
 from planted import A_BUILDING_PLAN, plan_grid
 from planted_drive import SCAN_NS, drive, recorded
@@ -9,10 +11,12 @@ import pytest
 
 from fpnet_core.config import FpnetConfig, load_config
 from fpnet_core.errors import CloudFormatError, MapFormatError, OdometryError, StateError
-from fpnet_core.geometry import SE2, angle_between
+from fpnet_core.geometry import SE2, Placements, angle_between
+from fpnet_core.io.frozen import to_arrays
 from fpnet_core.judging.reasons import NO_PLAN, NOT_LOOKED
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.hint import PoseHint
+from fpnet_core.localizer.state import read_state, write_state
 from fpnet_core.matches import MatchResult
 from fpnet_core.types import GridMap, Status
 
@@ -360,12 +364,35 @@ class TestSavedState:
             new_localizer().load_state(tmp_path / 'absent.npz')
         with np.load(saved[1]) as file:
             arrays = {name: file[name] for name in file.files}
-        np.savez(damaged, **{**arrays, 'extra': np.zeros(1)})
-        with pytest.raises(StateError, match='extra'):
-            new_localizer().load_state(damaged)
-        np.savez(damaged, **{**arrays, 'submap_counts': np.zeros((3, 3))})
+        for change, said in (
+            (('"version": 3', '"version": 2'), 'version 2, expected 3'),
+            (('"odometry"', '"extra"'), 'extra'),
+            (('[4, 4]', '[2, 8]'), 'T_odom_sensor'),
+        ):
+            tree = str(arrays['tree'])
+            assert change[0] in tree
+            np.savez(damaged, **{**arrays, 'tree': np.array(tree.replace(*change))})
+            with pytest.raises(StateError, match=said):
+                new_localizer().load_state(damaged)
+        state = read_state(saved[1])
+        submap = {**state.submap, 'counts': np.zeros((3, 3))}
+        write_state(damaged, replace(state, submap=submap))
         with pytest.raises(StateError, match='ray counts'):
             new_localizer().load_state(damaged)
+
+    def test_every_field_comes_back(self, saved, tmp_path):
+        state = read_state(saved[1])
+        count = len(state.placements)
+        assert count
+        assert state.scale
+        columns = (np.arange(count), np.tile(np.eye(3), (count, 1, 1)), np.full(count, 0.5))
+        placed = Placements(state.placements.linear, state.placements.translation, *columns)
+        state = replace(state, placements=placed)
+        write_state(tmp_path / 'again.npz', state)
+        stored, again = to_arrays(state), to_arrays(read_state(tmp_path / 'again.npz'))
+        assert stored.keys() == again.keys()
+        for name, array in stored.items():
+            np.testing.assert_array_equal(again[name], array)
 
     def test_there_is_nothing_to_save_before_the_first_scan(self, tmp_path):
         with pytest.raises(StateError, match='no scan'):

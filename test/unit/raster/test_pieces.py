@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.raster.pieces import (
+    cell_corners,
     label_figures,
     label_sizes,
     label_windows,
@@ -78,3 +79,11 @@ def test_labels_are_looked_up_and_counted_cell_by_cell():
     for ours, theirs in np.ndindex(8, 3):
         both = (labels == ours + 1) & (others == theirs + 1)
         assert shared[ours, theirs] == np.count_nonzero(both)
+
+
+def test_a_cell_has_four_corners_and_the_last_row_and_column_have_theirs():
+    mask = np.zeros((3, 4), np.bool_)
+    mask[1, 0] = mask[2, 3] = True
+    corners = np.argwhere(cell_corners(mask)).tolist()
+    assert cell_corners(mask).shape == (4, 5)
+    assert corners == [[1, 0], [1, 1], [2, 0], [2, 1], [2, 3], [2, 4], [3, 3], [3, 4]]
