@@ -41,8 +41,9 @@ _PAGE_HEADER = """\
 # Parameters
 
 Every key of the configuration, for the command line (`--config FILE`, `--set KEY=VALUE`) and, with
-the same names, for the [nodes](ros.md#parameters) that use it. `config/fpnet.yaml` is this list with the defaults, as a
-file to change. Unknown keys and values out of range are errors.
+the same names, for the [nodes](ros.md#parameters) that use it.
+`config/fpnet.yaml` is this list with the defaults, as a file to change. Unknown keys and
+values out of range are errors.
 
 This page is generated: `python -m fpnet_core.config_docs markdown > docs/parameters.md`.
 """

@@ -6,8 +6,9 @@ Follow the tutorial word for word, and compare what comes out with what the page
 Run: python tools/walkthrough.py [PAGE] [--work DIR]    (make walkthrough)
 
 Each command of a ``bash`` block is run in an empty folder; the lines of the block below it are
-its promised output, and no line of ours may be missing there. Words must be the same, and numbers nearly: a fifth of them or one unit off
-their last digit; durations may be any. A file that a command is told to write must be there.
+its promised output, and what ``fpnet`` prints must all be there. Words must be the same, and
+numbers nearly: a fifth of them or one unit off their last digit; durations may be any. A file
+that a command is told to write must be there.
 """
 
 import argparse
