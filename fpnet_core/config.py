@@ -189,7 +189,7 @@ class OdometryConfig(Section):
         0.4, gt=0.0, description='Map voxel [m]; halving it costs four times the CPU.'
     )
     planar_voxel_size: float = Field(
-        0.1, gt=0.0, description='The same for planar scanners, which see few points.'
+        0.1, gt=0.0, description='The same for planar scanners, which see few points [m].'
     )
     deskew: bool = Field(True, description='Undo the motion during a sweep by per-point times.')
 

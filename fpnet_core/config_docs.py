@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+import re
 import sys
 from textwrap import wrap
 import types
@@ -40,9 +41,9 @@ _PAGE_HEADER = """\
 # Parameters
 
 Every key of the configuration, for the command line (`--config FILE`, `--set KEY=VALUE`) and, with
-the same names, for the [nodes](ros.md#parameters) that use it. Lengths are metres, angles radians.
-`config/fpnet.yaml` is this list with the defaults, as a
-file to change. Unknown keys and values out of range are errors.
+the same names, for the [nodes](ros.md#parameters) that use it.
+`config/fpnet.yaml` is this list with the defaults, as a file to change. Unknown keys and
+values out of range are errors.
 
 This page is generated: `python -m fpnet_core.config_docs markdown > docs/parameters.md`.
 """
@@ -83,7 +84,9 @@ class ConfigField:
 
     @property
     def unit(self) -> str:
-        """The unit that the key's name ends with, empty for a pure number or text."""
+        """The unit that the description or the name's end says; empty: a pure number or text."""
+        if stated := re.search(r'\[(.+?)\]', self.description):
+            return stated[1]
         return _UNITS.get(self.key.rpartition('.')[2].rpartition('_')[2], '')
 
 

@@ -6,8 +6,9 @@ Follow the tutorial word for word, and compare what comes out with what the page
 Run: python tools/walkthrough.py [PAGE] [--work DIR]    (make walkthrough)
 
 Each command of a ``bash`` block is run in an empty folder; the lines of the block below it are
-its promised output. Words must be the same, and numbers nearly: a fifth of them or one unit off
-their last digit; durations may be any. A file that a command is told to write must be there.
+its promised output, and what ``fpnet`` prints must all be there. Words must be the same, and
+numbers nearly: a fifth of them or one unit off their last digit; durations may be any. A file
+that a command is told to write must be there.
 """
 
 import argparse
@@ -104,7 +105,8 @@ def follow(step: Step, work: Path) -> list[str]:
     wrong = [] if done.returncode == 0 else [f'exit status {done.returncode}: {done.stderr}']
     wrong += [f'{name} was not written' for name in written(words) if not (work / name).exists()]
     printed = done.stdout.splitlines()
-    return wrong + [f'promised: {line}' for line in missing(step.promised, printed)]
+    wrong += [f'promised: {line}' for line in missing(step.promised, printed)]
+    return wrong + [f'not on the page: {line}' for line in unsaid(step, printed)]
 
 
 def written(words: list[str]) -> Iterator[str]:
@@ -116,6 +118,14 @@ def missing(promised: tuple[str, ...], printed: list[str]) -> list[str]:
     """Return the promised lines that nothing printed is like; tables are left to the eye."""
     lines = [line for line in promised if line.strip() and not TABLE.search(line)]
     return [line for line in lines if not any(alike(line, each) for each in printed)]
+
+
+def unsaid(step: Step, printed: list[str]) -> list[str]:
+    """Return the lines of an own command that the page does not have, though it promises some."""
+    if step.words[0] != 'fpnet' or not step.promised:
+        return []
+    lines = [line for line in printed if line.strip() and not TABLE.search(line)]
+    return [line for line in lines if not any(alike(each, line) for each in step.promised)]
 
 
 def alike(promised: str, printed: str) -> bool:

@@ -32,6 +32,12 @@ def test_outputs_are_compared_by_words_and_figures(printed, is_kept):
     assert (walkthrough.missing((PROMISE,), ['first', printed]) == []) is is_kept
 
 
+def test_a_line_that_the_page_does_not_have_is_noticed():
+    step = walkthrough.Step('fpnet localize drive', (PROMISE,))
+    more = 'the drawing is out of date here'
+    assert walkthrough.unsaid(step, ['', PROMISE, more]) == [more]
+
+
 def test_a_step_that_fails_or_writes_nothing_is_noticed(tmp_path):
     plain = walkthrough.Step('false --out missing', ('promised line',))
     exit_status, not_written, promised = walkthrough.follow(plain, tmp_path)

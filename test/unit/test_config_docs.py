@@ -46,6 +46,7 @@ def test_the_reference_page_is_the_rendered_one():
 def test_the_reference_has_unit_range_and_default():
     page = render_markdown()
     assert '| `submap.resolution_m` | float | m | >= 0.02, <= 0.2 | `0.05` | Cell edge' in page
+    assert '| `localizer.drift_deg_per_m` | float | deg/m |' in page
     assert page.count('\n| `') == len(list(config_fields()))
 
 

@@ -59,6 +59,12 @@ async function draw(name) {
     layout.dragmode = false;
     layout.margin = {...layout.margin, l: 44, r: 6};
     if (layout.legend) layout.legend.y *= 2;
+    // In two columns: a dozen names one below another leave no room for the floorplan.
+    if (layout.legend && layout.meta === 'map') {
+      Object.assign(layout.legend, {
+        entrywidth: 0.5, entrywidthmode: 'fraction', font: {size: 10},
+      });
+    }
   }
   await Plotly.newPlot(name, traces, layout, {
     responsive: true,

@@ -330,6 +330,11 @@ def test_a_phone_shows_it_without_scrolling_sideways(report, scheme):
             " document.getElementById('timeline').layout.font.color]"
         )
         assert wide == 390
+        legend, chart = browser.execute_script(
+            "return ['#plan .legend', '#plan'].map("
+            '(name) => document.querySelector(name).getBoundingClientRect().height)'
+        )
+        assert 0 < legend < chart / 4, 'the floorplan needs the room'
         paper = '#161b22' if scheme == 'dark' else '#ffffff'
         assert contrast(ink, paper) >= 4.5
         assert [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE'] == []
