@@ -105,14 +105,12 @@ class Submap:
         Robot positions, frame ``submap`` [m]; (0, 2) for a map read from an image.
     T_odom_submap : SE2
         Anchor of the submap frame in ``odom``.
-    stamp_ns : int
-        Sensor time of the newest scan inside.
-    id : int
-        Grows by one with every hand-out, 0 for a map read from an image.
+    stamp_ns, id : int
+        Sensor time of the newest scan inside; grows by one with every hand-out, 0 for a map read.
     recent_xy : (P, 2) float64
         Returns at body height over the last metres of the path, frame ``submap`` [m].
-    newest_xy : (P, 2) float64
-        The same of the last few scans.
+    newest_xy, newest_walls_xy : (P, 2) float64
+        The same of the last few scans, and those behind which nothing was seen: no furniture.
     """
 
     grid: GridMap
@@ -123,11 +121,12 @@ class Submap:
     id: int = 0
     recent_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     newest_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    newest_walls_xy: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         """Check that the rasters agree."""
         freeze_field(self, 'lintel', np.bool_, self.grid.shape)
-        for name in ('path_xy', 'recent_xy', 'newest_xy'):
+        for name in ('path_xy', 'recent_xy', 'newest_xy', 'newest_walls_xy'):
             freeze_field(self, name, np.float64, (None, 2))
 
     @property

@@ -139,10 +139,11 @@ def share_in_free_space(before: Submap, submap: Submap) -> float:
     """
     Return the share of the newest returns that lie where ``before`` has seen free space only.
 
-    Both submaps go on in one frame, ``odom``; cells within 0.3 m of a wall do not count as free.
+    Both submaps go on in one frame, ``odom``; cells within 0.3 m of a wall do not count as free,
+    nor does furniture, over which a submap is free, as nothing but walls.
     """
     grid = before.grid
-    xy = (before.T_odom_submap.inv() @ submap.T_odom_submap).apply(submap.newest_xy)
+    xy = (before.T_odom_submap.inv() @ submap.T_odom_submap).apply(submap.newest_walls_xy)
     rc = np.round(grid.xy_to_rc(xy)).astype(np.int64)
     inside = rc[((rc >= 0) & (rc < grid.shape)).all(axis=1)]
     if not len(inside):
@@ -152,4 +153,5 @@ def share_in_free_space(before: Submap, submap: Submap) -> float:
     window = tuple(map(slice, low, inside.max(axis=0) + reach + 1))
     cells = grid.cells[window]
     is_free = (cells == FREE) & ~grown(cells == OCCUPIED, reach)
-    return float(np.count_nonzero(is_free[tuple((inside - low).T)])) / len(xy)
+    count = np.count_nonzero(is_free[tuple((inside - low).T)])
+    return float(count) / len(submap.newest_xy)

@@ -16,7 +16,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.geometry.rigid3d import checked_rigid
 from fpnet_core.submaps.heights import HeightTracker
 from fpnet_core.submaps.raster import CountRaster
-from fpnet_core.submaps.recent import RecentReturns
+from fpnet_core.submaps.recent import RecentReturns, is_last_seen
 from fpnet_core.types import Submap
 
 _PATH_SPACING_M = 0.1  # numerical: distance between kept robot positions
@@ -112,6 +112,7 @@ class SubmapBuilder:
             self._id,
             self._recent.points(),
             self._recent.newest(),
+            self._recent.newest_walls(),
         )
 
     def arrays(self) -> dict[str, NDArray[Any]]:
@@ -165,8 +166,12 @@ class SubmapBuilder:
             own = of_ray == number
             self._raster.carve(origin, ends[own], is_return[own], bands)
         is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
+        is_wall = np.zeros(len(ends), dtype=np.bool_)
+        for number, origin in enumerate(origins):
+            own = is_return & (of_ray == number)
+            is_wall[own] = is_last_seen(ends[own, :2] - origin[:2])
         yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
-        self._recent.add(ends[is_body, :2], pose[:2, 3], yaw)
+        self._recent.add(ends[is_body, :2], is_wall[is_body], pose[:2, 3], yaw)
 
     def _subsample(self, rays: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return which rays to keep: not the near ones, an even, changing choice of the others."""

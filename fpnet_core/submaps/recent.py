@@ -17,6 +17,8 @@ _NEWEST = 3
 # Numerical: so many returns of a scan are kept, and one in each square of this edge is handed out.
 _RETURNS = 400
 _SPACING_M = 0.1  # numerical
+_SECTOR_RAD = 0.005  # numerical: returns in so narrow a sector lie in one direction
+_BEHIND_M = 0.5  # physical: the depth of a wall in a sector, seen at a slant 10 m along a corridor
 
 
 class RecentReturns:
@@ -25,13 +27,25 @@ class RecentReturns:
     def __init__(self) -> None:
         self._scans: deque[NDArray[np.float64]] = deque(maxlen=_SCANS)
         self._newest: deque[NDArray[np.float64]] = deque(maxlen=_NEWEST)
+        self._walls: deque[NDArray[np.float64]] = deque(maxlen=_NEWEST)
         self._place = np.full(2, np.inf)
         self._yaw = 0.0
 
-    def add(self, returns: NDArray[np.float64], xy: NDArray[np.float64], yaw: float) -> None:
-        """Take in the returns ``(P, 2)`` of a scan from ``xy (2,)``, all in one frame [m]."""
+    def add(
+        self,
+        returns: NDArray[np.float64],
+        is_wall: NDArray[np.bool_],
+        xy: NDArray[np.float64],
+        yaw: float,
+    ) -> None:
+        """
+        Take in the returns ``(P, 2)`` of a scan from ``xy (2,)``, all in one frame [m].
+
+        ``is_wall (P,)`` tells behind which of them nothing was seen.
+        """
         chosen = np.linspace(0, len(returns) - 1, min(_RETURNS, len(returns))).astype(np.int64)
         self._newest.append(returns[chosen])
+        self._walls.append(returns[chosen][is_wall[chosen]])
         turned = abs(np.angle(np.exp(1j * (yaw - self._yaw))))
         if np.hypot(*(xy - self._place)) < _STEP_M and turned < _STEP_RAD:
             return
@@ -51,3 +65,22 @@ class RecentReturns:
     def newest(self) -> NDArray[np.float64]:
         """Return the returns ``(P, 2)`` of the last few scans [m]."""
         return np.concatenate([np.zeros((0, 2)), *self._newest])
+
+    def newest_walls(self) -> NDArray[np.float64]:
+        """Return those of the newest ``(P, 2)`` behind which nothing was seen [m]."""
+        return np.concatenate([np.zeros((0, 2)), *self._walls])
+
+
+def is_last_seen(rays: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """
+    Return behind which returns of one scan nothing was seen, at whatever height, ``(P,)``.
+
+    A wall hides what is behind it; over a cabinet and under a table the room goes on.
+    ``rays (P, 2)`` go from where the scan was taken to its returns [m].
+    """
+    reach = np.hypot(*rays.T)
+    sector = np.floor(np.arctan2(rays[:, 1], rays[:, 0]) / _SECTOR_RAD).astype(np.int64)
+    sector -= sector.min(initial=0)
+    farthest = np.zeros(sector.max(initial=0) + 1)
+    np.maximum.at(farthest, sector, reach)
+    return np.asarray(reach >= farthest[sector] - _BEHIND_M)

@@ -75,6 +75,7 @@ SPECIAL = {
 SHAPES = {
     (Submap, 'lintel'): (bool, 4, 3), (Submap, 'path_xy'): (float, 2, 2),
     (Submap, 'recent_xy'): (float, 5, 2), (Submap, 'newest_xy'): (float, 0, 2),
+    (Submap, 'newest_walls_xy'): (float, 0, 2),
     (Region, 'polygon'): (float, 4, 2), (Region, 'centroid'): (float, 2),
     (Portal, 'ends'): (float, 2, 2), (Segmentation, 'labels'): (np.int32, 4, 3),
     (RegionGraph, 'edges'): (np.int64, 3, 2), (RegionGraph, 'edge_feat'): (np.float32, 3, 6),

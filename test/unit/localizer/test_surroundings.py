@@ -54,10 +54,17 @@ def withdrawn(status):
     return Belief(status, None, 0.1, 'another building?')
 
 
-def submap(newest):
+def submap(newest, newest_walls=None):
     grid = submap_grid()
     nothing = np.zeros(grid.shape, dtype=bool)
-    return Submap(grid, nothing, np.zeros((1, 2)), newest_xy=newest, recent_xy=walls())
+    return Submap(
+        grid,
+        nothing,
+        np.zeros((1, 2)),
+        recent_xy=walls(),
+        newest_xy=newest,
+        newest_walls_xy=newest if newest_walls is None else newest_walls,
+    )
 
 
 def elsewhere():
@@ -119,6 +126,20 @@ def test_what_a_rough_drawing_explains_is_the_measure(score):
     newest = np.where(fits[:, None], walls(), elsewhere() + 60.0)
     belief, _ = Judging().judge(submap(newest), claim(score))
     assert (belief.status is Status.LOCALIZED) == (score < 0.5)
+
+
+def test_a_cabinet_before_the_robot_is_not_another_place():
+    """Half of the returns lie where the submap is free, as it is over furniture."""
+    rng = np.random.default_rng(0)
+    free = np.argwhere(submap_grid().cells == FREE)
+    cabinet = submap_grid().rc_to_xy(free[rng.integers(0, len(free), len(walls()) // 2)])
+    newest = np.concatenate([walls()[::2], cabinet])
+    for is_furniture in (True, False):
+        judge = Judging()
+        judge.judge(submap(walls()), claim())
+        seen_as_walls = walls()[::2] if is_furniture else newest
+        belief, _ = judge.judge(submap(newest, seen_as_walls), claim())
+        assert belief.status is (Status.LOCALIZED if is_furniture else Status.LOST)
 
 
 def test_a_covered_lidar_contradicts_nothing():

@@ -212,7 +212,7 @@ def test_who_was_contradicted_too_often_is_elsewhere():
     walls = seen.submap.newest_xy
     middle = walls.mean(axis=0)
     turned = SE2.from_xy_yaw(1.0, 0.7, 0.6).apply(walls - middle) + middle
-    seen = replace(seen, submap=replace(seen.submap, newest_xy=turned))
+    seen = replace(seen, submap=replace(seen.submap, newest_xy=turned, newest_walls_xy=turned))
     for doubt in range(1, CONFIG.localizer.doubt_ticks + 1):
         state, output = tick(state, seen, finder(), StageTimer())
         assert output.status is Status.LOST

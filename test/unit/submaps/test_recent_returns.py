@@ -4,11 +4,15 @@
 
 import numpy as np
 
-from fpnet_core.submaps.recent import RecentReturns
+from fpnet_core.submaps.recent import RecentReturns, is_last_seen
 
 
 def wall(x):
     return np.stack([np.full(200, x), np.linspace(0.0, 4.0, 200)], axis=-1)
+
+
+def seen(recent, returns, xy, yaw):
+    recent.add(returns, np.ones(len(returns), dtype=bool), xy, yaw)
 
 
 def test_nothing_seen_gives_no_points():
@@ -18,29 +22,46 @@ def test_nothing_seen_gives_no_points():
 def test_only_the_last_metres_of_the_path_are_kept():
     recent = RecentReturns()
     for place in np.arange(0.0, 30.0, 0.1):
-        recent.add(wall(place + 2.0), np.array([place, 0.0]), 0.0)
-    seen = recent.points()
-    assert 4.0 < np.ptp(seen[:, 0]) < 9.0
-    assert seen[:, 0].max() > 31.0
+        seen(recent, wall(place + 2.0), np.array([place, 0.0]), 0.0)
+    points = recent.points()
+    assert 4.0 < np.ptp(points[:, 0]) < 9.0
+    assert points[:, 0].max() > 31.0
 
 
 def test_a_robot_that_stands_keeps_what_it_saw_on_the_way():
     recent = RecentReturns()
-    recent.add(wall(1.0), np.zeros(2), 0.0)
+    seen(recent, wall(1.0), np.zeros(2), 0.0)
     for _ in range(100):
-        recent.add(wall(2.0), np.array([1.0, 0.0]), 0.0)
+        seen(recent, wall(2.0), np.array([1.0, 0.0]), 0.0)
     assert set(np.unique(recent.points()[:, 0])) == {1.0, 2.0}
 
 
 def test_turning_in_place_counts_as_motion():
     recent = RecentReturns()
     for yaw in (0.0, 0.1, 0.5):
-        recent.add(wall(10.0 * yaw), np.zeros(2), yaw)
+        seen(recent, wall(10.0 * yaw), np.zeros(2), yaw)
     assert set(np.unique(recent.points()[:, 0])) == {0.0, 5.0}
 
 
 def test_points_are_even_however_often_a_wall_is_seen():
     recent = RecentReturns()
     for place in np.arange(0.0, 5.0, 0.3):
-        recent.add(wall(2.0), np.array([0.0, place]), 0.0)
+        seen(recent, wall(2.0), np.array([0.0, place]), 0.0)
     assert len(recent.points()) <= 41
+
+
+def test_walls_are_what_nothing_was_seen_behind():
+    """A cabinet two metres away, over which the wall is seen; beside it the wall alone."""
+    cabinet, far = wall(2.0)[:50], wall(5.0)
+    is_wall = is_last_seen(np.concatenate([cabinet, far]))
+    assert not is_wall[:50].any()
+    assert is_wall[50:].all()
+    recent = RecentReturns()
+    recent.add(np.concatenate([cabinet, far]), is_wall, np.zeros(2), 0.0)
+    assert len(recent.newest()) == 250
+    np.testing.assert_array_equal(recent.newest_walls(), far)
+
+
+def test_a_wall_at_a_slant_is_a_wall_all_along():
+    assert is_last_seen(np.stack([np.linspace(0.2, 8.0, 400), np.full(400, 1.0)], axis=-1)).all()
+    assert is_last_seen(np.zeros((0, 2))).shape == (0,)
