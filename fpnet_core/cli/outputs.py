@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fpnet_core.errors import FpnetError
+from fpnet_core.kernel_cache import is_writable
 
 _WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
 _PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')
@@ -93,5 +94,5 @@ def _check_within(folder: Path, asked: str) -> None:
     nearest = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     if not nearest.is_dir():
         raise FpnetError(f'{asked}: {nearest} is a file; choose another folder')
-    if not os.access(nearest, os.W_OK | os.X_OK):
+    if not is_writable(nearest):
         raise FpnetError(f'{asked}: {nearest} must not be written; choose another folder')

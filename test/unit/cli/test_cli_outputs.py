@@ -79,6 +79,12 @@ def test_a_folder_without_permission_is_named(plan, tmp_path, capsys):
     assert f'{locked} must not be written' in said
 
 
+@pytest.mark.skipif(not Path('/proc').is_dir(), reason='a file system that refuses even root')
+def test_a_folder_that_refuses_even_root_is_named(plan, capsys):
+    said = refused(capsys, 'segment', plan, '--plot', '/proc/rooms.png')
+    assert '/proc must not be written' in said
+
+
 def test_all_commands_and_those_of_groups_look(tmp_path):
     for name in ('simulate', 'localize', 'bench'):
         root = typer.main.get_command(build_app(name))
