@@ -67,7 +67,7 @@ _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
 _UNSURE = 0.8  # less probable classes are not sure
 _GAP_WALLS = 2.0  # times as thick as walls: narrower gaps in them are no ways
 _LEAST_WALLS = 3.0  # times as long as walls are thick: smaller spaces are gaps between lines
-_SEEN_IN = 0.25  # of a space that nothing leads into is seen as inside, or it is a courtyard
+_SEEN_IN = 0.25  # of a space that nothing leads into is seen as inside, or it is left outside
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read
@@ -163,7 +163,7 @@ def _shut_in(looks: list[Chances]) -> Mask:
     Return the spaces (H, W), with their walls, that no way from the rim leads into.
 
     Lines are what any of the looks shows; a gap as narrow as a doorway is no way. What all looks
-    have outside for the most part is a courtyard, and left out.
+    have outside for the most part is left out: a courtyard, unless it is taken for a hall.
     """
     lines = np.max([1.0 - each[OUTSIDE] - each[FLOOR] for each in looks], axis=0) > _LIKELY
     inside = np.min([each[OUTSIDE] for each in looks], axis=0) < _LIKELY
