@@ -110,9 +110,9 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     """
     shape = view.levels.shape
     sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
-    coarse = _chances(sheet)
-    shut_in = _shut_in([coarse, *_wider_looks(view, coarse.shape)])
-    coarse = _given_inside(coarse, shut_in)
+    first = _chances(sheet)
+    shut_in = _shut_in([first, *_wider_looks(view, first.shape)])
+    coarse = _given_inside(first, shut_in)
     labels, boxes = _buildings(coarse[OUTSIDE] < _LIKELY)
     if not boxes:
         return None
@@ -124,7 +124,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = labels == order[chosen] + 1
     box = _widened(in_view[chosen], shape)
-    longest = _longest(coarse, ground, boxes[order[chosen]])
+    longest = _longest(first, ground, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
     fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
