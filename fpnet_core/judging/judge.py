@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Placements
@@ -165,6 +164,19 @@ class Judge:
             right[best]
         )
 
+    def _reweighed(self, verdict: Verdict, none_weight: float, beside: Beside) -> Verdict:
+        """Return a verdict whose weights stand, beside others."""
+        p = self._probabilities(verdict.weights, none_weight, beside)
+        return replace(
+            verdict,
+            placements=replace(verdict.placements, probability=p[:-2]),
+            none_weight=none_weight,
+            none=float(p[-2]),
+            foreign=float(p[-1]),
+            beside=beside,
+            elsewhere=_left(p, beside),
+        )
+
     def verdict(
         self,
         placements: Placements,
@@ -202,21 +214,33 @@ class Judge:
         least = max(log_priors) - _RULED_OUT
         fresh = [k for k, new in enumerate(is_fresh) if new and (not k or log_priors[k] >= least)]
         weights, none_weight = self._weighed_together([drawn[k] for k in fresh])
-        weights = _contrasted(weights)
         told = {
             **dict(enumerate(each.weights for each in drawn)),
             **dict(zip(fresh, weights, strict=True)),
         }
-        totals = [_sum_of(told[k] + log_priors[k]) for k in range(len(drawn))]
+        totals = np.array([_sum_of(told[k] + log_priors[k]) for k in range(len(drawn))])
         made = []
         for k, here in enumerate(drawn):
-            others = _sum_of(np.delete(totals, k))
-            beside = Beside(log_priors[k], others)
-            made.append(self.verdict(here.placements, here.evidence, told[k], none_weight, beside))
+            beside = Beside(log_priors[k], _sum_of(np.delete(totals, k)))
+            if told[k] is here.weights:  # they stay ranked
+                made.append(self._reweighed(here, none_weight, beside))
+            else:
+                made.append(
+                    self.verdict(here.placements, here.evidence, told[k], none_weight, beside)
+                )
         return made
 
     def _weighed_together(self, drawn: Sequence[Verdict]) -> tuple[list[Array], float]:
-        """Return the weights of placements on drawings that count as one, and that of none."""
+        """
+        Return the weights of placements on drawings that count as one, and that of none.
+
+        Rivals on other storeys tell which placement is right, and nothing of whether any is: the
+        best storey is as probable against none as it is alone, and each of several in its share.
+        """
+        placed = [each for each in drawn if len(each.placements)]
+        if len(placed) < 2:
+            first = (placed or drawn)[0]
+            return [each.weights for each in drawn], first.none_weight
         together = self._odds(on_one_plan([each.evidence for each in drawn]))
         alone = [self._odds(on_one_plan([each.evidence])) for each in drawn]
         counts = np.cumsum([len(each.placements) for each in drawn])
@@ -227,7 +251,12 @@ class Judge:
                 np.split(together[:-1], counts[:-1]), drawn, alone, strict=True
             )
         ]
-        return weights, float(together[-1] + drawn[0].none_weight - alone[0][-1])
+        weights = _contrasted(weights)
+        totals = np.array([_sum_of(each) for each in weights if len(each)])
+        share = np.exp(totals - _sum_of(totals))
+        more = share @ (np.array([_sum_of(each.weights) for each in placed]) - totals)
+        none_weight = share @ np.array([each.none_weight for each in placed])
+        return [each + more for each in weights], float(none_weight)
 
     def _odds(self, evidence: Evidence) -> Array:
         """Return ``(C + 1,)``: of each placement and of none against another building, in logs."""
@@ -315,4 +344,4 @@ def _left(p: Array, beside: Beside) -> float:
 
 def _sum_of(logs: Array) -> float:
     """Return the logarithm of the sum; that of nothing is minus infinity."""
-    return float(logsumexp(logs)) if len(logs) else -np.inf
+    return float(np.logaddexp.reduce(logs))

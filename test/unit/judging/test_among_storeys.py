@@ -131,6 +131,14 @@ def test_placements_of_many_storeys_count_as_those_of_one_search():
     assert four.context[at] >= one.context[at]
 
 
+def test_rivals_on_other_storeys_say_nothing_of_whether_any_is_right():
+    alone = verdict(JUDGE, 0.9, 0.3)
+    alike = [verdict(JUDGE, share, 0.3, drawing=2) for share in (0.82, 0.81, 0.8)]
+    here, *others = among(JUDGE, alone, *alike)
+    assert here.best > max(each.best for each in others)
+    assert here.none / here.best == pytest.approx(alone.none / alone.best, rel=0.2)
+
+
 def test_a_hopeless_storey_moves_a_doubted_scale_and_the_stated_one_alike():
     """Placements of two hypotheses have met no rivals of the other one when they were weighed."""
     both = JUDGE.with_doubt(verdict(JUDGE, 0.9, 0.4), verdict(JUDGE, 0.85, 0.3, drawing=2), -3.0)
