@@ -182,7 +182,7 @@ def _given_inside(chances: Chances, mask: Mask) -> Chances:
     """Return the probabilities (K, H, W) given that the pixels of ``mask (H, W)`` are inside."""
     given = chances.copy()
     given[OUTSIDE][mask] = 0.0
-    return given / np.maximum(given.sum(axis=0), _LEAST)
+    return np.asarray(given / np.maximum(given.sum(axis=0), _LEAST))
 
 
 def _surest_look(view: View, box: Box, longest: int) -> Chances:
