@@ -34,9 +34,6 @@ Pixels = NDArray[np.uint8]
 SHEET_PX = 1024
 """The longer side of the picture in which the network looks for the building. Chosen."""
 
-WIDER_PX = (512, 341, 240)
-"""The same, of pictures in which it sees the walls of halls while in their middle. Chosen."""
-
 BUILDING_PX = (500, 1300)
 """
 The longer side of the building in the picture that walls are read from, and between them. Chosen.
@@ -65,9 +62,6 @@ _WALLS_COUNT = 2.5
 _LIKELY = 0.5  # numerical: more probable than not
 _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
 _UNSURE = 0.8  # less probable classes are not sure
-_GAP_WALLS = 2.0  # times as thick as walls: narrower gaps in them are no ways
-_LEAST_WALLS = 3.0  # times as long as walls are thick: smaller spaces are gaps between lines
-_SEEN_IN = 0.25  # of a space that nothing leads into is seen as inside, or it is left outside
 _LEAKS = 0.12  # of a space is unlike the rest of it
 _SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
 _LEAST_PX = 280  # the longer side of a picture in which buildings can be read
@@ -110,9 +104,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     """
     shape = view.levels.shape
     sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
-    first = _chances(sheet)
-    shut_in = _shut_in([first, *_wider_looks(view, first.shape)])
-    coarse = _given_inside(first, shut_in)
+    coarse = _chances(sheet)
     labels, boxes = _buildings(coarse[OUTSIDE] < _LIKELY)
     if not boxes:
         return None
@@ -124,7 +116,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = labels == order[chosen] + 1
     box = _widened(in_view[chosen], shape)
-    longest = _longest(first, ground, boxes[order[chosen]])
+    longest = _longest(coarse, ground, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
     fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
@@ -133,56 +125,11 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     near = cv2.warpPerspective(grounds, H_cell_sheet, size) > _LIKELY
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
-    rooms = cv2.warpPerspective(shut_in.astype(np.float32), H_cell_sheet, size) > _LIKELY
-    fine = _given_inside(fine, rooms)
     cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
     rough = _alone(_cells(before, before, near))
     return SeenBuilding(cells, rough, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
-
-
-def _wider_looks(view: View, shape: tuple[int, ...]) -> list[Chances]:
-    """
-    Return probabilities (K, H, W) = ``shape`` from looks at smaller pictures of the whole sheet.
-
-    The network sees as many pixels around each: in a smaller picture the walls of a larger hall.
-    """
-    height, width = view.levels.shape
-    found = []
-    for longest in WIDER_PX:
-        if longest < max(shape[1:]):
-            picture, _ = view.shown((0, 0, width, height), longest)
-            seen = [cv2.resize(each, shape[:0:-1]) for each in _chances(picture)]
-            found.append(np.asarray(np.stack(seen), np.float32))
-    return found
-
-
-def _shut_in(looks: list[Chances]) -> Mask:
-    """
-    Return the spaces (H, W), with their walls, that no way from the rim leads into.
-
-    Lines are what any of the looks shows; a gap as narrow as a doorway is no way. What all looks
-    have outside for the most part is left out: a courtyard, unless it is taken for a hall.
-    """
-    lines = np.max([1.0 - each[OUTSIDE] - each[FLOOR] for each in looks], axis=0) > _LIKELY
-    inside = np.min([each[OUTSIDE] for each in looks], axis=0) < _LIKELY
-    reach = max(1, round(_GAP_WALLS * wall_cells(lines) / 2.0))
-    spaces, found = pieces_of(~grown(lines, reach), connectivity=4)
-    size = np.bincount(spaces.ravel(), minlength=len(found))
-    is_in = np.bincount(spaces.ravel(), inside.ravel(), len(found)) > _SEEN_IN * size
-    is_in &= size > (_LEAST_WALLS * reach) ** 2
-    for rim in (spaces[0], spaces[-1], spaces[:, 0], spaces[:, -1]):
-        is_in[rim] = False
-    is_in[0] = False
-    return grown(is_in[spaces], 2 * reach)
-
-
-def _given_inside(chances: Chances, mask: Mask) -> Chances:
-    """Return the probabilities (K, H, W) given that the pixels of ``mask (H, W)`` are inside."""
-    given = chances.copy()
-    given[OUTSIDE][mask] = 0.0
-    return np.asarray(given / np.maximum(given.sum(axis=0), _LEAST))
 
 
 def _surest_look(view: View, box: Box, longest: int) -> Chances:

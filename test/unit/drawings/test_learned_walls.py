@@ -17,7 +17,6 @@ from fpnet_core.drawings.learned import (
     _by_spaces,
     _cells,
     _reading_order,
-    _shut_in,
     see_building,
 )
 from fpnet_core.drawings.view import view_of
@@ -87,37 +86,6 @@ def test_the_earlier_look_has_a_say_where_the_finer_one_is_lost(building):
     lost[OUTSIDE][hall], lost[FLOOR][hall] = 0.6, 0.3
     cells = _cells(lost, chances(building), np.ones(building.shape, np.bool_))
     assert (cells[hall] == FREE).all()
-
-
-def halls(gap=0):
-    """A hall of which a third is seen as inside, with a gap in its wall; beside it a courtyard."""
-    classes = np.full((200, 400), OUTSIDE, np.uint8)
-    for left in (20, 220):
-        classes[20:180, left : left + 160] = WALL
-        classes[24:176, left + 4 : left + 156] = OUTSIDE
-    classes[24:80, 24:176] = FLOOR
-    classes[176:180, 90 : 90 + gap] = OUTSIDE
-    return classes
-
-
-@pytest.mark.parametrize(('gap', 'is_hall'), [(0, True), (3, True), (40, False)])
-def test_what_walls_shut_in_is_inside_unless_it_is_a_courtyard(gap, is_hall):
-    inside = _shut_in([chances(halls(gap))])
-    hall, courtyard = np.s_[40:160, 40:160], np.s_[40:160, 240:360]
-    assert inside[hall].all() if is_hall else not inside[hall].any()
-    assert not inside[courtyard].any()
-    assert not inside[:10].any()
-    assert not inside[:, :10].any()
-    if is_hall:
-        assert inside[22, 40]
-        assert inside[40, 22]
-
-
-def test_any_look_may_show_a_wall_or_that_a_hall_is_inside():
-    lost = halls()
-    lost[:, 20:60] = OUTSIDE
-    assert not _shut_in([chances(lost)])[100, 100]
-    assert _shut_in([chances(lost), chances(halls())])[100, 100]
 
 
 def test_buildings_are_told_from_specks_and_wings():
@@ -199,25 +167,6 @@ def test_rooms_are_seen_whatever_the_ink(colours, quarters):
     assert all(
         0.5 < figure <= 1.0 for figure in astuple(seen.trust) if figure != seen.trust.unsure
     )
-
-
-@pytest.mark.parametrize('size', [(1000, 600), (1600, 1000)])
-def test_a_hall_is_as_large_as_its_walls(size):
-    width, height = size
-    left, top, room, wall = 80, 80, 200, 6
-    right, low = left + width, top + room + height
-    picture = np.full((low + 80, right + 80, 3), WHITE, np.uint8)
-    cv2.rectangle(picture, (left, top), (right, low), (0, 0, 0), wall)
-    cv2.line(picture, (left, top + room), (right, top + room), (0, 0, 0), wall)
-    for x in range(left, right, room):
-        cv2.line(picture, (x, top), (x, top + room), (0, 0, 0), wall)
-        doorway = (x + 60, top + room - wall), (x + 100, top + room + wall)
-        cv2.rectangle(picture, *doorway, (WHITE,) * 3, -1)
-    seen = see_building(view_of(picture), None)
-    hall = np.zeros(picture.shape[:2], np.uint8)
-    hall[top + room + 20 : low - 20, left + 20 : right - 20] = 1
-    hall = cv2.warpPerspective(hall, seen.H_cell_pixel, seen.cells.shape[::-1]) > 0
-    assert (seen.cells[hall] == FREE).mean() > 0.98
 
 
 def test_a_storey_that_is_not_there_is_said_so():
