@@ -39,6 +39,7 @@ class BagReader:
 
     def __init__(self, path: Path | str) -> None:
         self._path = _storage_path(Path(path))
+        self._is_of_ros_1 = self._path.is_file() and self._path.suffix.lower() == ROS_1_SUFFIX
         self._reader: rosbag1.Reader | rosbag2.Reader | None = None
 
     def __enter__(self) -> Self:
@@ -61,7 +62,7 @@ class BagReader:
     @property
     def is_of_ros_1(self) -> bool:
         """Whether the bag is a file of ROS 1, which has no ``/tf_static`` if it is old."""
-        return self._path.is_file() and self._path.suffix.lower() == ROS_1_SUFFIX
+        return self._is_of_ros_1
 
     @property
     def topics(self) -> dict[str, str]:

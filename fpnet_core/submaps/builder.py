@@ -162,14 +162,13 @@ class SubmapBuilder:
             self._raster.reserve(origin, ends[of_ray == number])
         heights = cloud @ pose[2, :3] + pose[2, 3]
         bands = self._heights.update(cloud - begins, heights, float(pose[2, 3]))
+        is_wall = is_return.copy()
         for number, origin in enumerate(origins):
             own = of_ray == number
             self._raster.carve(origin, ends[own], is_return[own], bands)
-        is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
-        is_wall = np.zeros(len(ends), dtype=np.bool_)
-        for number, origin in enumerate(origins):
-            own = is_return & (of_ray == number)
+            own &= is_return
             is_wall[own] = is_last_seen(ends[own, :2] - origin[:2])
+        is_body = is_return & (heights >= bands.body_low) & (heights <= bands.body_high)
         yaw = float(np.arctan2(pose[1, 0], pose[0, 0]))
         self._recent.add(ends[is_body, :2], is_wall[is_body], pose[:2, 3], yaw)
 
