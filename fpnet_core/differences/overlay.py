@@ -3,8 +3,8 @@
 """
 What was seen, on the raster of the drawing.
 
-The drawing is bent under what was seen as far as the judge bends it: what is drawn half a metre
-off as a whole is inexact, not out of date.
+Both are laid on each other place by place (:mod:`fpnet_core.differences.bending`): what is drawn
+half a metre off as a whole is inexact, not out of date.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.judging.walls import look_at
+from fpnet_core.differences.bending import bending
+from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapSide
 from fpnet_core.pose.evidence import WALL_REACH_M
 from fpnet_core.raster.distance import cells_to_nearest
@@ -30,9 +30,6 @@ Mask = NDArray[np.bool_]
 
 _FAR_M = 1e3
 """Numerical: distance from walls where there are none."""
-
-_SMOOTHED_PATCHES = 1.5
-"""Chosen: standard deviation of the smoothing, in patches of four metres."""
 
 _BAR_M, _BAR_FILLED = 1.0, 0.6
 """
@@ -72,7 +69,7 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     A_plan_sub : the placement of the robot's map on the drawing
     """
     grid, seen = plan.segmentation.grid, sub.segmentation.grid
-    rc = _places_in(seen, grid, A_plan_sub, _bending(plan, sub, A_plan_sub))
+    rc = _places_in(seen, grid, A_plan_sub, bending(plan.evidence, sub.evidence, A_plan_sub))
     wall = _faced_walls(seen)
     labels = plan.segmentation.labels > 0
     reach = max(1, round(WALL_REACH_M / grid.resolution))
@@ -119,26 +116,6 @@ def metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
     if not mask.any():
         return np.full(mask.shape, _FAR_M, dtype=np.float32)
     return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)
-
-
-def _bending(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> NDArray[np.float32]:
-    """
-    Return by how much the drawing is bent ``(h, w, 2)`` under the robot's map [m of the plan].
-
-    Smoothed over a room: a wall that stands elsewhere must not bend the drawing there.
-    """
-    evidence = sub.evidence
-    rows, cols = evidence.wall_distance.shape
-    if not len(evidence.walls):
-        return np.zeros((rows, cols, 2), dtype=np.float32)
-    looked = look_at(plan.evidence, evidence, Placements.of([A_plan_sub]))
-    shift_m = looked.bent.shift_cells[0] @ np.linalg.inv(plan.evidence.A_rc_xy[:, :2]).T
-    of_cell = looked.patches.of_cell
-    across = int(of_cell[0, -1]) + 1
-    by_patch = shift_m.reshape(-1, across, 2).astype(np.float32)
-    by_patch = cv2.GaussianBlur(by_patch, (0, 0), _SMOOTHED_PATCHES)
-    smooth = cv2.resize(by_patch, (cols, rows), interpolation=cv2.INTER_LINEAR)
-    return np.asarray(smooth, dtype=np.float32)
 
 
 def _places_in(

@@ -20,8 +20,9 @@ from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
 from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.submaps import submap_from_grid
-from fpnet_core.types import FREE, OCCUPIED, LocalizerOutput, Status
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, LocalizerOutput, Status
 
+BEND_PER_M = 0.02  # rad of yaw that odometry loses on each metre
 OF_DRAWING = (DifferenceKind.WALL, DifferenceKind.MISSING)
 
 
@@ -151,6 +152,19 @@ def test_what_was_not_seen_says_nothing():
 def test_the_whole_drawing_off_by_a_little_is_not_out_of_date():
     A = Affine2D(A_PLAN_SUBMAP.linear, A_PLAN_SUBMAP.translation + np.array([0.12, -0.1]))
     differences = found(plan_grid(), submap_grid(), A)
+    assert [piece for piece in differences.likely if piece.is_of_drawing] == []
+
+
+def test_a_map_that_odometry_has_bent_is_no_reason_to_call_the_drawing_out_of_date():
+    grid = submap_grid()
+    rc = np.stack(np.meshgrid(*map(np.arange, grid.shape), indexing='ij'), axis=-1)
+    xy = grid.rc_to_xy(rc)
+    along = xy[..., 0] - xy[..., 0].mean()
+    xy[..., 1] += 0.5 * BEND_PER_M * along**2
+    at = grid.xy_to_rc(xy).astype(np.float32)
+    cells = cv2.remap(grid.cells, at[..., 1], at[..., 0], cv2.INTER_NEAREST, borderValue=UNKNOWN)
+    differences = found(plan_grid(), replace(grid, cells=cells))
+    assert np.abs(BEND_PER_M * along).max() > np.deg2rad(6.0)
     assert [piece for piece in differences.likely if piece.is_of_drawing] == []
 
 
