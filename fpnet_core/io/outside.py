@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.blocks import block_any, unblocked
 from fpnet_core.raster.distance import cells_to_nearest
-from fpnet_core.raster.morphology import cross, grown_by
+from fpnet_core.raster.morphology import cross, grown_by, spread
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.types import FREE, UNKNOWN
@@ -17,6 +18,9 @@ from fpnet_core.types import FREE, UNKNOWN
 Mask = NDArray[np.bool_]
 
 _CORE = 2  # numerical: marks what a flood from the corner has reached
+# Numerical: gates are metres wide, so cells half as wide or less than this are taken together [m],
+# unless so few blocks along a side would be left that the stated scale must be wrong.
+_BLOCK_M, _LEAST_BLOCKS = 0.05, 200
 # Chosen, not measured:
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
@@ -49,13 +53,24 @@ def outside_as_unknown(cells: NDArray[np.int8], resolution_m: float) -> NDArray[
     free = cells == FREE
     if border_of(free).mean() < _PAPER_BORDER_SHARE:
         return cells
+    step = max(1, min(int(_BLOCK_M / resolution_m), min(free.shape) // _LEAST_BLOCKS))
+    coarse = ~block_any(~free, step)
     # No disc is larger than the picture, whatever scale somebody has stated.
-    inside = _inside_of(free, min(0.5 * _EXIT_WIDTH_M / resolution_m, max(free.shape)))
-    if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(free):
+    reach_px = min(0.5 * _EXIT_WIDTH_M / (step * resolution_m), max(coarse.shape))
+    inside = _inside_of(coarse, reach_px)
+    if inside is None or np.count_nonzero(inside) < _MIN_INSIDE_SHARE * np.count_nonzero(coarse):
         return cells
     result = cells.copy()
-    result[free & ~inside] = UNKNOWN
+    result[_outside_of(free, coarse, inside, step)] = UNKNOWN
     return result
+
+
+def _outside_of(free: Mask, coarse: Mask, inside: Mask, step: int) -> Mask:
+    """Return what of ``free (H, W)`` is outside, as its blocks ``(h, w)`` and those beside are."""
+    if step == 1:
+        return free & ~inside
+    sides = np.where(coarse, np.where(inside, 1, 2), 0).astype(np.int32)
+    return np.asarray(spread(unblocked(sides, step, free.shape), free, cross(), step) == 2)
 
 
 def _inside_of(free: Mask, reach_px: float) -> Mask | None:

@@ -15,7 +15,7 @@ from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import label_extents, label_figures
 from fpnet_core.raster.windows import border_of
-from fpnet_core.segmentation.assemble import assemble
+from fpnet_core.segmentation.assemble import assemble, upsample_labels
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
@@ -30,6 +30,11 @@ _MIN_ROOM_WIDTH_M = 0.5
 _MIN_SHUT_AREA_M2 = 3.0
 # Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
+_CELL_M = 0.05
+"""
+Numerical: that of most robots' maps, and of the drawings that the model of doors has learned from.
+Once symbols are gone, cells half as wide or less tell no more of rooms, and are taken together.
+"""
 
 
 def segment_floorplan(
@@ -76,6 +81,21 @@ def segment_floorplan(
         return _empty(grid, 'the grid has no walls')
     is_default = config.method == 'default'
     scene = drawn_scene(free, cell_m, is_bare=not is_default)
+    step = max(1, int(_CELL_M / cell_m))
+    if step == 1:
+        return _cut(grid, scene, config, on_paper, metres_per_unit)
+    cells = np.zeros([-(-side // step) for side in grid.shape], dtype=np.int8)
+    coarse = replace(grid, cells=cells, resolution=step * grid.resolution)
+    found = _cut(coarse, scene.coarser(step), config, on_paper, metres_per_unit)
+    labels = upsample_labels(np.asarray(found.labels), step, scene.free)
+    return replace(found, grid=grid, labels=labels)
+
+
+def _cut(
+    grid: GridMap, scene: Scene, config: SegmentationConfig, on_paper: bool, metres_per_unit: float
+) -> Segmentation:
+    """Cut a drawing's scene into rooms and doors; ``grid`` has its shape."""
+    is_default, cell_m = config.method == 'default', scene.cell_m
     cut = cut_rooms(scene) if is_default else _cut_simply(scene, config.method)
     full, openings, clearance = cut
     is_room = _is_room(full, clearance, cell_m, on_paper)

@@ -78,6 +78,18 @@ class Scene:
         """Return the scene with the cells of lines closed as if they were under a lintel."""
         return replace(self, lintel=self.lintel | line, solid=self.solid | line)
 
+    def coarser(self, step: int) -> Scene:
+        """Return a drawing's scene in blocks of ``step`` cells, free where all of a block is."""
+        free = ~block_any(~self.free, step, is_beyond=True)
+        furniture = None if self.furniture is None else block_any(self.furniture, step) & free
+        return Scene(
+            free,
+            block_any(self.lintel, step),
+            block_any(self.solid, step, is_beyond=True),
+            self.cell_m * step,
+            furniture=furniture,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class WorkRaster:

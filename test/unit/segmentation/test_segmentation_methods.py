@@ -64,7 +64,16 @@ def test_the_inside_of_walls_drawn_as_two_lines_is_no_room():
     assert len(segmentation.doors) == len(DOORS)
 
 
-@pytest.mark.parametrize('resolution_m', [0.02, 0.05, 0.1])
+def test_rooms_of_a_fine_drawing_reach_up_to_its_own_walls():
+    grid = plan(0.0125)  # four of its cells lie in one that rooms are cut on
+    found = segment_floorplan(grid, SegmentationConfig())
+    free = found.grid.cells == FREE
+    assert found.labels.shape == grid.shape
+    assert (found.labels[free] > 0).mean() > 0.99
+    assert not (found.labels[~free] > 0).any()
+
+
+@pytest.mark.parametrize('resolution_m', [0.0125, 0.02, 0.05, 0.1])
 def test_resolution_changes_neither_rooms_nor_doors(resolution_m):
     segmentation = segment_floorplan(plan(resolution_m), SegmentationConfig())
     assert len(segmentation.rooms) == len(ROOMS)
