@@ -16,8 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.halls import given_halls, halls_of
 from fpnet_core.drawings.plausible import wall_cells
-from fpnet_core.drawings.types import Array, Box, Trust
+from fpnet_core.drawings.tones import ink_level
+from fpnet_core.drawings.types import Array, Box, Chances, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
@@ -28,11 +30,13 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import window_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 
-Chances = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 
 SHEET_PX = 1024
 """The longer side of the picture in which the network looks for the building. Chosen."""
+
+WIDER_PX = (512, 341, 240)
+"""The same, of pictures in which it sees the walls of halls while in their middle. Chosen."""
 
 BUILDING_PX = (500, 1300)
 """
@@ -69,6 +73,7 @@ _SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may b
 _EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
 _SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
 _LEAST = 1e-3  # numerical
+_INK_SHARE = 0.5  # of the contrast of ink is left of lines in a smaller picture
 _NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
 
 
@@ -104,7 +109,9 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     """
     shape = view.levels.shape
     sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
-    coarse = _chances(sheet)
+    first = _chances(sheet)
+    halls = halls_of([first, *_wider_looks(view, first.shape)], _ink(view, first.shape))
+    coarse = given_halls(first, *halls)
     labels, boxes = _buildings(coarse[OUTSIDE] < _LIKELY)
     if not boxes:
         return None
@@ -116,7 +123,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     in_view = tuple(_mapped(S, boxes[k]) for k in order)
     ground = labels == order[chosen] + 1
     box = _widened(in_view[chosen], shape)
-    longest = _longest(coarse, ground, boxes[order[chosen]])
+    longest = _longest(first, ground, boxes[order[chosen]])
     final, H_cell_pixel = view.shown(box, FINAL_PX)
     fine = _enlarged(_surest_look(view, box, longest), final)
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
@@ -125,11 +132,36 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     near = cv2.warpPerspective(grounds, H_cell_sheet, size) > _LIKELY
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
+    there = (cv2.warpPerspective(m.view(np.uint8), H_cell_sheet, size) > 0 for m in halls)
+    fine = given_halls(fine, *there)
     cells = _alone(_cells(fine, before, near))
     if not (cells == FREE).any():
         return None
     rough = _alone(_cells(before, before, near))
     return SeenBuilding(cells, rough, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+
+
+def _wider_looks(view: View, shape: tuple[int, ...]) -> list[Chances]:
+    """
+    Return probabilities (K, H, W) = ``shape`` from looks at smaller pictures of the whole sheet.
+
+    The network sees as many pixels around each: in a smaller picture the walls of a larger hall.
+    """
+    height, width = view.levels.shape
+    found = []
+    for longest in WIDER_PX:
+        if longest < max(shape[1:]):
+            picture, _ = view.shown((0, 0, width, height), longest)
+            seen = [cv2.resize(each, shape[:0:-1]) for each in _chances(picture)]
+            found.append(np.asarray(np.stack(seen), np.float32))
+    return found
+
+
+def _ink(view: View, shape: tuple[int, ...]) -> Mask:
+    """Return where (H, W) = ``shape[1:]`` a view is drawn upon."""
+    level = ink_level(view.levels)
+    levels = cv2.resize(view.levels, shape[:0:-1], interpolation=cv2.INTER_AREA)
+    return np.asarray(levels > (np.inf if level is None else _INK_SHARE * level))
 
 
 def _surest_look(view: View, box: Box, longest: int) -> Chances:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.looking import WHAT_IFS, Look
-from fpnet_core.drawings.plausible import FEATURES, features, wall_cells
+from fpnet_core.drawings.plausible import FEATURES, features, wall_cells, walls_going_on
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
-from fpnet_core.raster.morphology import Mask, grown, opened_by, square
+from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import NEIGHBOURS, border_of
 from fpnet_core.segmentation.agreement import room_agreement
@@ -39,7 +39,6 @@ _AS_ODDS = (
 # Chosen, not measured:
 _LEAST_SHARE = 0.02  # of rooms or area; less is as good as nothing
 _LEAST_ROOM = 0.2  # of the median room's area: smaller pieces are no rooms that were lost
-_AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
@@ -164,12 +163,9 @@ def _of_walls(look: Look) -> dict[str, float]:
 def _walls_beside(look: Look, sure: Mask) -> float:
     """Return how much that looks like a wall goes on outside, per area of the reading's walls."""
     walls = look.walls
-    side = max(1, round(_AS_THICK * wall_cells(walls)))
-    pieces, stats = pieces_of(opened_by(sure, square(side)) | walls)
-    is_part = np.bincount(pieces[walls], minlength=len(stats)) > 0
-    is_part[0] = False
     outside = (look.segmentation.grid.cells == UNKNOWN) & ~grown(walls, 2)
-    return int(np.count_nonzero(is_part[pieces] & outside)) / max(int(np.count_nonzero(walls)), 1)
+    beside = walls_going_on(walls, sure) & outside
+    return int(np.count_nonzero(beside)) / max(int(np.count_nonzero(walls)), 1)
 
 
 def _beside(one: Mask, other: Mask) -> int:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Box = tuple[int, int, int, int]
+Chances = NDArray[np.float32]
 
 
 class ScaleSource(StrEnum):
