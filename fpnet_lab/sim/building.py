@@ -16,7 +16,8 @@ import shapely
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.fittings import BuildingStyle, Pane, cut_windows, hang_leaves
-from fpnet_lab.sim.furniture import FurniturePiece, furnish, joined
+from fpnet_lab.sim.furnishing import furnish
+from fpnet_lab.sim.furniture import FurniturePiece, joined
 from fpnet_lab.sim.meshes import (
     TriangleMesh,
     extrude_polygon,

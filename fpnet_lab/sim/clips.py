@@ -22,7 +22,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import warp_map
 from fpnet_lab.sim.drawings import SHIFT_M
-from fpnet_lab.sim.furniture import furnish_loosely
+from fpnet_lab.sim.furnishing import furnish_loosely
 from fpnet_lab.sim.plan_sources import Storey
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
 from fpnet_lab.sim.rough import roughened

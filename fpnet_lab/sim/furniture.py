@@ -1,17 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Furniture: what a scanner sees in rooms and no floorplan shows.
+Furniture: what a scanner sees in rooms, and what architects draw there.
 
 Every piece is a handful of upright boxes (a table is a top and four legs), so that low beams pass
 below tables and between chair legs as they do in offices and flats. One catalogue serves lidars,
 which meet all of it, planar scanners, which meet a slice, and drawings, which show it from above.
+Where it stands is said in :mod:`fpnet_lab.sim.furnishing`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,32 +21,10 @@ import shapely
 from shapely import Polygon
 
 from fpnet_lab.sim.meshes import TriangleMesh, extrude_polygon, merge_meshes
-from fpnet_lab.sim.openings import opening_polygon
-from fpnet_lab.sim.types import BuildingPlan, PlanRoom
 
 Array = NDArray[np.float64]
 
-DOOR_CLEARANCE_M = 0.9
-"""Furniture keeps this far from the opening of a door, on both sides of the wall. Chosen."""
-
-LOOSE_DOOR_CLEARANCE_M = 1.2
-"""Where only a slice of it matters, furniture keeps this far from the middle of a door. Chosen."""
-
-ROOM_DENSITY_PER_M2 = (0.10, 0.28)
-CORRIDOR_DENSITY_PER_M2 = (0.0, 0.06)
-"""Pieces per square metre; each building draws its own density from the range. Chosen."""
-
-FIXTURE_SPACING_M = 5.0
-"""Length of corridor wall per radiator, notice board or fire extinguisher. Chosen."""
-
-# Chosen, not measured:
-_MAX_PIECES = 16
-_TRIES_PER_PIECE = 6
-_WALL_GAP_M = (0.01, 0.06)
-_PIECE_GAP_M = 0.1
-_PASSAGE_M = 0.8  # what a cabinet in a corridor must leave free
-_LEG_M = 0.05
-_SKEW_RAD = 0.05  # by how much tables are out of line
+_LEG_M = 0.05  # chosen
 
 # Given: where a box's corners lie, in units of its half sides.
 _CORNERS = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -59,6 +38,11 @@ class Boxes:
     half: Array
     yaw: Array
     span: Array
+
+    @property
+    def columns(self) -> tuple[Array, Array, Array, Array]:
+        """Centres, half sides, angles and heights."""
+        return self.centre, self.half, self.yaw, self.span
 
     @property
     def rings(self) -> Array:
@@ -96,207 +80,82 @@ def joined(groups: Sequence[Boxes]) -> Boxes:
     """Return all boxes of some groups."""
     if not groups:
         return Boxes(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)))
-    columns = zip(*((g.centre, g.half, g.yaw, g.span) for g in groups), strict=True)
+    columns = zip(*(group.columns for group in groups), strict=True)
     return Boxes(*(np.concatenate(column) for column in columns))
 
 
 @dataclass(frozen=True, eq=False)
 class FurniturePiece:
-    """One piece, for example a table with its chairs [m]."""
+    """
+    One piece, for example a table with its chairs [m].
+
+    So many of its last boxes are ``rounded``: drawings show circles in their place.
+    """
 
     kind: str
     boxes: Boxes
+    rounded: int = 0
 
     @cached_property
     def footprint(self) -> Polygon:
         """The convex hull of its boxes on the floor."""
         return shapely.convex_hull(shapely.multipoints(self.boxes.rings.reshape(-1, 2)))
 
+    @property
+    def rings(self) -> Array:
+        """Its symbol's outlines (F, 4, 2): what has corners and is wider than a leg, once each."""
+        cornered = len(self.boxes.yaw) - self.rounded
+        boxes = Boxes(*(column[:cornered] for column in self.boxes.columns))
+        return np.unique(boxes.from_above(), axis=0)
+
+    @property
+    def discs(self) -> Array:
+        """Its symbol's circles (N, 3): x, y and radius [m]."""
+        first = len(self.boxes.yaw) - self.rounded
+        return np.concatenate([self.boxes.centre, self.boxes.half[:, :1]], axis=1)[first:]
+
     def moved(self, xy: Array, yaw_rad: float) -> FurniturePiece:
         """Return the piece with its own origin at ``xy (2,)``, turned by ``yaw_rad``."""
-        return FurniturePiece(self.kind, self.boxes.moved(xy, yaw_rad))
+        return replace(self, boxes=self.boxes.moved(xy, yaw_rad))
 
 
 Maker = Callable[[np.random.Generator], FurniturePiece]
 """Draws a piece in its own frame."""
 
 
-def furnish(
-    plan: BuildingPlan, rng: np.random.Generator, keep_clear: shapely.Geometry | None = None
-) -> tuple[FurniturePiece, ...]:
-    """
-    Fill rooms with furniture and put the odd cabinet into corridors.
+@dataclass(frozen=True, eq=False)
+class Stock:
+    """What stands in rooms of up to ``most_m2``: ``makers`` of pieces, and the share of each."""
 
-    Parameters
-    ----------
-    plan : BuildingPlan
-    rng : numpy.random.Generator
-    keep_clear : shapely geometry, frame ``building``
-        Stays free, for example the robot's path with its clearance; doors always stay free.
+    makers: tuple[Maker, ...]
+    shares: tuple[float, ...]
+    most_m2: float = np.inf
 
-    Returns
-    -------
-    tuple of FurniturePiece, frame ``building``; empty where nothing fits.
-    """
-    zones = [_door_zone(plan, index) for index in range(len(plan.doors))]
-    blocked = shapely.union_all([*zones, *([keep_clear] if keep_clear is not None else [])])
-    shapely.prepare(blocked)
-    densities = _draw_densities(rng)
-    pieces: list[FurniturePiece] = []
-    for room, outline in zip(plan.rooms, plan.outlines, strict=True):
-        makers = _draw_makers(room, outline, densities, rng)
-        pieces += _furnish_room(room, outline, blocked, makers, rng)
-    return tuple(pieces)
+    @cached_property
+    def _up_to(self) -> Array:
+        summed = np.cumsum(self.shares)
+        return np.asarray(summed / summed[-1])
 
-
-def furnish_loosely(plan: BuildingPlan, rng: np.random.Generator) -> Boxes:
-    """
-    Fill a storey with the same furniture, fast: pieces may touch, or reach into walls.
-
-    That is enough where only a slice is looked at, or a drawing; whoever rasterises it keeps to
-    the rooms. Doors stay clear.
-    """
-    doors = np.array([door.ends.mean(axis=0) for door in plan.doors]).reshape(-1, 2)
-    densities = _draw_densities(rng)
-    pieces: list[FurniturePiece] = []
-    places, yaws = [np.zeros((0, 2))], [np.zeros(0)]
-    for room, outline in zip(plan.rooms, plan.outlines, strict=True):
-        found = [make(rng) for make in _draw_makers(room, outline, densities, rng)]
-        is_free = np.array([piece.kind == 'table' for piece in found], dtype=np.bool_)
-        xy, yaw = _loose_places(rng, room.polygon, is_free)
-        pieces += found
-        places.append(xy)
-        yaws.append(yaw)
-    xy, yaw = np.concatenate(places), np.concatenate(yaws)
-    gaps = np.hypot(*(xy[:, None] - doors).T).min(axis=0, initial=np.inf)
-    kept = np.flatnonzero(gaps > LOOSE_DOOR_CLEARANCE_M)
-    boxes = [pieces[k].boxes for k in kept.tolist()]
-    owner = np.repeat(kept, [len(group.yaw) for group in boxes])
-    return joined(boxes).moved(xy[owner], yaw[owner])
-
-
-def _draw_densities(rng: np.random.Generator) -> dict[str, float]:
-    """Draw how many pieces per square metre the kinds of rooms of a building have."""
-    return {
-        'room': rng.uniform(*ROOM_DENSITY_PER_M2),
-        'corridor': rng.uniform(*CORRIDOR_DENSITY_PER_M2),
-        'hall': rng.uniform(*CORRIDOR_DENSITY_PER_M2),
-    }
-
-
-def _draw_makers(
-    room: PlanRoom, outline: Polygon, densities: dict[str, float], rng: np.random.Generator
-) -> list[Maker]:
-    """Draw what stands in a room, before it is known where."""
-    count = min(_MAX_PIECES, int(rng.poisson(densities[room.kind] * outline.area)))
-    if room.kind == 'room':
-        return [_draw_piece] * count
-    fixtures = int(rng.poisson(outline.length / FIXTURE_SPACING_M))
-    return [*[_corridor_cabinet] * count, *[_fixture] * fixtures]
-
-
-def _loose_places(
-    rng: np.random.Generator, ring: Array, is_free: NDArray[np.bool_]
-) -> tuple[Array, Array]:
-    """
-    Return places (B, 2) and angles (B,) for pieces in a room.
-
-    They are at the outline ``ring (V, 2)``, counter-clockwise, or between two places at it.
-    """
-    count = len(is_free)
-    edges = np.roll(ring, -1, axis=0) - ring
-    lengths = np.hypot(*edges.T)
-    picks = rng.choice(len(ring), (2, count), p=lengths / lengths.sum())
-    at_wall, other = ring[picks] + rng.random((2, count, 1)) * edges[picks]
-    along = edges[picks[0]] / lengths[picks[0], None]
-    gap = rng.uniform(*_WALL_GAP_M, (count, 1))
-    beside = at_wall + gap * np.stack([-along[:, 1], along[:, 0]], axis=1)
-    places = np.where(is_free[:, None], (at_wall + other) / 2.0, beside)
-    yaw = np.arctan2(along[:, 1], along[:, 0])
-    return places, yaw + is_free * rng.normal(0.0, _SKEW_RAD, count)
-
-
-def _door_zone(plan: BuildingPlan, index: int) -> Polygon:
-    """Return a door's opening, lengthened by the clearance into both rooms."""
-    door = plan.doors[index]
-    opening = opening_polygon(plan, door)
-    reach = DOOR_CLEARANCE_M * door.normal
-    both = [
-        shapely.transform(opening, lambda xy, move=move: xy + move) for move in (reach, -reach)
-    ]
-    return shapely.convex_hull(shapely.union_all(both))
-
-
-def _furnish_room(
-    room: PlanRoom,
-    outline: Polygon,
-    blocked: shapely.Geometry,
-    makers: list[Maker],
-    rng: np.random.Generator,
-) -> list[FurniturePiece]:
-    """Place a piece of each maker where it touches neither others nor what is blocked."""
-    shapely.prepare(outline)
-    pieces: list[FurniturePiece] = []
-    for make in makers:
-        for _ in range(_TRIES_PER_PIECE):
-            piece = _place(make(rng), room.polygon, outline, rng)
-            fits = (
-                outline.contains(piece.footprint)
-                and not blocked.intersects(piece.footprint)
-                and all(p.footprint.distance(piece.footprint) > _PIECE_GAP_M for p in pieces)
-            )
-            if fits and (room.kind == 'room' or _leaves_passage(outline, [*pieces, piece])):
-                pieces.append(piece)
-                break
-    return pieces
-
-
-def _leaves_passage(outline: Polygon, pieces: list[FurniturePiece]) -> bool:
-    """Say whether a robot still gets from one end of a corridor to the other."""
-    half = _PASSAGE_M / 2.0
-    free = shapely.difference(outline, shapely.union_all([p.footprint for p in pieces]))
-    before = shapely.get_num_geometries(outline.buffer(-half))
-    return bool(shapely.get_num_geometries(free.buffer(-half)) == before)
-
-
-def _place(
-    piece: FurniturePiece, ring: Array, outline: Polygon, rng: np.random.Generator
-) -> FurniturePiece:
-    """Draw a place: tables stand anywhere in a room, all else against a wall."""
-    if piece.kind != 'table':
-        return _against_wall(piece, ring, rng)
-    x0, y0, x1, y1 = outline.bounds
-    xy = rng.uniform((x0, y0), (x1, y1))
-    return piece.moved(xy, _edge_yaw(ring, rng) + rng.normal(0.0, _SKEW_RAD))
-
-
-def _edge_yaw(ring: Array, rng: np.random.Generator) -> float:
-    """Return the direction of the longest edge, or of its normal."""
-    edges = np.roll(ring, -1, axis=0) - ring
-    longest = edges[int(np.argmax(np.linalg.norm(edges, axis=1)))]
-    return float(np.arctan2(longest[1], longest[0]) + np.pi / 2.0 * rng.integers(2))
-
-
-def _against_wall(piece: FurniturePiece, ring: Array, rng: np.random.Generator) -> FurniturePiece:
-    """Put the piece's back at a random place along the outline (V, 2), counter-clockwise."""
-    edges = np.roll(ring, -1, axis=0) - ring
-    lengths = np.linalg.norm(edges, axis=1)
-    index = int(rng.choice(len(ring), p=lengths / lengths.sum()))
-    along = edges[index] / lengths[index]
-    inwards = np.array([-along[1], along[0]])
-    offset = rng.uniform(0.0, lengths[index])
-    xy = ring[index] + offset * along + rng.uniform(*_WALL_GAP_M) * inwards
-    return piece.moved(xy, float(np.arctan2(along[1], along[0])))
+    def draw(self, rng: np.random.Generator) -> FurniturePiece:
+        """Draw a piece in its own frame."""
+        # As Generator.choice would, which takes ten times as long.
+        return self.makers[int(np.searchsorted(self._up_to, rng.random(), 'right'))](rng)
 
 
 Box = tuple[float, float, float, float, float, float]
 """Corner x and y, width, depth, bottom and top [m]."""
 
 
-def _piece(kind: str, *boxes: Box) -> FurniturePiece:
+def _piece(kind: str, *boxes: Box, rounded: int = 0) -> FurniturePiece:
     rows = np.array(boxes)
     half = rows[:, 2:4] / 2.0
-    return FurniturePiece(kind, Boxes(rows[:, :2] + half, half, np.zeros(len(rows)), rows[:, 4:]))
+    placed = Boxes(rows[:, :2] + half, half, np.zeros(len(rows)), rows[:, 4:])
+    return FurniturePiece(kind, placed, rounded)
+
+
+def _disc(x: float, y: float, radius: float, bottom: float, top: float) -> Box:
+    """Return the box around a disc with the centre (x, y)."""
+    return (x - radius, y - radius, 2.0 * radius, 2.0 * radius, bottom, top)
 
 
 def _legs(x: float, y: float, width: float, depth: float, top: float) -> list[Box]:
@@ -327,11 +186,13 @@ def _cabinet(rng: np.random.Generator, deepest_m: float = 0.6) -> FurniturePiece
     return _piece('cabinet', (-width / 2.0, 0.0, width, depth, 0.0, height))
 
 
-def _corridor_cabinet(rng: np.random.Generator) -> FurniturePiece:
+def corridor_cabinet(rng: np.random.Generator) -> FurniturePiece:
+    """Draw a cabinet of the depth that corridors have space for."""
     return _cabinet(rng, deepest_m=0.45)
 
 
-def _fixture(rng: np.random.Generator) -> FurniturePiece:
+def fixture(rng: np.random.Generator) -> FurniturePiece:
+    """Draw a radiator, a notice board or a fire extinguisher."""
     width, depth, bottom = rng.uniform(0.25, 1.4), rng.uniform(0.06, 0.2), rng.uniform(0.0, 1.2)
     top = bottom + rng.uniform(0.4, 1.0)
     return _piece('fixture', (-width / 2.0, 0.0, width, depth, bottom, top))
@@ -387,11 +248,49 @@ def _table(rng: np.random.Generator) -> FurniturePiece:
     return _piece('table', *solids)
 
 
-_CATALOGUE: tuple[Maker, ...] = (_cabinet, _shelf, _desk, _sofa, _bed, _table)
-_UP_TO = np.cumsum([0.25, 0.2, 0.25, 0.08, 0.07, 0.15])  # chosen: shares, summed up
-_UP_TO /= _UP_TO[-1]
+def _toilet(_rng: np.random.Generator) -> FurniturePiece:
+    cistern, seat = (-0.2, 0.0, 0.4, 0.18, 0.0, 0.9), (-0.15, 0.18, 0.3, 0.2, 0.0, 0.42)
+    return _piece('toilet', cistern, seat, _disc(0.0, 0.42, 0.19, 0.0, 0.42), rounded=1)
 
 
-def _draw_piece(rng: np.random.Generator) -> FurniturePiece:
-    # As Generator.choice would, which takes ten times as long.
-    return _CATALOGUE[int(np.searchsorted(_UP_TO, rng.random(), 'right'))](rng)
+def _basin(rng: np.random.Generator) -> FurniturePiece:
+    bowl = _disc(0.0, 0.24, rng.uniform(0.12, 0.18), 0.7, 0.85)
+    return _piece('basin', (-0.3, 0.0, 0.6, 0.45, 0.7, 0.85), bowl, rounded=1)
+
+
+def _counter(rng: np.random.Generator) -> FurniturePiece:
+    half = rng.uniform(1.0, 1.6)
+    sink = (-half + 0.25, 0.12, 0.5, 0.36, 0.7, 0.9)
+    plates = [_disc(half - x, y, 0.09, 0.9, 0.91) for x in (0.37, 0.63) for y in (0.17, 0.43)]
+    return _piece('counter', (-half, 0.0, 2 * half, 0.6, 0.0, 0.9), sink, *plates, rounded=4)
+
+
+def _round_table(rng: np.random.Generator) -> FurniturePiece:
+    radius = rng.uniform(0.4, 0.8)
+    stools = [
+        _disc((radius + 0.1) * np.cos(turn), (radius + 0.1) * np.sin(turn), 0.2, 0.0, 0.45)
+        for turn in np.arange(4) * np.pi / 2.0 + rng.uniform(0.0, 1.0)
+    ]
+    return _piece('round table', _disc(0.0, 0.0, radius, 0.71, 0.75), *stools, rounded=5)
+
+
+def _plant(rng: np.random.Generator) -> FurniturePiece:
+    radius = rng.uniform(0.15, 0.3)
+    pot, leaves = (_disc(0.0, radius, r * radius, z, z + 0.5) for r, z in ((0.6, 0.0), (1, 0.5)))
+    return _piece('plant', pot, leaves, rounded=2)
+
+
+STANDING = (
+    Stock((_cabinet, _shelf, _desk, _sofa, _bed, _table), (0.25, 0.2, 0.25, 0.08, 0.07, 0.15)),
+)
+"""What scanners meet in rooms. Chosen."""
+
+DRAWN = (
+    Stock((_toilet, _basin), (0.5, 0.5), most_m2=6.0),
+    Stock((_desk, _shelf, _plant), (0.45, 0.45, 0.1), most_m2=14.0),
+    Stock(
+        (_desk, _table, _round_table, _shelf, _sofa, _counter, _plant),
+        (0.25, 0.2, 0.12, 0.14, 0.12, 0.12, 0.05),
+    ),
+)
+"""What architects furnish rooms with, small ones first. Chosen."""

@@ -14,7 +14,8 @@ import shapely
 from shapely import Polygon
 
 from fpnet_lab.sim.config import BuildingConfig
-from fpnet_lab.sim.furniture import Boxes, furnish_loosely
+from fpnet_lab.sim.furnishing import furnish_loosely
+from fpnet_lab.sim.furniture import Boxes
 from fpnet_lab.sim.render import door_outline, fill_polygons, shell_outlines
 from fpnet_lab.sim.scan2d import EMPTY, GLASS, LINTEL, SOLID
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
-from fpnet_lab.sim.furniture import furnish_loosely
+from fpnet_lab.sim.furnishing import furnish_loosely
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]

@@ -7,8 +7,19 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from fpnet_lab.sim.sheets.artwork import Area, Array, Colour, Lines, Mark, Pen, Role, lines_of
-from fpnet_lab.sim.sheets.furnishing import furnish_symbols
+from fpnet_lab.sim.furnishing import furnish
+from fpnet_lab.sim.furniture import DRAWN
+from fpnet_lab.sim.sheets.artwork import (
+    Area,
+    Array,
+    Colour,
+    Lines,
+    Mark,
+    Pen,
+    Role,
+    circles,
+    lines_of,
+)
 from fpnet_lab.sim.sheets.looks import FAINT_PEN_MM, THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, hatch, outlines_of
 from fpnet_lab.sim.types import polygons_from_rings
@@ -35,12 +46,25 @@ def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
         room = storey.rooms[number]
         marks += _lift(room, look) if is_lift else _stairs(room, look, rng)
     if Trait.FURNITURE in look.traits:
-        taken = [number for _, number in stairs]
-        marks += furnish_symbols(storey.on_page, taken, look.pen(THIN_PEN_MM), rng)
+        marks += _furniture(storey, {number for _, number in stairs}, look, rng)
     if Trait.COLUMNS in look.traits:
         marks += _columns(storey, look)
     if Trait.OVERHEAD in look.traits:
         marks += _overhead(storey, look, rng)
+    return marks
+
+
+def _furniture(
+    storey: PlacedStorey, taken: set[int], look: Look, rng: np.random.Generator
+) -> list[Mark]:
+    """Return the symbols of furniture in rooms that are neither corridors nor ``taken``."""
+    plan, pen = storey.on_page, look.pen(THIN_PEN_MM)
+    ways = {number for number, room in enumerate(plan.rooms) if room.kind != 'room'}
+    marks: list[Mark] = []
+    for piece in furnish(plan, rng, stocks=DRAWN, empty=taken | ways):
+        marks += lines_of(Role.FURNITURE, list(piece.rings), pen, is_closed=True)
+        if piece.rounded:
+            marks.append(circles(Role.FURNITURE, piece.discs[:, :2], piece.discs[:, 2], pen))
     return marks
 
 

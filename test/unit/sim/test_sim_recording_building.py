@@ -10,12 +10,13 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.building import extrude
 from fpnet_lab.sim.fittings import BUILDING_STYLES, BuildingStyle, cut_windows
-from fpnet_lab.sim.furniture import (
+from fpnet_lab.sim.furnishing import (
     DOOR_CLEARANCE_M,
     LOOSE_DOOR_CLEARANCE_M,
     furnish,
     furnish_loosely,
 )
+from fpnet_lab.sim.furniture import DRAWN
 from fpnet_lab.sim.meshes import extrude_polygon, horizontal_sheet, merge_meshes
 from fpnet_lab.sim.openings import opening_polygon, walkable_area
 from fpnet_lab.sim.plans import generate_plan
@@ -219,6 +220,26 @@ def test_loose_furniture_keeps_off_doors_and_is_sliced_by_height():
     for door in plan.doors:
         away = np.hypot(*(boxes.centre - door.ends.mean(axis=0)).T)
         assert np.quantile(away, 0.01) > LOOSE_DOOR_CLEARANCE_M / 2.0
+
+
+def test_symbols_are_of_their_pieces_and_rooms_hold_what_their_size_allows():
+    plan = generate_plan(np.random.default_rng(4), 'suites')
+    outlines = plan.outlines
+    ways = {number for number, room in enumerate(plan.rooms) if room.kind != 'room'}
+    kinds = {True: set(), False: set()}
+    for seed in range(6):
+        for piece in furnish(plan, np.random.default_rng(seed), stocks=DRAWN, empty=ways):
+            drawn = [shapely.Polygon(ring) for ring in piece.rings]
+            drawn += [shapely.Point(x, y).buffer(r) for x, y, r in piece.discs.tolist()]
+            assert drawn
+            assert piece.footprint.buffer(1e-6).covers(shapely.union_all(drawn))
+            assert len(piece.discs) == piece.rounded
+            (room,) = np.flatnonzero(shapely.covers(outlines, piece.footprint)).tolist()
+            assert room not in ways
+            kinds[bool(outlines[room].area > DRAWN[0].most_m2)].add(piece.kind)
+    assert kinds[False] == {'toilet', 'basin'}
+    assert {'table', 'round table', 'counter', 'plant'} <= kinds[True]
+    assert not kinds[False] & kinds[True]
 
 
 def test_boxes_turn_about_their_own_origin():
