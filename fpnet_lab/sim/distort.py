@@ -17,7 +17,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
-import shapely
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.distance import cells_to_nearest
@@ -26,7 +25,7 @@ from fpnet_core.raster.warping import warping_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
 from fpnet_lab.sim.render import fill_polygons
-from fpnet_lab.sim.types import BuildingPlan
+from fpnet_lab.sim.types import BuildingPlan, ring_of
 from fpnet_lab.sim.walls import draw_wall_changes
 
 Array = NDArray[np.float64]
@@ -83,7 +82,7 @@ def renovated(
     changes = draw_wall_changes(plan, rng, _ALL_WALLS)
     cells = sheet.cells.copy()
     for walls, value in ((changes.removed, FREE), (changes.added, OCCUPIED)):
-        rings = [shapely.get_coordinates(wall.exterior)[:-1] for wall in walls]
+        rings = [ring_of(wall) for wall in walls]
         rings_px = [sheet.xy_to_rc(A_plan_building.apply(r))[:, ::-1] + 0.5 for r in rings]
         fill_polygons(cells, rings_px, value, keep_thin=True)
     return replace(sheet, cells=cells)

@@ -18,7 +18,7 @@ from fpnet_lab.sim.furnishing import furnish_loosely
 from fpnet_lab.sim.furniture import Boxes
 from fpnet_lab.sim.render import door_outline, fill_polygons, shell_outlines
 from fpnet_lab.sim.scan2d import EMPTY, GLASS, LINTEL, SOLID
-from fpnet_lab.sim.types import BuildingPlan, PlanDoor
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, ring_of
 from fpnet_lab.sim.walls import WallChanges, draw_wall_changes
 
 WORLD_CELL_M = 0.05
@@ -117,7 +117,7 @@ def build_world(plan: BuildingPlan, changes: Changes, scan_height_m: float) -> W
         return [(ring - origin) / WORLD_CELL_M for ring in rings]
 
     def paint(raster: NDArray[np.uint8], polygons: Sequence[Polygon], code: int) -> None:
-        rings = [shapely.get_coordinates(polygon.exterior)[:-1] for polygon in polygons]
+        rings = [ring_of(polygon) for polygon in polygons]
         fill_polygons(raster, cells(rings), code)
 
     high = np.full((rows, cols), EMPTY, np.uint8)

@@ -16,17 +16,17 @@ from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+from fpnet_lab.sim.furnishing import furnish_loosely
 from fpnet_lab.sim.styles import CLEAN, DrawingStyle
 from fpnet_lab.sim.symbols import (
     Text,
     dimension_lines,
     door_marks,
-    furniture_outlines,
-    outer_edges,
+    glazing,
     room_texts,
     windows,
 )
-from fpnet_lab.sim.types import BuildingPlan, PlanDoor, polygons_from_rings
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, polygons_from_rings, ring_of
 
 _SUBPIXEL_BITS = 6
 """Numerical: binary digits after the point of polygon corners handed to the rasteriser."""
@@ -148,7 +148,7 @@ def _decorate(
         outer_m = max(wall_m, plan.wall_m) + (wall_m - plan.wall_m) / 2.0
         _draw_windows(sheet, outlines, outer_m)
     if style.furniture:
-        _draw_furniture(sheet, furniture_outlines(plan, rng))
+        _draw_furniture(sheet, furnish_loosely(plan, rng).from_above())
     if style.doors != 'gap':
         sheet.stroke(door_marks(plan, wall_m, style.doors == 'arc'))
     if style.text:
@@ -173,16 +173,13 @@ def _outline_walls(sheet: _Sheet, hatching: bool) -> None:
 
 def _draw_windows(sheet: _Sheet, outlines: list[NDArray[np.float64]], depth_m: float) -> None:
     """Open the outer walls of rooms where nothing but paper lies behind, and glaze them."""
-    edges, normals = outer_edges(outlines)
-    panes = windows(edges, normals, depth_m)
-    beyond = panes[:, 2:] + normals[:, None] * 2.0 * sheet.resolution_m
+    panes, beyond = windows(outlines, depth_m, 2.0 * sheet.resolution_m)
     panes = panes[(sheet.values(beyond) == UNKNOWN).all(axis=1)]
     if not len(panes):
         return
     fill_polygons(sheet.cells, [sheet.px(pane) for pane in panes], FREE)
-    middle = np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1)
     sheet.stroke(list(panes), is_closed=True)
-    sheet.stroke(list(middle))
+    sheet.stroke(glazing(panes))
 
 
 def _draw_furniture(sheet: _Sheet, pieces: NDArray[np.float64]) -> None:
@@ -217,7 +214,7 @@ def room_outlines(plan: BuildingPlan, wall_m: float) -> list[NDArray[np.float64]
     grown = shapely.buffer(polygons, (plan.wall_m - wall_m) / 2.0, join_style='mitre')
     kept = np.where(shapely.get_type_id(grown) == shapely.GeometryType.POLYGON, grown, polygons)
     kept = np.where(shapely.is_empty(kept), polygons, kept)
-    return [shapely.get_coordinates(polygon.exterior)[:-1] for polygon in map(orient, kept)]
+    return [ring_of(polygon) for polygon in map(orient, kept)]
 
 
 def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[np.float64]:
@@ -235,7 +232,7 @@ def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[n
 def shell_outlines(plan: BuildingPlan, outer_wall_m: float) -> list[NDArray[np.float64]]:
     """Return the outlines of everything built: rooms grown by their walls, shafts left out."""
     grown = shapely.buffer(plan.outlines, max(outer_wall_m, plan.wall_m), join_style='mitre')
-    return [shapely.get_coordinates(polygon.exterior)[:-1] for polygon in grown]
+    return [ring_of(polygon) for polygon in grown]
 
 
 def fill_polygons(
@@ -255,7 +252,7 @@ def fill_polygons(
     if not keep_thin:
         polygons = shapely.buffer(polygons_from_rings(rings_px), -0.5, join_style='mitre')
         parts = shapely.get_parts(polygons).tolist()
-        rings = [shapely.get_coordinates(part.exterior)[:-1] for part in parts]
+        rings = [ring_of(part) for part in parts]
     for ring in rings:
         if len(ring):
             paint_rings(cells, [ring - 0.5], value)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 import shapely
 
-from fpnet_lab.sim.furnishing import furnish_loosely
 from fpnet_lab.sim.types import BuildingPlan
 
 Array = NDArray[np.float64]
@@ -92,33 +91,38 @@ def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array
     return list(lines.transpose(1, 0, 2))
 
 
-def outer_edges(rings: list[Array]) -> tuple[Array, Array]:
+def windows(rings: list[Array], depth_m: float, probe_m: float) -> tuple[Array, Array]:
     """
-    Return the edges (E, 2, 2) of counter-clockwise rings that are long enough for a window.
+    Return the windows (E, 4, 2) that the walls around rooms may have.
 
-    The unit normals (E, 2) that come with them point out of the rings.
+    Parameters
+    ----------
+    rings : (V, 2) each
+        The rooms' outlines, counter-clockwise [m].
+    depth_m : of the windows, from the outline outwards
+    probe_m : how far beyond a window the places are at which nothing may be built
+
+    Returns
+    -------
+    Two corners of each on the room's outline and two outside; and the places (E, 2, 2) beyond.
     """
     edges = np.concatenate([np.stack([r, np.roll(r, -1, axis=0)], axis=1) for r in rings])
     along = edges[:, 1] - edges[:, 0]
     length = np.hypot(*along.T)
     long = length > MIN_WINDOW_WALL_M
-    along = along[long] / length[long, None]
-    return edges[long], np.stack([along[:, 1], -along[:, 0]], axis=1)
-
-
-def windows(edges: Array, normals: Array, depth_m: float) -> Array:
-    """Return for each edge a window's corners (E, 4, 2): two on the edge, two ``depth_m`` out."""
+    edges, length = edges[long], length[long, None]
+    along = along[long] / length
+    normals = np.stack([along[:, 1], -along[:, 0]], axis=1)
     middle = edges.mean(axis=1)
-    along = edges[:, 1] - edges[:, 0]
-    length = np.hypot(*along.T)[:, None]
-    half = along / length * np.minimum(WINDOW_SHARE * length, MAX_WINDOW_M) / 2.0
+    half = along * np.minimum(WINDOW_SHARE * length, MAX_WINDOW_M) / 2.0
     a, b, out = middle - half, middle + half, normals * depth_m
-    return np.stack([a, b, b + out, a + out], axis=1)
+    panes = np.stack([a, b, b + out, a + out], axis=1)
+    return panes, panes[:, 2:] + normals[:, None] * probe_m
 
 
-def furniture_outlines(plan: BuildingPlan, rng: np.random.Generator) -> Array:
-    """Return outlines (F, 4, 2) of furniture from above; some reach into walls."""
-    return furnish_loosely(plan, rng).from_above()
+def glazing(panes: Array) -> list[Array]:
+    """Return the lines (2, 2) of glass in the middle of windows (E, 4, 2)."""
+    return list(np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1))
 
 
 def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:
@@ -144,8 +148,11 @@ def room_labels(plan: BuildingPlan, rng: np.random.Generator, storey: int) -> li
 def dimension_lines(points: Array, wall_m: float) -> list[Array]:
     """Return lines below and to the left of ``points (V, 2)`` and their walls, with end ticks."""
     (x0, y0), (x1, y1) = points.min(axis=0) - wall_m, points.max(axis=0) + wall_m
-    x, y, t = x0 - DIMENSION_OFFSET_M, y0 - DIMENSION_OFFSET_M, DIMENSION_TICK_M / 2.0
-    lines = [[(x0, y), (x1, y)], [(x, y0), (x, y1)]]
-    lines += [[(at - t, y - t), (at + t, y + t)] for at in (x0, x1)]
-    lines += [[(x - t, at - t), (x + t, at + t)] for at in (y0, y1)]
-    return [np.array(line) for line in lines]
+    x, y = x0 - DIMENSION_OFFSET_M, y0 - DIMENSION_OFFSET_M
+    below, left = np.array([(x0, y), (x1, y)]), np.array([(x, y0), (x, y1)])
+    return [*ticked(below, DIMENSION_TICK_M), *ticked(left, DIMENSION_TICK_M)]
+
+
+def ticked(ends: Array, tick_m: float) -> list[Array]:
+    """Return the line of a dimension between its ``ends (2, 2)`` [m], and a tick across each."""
+    return [ends, *(np.stack([end - tick_m / 2.0, end + tick_m / 2.0]) for end in ends)]

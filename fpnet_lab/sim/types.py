@@ -140,6 +140,11 @@ class BuildingPlan:
         return graph
 
 
+def ring_of(polygon: shapely.Polygon) -> NDArray[np.float64]:
+    """Return a polygon's outline (V, 2), not closed."""
+    return np.asarray(shapely.get_coordinates(polygon.exterior)[:-1])
+
+
 def polygons_from_rings(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.object_]:
     """Return rings (V, 2), not closed, as an array of shapely polygons."""
     if not len(rings):

@@ -15,7 +15,7 @@ from shapely import LineString, Polygon, STRtree
 from shapely.geometry.polygon import orient
 
 from fpnet_lab.sim.plans.layout import SNAP_M, Cell, Style
-from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom, ring_of
 
 DOOR_WIDTH_QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 DOOR_WIDTHS_M = (0.75, 0.8, 0.9, 0.95, 1.2, 2.0, 2.4)
@@ -241,10 +241,7 @@ def _reachable_part(
     kept = parts[-1]
     new = dict(zip(kept, itertools.count(), strict=False))
     return BuildingPlan(
-        rooms=tuple(
-            PlanRoom(shapely.get_coordinates(outlines[i].exterior)[:-1], cells[i].kind)
-            for i in kept
-        ),
+        rooms=tuple(PlanRoom(ring_of(outlines[i]), cells[i].kind) for i in kept),
         doors=tuple(
             replace(door, rooms=(new[a], new[b]))
             for door in doors

@@ -19,6 +19,7 @@ from fpnet_lab.sim.plans.layout import (
     shared_length,
     unite,
 )
+from fpnet_lab.sim.types import ring_of
 
 CLOSET_SHARE = 0.08
 CORNER_SHARE = 0.06
@@ -76,7 +77,7 @@ def _corner_cut(
     rng: np.random.Generator, polygon: Polygon, sides: NDArray[np.float64]
 ) -> list[Polygon]:
     """Cut a box of ``sides`` [m] out of one corner; return what remains and what was cut out."""
-    corners = shapely.get_coordinates(polygon.exterior)[:-1]
+    corners = ring_of(polygon)
     (x, y), (a, b) = corners[int(rng.integers(len(corners)))], sides
     box = affinity.rotate(
         shapely.box(x - a, y - b, x + a, y + b), _principal_angle(polygon), use_radians=True

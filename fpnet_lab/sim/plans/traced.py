@@ -28,7 +28,7 @@ from fpnet_core.raster.pieces import cell_corners
 from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import GridMap, Portal, Segmentation
-from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom
+from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom, ring_of
 
 Array = NDArray[np.float64]
 RoomKind = Literal['room', 'corridor', 'hall']
@@ -108,7 +108,7 @@ def plan_from_grid(grid: GridMap, config: SegmentationConfig | None = None) -> B
         pieces += parts
     doors = [_door(portal, pieces, pieces_of) for portal in drawn.portals]
     every_door = (*(door for door in doors if door is not None), *seams)
-    rooms = [PlanRoom(shapely.get_coordinates(piece.exterior)[:-1]) for piece in pieces]
+    rooms = [PlanRoom(ring_of(piece)) for piece in pieces]
     return BuildingPlan(_with_kinds(rooms, every_door), every_door, wall_m, TRACED)
 
 

@@ -15,6 +15,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_lab.sim.symbols import ticked
+
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]
 """Red, green and blue from 0 to 1."""
@@ -167,10 +169,9 @@ def strokes_of(mark: Mark) -> list[Stroke]:
     a, b, feet = (np.array(point) for point in (mark.a, mark.b, mark.feet))
     along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
     across = np.array([-along[1], along[0]])
-    slant = 0.5 * mark.tick_m * (along + across)
-    ends = [np.stack([end - slant, end + slant]) for end in (a, b)]
-    feet_lines = [np.stack([end, end + feet]) for end in (a, b)]
-    strokes: list[Stroke] = [Lines(mark.role, (np.stack([a, b]), *ends, *feet_lines), mark.pen)]
+    lines = ticked(np.stack([a, b]), mark.tick_m)
+    lines += [np.stack([end, end + feet]) for end in (a, b)]
+    strokes: list[Stroke] = [Lines(mark.role, tuple(lines), mark.pen)]
     if mark.text:
         x, y = ((a + b) / 2.0 + 0.9 * mark.height_m * across).tolist()
         angle = float(np.arctan2(along[1], along[0]))

@@ -14,7 +14,7 @@ from shapely.geometry.polygon import orient
 from fpnet_lab.sim.sheets.artwork import Area, Array, Colour, Lines, Mark, Pen, Role
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, areas_of, arrow_head, hatch
-from fpnet_lab.sim.types import polygons_from_rings
+from fpnet_lab.sim.types import polygons_from_rings, ring_of
 
 _DEPARTMENTS = (
     'Physics',
@@ -128,4 +128,4 @@ def _fat_arrow(start: Array, end: Array, length_m: float, colour: Colour) -> Mar
     ring = [end, head[1][1], neck + across, start + across, start - across, neck - across]
     ring.append(head[0][1])
     polygon = orient(shapely.Polygon(ring))
-    return Area(Role.TEXT, (shapely.get_coordinates(polygon.exterior)[:-1],), colour)
+    return Area(Role.TEXT, (ring_of(polygon),), colour)

@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 
 from fpnet_lab.sim.sheets.artwork import Colour, Pen
+from fpnet_lab.sim.styles import DoorMark
 
 WallLook = Literal['solid', 'thin', 'outlined', 'hatched', 'tinted']
-DoorLook = Literal['gap', 'leaf', 'arc']
 
 
 class SheetKind(StrEnum):
@@ -129,7 +129,7 @@ _PAPER_KINDS: dict[SheetKind, tuple[tuple[SheetKind, ...], tuple[float, ...]]] =
     SheetKind.PHONE: ((SheetKind.OFFICE, SheetKind.BROCHURE, SheetKind.CLEAN), (0.4, 0.4, 0.2)),
 }
 _WALL_LOOKS: tuple[WallLook, ...] = ('solid', 'thin', 'outlined', 'hatched', 'tinted')
-_DOOR_LOOKS: tuple[DoorLook, ...] = ('gap', 'leaf', 'arc')
+_DOOR_LOOKS: tuple[DoorMark, ...] = ('gap', 'leaf', 'arc')
 
 FONTS = ('DejaVu Sans', 'DejaVu Serif', 'DejaVu Sans Mono', 'STIXGeneral')
 """Those that come with matplotlib, so that a seed gives the same sheet everywhere."""
@@ -174,7 +174,7 @@ class Look:
     kind: SheetKind
     traits: frozenset[Trait]
     walls: WallLook
-    doors: DoorLook
+    doors: DoorMark
     ink: Colour
     line: Colour
     letters: Colour

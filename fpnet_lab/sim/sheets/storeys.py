@@ -27,7 +27,7 @@ from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.symbols import (
     Leaves,
     door_leaves,
-    outer_edges,
+    glazing,
     windows,
 )
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
@@ -110,9 +110,7 @@ def _walls(storey: PlacedStorey, outer_m: float, panes: Array) -> BaseGeometry:
 def _panes(storey: PlacedStorey, outer_m: float) -> Array:
     """Return windows (N, 4, 2) [m, page] in walls behind which there is nothing."""
     depth = outer_m + (storey.drawn_wall_m - storey.plan.wall_m) / 2.0
-    edges, normals = outer_edges(storey.rooms)
-    panes = windows(edges, normals, depth)
-    beyond = panes[:, 2:] + _PROBE_M * normals[:, None]
+    panes, beyond = windows(storey.rooms, depth, _PROBE_M)
     shell = storey.shell(outer_m)
     shapely.prepare(shell)
     is_outside = ~shapely.contains_xy(shell, beyond[..., 0], beyond[..., 1])
@@ -179,10 +177,9 @@ def hatch(shape: BaseGeometry, angle_rad: float, spacing_m: float) -> list[Array
 def _pane_marks(panes: Array, look: Look) -> list[Mark]:
     if not len(panes):
         return []
-    middle = np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1)
     pen = look.pen(THIN_PEN_MM)
     faces = lines_of(Role.WINDOW, list(panes), pen, is_closed=True)
-    return faces + lines_of(Role.WINDOW, list(middle), pen)
+    return faces + lines_of(Role.WINDOW, glazing(panes), pen)
 
 
 def _door_marks(storey: PlacedStorey, look: Look) -> list[Mark]:
