@@ -22,7 +22,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.judging import Judge
 from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.scores import Score, Units
-from fpnet_lab.training.judge_gathering import Amounts, gather_trials, trial_blocks
+from fpnet_lab.training.judge_gathering import TrialAmounts, gather_trials, trial_blocks
 
 LOOKS = (1, 2, 3)
 PROBABILITIES = (0.9, 0.95, 0.97, 0.98, 0.99)
@@ -70,7 +70,7 @@ def main() -> None:
     arguments = parser.parse_args()
     config = FpnetConfig()
     judge = Judge.configured(config.localizer)
-    amounts = Amounts(real=0, drawn=0, foreign=0, generated=0, drives=arguments.drives)
+    amounts = TrialAmounts(real=0, drawn=0, foreign=0, generated=0, drives=arguments.drives)
     with tempfile.TemporaryDirectory() as folder:
         path = arguments.trials or Path(folder)
         trials = gather_trials(path, trial_blocks(arguments.seed, None, config, amounts), 2)

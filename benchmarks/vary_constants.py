@@ -34,7 +34,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_lab.cli.reports import script_parser, write_report
-from fpnet_lab.evaluation.regression import Case, Outcome, differences, make_cases
+from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
 from fpnet_lab.training import use_threads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,8 +49,8 @@ ANSWERS = ('changed', 'nothing', 'compiled', 'at import', 'not run')
 class Timed:
     """A case, what it answered, the modules that ran, and how long it took [s]."""
 
-    case: Case
-    outcome: Outcome
+    case: RegressionCase
+    outcome: Answer
     modules: frozenset[str]
     seconds: float
 

@@ -189,7 +189,7 @@ class Result:
         ]
 
 
-class Listener:
+class RobotListener:
     """One robot's outputs, heard as any other node would hear them."""
 
     def __init__(self, node: Any, wiring: Wiring, drive: Drive) -> None:
@@ -307,7 +307,7 @@ class Session:
             rclpy.init()
             node = rclpy.create_node('wirings')
             pairs = zip(self._wirings, self._drives, strict=True)
-            listeners = [Listener(node, wiring, drive) for wiring, drive in pairs]
+            listeners = [RobotListener(node, wiring, drive) for wiring, drive in pairs]
             try:
                 self._follow(node, listeners, children, group)
             finally:
@@ -333,7 +333,7 @@ class Session:
     def _follow(
         self,
         node: Any,
-        listeners: list[Listener],
+        listeners: list[RobotListener],
         children: list[list[Child]],
         group: ProcessGroup,
     ) -> None:

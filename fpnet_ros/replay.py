@@ -66,7 +66,7 @@ class ReplayParameters(Section):
     )
 
 
-class Replay(OwnValues):
+class ReplayNode(OwnValues):
     """Publishes recorded messages on their topics at the recorded pace."""
 
     def __init__(self) -> None:
@@ -218,7 +218,7 @@ def _message_class(msgtype: str) -> Any:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the node; returns the exit status."""
-    return run_node(Replay, arguments, Replay.play)
+    return run_node(ReplayNode, arguments, ReplayNode.play)
 
 
 if __name__ == '__main__':

@@ -21,7 +21,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2
 from fpnet_core.types import OCCUPIED, GridMap
 from fpnet_lab.sim.building import Building
-from fpnet_lab.sim.driving import BODY_RADIUS_M, Motion, Tour
+from fpnet_lab.sim.driving import BODY_RADIUS_M, MotionLimits, Tour
 from fpnet_lab.sim.lidar import LidarSimulator
 from fpnet_lab.sim.meshes import extrude_polygon, horizontal_sheet, merge_meshes
 from fpnet_lab.sim.recording import Recording
@@ -168,7 +168,7 @@ def _shut_in(left: Recording, turn: tuple[float, float]) -> Recording:
 
 def _turning(turn: tuple[float, float], sensor_height_m: float) -> Tour:
     """Return a tour that stands, turns the shorter way, and stands again."""
-    motion = Motion()
+    motion = MotionLimits()
     by = (turn[1] - turn[0] + np.pi) % (2.0 * np.pi) - np.pi
     turning_s = max(abs(by) / (0.5 * motion.turn_rate_radps), motion.step_s)
     time_s = motion.step_s * np.arange(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pages import Array, Pieces
+from fpnet_core.drawings.pages import Array, OutlinePieces
 
 DOOR_WIDTHS_M = (0.55, 1.45)
 """Physical: of the leaves of doors [m]: toilet cabins to hospital beds."""
@@ -32,7 +32,7 @@ _SIZE_SHARE = (0.0005, 0.12)  # of the sheet's long side, for a radius while no 
 
 
 @dataclass(frozen=True, eq=False)
-class Arcs:
+class DoorArcs:
     """
     Circular arcs.
 
@@ -55,7 +55,7 @@ class Doors:
     is_door: NDArray[np.bool_]
 
 
-def find_arcs(pieces: Pieces) -> Arcs:
+def find_arcs(pieces: OutlinePieces) -> DoorArcs:
     """Return the runs of joined pieces that are parts of circles."""
     first, last = _runs(pieces)
     if not len(first):
@@ -77,10 +77,10 @@ def find_arcs(pieces: Pieces) -> Arcs:
     number = np.where(is_round, np.cumsum(is_round) - 1, -1)
     arc = np.full(len(pieces.ends), -1)
     arc[members] = np.repeat(number, size)
-    return Arcs(centre[is_round], radius[is_round], sweep[is_round], tips[is_round], arc)
+    return DoorArcs(centre[is_round], radius[is_round], sweep[is_round], tips[is_round], arc)
 
 
-def _runs(pieces: Pieces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _runs(pieces: OutlinePieces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first and the last piece of each run that could be an arc."""
     ends, length = pieces.ends, pieces.length
     if len(ends) < 2:
@@ -98,7 +98,7 @@ def _runs(pieces: Pieces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return first[is_long], last[is_long]
 
 
-def _tips(pieces: Pieces, first: NDArray[np.int64], last: NDArray[np.int64]) -> Array:
+def _tips(pieces: OutlinePieces, first: NDArray[np.int64], last: NDArray[np.int64]) -> Array:
     return np.stack([pieces.ends[first, 0], pieces.ends[last, 1]], axis=1)
 
 
@@ -123,7 +123,7 @@ def _circles(
     return middle + centre * spread[:, None], radius * spread
 
 
-def find_doors(pieces: Pieces, unit_m: float | None, size: float) -> Doors:
+def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Doors:
     """
     Return the doors of a drawing.
 
@@ -155,7 +155,7 @@ def find_doors(pieces: Pieces, unit_m: float | None, size: float) -> Doors:
 
 
 def _leaves(
-    arcs: Arcs, fits: NDArray[np.bool_], pieces: Pieces
+    arcs: DoorArcs, fits: NDArray[np.bool_], pieces: OutlinePieces
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the straight pieces from the hinge to a tip of an arc, and which arcs have one."""
     straight = np.flatnonzero(arcs.arc < 0)
@@ -179,6 +179,6 @@ def _leaves(
     return np.concatenate(found), has_leaf
 
 
-def _no_arcs(count: int) -> Arcs:
+def _no_arcs(count: int) -> DoorArcs:
     none = np.empty(0)
-    return Arcs(np.empty((0, 2)), none, none, np.empty((0, 2, 2)), np.full(count, -1))
+    return DoorArcs(np.empty((0, 2)), none, none, np.empty((0, 2, 2)), np.full(count, -1))

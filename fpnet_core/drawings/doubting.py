@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.doubt_model import DoubtModel, packaged_doubt_model
-from fpnet_core.drawings.looking import Look
+from fpnet_core.drawings.looking import ReadingView
 from fpnet_core.drawings.plausible import findings
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, room_figures
 from fpnet_core.drawings.sheet_figures import DOUBTFUL, lost_spaces, whole_figures
@@ -53,7 +53,7 @@ class Doubts:
     places: tuple[Doubtful, ...] = ()
 
 
-def doubts_of(look: Look, model: DoubtModel | None = None) -> Doubts:
+def doubts_of(look: ReadingView, model: DoubtModel | None = None) -> Doubts:
     """Return whether to believe a reading, by the packaged model or another one."""
     model = model or packaged_doubt_model()
     rooms, whole = room_figures(look), whole_figures(look)
@@ -70,7 +70,7 @@ def doubts_of(look: Look, model: DoubtModel | None = None) -> Doubts:
     return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
 
 
-def _places(look: Look, rooms: Array, right: Array) -> Iterator[Doubtful]:
+def _places(look: ReadingView, rooms: Array, right: Array) -> Iterator[Doubtful]:
     """Yield what is doubtful on the drawing, the surest first."""
     grid = look.segmentation.grid
     for row, col, height, width in lost_spaces(look):
@@ -96,7 +96,7 @@ def _cause(figures: Array) -> str:
     return max(strength, key=lambda name: strength[name])
 
 
-def _box(look: Look, xy: Array) -> Box:
+def _box(look: ReadingView, xy: Array) -> Box:
     """Return the box in the drawing's pixels around places (N, 2) of the plan."""
     low, high = xy.min(axis=0), xy.max(axis=0)
     corners = np.array([low, [low[0], high[1]], high, [high[0], low[1]]])
@@ -105,7 +105,7 @@ def _box(look: Look, xy: Array) -> Box:
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
 
 
-def _said(places: Sequence[Doubtful], look: Look) -> Iterator[str]:
+def _said(places: Sequence[Doubtful], look: ReadingView) -> Iterator[str]:
     """Yield a sentence for each cause: how many, where, why and what to do."""
     rooms = np.concatenate([room.polygon for room in look.segmentation.rooms])
     whole = _box(look, rooms)

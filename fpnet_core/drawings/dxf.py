@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.drawings.dxf_outlines import corners_of, rings_of, tolerant
-from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.layers import LayerRole, layer_role
 from fpnet_core.drawings.lengths import FOOT_M, INCH_M
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
@@ -176,7 +176,9 @@ def _entities(
 
 def _named(layer: str, block: str) -> str:
     """Return the layer, with the block's name where the layer's says nothing and that does."""
-    is_telling = block and layer_role(layer) is Role.UNKNOWN and layer_role(block) != Role.UNKNOWN
+    is_telling = (
+        block and layer_role(layer) is LayerRole.UNKNOWN and layer_role(block) != LayerRole.UNKNOWN
+    )
     return f'{layer}: {block}' if is_telling else layer
 
 
@@ -189,7 +191,7 @@ def _insert(
     if definition.block is not None and definition.block.is_xref:
         reader.left_out['XREF'] = reader.left_out.get('XREF', 0) + 1
         return
-    name = block if block and layer_role(block) != Role.UNKNOWN else str(insert.dxf.name)
+    name = block if block and layer_role(block) != LayerRole.UNKNOWN else str(insert.dxf.name)
     copies = insert.multi_insert() if insert.mcount > 1 else [insert]
     for copy in copies:
         parts = tolerant(copy.virtual_entities(skipped_entity_callback=_ignore))
@@ -251,7 +253,7 @@ def _add_hatch(reader: _Reader, entity: Any, layer: str) -> None:
     for path in from_hatch(entity):
         points = np.array([(v.x, v.y) for v in path.flattening(_hatch_step(path), segments=8)])
         rings.append(Ring(points.reshape(-1, 2), is_closed=True))
-    if entity.dxf.solid_fill or layer_role(layer) is Role.WALL:
+    if entity.dxf.solid_fill or layer_role(layer) is LayerRole.WALL:
         reader.builder.add(rings, Paint(fill=BLACK, layer=layer, is_even_odd=True))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pages import Array, Pieces
+from fpnet_core.drawings.pages import Array, OutlinePieces
 
 # Chosen, not measured:
 _MIN_LINES = 24  # at different places; a flight of stairs has fewer
@@ -21,7 +21,9 @@ _SAME = 0.15  # of the distance, within which lines are in one place or evenly s
 _EVEN_SHARE = 0.75  # of the distances are the typical one or a small multiple of it
 
 
-def find_hatching(pieces: Pieces, style: NDArray[np.int64], size: float) -> NDArray[np.bool_]:
+def find_hatching(
+    pieces: OutlinePieces, style: NDArray[np.int64], size: float
+) -> NDArray[np.bool_]:
     """
     Tell which pieces ``(N,)`` are lines of a hatch.
 
@@ -45,7 +47,7 @@ def find_hatching(pieces: Pieces, style: NDArray[np.int64], size: float) -> NDAr
     return is_hatch
 
 
-def _is_even(pieces: Pieces, members: NDArray[np.int64], closest: float) -> bool:
+def _is_even(pieces: OutlinePieces, members: NDArray[np.int64], closest: float) -> bool:
     """Tell whether parallel lines are close together at even distances."""
     ends = pieces.ends[members]
     longest = int(np.argmax(pieces.length[members]))

@@ -14,7 +14,7 @@ import re
 import unicodedata
 
 
-class Role(StrEnum):
+class LayerRole(StrEnum):
     """What is drawn on a layer."""
 
     WALL = 'wall'
@@ -67,24 +67,24 @@ _OTHERS = _words(
     'railing rail hrail tile tiles pavement piso carpet section sections cut people furnishing'
 )
 _STEMS = (  # of words that are compounds or inflected, and of languages without spaces
-    (Role.DOOR, ('tuer', 'door', 'двер', '门', '門', 'ドア', '문')),
-    (Role.WINDOW, ('fenster', 'window', 'окн', '窗', '窓', '창')),
-    (Role.WALL, ('wand', 'waende', 'wande', 'wall', 'mauer', 'стен', 'колонн', '墙', '牆', '壁',
-                 '柱', '벽')),
-    (Role.OTHER, ('mobel', 'moebel', 'furni', 'мебель', '家具', 'text', 'bemass', 'treppe')),
+    (LayerRole.DOOR, ('tuer', 'door', 'двер', '门', '門', 'ドア', '문')),
+    (LayerRole.WINDOW, ('fenster', 'window', 'окн', '窗', '窓', '창')),
+    (LayerRole.WALL, ('wand', 'waende', 'wande', 'wall', 'mauer', 'стен', 'колонн', '墙', '牆',
+                      '壁', '柱', '벽')),
+    (LayerRole.OTHER, ('mobel', 'moebel', 'furni', 'мебель', '家具', 'text', 'bemass', 'treppe')),
 )  # fmt: skip
 _WORDS = (
-    (Role.OTHER, _NOTES),
-    (Role.DOOR, _DOORS),
-    (Role.WINDOW, _WINDOWS),
-    (Role.WALL, _WALLS),
-    (Role.OTHER, _OTHERS),
+    (LayerRole.OTHER, _NOTES),
+    (LayerRole.DOOR, _DOORS),
+    (LayerRole.WINDOW, _WINDOWS),
+    (LayerRole.WALL, _WALLS),
+    (LayerRole.OTHER, _OTHERS),
 )
 _CAMEL = re.compile(r'(?<=[a-zà-ÿ])(?=[A-Z])')
 _LETTERS = re.compile(r'[^\W\d_]+')
 
 
-def layer_role(name: str) -> Role:
+def layer_role(name: str) -> LayerRole:
     """Return what the name of a layer, block or group says; ``UNKNOWN`` where it says nothing."""
     words = {_plain(word) for word in _LETTERS.findall(_CAMEL.sub(' ', name))}
     words |= {word[:-1] for word in words if word.endswith('s') and len(word) > 4}
@@ -94,7 +94,7 @@ def layer_role(name: str) -> Role:
     for role, stems in _STEMS:
         if any(stem in word for word in words for stem in stems):
             return role
-    return Role.UNKNOWN
+    return LayerRole.UNKNOWN
 
 
 def _plain(word: str) -> str:

@@ -47,7 +47,7 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class ReadingView:
     """
     What there is to see of a reading, at the cells of its rooms.
 
@@ -87,7 +87,7 @@ class Look:
         return float(np.median(at_walls)) if at_walls.size else 255.0
 
 
-def look_at(
+def view_reading(
     pixels: Levels,
     segmentation: Segmentation,
     H_plan_pixel: Array,
@@ -95,12 +95,12 @@ def look_at(
     rivals: Sequence[Rival],
     config: SegmentationConfig,
     trust: Trust | None = None,
-) -> Look:
-    """Look at the reading of ``pixels (H, W, 3)`` whose rooms are ``segmentation``."""
+) -> ReadingView:
+    """Return what there is to see of ``pixels (H, W, 3)`` read as ``segmentation``."""
     levels = _levels_at(pixels, segmentation.grid, H_plan_pixel)
     walls = segmentation.grid.cells == OCCUPIED
     ranked = sorted(rivals, key=lambda rival: -rival.plausible)
-    plain = Look(
+    plain = ReadingView(
         segmentation=segmentation,
         H_plan_pixel=H_plan_pixel,
         levels=levels,
@@ -116,7 +116,7 @@ def look_at(
     return replace(seen, what_if=_what_ifs(seen, config))
 
 
-def _what_ifs(look: Look, config: SegmentationConfig) -> dict[str, Labels]:
+def _what_ifs(look: ReadingView, config: SegmentationConfig) -> dict[str, Labels]:
     if not look.segmentation.rooms:
         return dict.fromkeys(WHAT_IFS, look.segmentation.labels)
     factor = estimate_metres_per_unit(look.segmentation).factor
@@ -140,7 +140,7 @@ def _thin(walls: Mask) -> Mask:
     return np.asarray(walls & ~grown(opened_by(walls, square(side)), 1))
 
 
-def _faint(look: Look) -> Mask:
+def _faint(look: ReadingView) -> Mask:
     """Return which walls (H, W) are fainter than the usual one; a wall's edge is part of it."""
     strongest = cv2.dilate(look.levels, square(3))
     return np.asarray(look.walls & (strongest < _FAINT * look.tone))

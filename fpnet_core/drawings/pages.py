@@ -58,7 +58,7 @@ class Canvas:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class PagePicture:
     """Pixels ``(H, W, 3)`` uint8 that lie on the page; ``A_page_picture`` (2, 3) places them."""
 
     pixels: NDArray[np.uint8]
@@ -141,7 +141,7 @@ class VectorPage:
     layers: tuple[str, ...]
     masks: tuple[tuple[Array, ...], ...] = ()
     labels: tuple[Label, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[PagePicture, ...] = ()
     box: Box | None = None
     is_y_up: bool = False
     unit_m: float | None = None
@@ -163,7 +163,7 @@ class PageBuilder:
 
     what: str
     labels: list[Label] = field(default_factory=list)
-    pictures: list[Picture] = field(default_factory=list)
+    pictures: list[PagePicture] = field(default_factory=list)
     masks: list[tuple[Array, ...]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     _points: list[Array] = field(default_factory=list)
@@ -273,7 +273,7 @@ def composed(A: Array, B: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class OutlinePieces:
     """
     The straight pieces of a page's outlines.
 
@@ -292,14 +292,14 @@ class Pieces:
         length: Array = np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T)
         return length
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Pieces:
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> OutlinePieces:
         """Return the ``chosen (N,)`` pieces."""
-        return Pieces(
+        return OutlinePieces(
             self.ends[chosen], self.path[chosen], self.ring[chosen], self.is_curve[chosen]
         )
 
 
-def pieces_of(page: VectorPage) -> Pieces:
+def outline_pieces(page: VectorPage) -> OutlinePieces:
     """Return the pieces of all paths, painted or not, in order; those of no length left out."""
     count = len(page.points)
     ring = np.repeat(np.arange(len(page.path)), np.diff(page.ring_start))
@@ -308,7 +308,7 @@ def pieces_of(page: VectorPage) -> Pieces:
     following[last] = np.where(page.is_closed, page.ring_start[:-1], last)
     ends = np.stack([page.points, page.points[following]], axis=1) if count else _NO_ENDS
     keep = (ends[:, 0] != ends[:, 1]).any(axis=1)
-    return Pieces(ends[keep], page.path[ring][keep], ring[keep], page.is_curve[keep])
+    return OutlinePieces(ends[keep], page.path[ring][keep], ring[keep], page.is_curve[keep])
 
 
 _NO_ENDS = np.empty((0, 2, 2))

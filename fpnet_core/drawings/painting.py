@@ -14,7 +14,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.pages import Array, Canvas, Pieces, VectorPage, composed, transformed
+from fpnet_core.drawings.pages import (
+    Array,
+    Canvas,
+    OutlinePieces,
+    VectorPage,
+    composed,
+    transformed,
+)
 
 _SHIFT = 4  # given: bits of a pixel's fraction that OpenCV takes
 # Chosen, not measured:
@@ -29,7 +36,7 @@ _FAR = 4.0  # numerical: image sizes outside of the image that coordinates are c
 
 def paint(
     page: VectorPage,
-    pieces: Pieces,
+    pieces: OutlinePieces,
     canvas: Canvas,
     is_area: NDArray[np.bool_],
     is_line: NDArray[np.bool_],

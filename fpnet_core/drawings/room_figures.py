@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.looking import WHAT_IFS, Look
+from fpnet_core.drawings.looking import WHAT_IFS, ReadingView
 from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import NEIGHBOURS
@@ -39,7 +39,7 @@ _EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
 _FILL = 1e-3  # numerical: plausibility that every rival has
 
 
-def room_figures(look: Look) -> Array:
+def room_figures(look: ReadingView) -> Array:
     """Return the figures (R, F) of all rooms, in the order of ``ROOM_FIGURES``."""
     rooms = look.segmentation.rooms
     if not rooms:
@@ -99,7 +99,7 @@ def _doors(segmentation: Segmentation) -> dict[str, Array]:
     return {'doors': np.log1p(doors), 'widest_door': np.log(np.maximum(widest, 0.2))}
 
 
-def _edges(look: Look) -> dict[str, Array]:
+def _edges(look: ReadingView) -> dict[str, Array]:
     """Return what rooms end at: shares of their edge without a wall, and at thin or faint ones."""
     segmentation = look.segmentation
     cells, labels = segmentation.grid.cells, segmentation.labels
@@ -138,7 +138,7 @@ def _bitten(polygon: Array, grid: GridMap) -> float:
     return float(np.mean(cells[inside] == UNKNOWN)) if inside.any() else 0.0
 
 
-def _inside(look: Look) -> dict[str, Array]:
+def _inside(look: ReadingView) -> dict[str, Array]:
     """Return ink within rooms that is no wall of the reading, and walls that were overlooked."""
     segmentation = look.segmentation
     cells, labels = segmentation.grid.cells, segmentation.labels
@@ -169,7 +169,7 @@ def _strokes(unread: Mask, labels: Labels, size: NDArray[np.int64]) -> Array:
     return np.asarray(longest[1:] / np.sqrt(size))
 
 
-def _agreements(look: Look) -> dict[str, Array]:
+def _agreements(look: ReadingView) -> dict[str, Array]:
     labels = look.segmentation.labels
     count = len(look.segmentation.rooms)
     each = [best_overlap(labels, rival, count) for rival in look.rivals]

@@ -61,7 +61,7 @@ class Cluster:
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class SheetContents:
     """
     The buildings on a sheet, in reading order, and what is no building.
 
@@ -76,7 +76,7 @@ class NoBuildingError(MapFormatError):
     """No lines of a sheet enclose anything."""
 
 
-def find_building(ink: Mask) -> Sheet:
+def find_building(ink: Mask) -> SheetContents:
     """
     Find the buildings on a sheet with lines ``ink (H, W)``, and what else is there.
 
@@ -98,7 +98,7 @@ def find_building(ink: Mask) -> Sheet:
         Dropped(_what(other, main), _scaled(other.box, factor))
         for other in _grouped(rest, _REACH * max(rest.shape), _HALL_SHARES[0])[1]
     ]
-    return Sheet(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
+    return SheetContents(tuple(_scaled(b.box, factor) for b in buildings), tuple(dropped))
 
 
 def _reduced(ink: Mask, factor: float) -> Mask:

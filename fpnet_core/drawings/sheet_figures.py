@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.looking import WHAT_IFS, Look
+from fpnet_core.drawings.looking import WHAT_IFS, ReadingView
 from fpnet_core.drawings.plausible import FEATURES, features, wall_cells, walls_going_on
 from fpnet_core.drawings.room_figures import ROOM_FIGURES
 from fpnet_core.raster.morphology import Mask, grown
@@ -47,7 +47,7 @@ _FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
 
-def whole_figures(look: Look) -> Array:
+def whole_figures(look: ReadingView) -> Array:
     """Return the figures (F,) of a reading as a whole, in the order of ``WHOLE_FIGURES``."""
     found = {**_of_rivals(look), **_of_what_ifs(look), **_of_walls(look), **_of_network(look)}
     return np.array([found[name] for name in WHOLE_FIGURES])
@@ -91,13 +91,13 @@ def _of_rooms(shut_out: float, rooms: Array, right: Array) -> dict[str, float]:
     }
 
 
-def _of_network(look: Look) -> dict[str, float]:
+def _of_network(look: ReadingView) -> dict[str, float]:
     if look.trust is None:
         return dict.fromkeys(TRUST_FIGURES, np.nan)
     return {name: float(getattr(look.trust, name)) for name in TRUST_FIGURES}
 
 
-def _of_rivals(look: Look) -> dict[str, float]:
+def _of_rivals(look: ReadingView) -> dict[str, float]:
     labels = look.segmentation.labels
     alike = np.array([room_agreement(rival, labels).f1 for rival in look.rivals])
     beside = _beside_building(look)
@@ -119,7 +119,7 @@ def _of_rivals(look: Look) -> dict[str, float]:
     }
 
 
-def _lost_rooms(look: Look, rival: Labels, beside: Mask) -> float:
+def _lost_rooms(look: ReadingView, rival: Labels, beside: Mask) -> float:
     """Return how many rooms of a rival lie ``beside`` the building, per room of the reading."""
     cells = look.segmentation.grid.cells
     count = int(rival.max(initial=0))
@@ -131,21 +131,21 @@ def _lost_rooms(look: Look, rival: Labels, beside: Mask) -> float:
     return lost / max(len(look.segmentation.rooms), 1)
 
 
-def _beside_building(look: Look) -> Mask:
+def _beside_building(look: ReadingView) -> Mask:
     """Return what (H, W) of the outside lies within a wall's thickness of the building."""
     known = look.segmentation.grid.cells != UNKNOWN
     near = grown(known, round(_WALLS_AWAY * wall_cells(look.walls)) + 1)
     return np.asarray(near & ~known)
 
 
-def _of_what_ifs(look: Look) -> dict[str, float]:
+def _of_what_ifs(look: ReadingView) -> dict[str, float]:
     labels = look.segmentation.labels
     return {
         f'{name}_rooms': room_agreement(other, labels).f1 for name, other in look.what_if.items()
     }
 
 
-def _of_walls(look: Look) -> dict[str, float]:
+def _of_walls(look: ReadingView) -> dict[str, float]:
     cells, walls = look.segmentation.grid.cells, look.walls
     free = cells == FREE
     ends = _beside(free, cells == UNKNOWN)
@@ -160,7 +160,7 @@ def _of_walls(look: Look) -> dict[str, float]:
     }
 
 
-def _walls_beside(look: Look, sure: Mask) -> float:
+def _walls_beside(look: ReadingView, sure: Mask) -> float:
     """Return how much that looks like a wall goes on outside, per area of the reading's walls."""
     walls = look.walls
     outside = (look.segmentation.grid.cells == UNKNOWN) & ~grown(walls, 2)
@@ -178,18 +178,18 @@ def _beside(one: Mask, other: Mask) -> int:
     )
 
 
-def _shut_out(look: Look) -> float:
+def _shut_out(look: ReadingView) -> float:
     """Return the area that lines close and the reading has outside, per area of its rooms."""
     rooms = int(np.count_nonzero(look.segmentation.labels))
     return sum(size for _, size in _closed_outside(look)) / max(rooms, 1)
 
 
-def lost_spaces(look: Look) -> list[tuple[int, int, int, int]]:
+def lost_spaces(look: ReadingView) -> list[tuple[int, int, int, int]]:
     """Return boxes (row, column, height, width) of closed spaces that the reading has outside."""
     return [box for box, _ in sorted(_closed_outside(look), key=lambda each: -each[1])]
 
 
-def _closed_outside(look: Look) -> list[tuple[tuple[int, int, int, int], int]]:
+def _closed_outside(look: ReadingView) -> list[tuple[tuple[int, int, int, int], int]]:
     """
     Return boxes and sizes in cells of spaces beside the building that lines close outside it.
 

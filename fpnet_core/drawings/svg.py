@@ -30,8 +30,8 @@ from fpnet_core.drawings.pages import (
     Box,
     Colour,
     PageBuilder,
+    PagePicture,
     Paint,
-    Picture,
     Ring,
     VectorPage,
     narrowed,
@@ -203,7 +203,7 @@ def _add_picture(builder: PageBuilder, shape: Any) -> None:
         np.array([_number(shape.x), _number(shape.y)]) + 0.5 * scale, A_page_user
     )[:, None]])  # fmt: skip
     if np.isfinite(A).all():
-        builder.pictures.append(Picture(pixels, A))
+        builder.pictures.append(PagePicture(pixels, A))
 
 
 def _decoded(data: bytes, name: str) -> NDArray[np.uint8]:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 import zlib
 
-from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.layers import LayerRole, layer_role
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.errors import MapFormatError
 
@@ -208,7 +208,7 @@ def _layer(element: ElementTree.Element, parent: str) -> str:
     """Return the layer of an element: its own name if that says what it is, else its group's."""
     names = [v for k, v in element.attrib.items() if k.endswith('}label') or k in ('id', 'class')]
     for name in names:
-        if layer_role(name) is not Role.UNKNOWN:
+        if layer_role(name) is not LayerRole.UNKNOWN:
             return name
     is_named_group = _local(element) == 'g' and names and not parent
     return names[0] if is_named_group else parent

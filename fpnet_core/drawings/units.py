@@ -16,7 +16,7 @@ import numpy as np
 
 from fpnet_core.drawings.doors import find_doors
 from fpnet_core.drawings.lengths import FOOT_M, INCH_M
-from fpnet_core.drawings.pages import Array, Pieces
+from fpnet_core.drawings.pages import Array, OutlinePieces
 
 UNITS_M = {'mm': 0.001, 'cm': 0.01, 'm': 1.0, 'inch': INCH_M, 'foot': FOOT_M}
 """Length of the units that buildings are drawn in [m]. Physical: by definition."""
@@ -43,7 +43,7 @@ _MIN_PAIRED = 0.15  # of the lines' length has a parallel neighbour where walls 
 
 
 @dataclass(frozen=True)
-class Unit:
+class DrawingUnit:
     """A unit of a drawing: ``length_m`` [m], None if unsure; ``stated_m`` by the file."""
 
     length_m: float | None
@@ -52,7 +52,9 @@ class Unit:
     stated_m: float | None = None
 
 
-def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: float) -> Unit:
+def resolve_unit(
+    pieces: OutlinePieces, walls: OutlinePieces, stated_m: float | None, size: float
+) -> DrawingUnit:
     """
     Return the unit of a CAD drawing; only doors speak for another one than the file states.
 
@@ -69,7 +71,7 @@ def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: fl
         candidates = {n: p * (1.0 - _STATED) / rest for n, p in candidates.items()}
         candidates[stated] = _STATED
     elif stated_m is not None:
-        return Unit(stated_m, 'its header')
+        return DrawingUnit(stated_m, 'its header')
     doors = find_doors(pieces, None, size).width
     evidence = [(size, _BUILDING)]
     thickness = None
@@ -88,19 +90,19 @@ def resolve_unit(pieces: Pieces, walls: Pieces, stated_m: float | None, size: fl
     return replace(unit, stated_m=stated_m)
 
 
-def _worded(best: str, stated: str | None, probability: float, doors: int) -> Unit:
+def _worded(best: str, stated: str | None, probability: float, doors: int) -> DrawingUnit:
     if probability < _SURE or (best != stated and doors < _MIN_DOORS):
         said = (
             f'states {stated}, which neither doors nor walls bear out'
             if stated
             else ('states no unit')
         )
-        return Unit(None, '', (f'the file {said}: its scale is taken as unknown',))
+        return DrawingUnit(None, '', (f'the file {said}: its scale is taken as unknown',))
     if best == stated:
-        return Unit(UNITS_M[best], f'units are {best}, as the file states')
+        return DrawingUnit(UNITS_M[best], f'units are {best}, as the file states')
     said = f'states {stated}' if stated else 'states no unit'
     note = f'the file {said}, but {doors} doors say that a unit is one {best}'
-    return Unit(UNITS_M[best], f'units are {best}, by {doors} doors', (note,))
+    return DrawingUnit(UNITS_M[best], f'units are {best}, by {doors} doors', (note,))
 
 
 def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, float]]]) -> float:
@@ -113,7 +115,7 @@ def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, floa
     return support
 
 
-def wall_thickness(walls: Pieces) -> float | None:
+def wall_thickness(walls: OutlinePieces) -> float | None:
     """
     Return the median distance between neighbouring parallel lines, in the drawing's units.
 

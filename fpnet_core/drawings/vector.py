@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.doors import find_doors
 from fpnet_core.drawings.hatching import find_hatching
-from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.layers import LayerRole, layer_role
 from fpnet_core.drawings.pages import (
     Array,
     Box,
     Canvas,
-    Pieces,
+    OutlinePieces,
     UnitKind,
     VectorPage,
     composed,
-    pieces_of,
+    outline_pieces,
     transformed,
 )
 from fpnet_core.drawings.painting import paint
@@ -37,7 +37,7 @@ from fpnet_core.drawings.types import (
     ScaleSource,
     Strokes,
 )
-from fpnet_core.drawings.units import Unit, resolve_unit
+from fpnet_core.drawings.units import DrawingUnit, resolve_unit
 from fpnet_core.errors import MapFormatError
 
 PIXEL_M = 0.025
@@ -83,7 +83,7 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
     MapFormatError
         If nothing is drawn on it, or a layer that ``options`` name is not there.
     """
-    pieces = pieces_of(page)
+    pieces = outline_pieces(page)
     if not (_is_seen(page)[pieces.path].any() or page.is_scan or page.pictures):
         raise MapFormatError(
             f'{name} has no lines, areas or pictures to read: expected a floorplan; export the '
@@ -115,7 +115,9 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
     )
 
 
-def _doubts(page: VectorPage, unit: Unit, lines: Pieces, doors: int) -> tuple[str, ...]:
+def _doubts(
+    page: VectorPage, unit: DrawingUnit, lines: OutlinePieces, doors: int
+) -> tuple[str, ...]:
     """Return why this is no floorplan: a part of a machine, a mesh, a sketch of a few lines."""
     doubts = []
     if page.is_scan or page.pictures or doors >= _SOME_DOORS:
@@ -131,7 +133,7 @@ def _doubts(page: VectorPage, unit: Unit, lines: Pieces, doors: int) -> tuple[st
     return tuple(doubts)
 
 
-def _dominant_share(lines: Pieces) -> float:
+def _dominant_share(lines: OutlinePieces) -> float:
     """Return the share of the lines' length along the two upright directions that have most."""
     dx, dy = (lines.ends[:, 1] - lines.ends[:, 0]).T
     angle = np.mod(np.degrees(np.arctan2(dy, dx)), 90.0)
@@ -142,7 +144,7 @@ def _dominant_share(lines: Pieces) -> float:
 
 def _painted(
     page: VectorPage,
-    pieces: Pieces,
+    pieces: OutlinePieces,
     canvas: Canvas,
     is_path: NDArray[np.bool_],
     is_line: NDArray[np.bool_],
@@ -159,18 +161,18 @@ def _painted(
     return paint(page, pieces, canvas, np.zeros_like(is_path), is_left, image)
 
 
-def _unit(page: VectorPage, pieces: Pieces, is_wall: NDArray[np.bool_]) -> Unit:
+def _unit(page: VectorPage, pieces: OutlinePieces, is_wall: NDArray[np.bool_]) -> DrawingUnit:
     match page.unit_kind:
         case UnitKind.TRUE:
-            return Unit(page.unit_m, 'the file says so')
+            return DrawingUnit(page.unit_m, 'the file says so')
         case UnitKind.CLAIMED if is_wall.any():
             walls = pieces[is_wall]
             size = _size(walls, page)
             return resolve_unit(pieces, walls, page.unit_m, size)
-    return Unit(None)
+    return DrawingUnit(None)
 
 
-def _scale(unit: Unit, canvas: Canvas) -> DrawingScale | None:
+def _scale(unit: DrawingUnit, canvas: Canvas) -> DrawingScale | None:
     if unit.length_m is None:
         return None
     pixel_m = unit.length_m / canvas.pixels_per_unit
@@ -186,7 +188,7 @@ def _is_seen(page: VectorPage) -> NDArray[np.bool_]:
     return seen
 
 
-def choose_paths(page: VectorPage, pieces: Pieces, options: ReadOptions) -> Choice:
+def choose_paths(page: VectorPage, pieces: OutlinePieces, options: ReadOptions) -> Choice:
     """
     Return which paths are painted: the layers that a user names, else those named after walls.
 
@@ -210,16 +212,16 @@ def choose_paths(page: VectorPage, pieces: Pieces, options: ReadOptions) -> Choi
         return Choice(chosen[page.layer] & solid)
     roles = np.array([layer_role(layer) for layer in page.layers], dtype=object)
     length = np.bincount(page.layer[pieces.path], pieces.length, len(page.layers))
-    is_wall = roles == Role.WALL
+    is_wall = roles == LayerRole.WALL
     if length[is_wall].sum() >= _WALL_SHARE * length.sum() > 0.0:
-        kept = is_wall | (roles == Role.WINDOW)
+        kept = is_wall | (roles == LayerRole.WINDOW)
         unknown = [layer for layer, role in zip(page.layers, roles, strict=True)
-                   if role is Role.UNKNOWN]  # fmt: skip
+                   if role is LayerRole.UNKNOWN]  # fmt: skip
         notes = [f'walls are on {_listed([page.layers[k] for k in np.flatnonzero(kept)])}']
         if unknown:
             notes.append(f'left out, as their names say nothing: {_listed(unknown)}')
         return Choice(kept[page.layer] & solid, tuple(notes))
-    kept = (roles == Role.UNKNOWN) | is_wall | (roles == Role.WINDOW)
+    kept = (roles == LayerRole.UNKNOWN) | is_wall | (roles == LayerRole.WINDOW)
     if not length[kept].any():
         kept[:] = True
     notes = []
@@ -240,7 +242,7 @@ def _styles(page: VectorPage) -> NDArray[np.int64]:
     return np.unique(style, axis=0, return_inverse=True)[1].reshape(-1)
 
 
-def _symbols(pieces: Pieces, is_symbol: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+def _symbols(pieces: OutlinePieces, is_symbol: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
     """Tell which paths draw a door or hatch and little else: a leaf's edges, a door's sector."""
     length = np.bincount(pieces.path, pieces.length, count)
     of_symbols = np.bincount(pieces.path, pieces.length * is_symbol, count)
@@ -248,7 +250,7 @@ def _symbols(pieces: Pieces, is_symbol: NDArray[np.bool_], count: int) -> NDArra
     return symbols
 
 
-def _size(pieces: Pieces, page: VectorPage) -> float:
+def _size(pieces: OutlinePieces, page: VectorPage) -> float:
     """Return the long side of the drawing in its units."""
     box = content_box(pieces.ends.mean(axis=1), pieces.length) if len(pieces.ends) else page.box
     return max(box[2] - box[0], box[3] - box[1]) if box is not None else 1.0
@@ -275,7 +277,7 @@ def content_box(points: Array, weights: Array) -> Box:
 
 
 def _canvas(
-    page: VectorPage, pieces: Pieces, is_line: NDArray[np.bool_], is_area: NDArray[np.bool_]
+    page: VectorPage, pieces: OutlinePieces, is_line: NDArray[np.bool_], is_area: NDArray[np.bool_]
 ) -> tuple[Canvas, list[str]]:
     """Return where the page comes to lie: what is painted of it, with a margin."""
     box, notes = _painted_box(page, pieces, is_line, is_area)
@@ -297,7 +299,7 @@ def _canvas(
 
 
 def _painted_box(
-    page: VectorPage, pieces: Pieces, is_line: NDArray[np.bool_], is_area: NDArray[np.bool_]
+    page: VectorPage, pieces: OutlinePieces, is_line: NDArray[np.bool_], is_area: NDArray[np.bool_]
 ) -> tuple[Box, list[str]]:
     if (page.is_scan or page.pictures) and page.box is not None:
         return page.box, []
@@ -352,7 +354,7 @@ def _ring_areas(page: VectorPage) -> NDArray[np.float64]:
     return np.where(count > 2, np.abs(twice) / 2.0, 0.0)
 
 
-def _strokes(page: VectorPage, pieces: Pieces, canvas: Canvas) -> Strokes:
+def _strokes(page: VectorPage, pieces: OutlinePieces, canvas: Canvas) -> Strokes:
     colour = np.where(page.stroke[:, 3:] > 0, page.stroke, page.fill)[:, :3]
     return Strokes(
         ends=transformed(pieces.ends, canvas.A_pixel_page),

@@ -5,7 +5,7 @@
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence, gather_evidence
 from fpnet_core.judging.judge import ALONE, WORD, Judge, Verdict, configured_model
 from fpnet_core.judging.model import JUDGE_NAME, JUDGE_SCHEMA, JudgeModel, read_judge
-from fpnet_core.judging.reasons import Look, reason_of
+from fpnet_core.judging.reasons import Circumstances, reason_of
 
 __all__ = [
     'ALONE',
@@ -14,10 +14,10 @@ __all__ = [
     'JUDGE_NAME',
     'JUDGE_SCHEMA',
     'WORD',
+    'Circumstances',
     'Evidence',
     'Judge',
     'JudgeModel',
-    'Look',
     'Verdict',
     'configured_model',
     'gather_evidence',

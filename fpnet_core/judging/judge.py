@@ -40,7 +40,7 @@ contradict weigh more.
 
 
 @dataclass(frozen=True)
-class Beside:
+class OtherStoreys:
     """
     The other storeys of a site beside the plan that a verdict is about, in logarithms.
 
@@ -54,7 +54,7 @@ class Beside:
     weight: float = -np.inf
 
 
-ALONE = Beside()
+ALONE = OtherStoreys()
 """Given: the plan is the only one."""
 
 
@@ -79,7 +79,7 @@ class Verdict:
     none: float
     foreign: float
     mirror: float = 0.0
-    beside: Beside = ALONE
+    beside: OtherStoreys = ALONE
     elsewhere: float = 0.0
 
     def of(self, index: NDArray[np.int64]) -> Verdict:
@@ -164,7 +164,7 @@ class Judge:
             right[best]
         )
 
-    def _reweighed(self, verdict: Verdict, none_weight: float, beside: Beside) -> Verdict:
+    def _reweighed(self, verdict: Verdict, none_weight: float, beside: OtherStoreys) -> Verdict:
         """Return a verdict whose weights stand, beside others."""
         p = self._probabilities(verdict.weights, none_weight, beside)
         return replace(
@@ -183,7 +183,7 @@ class Judge:
         evidence: Evidence,
         weights: Array,
         none_weight: float,
-        beside: Beside = ALONE,
+        beside: OtherStoreys = ALONE,
     ) -> Verdict:
         """Return the verdict that follows from the ``weights`` of :class:`Verdict`."""
         order = np.argsort(-weights, kind='stable')
@@ -221,7 +221,7 @@ class Judge:
         totals = np.array([_sum_of(told[k] + log_priors[k]) for k in range(len(drawn))])
         made = []
         for k, here in enumerate(drawn):
-            beside = Beside(log_priors[k], _sum_of(np.delete(totals, k)))
+            beside = OtherStoreys(log_priors[k], _sum_of(np.delete(totals, k)))
             if told[k] is here.weights:  # they stay ranked
                 made.append(self._reweighed(here, none_weight, beside))
             else:
@@ -313,7 +313,9 @@ class Judge:
             drawn, placements=ranked, none=none, foreign=foreign, mirror=mirror, elsewhere=left
         )
 
-    def _probabilities(self, weights: Array, none_weight: float, beside: Beside = ALONE) -> Array:
+    def _probabilities(
+        self, weights: Array, none_weight: float, beside: OtherStoreys = ALONE
+    ) -> Array:
         """
         Return ``(C + 2,)``: of each placement, of none anywhere, and of another building.
 
@@ -337,7 +339,7 @@ def _contrasted(weights: list[Array]) -> list[Array]:
     ]
 
 
-def _left(p: Array, beside: Beside) -> float:
+def _left(p: Array, beside: OtherStoreys) -> float:
     """Return the probability that is left for the other storeys' placements."""
     return 0.0 if beside.weight == -np.inf else max(0.0, 1.0 - float(p.sum()))
 

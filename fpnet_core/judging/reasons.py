@@ -54,7 +54,7 @@ _TIMES = {1: 'once', 2: 'twice'}
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class Circumstances:
     """
     What a reason needs beside the verdict of one look.
 
@@ -88,7 +88,7 @@ class Look:
     unsearched: int = 0
 
 
-def reason_of(verdict: Verdict, look: Look) -> str:
+def reason_of(verdict: Verdict, look: Circumstances) -> str:
     """Return what decides: one sentence, never empty."""
     if look.is_mirrored:
         return MIRRORED
@@ -117,7 +117,7 @@ def anew(why: str) -> str:
     return f'starting anew: {why}'
 
 
-def _undecided(verdict: Verdict, look: Look) -> str:
+def _undecided(verdict: Verdict, look: Circumstances) -> str:
     """Name what holds the probability that the best placement lacks."""
     is_little = look.walls_m < FEW_WALLS_M
     little = f'only {metres(look.walls_m)} of wall seen so far'
@@ -146,7 +146,7 @@ def _undecided(verdict: Verdict, look: Look) -> str:
     return f'{_explains(verdict, look)}: {_doubt(by, verdict, look)}'
 
 
-def _between_storeys(verdict: Verdict, look: Look) -> str:
+def _between_storeys(verdict: Verdict, look: Circumstances) -> str:
     """Say that other storeys fit, too, and whether the place on them is sure."""
     is_place_sure = verdict.best + verdict.elsewhere >= _PLACE_SURE
     sure = 'sure of the place, not of the storey: ' if is_place_sure else ''
@@ -154,7 +154,7 @@ def _between_storeys(verdict: Verdict, look: Look) -> str:
     return '; '.join([f'{sure}{here}', *_other_storey(look)])
 
 
-def _other_storey(look: Look) -> list[str]:
+def _other_storey(look: Circumstances) -> list[str]:
     """Return what the strongest other storey explains; nothing without one."""
     if look.rival_storey is None:
         return []
@@ -162,13 +162,13 @@ def _other_storey(look: Look) -> list[str]:
     return [f'storey {name} explains {percent(share)}']
 
 
-def _explains_well(verdict: Verdict, look: Look) -> bool:
+def _explains_well(verdict: Verdict, look: Circumstances) -> bool:
     """Tell whether nothing speaks against the best placement but how little was seen."""
     is_there = float(verdict.evidence.of('denied')[0]) < _MISSING
     return bool(_shares(verdict)[0] >= EXPLAINED_WELL and is_there and not _scale(verdict, look))
 
 
-def _doubt(by: str, verdict: Verdict, look: Look) -> str:
+def _doubt(by: str, verdict: Verdict, look: Circumstances) -> str:
     """Return what else may be the case: ``by`` is what holds the most probability."""
     is_at_edge = bool(_scale(verdict, look))
     if by == 'mirror':
@@ -180,7 +180,7 @@ def _doubt(by: str, verdict: Verdict, look: Look) -> str:
     return f'another scale, or {elsewhere}' if is_at_edge else elsewhere
 
 
-def _unconfirmed(look: Look) -> str:
+def _unconfirmed(look: Circumstances) -> str:
     """Say what a placement that is sure enough still lacks."""
     if look.unsearched and not look.missing_looks:
         storeys = 'storey' if look.unsearched == 1 else 'storeys'
@@ -193,14 +193,14 @@ def _unconfirmed(look: Look) -> str:
     return f'sure, but seen {times}: needs {look.missing_looks} more {looks}{news}'
 
 
-def _explained(verdict: Verdict, look: Look) -> str:
+def _explained(verdict: Verdict, look: Circumstances) -> str:
     return (
         f'{percent(_shares(verdict)[0])} of {metres(look.walls_m)} of wall '
         f'explained{_bent(verdict)}'
     )
 
 
-def _explains(verdict: Verdict, look: Look) -> str:
+def _explains(verdict: Verdict, look: Circumstances) -> str:
     scale = _scale(verdict, look)
     missing = float(verdict.evidence.of('denied')[0])
     parts = [f'explains {percent(_shares(verdict)[0])} of the walls{_bent(verdict)}']
@@ -211,7 +211,7 @@ def _explains(verdict: Verdict, look: Look) -> str:
     return ', '.join(parts)
 
 
-def _rival(verdict: Verdict, look: Look) -> str:
+def _rival(verdict: Verdict, look: Circumstances) -> str:
     """Return where the most probable rival is and how much it explains."""
     if len(verdict.placements) < 2:
         return 'no rival was found'
@@ -223,7 +223,7 @@ def _rival(verdict: Verdict, look: Look) -> str:
     return said
 
 
-def _where(verdict: Verdict, look: Look) -> str:
+def _where(verdict: Verdict, look: Circumstances) -> str:
     """Return how the rival lies to the best placement, as seen from there."""
     placed = verdict.placements.take(slice(2))
     middle = placed.apply(look.at.mean(axis=0, keepdims=True))[:, 0]
@@ -239,7 +239,7 @@ def _where(verdict: Verdict, look: Look) -> str:
     return ' and '.join(parts) or 'in nearly the same place'
 
 
-def _parting(verdict: Verdict, look: Look) -> list[str]:
+def _parting(verdict: Verdict, look: Circumstances) -> list[str]:
     """
     Say how much more wall would part the best placement from its rival, if that can be told.
 
@@ -275,12 +275,12 @@ def _contested_m(verdict: Verdict, walls_m: float) -> float:
     return 0.0
 
 
-def _scaled(verdict: Verdict, look: Look) -> list[str]:
+def _scaled(verdict: Verdict, look: Circumstances) -> list[str]:
     scale = _scale(verdict, look)
     return [f'the walls fit at {scale}'] if scale else []
 
 
-def _scale(verdict: Verdict, look: Look) -> str:
+def _scale(verdict: Verdict, look: Circumstances) -> str:
     """Return the best placement's scale where it is at the edge of what was searched."""
     (low, high), scale = look.scales, float(verdict.placements.scale[0])
     edge = 1.0 + AT_EDGE

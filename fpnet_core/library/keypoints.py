@@ -28,7 +28,7 @@ tune half's robot maps (docs/sites.md, thousands of plans).
 """
 
 
-class Kind(IntEnum):
+class KeypointKind(IntEnum):
     """What a keypoint is: corners point into a room (convex) or around one (reflex)."""
 
     DOOR = 0
@@ -36,7 +36,7 @@ class Kind(IntEnum):
     REFLEX = 2
 
 
-KINDS = len(Kind)
+KINDS = len(KeypointKind)
 
 PERIOD = np.array([np.pi, 2.0 * np.pi, 2.0 * np.pi], dtype=np.float32)
 """Physical, by kind: a door looks the same from both rooms, a corner opens to one side."""
@@ -48,7 +48,7 @@ class Keypoints:
     Oriented points of a map, in true metres around its middle.
 
     ``xy (K, 2)`` [m], ``angle (K,)`` [rad] along a door's line or into a corner, and
-    ``kind (K,)`` of :class:`Kind`.
+    ``kind (K,)`` of :class:`KeypointKind`.
     """
 
     xy: NDArray[np.float32]
@@ -89,7 +89,7 @@ def _doors(segmentation: Segmentation) -> Iterator[tuple[float, float, float, fl
     for portal in segmentation.portals:
         x, y = portal.ends.mean(axis=0).tolist()
         along = portal.ends[1] - portal.ends[0]
-        yield x, y, float(np.arctan2(along[1], along[0])), float(Kind.DOOR)
+        yield x, y, float(np.arctan2(along[1], along[0])), float(KeypointKind.DOOR)
 
 
 def _corners(
@@ -116,6 +116,6 @@ def _corners_of(
     cross = ahead[:, 0] * back[:, 1] - ahead[:, 1] * back[:, 0]
     into = back + ahead
     for index in np.flatnonzero(is_corner):
-        kind = Kind.CONVEX if cross[index] > 0.0 else Kind.REFLEX
+        kind = KeypointKind.CONVEX if cross[index] > 0.0 else KeypointKind.REFLEX
         angle = np.arctan2(into[index, 1], into[index, 0])
         yield float(ring[index, 0]), float(ring[index, 1]), float(angle), float(kind)

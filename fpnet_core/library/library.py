@@ -19,7 +19,7 @@ from typing import Any
 
 from fpnet_core.errors import LibraryError
 from fpnet_core.library.keypoints import Keypoints, keypoints_of
-from fpnet_core.library.search import Known, Part, proposed
+from fpnet_core.library.search import Known, ShardPlans, proposed
 from fpnet_core.library.shard import Shard
 from fpnet_core.library.walls import plan_walls
 from fpnet_core.segmentation import ScaleEstimate
@@ -68,7 +68,7 @@ def plan_of(path: str, segmentation: Segmentation, scale: ScaleEstimate) -> Libr
 class PlanLibrary:
     """Floorplans in shards; see :meth:`save` and :meth:`open`."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[ShardPlans, ...]
 
     @classmethod
     def of(cls, plans: Sequence[LibraryPlan]) -> PlanLibrary:
@@ -142,14 +142,14 @@ class PlanLibrary:
         return cls(tuple(_opened(path) for path in shards))
 
 
-def _part(plans: Iterable[LibraryPlan]) -> Part:
+def _part(plans: Iterable[LibraryPlan]) -> ShardPlans:
     group = list(plans)
     known = tuple(Known(plan.path, plan.low, plan.high) for plan in group)
     shard = Shard.of([plan.keypoints for plan in group], [plan.walls for plan in group])
-    return Part(shard, known)
+    return ShardPlans(shard, known)
 
 
-def _opened(path: Path) -> Part:
+def _opened(path: Path) -> ShardPlans:
     manifest = path / _MANIFEST
     try:
         read = json.loads(manifest.read_text(encoding='utf-8'))
@@ -163,7 +163,7 @@ def _opened(path: Path) -> Part:
         raise LibraryError(
             f'{path} names {len(plans)} plans and holds {len(shard)}; build it again'
         )
-    return Part(shard, plans)
+    return ShardPlans(shard, plans)
 
 
 def _known(read: Any) -> Known:

@@ -60,7 +60,7 @@ class Known:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class ShardPlans:
     """A shard, and its plans in order."""
 
     shard: Shard
@@ -102,7 +102,7 @@ class _Asked:
     """
 
     question: _Question
-    part: Part
+    part: ShardPlans
     factors: NDArray[np.float64]
     weight: NDArray[np.float64]
     votes: NDArray[np.float64]
@@ -110,7 +110,7 @@ class _Asked:
     poses: NDArray[np.float32]
 
     @classmethod
-    def of(cls, question: _Question, part: Part) -> _Asked:
+    def of(cls, question: _Question, part: ShardPlans) -> _Asked:
         factors, weight = _scales(question, part)
         votes, fits = np.zeros_like(weight), np.zeros_like(weight)
         poses = np.zeros((*weight.shape, 3), np.float32)
@@ -172,7 +172,7 @@ _Plan = tuple[_Asked, int]
 
 
 def proposed(
-    parts: Iterable[Part], seen: Segmentation, scale: ScaleEstimate
+    parts: Iterable[ShardPlans], seen: Segmentation, scale: ScaleEstimate
 ) -> list[tuple[float, str]]:
     """Return how well plans fit what was seen, and their paths, best first; see the module."""
     question = _Question.of(seen, scale)
@@ -226,7 +226,9 @@ def _possible(asked: Iterable[_Asked]) -> list[_Plan]:
     return sorted(plans, key=lambda plan: tuple(plan[0].part.shard.shape[plan[1]].tolist()))
 
 
-def _scales(question: _Question, part: Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _scales(
+    question: _Question, part: ShardPlans
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
     Return the scales to be tried ``(F,)``, and how likely each is for each plan ``(F, N)``.
 

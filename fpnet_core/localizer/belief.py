@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
-from fpnet_core.judging import Judge, Look, Verdict, reason_of
+from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
 from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.pose.estimate import DISTINCT_M
@@ -162,7 +162,7 @@ class HypothesisTracker:
             verdict = self.judge.against_mirror(verdict, standing.mirrored, _MIRROR_LOG_ODDS)
         standing = replace(standing, probability=verdict.best)
         is_mirrored = len(verdict.placements) > 0 and standing.mirror_wins >= _MIRROR_WINS
-        look = Look(
+        look = Circumstances(
             sight.sub.wall_length_m,
             self.config.claim_probability,
             compared_at(sight.sub, sight.robot_xy),
@@ -193,7 +193,9 @@ class HypothesisTracker:
         was_localized = standing.was_localized or is_claimed
         return replace(standing, is_claimed=is_claimed, was_localized=was_localized)
 
-    def _belief(self, standing: Standing, verdict: Verdict, sight: Sight, look: Look) -> Belief:
+    def _belief(
+        self, standing: Standing, verdict: Verdict, sight: Sight, look: Circumstances
+    ) -> Belief:
         look = replace(
             look,
             is_claimed=standing.is_claimed,
@@ -247,7 +249,9 @@ class HypothesisTracker:
         return replace(standing, sure_wins=before + int(is_sure), sure_of=seen)
 
 
-def _nothing_found(standing: Standing, verdict: Verdict, look: Look) -> tuple[Standing, Belief]:
+def _nothing_found(
+    standing: Standing, verdict: Verdict, look: Circumstances
+) -> tuple[Standing, Belief]:
     standing = replace(standing, is_claimed=False, leader=None, wins=0, sure_wins=0)
     status = Status.LOST if standing.was_localized else Status.SEARCHING
     why = reason_of(verdict, look)

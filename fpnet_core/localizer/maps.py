@@ -14,7 +14,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.graphs import build_region_graph
-from fpnet_core.judging import Judge, Look, Verdict, reason_of
+from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
 from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.scale import ScaleSearch, estimated_search, first_search
 from fpnet_core.localizer.sides import StageTimer, plan_side, rescaled_rooms
@@ -312,7 +312,7 @@ def _reason(
     config: FpnetConfig,
     storeys: _Storeys,
 ) -> str:
-    look = Look(
+    look = Circumstances(
         pair.sub.evidence.wall_length_m,
         config.localizer.match_probability,
         pair.sub.evidence.corners,

@@ -141,7 +141,7 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     order = np.argsort(-fit.sum(axis=1), kind='stable')
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
     similarity, partner, fit = similarity[order], partner[order], fit[order]
-    evidence = gather_evidence(plan, sub, similarity, partner, fit, relative)
+    evidence = gather_region_evidence(plan, sub, similarity, partner, fit, relative)
     return Assignments(similarity, partner, fit, evidence)
 
 
@@ -152,7 +152,7 @@ def rank(assignments: Assignments, model: EvidenceModel) -> tuple[Assignments, A
     return assignments.take(order), probability[order]
 
 
-def gather_evidence(
+def gather_region_evidence(
     plan: GraphGeometry,
     sub: GraphGeometry,
     similarity: Array,

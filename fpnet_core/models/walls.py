@@ -69,7 +69,7 @@ class ConvNorm(nn.Module):
         )
 
 
-class Block(nn.Module):
+class ResidualBlock(nn.Module):
     """Two convolutions around which the input is added (He et al., 2016)."""
 
     def __init__(self, width: int) -> None:
@@ -83,7 +83,7 @@ class Block(nn.Module):
 
 
 def _blocks(width: int, count: int) -> nn.Sequential:
-    return nn.Sequential(*(Block(width) for _ in range(count)))
+    return nn.Sequential(*(ResidualBlock(width) for _ in range(count)))
 
 
 class WallNetwork(nn.Module):

@@ -18,7 +18,7 @@ from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.geometry.polar import heading_of
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.report.record import PLACEMENT_COLOURS, RunRecord
-from fpnet_core.report.sheets import Box, Sheet, fitted
+from fpnet_core.report.sheets import Box, PictureSheet, fitted
 from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
 from fpnet_core.viz.segmentation import painted, partner_colours
 from fpnet_core.viz.strip import STATUS_COLOURS
@@ -76,8 +76,8 @@ class _Film:
         self.A_px_odom = fitted(_seen(shown[-1]), _SUBMAP_BOX)
         self.background = self._background(record.plan)
 
-    def _background(self, plan: Segmentation) -> Sheet:
-        sheet = Sheet.blank(_SIZE)
+    def _background(self, plan: Segmentation) -> PictureSheet:
+        sheet = PictureSheet.blank(_SIZE)
         picture = painted(plan).astype(np.float64)
         picture = np.where(plan.labels[..., None] > 0, 255 - _FADED * (255 - picture), picture)
         picture[plan.grid.cells == UNKNOWN] = 255
@@ -102,7 +102,9 @@ class _Film:
         self._status(sheet, output)
         return sheet.image()
 
-    def _submap(self, sheet: Sheet, output: LocalizerOutput, A: Affine2D, opacity: float) -> None:
+    def _submap(
+        self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D, opacity: float
+    ) -> None:
         sub = output.segmentation
         assert sub is not None  # only such ticks are shown
         image = painted(sub, partner_colours(sub, output.match))
@@ -110,7 +112,7 @@ class _Film:
         cells = column_to_xy(sub.grid.T_frame_grid, sub.grid.resolution)
         sheet.picture(image, known, A @ cells)
 
-    def _placements(self, sheet: Sheet, output: LocalizerOutput) -> None:
+    def _placements(self, sheet: PictureSheet, output: LocalizerOutput) -> None:
         """Draw the claimed placement with its path and robot, or else all that are likely."""
         submap = output.submap
         assert submap is not None  # only such ticks are shown
@@ -130,7 +132,7 @@ class _Film:
             sheet.arrow(*self._robot(output, A), colour)
 
     def _walls(
-        self, sheet: Sheet, output: LocalizerOutput, A: Affine2D, colour: tuple[int, ...]
+        self, sheet: PictureSheet, output: LocalizerOutput, A: Affine2D, colour: tuple[int, ...]
     ) -> None:
         assert output.submap is not None  # only such ticks are shown
         grid = output.submap.grid
@@ -148,7 +150,7 @@ class _Film:
         yaw = self.record.heading(output) or 0.0
         return place, A_px_submap.linear @ np.array([np.cos(yaw), np.sin(yaw)])
 
-    def _status(self, sheet: Sheet, output: LocalizerOutput) -> None:
+    def _status(self, sheet: PictureSheet, output: LocalizerOutput) -> None:
         seconds = self.record.seconds(np.array([output.stamp_ns]))[0]
         colour = tuple(round(200 * each) for each in to_rgb(STATUS_COLOURS[output.status]))
         text = f'{seconds:.0f} s: {output.status.value}, p {output.probability:.2f}'

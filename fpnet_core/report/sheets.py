@@ -55,21 +55,21 @@ def fitted(xy: NDArray[np.float64], box: Box, T_frame_up: SE2 | None = None) -> 
     return A_px_frame
 
 
-class Sheet:
+class PictureSheet:
     """A picture in the making; places are pixels of the finished one, whole at their corner."""
 
     def __init__(self, pixels: NDArray[np.uint8], texts: Sequence[Text] = ()) -> None:
         self._pixels, self._texts = pixels, list(texts)
 
     @classmethod
-    def blank(cls, size: tuple[int, int]) -> Sheet:
+    def blank(cls, size: tuple[int, int]) -> PictureSheet:
         """Return a white sheet, ``size`` its width and height."""
         width, height = size
         return cls(np.full((_LARGER * height, _LARGER * width, 3), 255, np.uint8))
 
-    def copy(self) -> Sheet:
+    def copy(self) -> PictureSheet:
         """Return one to go on with."""
-        return Sheet(self._pixels.copy(), self._texts)
+        return PictureSheet(self._pixels.copy(), self._texts)
 
     def picture(
         self,

@@ -55,7 +55,7 @@ LINE_FIGURES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class LineMasks:
     """
     The masks (H, W) that lines are looked at in: what is ``passable``, what was ``unseen``, what
     was ``furniture`` until it was taken away, and which cells lie below a ``lintel``.
@@ -68,7 +68,7 @@ class Surroundings:
     cell_m: float
 
 
-def line_figures(ends: Array, around: Surroundings) -> Array:
+def line_figures(ends: Array, around: LineMasks) -> Array:
     """
     Return the :data:`LINE_FIGURES` (L, D) of lines.
 

@@ -87,7 +87,7 @@ def _sums(labels, clearance, frontier, cell_m, count):  # type: ignore[no-untype
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class DividingLines:
     """Lines between pieces: ``pieces (L, 2)``, ``width_m (L,)`` and what each shows (L, D)."""
 
     pieces: NDArray[np.int64]
@@ -95,7 +95,7 @@ class Lines:
     figures: Array
 
 
-def join_pieces(pieces: Pieces, lines: Lines, is_one: Judge) -> NDArray[np.int64]:
+def join_pieces(pieces: Pieces, lines: DividingLines, is_one: Judge) -> NDArray[np.int64]:
     """
     Return for each piece (P,) the one that it has joined, itself for most.
 
@@ -108,7 +108,9 @@ def join_pieces(pieces: Pieces, lines: Lines, is_one: Judge) -> NDArray[np.int64
     return target
 
 
-def joining_stages(pieces: Pieces, lines: Lines, is_one: Judge) -> Iterator[NDArray[np.int64]]:
+def joining_stages(
+    pieces: Pieces, lines: DividingLines, is_one: Judge
+) -> Iterator[NDArray[np.int64]]:
     """Yield what :func:`join_pieces` has joined so far, each time that something has."""
     target = np.arange(len(pieces.peak))
     while True:
@@ -131,7 +133,11 @@ def joining_stages(pieces: Pieces, lines: Lines, is_one: Judge) -> Iterator[NDAr
 
 
 def absorb_small(
-    pieces: Pieces, lines: Lines, target: NDArray[np.int64], least_m2: float, frontier_m: float
+    pieces: Pieces,
+    lines: DividingLines,
+    target: NDArray[np.int64],
+    least_m2: float,
+    frontier_m: float,
 ) -> NDArray[np.int64]:
     """
     Return ``target (P,)`` after pieces below ``least_m2`` have joined across their widest line.
@@ -157,7 +163,7 @@ def absorb_small(
 
 
 def figures_now(
-    now: Pieces, pair: NDArray[np.int64], lines: Lines, live: NDArray[np.int64]
+    now: Pieces, pair: NDArray[np.int64], lines: DividingLines, live: NDArray[np.int64]
 ) -> Array:
     """Return all figures (K, D) of the lines ``live (K,)`` between the pieces ``pair (K, 2)``."""
     area = now.moments[:, 0]

@@ -13,10 +13,10 @@ from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import looked_up
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.basins import grow_basins, merge_shallow
-from fpnet_core.segmentation.door_figures import Surroundings, line_figures
+from fpnet_core.segmentation.door_figures import LineMasks, line_figures
 from fpnet_core.segmentation.door_model import MAP_FIGURES, packaged_door_model
 from fpnet_core.segmentation.gaps import closed_cells, find_gaps, openings_across
-from fpnet_core.segmentation.joining import Lines, Pieces, absorb_small, join_pieces
+from fpnet_core.segmentation.joining import DividingLines, Pieces, absorb_small, join_pieces
 from fpnet_core.segmentation.openings import (
     Opening,
     closing_line,
@@ -51,7 +51,7 @@ class Parts:
     labels: Labels
     gaps: list[Line]
     pieces: Pieces
-    lines: Lines
+    lines: DividingLines
 
 
 def cut_rooms(scene: Scene) -> tuple[Labels, list[Opening], NDArray[np.float32]]:
@@ -81,7 +81,9 @@ def cut_parts(scene: Scene) -> Parts:
     return Parts(shut, work, labels, gaps, pieces, _lines(scene, shut, work, labels, gaps))
 
 
-def _lines(scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: list[Line]) -> Lines:
+def _lines(
+    scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: list[Line]
+) -> DividingLines:
     """Return all places where pieces meet, the saddles first, with what each shows."""
     passable = shut.free & ~shut.lintel
     saddles = find_saddles_of_rooms(labels, work)
@@ -100,16 +102,16 @@ def _lines(scene: Scene, shut: Scene, work: WorkRaster, labels: Labels, gaps: li
     figures = line_figures(places, _surroundings(scene))
     width_m = np.hypot(*(places[:, 1] - places[:, 0]).T) * scene.cell_m
     rooms = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    return Lines(rooms, width_m, np.column_stack([figures, kinds]))
+    return DividingLines(rooms, width_m, np.column_stack([figures, kinds]))
 
 
-def _surroundings(scene: Scene) -> Surroundings:
+def _surroundings(scene: Scene) -> LineMasks:
     """Return what lines are looked at in; rooms that are held are as passable as others."""
     nothing = np.zeros_like(scene.solid)
     unseen, furniture, high = (
         nothing if mask is None else mask for mask in (scene.unseen, scene.furniture, scene.high)
     )
-    return Surroundings(~scene.solid & ~unseen, unseen, furniture, high, scene.cell_m)
+    return LineMasks(~scene.solid & ~unseen, unseen, furniture, high, scene.cell_m)
 
 
 def _rooms_of(

@@ -18,7 +18,7 @@ from fpnet_core.raster.morphology import Mask, closed, grown
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.submaps.heights import LINTEL_HEIGHT_M, LINTEL_TOP_M
-from fpnet_core.submaps.storeys import Storey, check_extent, find_storeys, without_strays
+from fpnet_core.submaps.storeys import StoreyHeights, check_extent, find_storeys, without_strays
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
 _log = logging.getLogger(__name__)
@@ -66,7 +66,7 @@ def submap_from_cloud(
     return _rasterised(building, level, config)
 
 
-def _chosen(storeys: tuple[Storey, ...], number: int | None) -> Storey:
+def _chosen(storeys: tuple[StoreyHeights, ...], number: int | None) -> StoreyHeights:
     if number is None:
         largest = max(storeys, key=lambda storey: storey.area_m2)
         if len(storeys) > 1:
@@ -107,7 +107,7 @@ class _Columns:
         )
 
 
-def _rasterised(points: NDArray[np.float64], level: Storey, config: SubmapConfig) -> Submap:
+def _rasterised(points: NDArray[np.float64], level: StoreyHeights, config: SubmapConfig) -> Submap:
     """Return the submap of one storey."""
     own = points[(points[:, 2] > level.floor_m - _FLOOR_M) & (points[:, 2] < level.top_m)]
     corner = np.floor(own[:, :2].min(axis=0) / config.resolution_m).astype(np.int64)
@@ -125,7 +125,9 @@ def _rasterised(points: NDArray[np.float64], level: Storey, config: SubmapConfig
     return Submap(grid, lintel, np.zeros((0, 2)))
 
 
-def _told_apart(columns: _Columns, level: Storey, config: SubmapConfig) -> tuple[Mask, Mask, Mask]:
+def _told_apart(
+    columns: _Columns, level: StoreyHeights, config: SubmapConfig
+) -> tuple[Mask, Mask, Mask]:
     """Return what is free, wall and lintel (H, W)."""
     ceiling = np.inf if level.ceiling_m is None else level.ceiling_m - level.floor_m
     top = min(LINTEL_TOP_M, ceiling - _CEILING_M)

@@ -34,7 +34,7 @@ _MOST_CELLS = 25_000_000  # numerical: of a raster
 
 
 @dataclass(frozen=True)
-class Storey:
+class StoreyHeights:
     """A floor and the ceiling above it, None where none was seen [m], and its ground [m2]."""
 
     floor_m: float
@@ -91,7 +91,7 @@ def check_extent(size_m: Array, cell_m: float) -> None:
         )
 
 
-def find_storeys(points: Array) -> tuple[Storey, ...]:
+def find_storeys(points: Array) -> tuple[StoreyHeights, ...]:
     """
     Return the storeys of a gravity-aligned cloud ``points (P, 3)`` [m], lowest first.
 
@@ -165,12 +165,12 @@ def _is_floor(ground: Array, planes: list[int], layer: int) -> bool:
     return all(covered < 0.5 * ground[layer] for covered in above)
 
 
-def _storey(base: float, ground: Array, planes: list[int], floor: int, top: int) -> Storey:
+def _storey(base: float, ground: Array, planes: list[int], floor: int, top: int) -> StoreyHeights:
     """Return the storey on the layer ``floor``, below the layer ``top``."""
     lowest = floor + _LOWEST_CEILING_M / _LAYER_M
     ceilings = [layer for layer in planes if lowest <= layer < top]
     ceiling = max(ceilings, key=lambda layer: ground[layer], default=None)
-    return Storey(
+    return StoreyHeights(
         base + (floor + 0.5) * _LAYER_M,
         None if ceiling is None else base + (ceiling + 0.5) * _LAYER_M,
         float(ground[floor]) * _COLUMN_M**2,

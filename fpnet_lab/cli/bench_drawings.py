@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading
-    from fpnet_lab.evaluation.drawings import Comparison, Reader, SheetResult
+    from fpnet_lab.evaluation.drawings import Reader, RoomComparison, SheetResult
     from fpnet_lab.sim.sheets import Sheet, SheetKind
 
 _Half = Literal['tune', 'report']
@@ -114,7 +114,7 @@ def _read_sheets(
         progress('sheets', len(seeds) * len(kinds)) as advance,
     ):
 
-        def on_read(sheet: Sheet, result: SheetResult, rooms: Comparison | None) -> None:
+        def on_read(sheet: Sheet, result: SheetResult, rooms: RoomComparison | None) -> None:
             advance(1.0)
             if plot is not None and not result.is_right:
                 from fpnet_lab.viz.drawings import save_comparison

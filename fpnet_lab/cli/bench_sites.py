@@ -19,7 +19,7 @@ from fpnet_lab.cli.options import Half
 from fpnet_lab.cli.reports import finish
 
 
-class Part(StrEnum):
+class SitesPart(StrEnum):
     """What may be measured alone."""
 
     SITES = 'sites'
@@ -30,7 +30,7 @@ class Part(StrEnum):
 
 def command(
     only: Annotated[
-        list[Part] | None, typer.Option('--only', help='Measure this part; repeatable.')
+        list[SitesPart] | None, typer.Option('--only', help='Measure this part; repeatable.')
     ] = None,
     sites: Annotated[int, typer.Option('--sites', min=1, help='Generated sites.')] = 12,
     drives: Annotated[
@@ -69,13 +69,13 @@ def command(
 
     cv2.setNumThreads(1)
     report: dict[str, Any] = {}
-    run: dict[Part, Callable[[], dict[str, Any]]] = {
-        Part.SITES: lambda: _sites(sites, tree),
-        Part.ONE: lambda: _one(drives, tree),
-        Part.DIFFERENCES: lambda: _differences(drives, tree),
-        Part.LIBRARY: lambda: _library(plans, drives, most, data, split.value, workers, tree),
+    run: dict[SitesPart, Callable[[], dict[str, Any]]] = {
+        SitesPart.SITES: lambda: _sites(sites, tree),
+        SitesPart.ONE: lambda: _one(drives, tree),
+        SitesPart.DIFFERENCES: lambda: _differences(drives, tree),
+        SitesPart.LIBRARY: lambda: _library(plans, drives, most, data, split.value, workers, tree),
     }
-    for part in only or Part:
+    for part in only or SitesPart:
         report |= run[part]()
     finish('sites', json_path, report)
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpnet_lab.evaluation.speed.timing import Figure
 
 
-class Part(StrEnum):
+class SpeedPart(StrEnum):
     """What may be timed alone."""
 
     PLANS = 'plans'
@@ -38,7 +38,7 @@ def command(
         Path, typer.Option('--data', metavar='DIR', help='Folder of real plans and robot maps.')
     ] = Path('../shared/data'),
     only: Annotated[
-        list[Part] | None, typer.Option('--only', help='Time this part; repeatable.')
+        list[SpeedPart] | None, typer.Option('--only', help='Time this part; repeatable.')
     ] = None,
     seconds: Annotated[
         float | None,
@@ -67,10 +67,10 @@ def command(
     cv2.setNumThreads(1)
     figures: list[Figure] = []
     storeys: list[Grown] = []
-    parts = only or [part for part in Part if part is not Part.GROWTH]
+    parts = only or [part for part in SpeedPart if part is not SpeedPart.GROWTH]
     with progress('timing', len(parts)) as advance:
         for part in parts:
-            if part is Part.GROWTH:
+            if part is SpeedPart.GROWTH:
                 storeys = _grown()
             figures += _measured(part, data, seconds)
             advance(1.0)
@@ -93,17 +93,17 @@ def _grown() -> list[Grown]:
     return [growth(area_m2) for area_m2 in AREAS_M2]
 
 
-def _measured(part: Part, data: Path, seconds: float | None) -> list[Figure]:
+def _measured(part: SpeedPart, data: Path, seconds: float | None) -> list[Figure]:
     from fpnet_lab.evaluation.speed import maps
     from fpnet_lab.evaluation.speed.drive import drive_figures
 
-    if part is Part.GROWTH:
+    if part is SpeedPart.GROWTH:
         return []
-    if part is Part.DRIVE:
+    if part is SpeedPart.DRIVE:
         return drive_figures(seconds)[0]
-    if part is Part.PAIRS:
+    if part is SpeedPart.PAIRS:
         return [maps.pairs_figure(data)] if data.is_dir() else []
-    real = [maps.bormann_figure(data)] if part is Part.PLANS and data.is_dir() else []
+    real = [maps.bormann_figure(data)] if part is SpeedPart.PLANS and data.is_dir() else []
     return real + maps.PARTS[part.value]()
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from fpnet_lab.training import EpochRecord, TrainingConfig
 
 
-class Preset(StrEnum):
+class TrainingPreset(StrEnum):
     """Named configurations of :mod:`fpnet_lab.training.config`."""
 
     PAPER = 'paper'
@@ -47,7 +47,8 @@ LimitOption = Annotated[
     int | None, typer.Option('--limit', min=2, help='Use only the first pairs of the folder.')
 ]
 PresetOption = Annotated[
-    Preset, typer.Option('--preset', help="Network and losses: ours, the paper's, its backbone.")
+    TrainingPreset,
+    typer.Option('--preset', help="Network and losses: ours, the paper's, its backbone."),
 ]
 InitOption = Annotated[
     Path | None,
@@ -61,7 +62,7 @@ ThreadsOption = Annotated[
 def command(
     data: DataOption,
     out: options.RunOption,
-    preset: PresetOption = Preset.FPNET,
+    preset: PresetOption = TrainingPreset.FPNET,
     epochs: EpochsOption = None,
     limit: LimitOption = None,
     init: InitOption = None,
@@ -133,7 +134,7 @@ def fit_and_calibrate(
 
 
 def _training_config(
-    settings: list[str] | None, preset: Preset, epochs: int | None, seed: int | None
+    settings: list[str] | None, preset: TrainingPreset, epochs: int | None, seed: int | None
 ) -> TrainingConfig:
     from fpnet_lab.training.config import parse_training_config
 

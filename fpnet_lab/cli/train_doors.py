@@ -29,11 +29,11 @@ def command(
     """
     common.check_input(data)
     from fpnet_lab.training import use_threads
-    from fpnet_lab.training.door_samples import Amounts, door_tasks, gather_samples
+    from fpnet_lab.training.door_samples import DoorAmounts, door_tasks, gather_samples
     from fpnet_lab.training.doors import DoorTraining, fit_doors, held_back_figures, write_doors
 
     settings, path = DoorTraining(seed=seed or 0), out / 'doors.safetensors'
-    tasks = list(door_tasks(data, settings.seed, Amounts().scaled(share)))
+    tasks = list(door_tasks(data, settings.seed, DoorAmounts().scaled(share)))
     with progress('maps', total=len(tasks)) as advance:
         samples = gather_samples(out / 'samples', tasks, workers, advance)
     use_threads(1)  # small products: more threads wait for each other

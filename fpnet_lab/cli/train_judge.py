@@ -39,10 +39,10 @@ def command(
     from fpnet_lab.training import use_threads
     from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials, write_judge
     from fpnet_lab.training.judge_figures import held_back_figures
-    from fpnet_lab.training.judge_gathering import Amounts, gather_trials, trial_blocks
+    from fpnet_lab.training.judge_gathering import TrialAmounts, gather_trials, trial_blocks
 
     settings = JudgeTraining(seed=seed or 0, without=tuple(without or ()))
-    blocks = trial_blocks(settings.seed, data, tree, Amounts().scaled(share))
+    blocks = trial_blocks(settings.seed, data, tree, TrialAmounts().scaled(share))
     with progress('trials', total=len(blocks)) as advance:
         trials = gather_trials(out / 'trials', blocks, workers, advance)
     use_threads(1)  # small products: more threads wait for each other

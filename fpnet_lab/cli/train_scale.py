@@ -40,10 +40,10 @@ def command(
         held_back_figures,
         write_scale,
     )
-    from fpnet_lab.training.scale_samples import Amounts, gather_samples, scale_tasks
+    from fpnet_lab.training.scale_samples import ScaleAmounts, gather_samples, scale_tasks
 
     settings, path = ScaleTraining(seed=seed or 0), out / 'scale.safetensors'
-    tasks = list(scale_tasks(data, settings.seed, Amounts().scaled(share), tree.segmentation))
+    tasks = list(scale_tasks(data, settings.seed, ScaleAmounts().scaled(share), tree.segmentation))
     with progress('maps', total=len(tasks)) as advance:
         samples = gather_samples(out / 'samples', tasks, tree.segmentation, workers, advance)
     use_threads(1)  # small products: more threads wait for each other

@@ -132,7 +132,7 @@ class SheetResult:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class RoomComparison:
     """
     Rooms read and true rooms on one raster.
 
@@ -146,10 +146,10 @@ class Comparison:
     f1: float
 
 
-OnRead = Callable[[Sheet, SheetResult, Comparison | None], None]
+OnRead = Callable[[Sheet, SheetResult, RoomComparison | None], None]
 
 
-def _ignore(_sheet: Sheet, _result: SheetResult, _rooms: Comparison | None) -> None:
+def _ignore(_sheet: Sheet, _result: SheetResult, _rooms: RoomComparison | None) -> None:
     """Do nothing with what was read."""
 
 
@@ -196,7 +196,7 @@ def read_sheet(
     folder: Path,
     config: SegmentationConfig,
     file_format: str = PICTURE,
-) -> tuple[SheetResult, Comparison | None]:
+) -> tuple[SheetResult, RoomComparison | None]:
     """Read one sheet from a file in ``folder``; the comparison is None where it was refused."""
     name = f'{sheet.kind.value}-{sheet.seed}'
     clean_f1 = _clean_f1(sheet, config)
@@ -261,7 +261,7 @@ def compared(
     found: Segmentation,
     H_plan_page: NDArray[np.float64],
     most_cells: int = _MOST_CELLS,
-) -> Comparison:
+) -> RoomComparison:
     """
     Compare rooms on the whole page with the truth, or with that of the storey that fits best.
 
@@ -278,7 +278,7 @@ def compared(
         candidates.append(np.where(each[0] > 0, each[0], _shifted(each[1], int(each[0].max()))))
     scores = [room_agreement(labels, true).f1 for true in candidates]
     best = int(np.argmax(scores))
-    return Comparison(grid, labels, candidates[best], scores[best])
+    return RoomComparison(grid, labels, candidates[best], scores[best])
 
 
 def _shifted(labels: NDArray[np.int32], by: int) -> NDArray[np.int32]:

@@ -45,7 +45,7 @@ from fpnet_lab.evaluation.robot_figures import Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.robot_pairs import (
     BANDS,
     WHOLE,
-    Drawing,
+    BuildingFloorplan,
     RobotPair,
     foreign_drawings,
     read_drawings,
@@ -68,7 +68,7 @@ class RobotCase:
 
     pair: RobotPair
     band: str
-    foreign: tuple[Drawing, ...] = ()
+    foreign: tuple[BuildingFloorplan, ...] = ()
 
 
 class _Key(NamedTuple):
@@ -115,7 +115,9 @@ def _spread(keys: Sequence[_Key], limit: int) -> list[_Key]:
     return [key for _, key in sorted(rounds, key=lambda item: item[0])[:limit]]
 
 
-def _case(pair: RobotPair, key: _Key, drawings: Sequence[Drawing], foreign: int) -> RobotCase:
+def _case(
+    pair: RobotPair, key: _Key, drawings: Sequence[BuildingFloorplan], foreign: int
+) -> RobotCase:
     """Return the variant of a pair that a key names."""
     choice = np.random.default_rng([SEED, *(key.pair, key.band + 1, key.variant), _FOREIGN_STREAM])
     others = foreign_drawings(pair.drawing, drawings, choice, foreign)
@@ -201,7 +203,7 @@ class _Bench:
                 found[name].append(Foreign(is_same_architect, said.is_claimed))
         return found
 
-    def _match(self, drawing: Drawing, robot: _TimedCut) -> MapMatch:
+    def _match(self, drawing: BuildingFloorplan, robot: _TimedCut) -> MapMatch:
         """Return what ``fpnet match`` would; its total time holds that of cutting both maps."""
         if drawing.building not in self._plans:
             self._plans[drawing.building] = _timed(

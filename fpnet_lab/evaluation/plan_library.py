@@ -139,7 +139,7 @@ def real_plans(data: Path, split: str, folder: Path, config: FpnetConfig) -> lis
 
 
 @dataclass(frozen=True)
-class Asked:
+class LibraryAnswer:
     """A case's group, the rank of the right plan (None: not proposed) and the time it took."""
 
     group: str
@@ -147,13 +147,13 @@ class Asked:
     milliseconds: float
 
 
-def ask(library: PlanLibrary, case: LibraryCase) -> tuple[Asked, tuple[Proposal, ...]]:
+def ask(library: PlanLibrary, case: LibraryCase) -> tuple[LibraryAnswer, tuple[Proposal, ...]]:
     """Ask a library for the plan of what was seen."""
     begin = time.perf_counter()
     found = library.find(case.seen.segmentation, case.seen.scale, FIRST)
     milliseconds = 1e3 * (time.perf_counter() - begin)
     rank = next((each.rank for each in found if each.path == case.path), None)
-    return Asked(case.group, rank, milliseconds), found
+    return LibraryAnswer(case.group, rank, milliseconds), found
 
 
 def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig) -> str:
@@ -174,7 +174,7 @@ def claim(case: LibraryCase, proposals: Sequence[Proposal], config: FpnetConfig)
     return 'right' if float(np.hypot(off[:, 0], off[:, 1]).max()) <= _RIGHT_M else 'wrong'
 
 
-def figures_by_group(asked: Sequence[Asked]) -> dict[str, dict[str, Any]]:
+def figures_by_group(asked: Sequence[LibraryAnswer]) -> dict[str, dict[str, Any]]:
     """Return how often the right plan was proposed, and what asking took, by group."""
     groups = {}
     for group in dict.fromkeys(each.group for each in asked):
@@ -188,7 +188,9 @@ def figures_by_group(asked: Sequence[Asked]) -> dict[str, dict[str, Any]]:
     return groups
 
 
-def figures(asked: Sequence[Asked], claims: Sequence[str], library: PlanLibrary) -> dict[str, Any]:
+def figures(
+    asked: Sequence[LibraryAnswer], claims: Sequence[str], library: PlanLibrary
+) -> dict[str, Any]:
     """Return the shares of each group and of claims, and what the index takes."""
     shares = {what: float(np.mean([each == what for each in claims])) for what in _CLAIMS}
     return {

@@ -41,8 +41,8 @@ from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.styled import styled_drawing
 from fpnet_lab.sim.tours import TourLimits
 
-Outcome = dict[str, Any]
-Outcomes = dict[str, Outcome]
+Answer = dict[str, Any]
+Answers = dict[str, Answer]
 
 COUNTS = {'drives': 20, 'pairs': 60, 'plans': 20}
 """Cases of each kind. Chosen: three minutes of one core."""
@@ -68,33 +68,33 @@ _SAME_AREA = 0.01
 
 
 @dataclass(frozen=True)
-class Case:
+class RegressionCase:
     """What the product is asked: everything random and simulated is made before."""
 
     kind: str
     name: str
-    answer: Callable[[FpnetConfig], Outcome]
+    answer: Callable[[FpnetConfig], Answer]
 
 
-def make_cases(counts: Mapping[str, int]) -> Iterator[Case]:
+def make_cases(counts: Mapping[str, int]) -> Iterator[RegressionCase]:
     """Yield so many cases of each kind, made when they are asked for."""
     for kind, make in _KINDS.items():
         for number in range(counts[kind]):
-            yield Case(kind, f'{kind}-{number:02d}', make(number))
+            yield RegressionCase(kind, f'{kind}-{number:02d}', make(number))
 
 
 def run_regression(
     counts: Mapping[str, int], config: FpnetConfig, on_case: Callable[[], None] = lambda: None
-) -> dict[str, Outcomes]:
+) -> dict[str, Answers]:
     """Return what comes out of so many cases of each kind, by kind and name."""
-    found: dict[str, Outcomes] = {kind: {} for kind in _KINDS}
+    found: dict[str, Answers] = {kind: {} for kind in _KINDS}
     for case in make_cases(counts):
         found[case.kind][case.name] = case.answer(config)
         on_case()
     return found
 
 
-def differences(found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes]) -> list[str]:
+def differences(found: Mapping[str, Answers], expected: Mapping[str, Answers]) -> list[str]:
     """Return a line for each difference between what came out and what did before."""
     lines = []
     for kind, outcomes in found.items():
@@ -107,7 +107,7 @@ def differences(found: Mapping[str, Outcomes], expected: Mapping[str, Outcomes])
     return lines
 
 
-def _drive(number: int) -> Callable[[FpnetConfig], Outcome]:
+def _drive(number: int) -> Callable[[FpnetConfig], Answer]:
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
     sensor = SENSOR_CYCLE[number % len(SENSOR_CYCLE)]
     recording = drive_through(family, sensor, _SEED + number, rooms=_ROOMS, limits=_TOUR)
@@ -117,12 +117,12 @@ def _drive(number: int) -> Callable[[FpnetConfig], Outcome]:
 
 def _driven(
     recording: Recording, drawing: DrawnPlan, scans: list[Scan], config: FpnetConfig
-) -> Outcome:
+) -> Answer:
     localizer = create_localizer(config)
     localizer.set_plan(drawing.grid)
     run = replay(scans, localizer, _TICK_S)
     poses, truth = run.published, recording.truth()
-    outcome: Outcome = {
+    outcome: Answer = {
         'input': [*_cells(drawing.grid), len(scans), sum(len(scan.points) for scan in scans)],
         'statuses': [
             [status, len(list(ticks))]
@@ -139,7 +139,7 @@ def _driven(
     return outcome
 
 
-def _pair(number: int) -> Callable[[FpnetConfig], Outcome]:
+def _pair(number: int) -> Callable[[FpnetConfig], Answer]:
     """Match a cut of a robot's map, now and then with another building's drawing."""
     rng = np.random.default_rng((_SEED, 1, number))
     family = PLAIN_FAMILIES[number % len(PLAIN_FAMILIES)]
@@ -156,7 +156,7 @@ def _pair(number: int) -> Callable[[FpnetConfig], Outcome]:
     return partial(_matched, pair, is_foreign)
 
 
-def _matched(pair: RobotPair, is_foreign: bool, config: FpnetConfig) -> Outcome:
+def _matched(pair: RobotPair, is_foreign: bool, config: FpnetConfig) -> Answer:
     matcher = LearnedMatcher(config.matcher)
     found = match_maps(
         pair.plan,
@@ -166,7 +166,7 @@ def _matched(pair: RobotPair, is_foreign: bool, config: FpnetConfig) -> Outcome:
         pair.is_metric,
         pair.is_metric,
     )
-    outcome: Outcome = {
+    outcome: Answer = {
         'input': [*_cells(pair.plan), *_cells(pair.robot)],
         'status': found.status.value,
         'probability': round(found.probability, 3),
@@ -181,11 +181,11 @@ def _matched(pair: RobotPair, is_foreign: bool, config: FpnetConfig) -> Outcome:
     return outcome
 
 
-def _plan(number: int) -> Callable[[FpnetConfig], Outcome]:
+def _plan(number: int) -> Callable[[FpnetConfig], Answer]:
     return partial(_cut, styled_drawing(np.random.default_rng((_SEED, 2, number))))
 
 
-def _cut(grid: GridMap, config: FpnetConfig) -> Outcome:
+def _cut(grid: GridMap, config: FpnetConfig) -> Answer:
     found = segment_floorplan(grid, config.segmentation)
     return {
         'input': list(_cells(grid)),
@@ -195,7 +195,7 @@ def _cut(grid: GridMap, config: FpnetConfig) -> Outcome:
     }
 
 
-_KINDS: dict[str, Callable[[int], Callable[[FpnetConfig], Outcome]]] = {
+_KINDS: dict[str, Callable[[int], Callable[[FpnetConfig], Answer]]] = {
     'drives': _drive,
     'pairs': _pair,
     'plans': _plan,
@@ -219,7 +219,7 @@ def _corners(grid: GridMap) -> NDArray[np.float64]:
     return grid.rc_to_xy(np.array([[top, left], [top, right], [bottom, left], [bottom, right]]))
 
 
-def _compared(kind: str, found: Outcome, before: Outcome) -> Iterator[str]:
+def _compared(kind: str, found: Answer, before: Answer) -> Iterator[str]:
     """Yield what differs of one case; nothing else is said where its input does."""
     if not _is_near(found['input'], before['input'], _SAME_COUNTS):
         yield f'another input, {found["input"]} for {before["input"]}: what makes it has changed'
@@ -227,7 +227,7 @@ def _compared(kind: str, found: Outcome, before: Outcome) -> Iterator[str]:
     yield from _COMPARISONS[kind](found, before)
 
 
-def _drives_compared(found: Outcome, before: Outcome) -> Iterator[str]:
+def _drives_compared(found: Answer, before: Answer) -> Iterator[str]:
     now, then = _ticks(found), _ticks(before)
     changed = sum(status != was for status, was in zip_longest(now, then))
     if changed > _SAME_TICKS or now[-1] != then[-1]:
@@ -242,7 +242,7 @@ def _drives_compared(found: Outcome, before: Outcome) -> Iterator[str]:
             yield f'place is {moved:.2f} m and {turn:.1f} deg elsewhere{_off(found, before)}'
 
 
-def _pairs_compared(found: Outcome, before: Outcome) -> Iterator[str]:
+def _pairs_compared(found: Answer, before: Answer) -> Iterator[str]:
     if found['status'] != before['status']:
         yield f'{found["status"]}, was {before["status"]}{_off(found, before)}'
     if abs(found['probability'] - before['probability']) > _SAME_PROBABILITY:
@@ -257,7 +257,7 @@ def _pairs_compared(found: Outcome, before: Outcome) -> Iterator[str]:
             yield f'placement is up to {gaps.max():.2f} m elsewhere{_off(found, before)}'
 
 
-def _plans_compared(found: Outcome, before: Outcome) -> Iterator[str]:
+def _plans_compared(found: Answer, before: Answer) -> Iterator[str]:
     for what in ('rooms', 'doors'):
         if found[what] != before[what]:
             yield f'{found[what]} {what}, were {before[what]}'
@@ -267,22 +267,22 @@ def _plans_compared(found: Outcome, before: Outcome) -> Iterator[str]:
         yield f'areas of rooms {found["areas_m2"]} m2, were {before["areas_m2"]} m2'
 
 
-_COMPARISONS: dict[str, Callable[[Outcome, Outcome], Iterator[str]]] = {
+_COMPARISONS: dict[str, Callable[[Answer, Answer], Iterator[str]]] = {
     'drives': _drives_compared,
     'pairs': _pairs_compared,
     'plans': _plans_compared,
 }
 
 
-def _ticks(outcome: Outcome) -> list[str]:
+def _ticks(outcome: Answer) -> list[str]:
     return [status for status, count in outcome['statuses'] for _ in range(count)]
 
 
-def _named(outcome: Outcome) -> str:
+def _named(outcome: Answer) -> str:
     return ', '.join(f'{status} {count}x' for status, count in outcome['statuses'])
 
 
-def _off(found: Outcome, before: Outcome) -> str:
+def _off(found: Answer, before: Answer) -> str:
     """Return which of both is nearer to the truth, where both say."""
     if 'off_m' not in found or 'off_m' not in before:
         return ''

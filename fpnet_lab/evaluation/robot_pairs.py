@@ -59,7 +59,7 @@ _FREE_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class BuildingFloorplan:
     """A floorplan of a ``building``; those that name the same ``architect`` look alike."""
 
     building: str
@@ -87,9 +87,9 @@ class RobotPair:
     architect: str = ''
 
     @property
-    def drawing(self) -> Drawing:
+    def drawing(self) -> BuildingFloorplan:
         """The floorplan alone."""
-        return Drawing(self.building, self.plan, self.is_metric, self.architect)
+        return BuildingFloorplan(self.building, self.plan, self.is_metric, self.architect)
 
     @property
     def is_distorted(self) -> bool:
@@ -122,20 +122,27 @@ def read_robot_pairs(data: Path, split: str) -> tuple[RobotPair, ...]:
     return tuple(pairs)
 
 
-def read_drawings(data: Path, split: str, pairs: Sequence[RobotPair]) -> tuple[Drawing, ...]:
+def read_drawings(
+    data: Path, split: str, pairs: Sequence[RobotPair]
+) -> tuple[BuildingFloorplan, ...]:
     """Return each floorplan of one half once: those of its ``pairs``, and those without one."""
     _check_half(split)
     drawings = {pair.building: pair.drawing for pair in pairs}
     for path in sorted((data / _DRAWN_ONLY / 'floorplan').glob('*.png')):
         name = path.stem
         if name not in drawings and _half(path) == split:
-            drawings[name] = Drawing(name, read_map(path), False, _architect(_DRAWN_ONLY, name))
+            drawings[name] = BuildingFloorplan(
+                name, read_map(path), False, _architect(_DRAWN_ONLY, name)
+            )
     return tuple(drawings.values())
 
 
 def foreign_drawings(
-    own: Drawing, drawings: Sequence[Drawing], rng: np.random.Generator, count: int
-) -> tuple[Drawing, ...]:
+    own: BuildingFloorplan,
+    drawings: Sequence[BuildingFloorplan],
+    rng: np.random.Generator,
+    count: int,
+) -> tuple[BuildingFloorplan, ...]:
     """
     Choose ``count`` floorplans of other buildings, or all there are.
 

@@ -164,7 +164,7 @@ def read_grid(path: Path, has_unknown: bool = False) -> GridMap:
     return GridMap(np.where(grey >= FREE_GREY, FREE, rest), CELL_M)
 
 
-def read_drawing(data: Path, name: str, kind: str) -> tuple[GridMap, NDArray[np.int32]]:
+def read_storey_image(data: Path, name: str, kind: str) -> tuple[GridMap, NDArray[np.int32]]:
     """Return a storey of ``data / 'bormann'``, ``clean`` or ``furnished``, and its labels."""
     grid = read_grid(data / 'bormann' / _IMAGES[kind].format(name))
     return grid, read_labels(data / 'bormann' / 'room_labels' / f'{name}.png')

@@ -23,7 +23,7 @@ from fpnet_lab.sim.config import ClipConfig
 from fpnet_lab.sim.distort import warp_map
 from fpnet_lab.sim.drawings import SHIFT_M
 from fpnet_lab.sim.furnishing import furnish_loosely
-from fpnet_lab.sim.plan_sources import Storey
+from fpnet_lab.sim.plan_sources import NamedPlan
 from fpnet_lab.sim.render import door_outline, fill_polygons, render_plan, room_outlines
 from fpnet_lab.sim.rough import roughened
 from fpnet_lab.sim.types import BuildingPlan
@@ -33,7 +33,10 @@ _SCAN_HEIGHT_M = 0.4  # furniture is cut at this height
 
 
 def clip_map(
-    storey: Storey, area: NDArray[np.float64] | None, rng: np.random.Generator, config: ClipConfig
+    storey: NamedPlan,
+    area: NDArray[np.float64] | None,
+    rng: np.random.Generator,
+    config: ClipConfig,
 ) -> tuple[Submap, SE2]:
     """
     Return a part of a storey's map in a frame of its own, and ``T_submap_building``.

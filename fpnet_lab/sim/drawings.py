@@ -16,7 +16,7 @@ from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import RegionGraph, Segmentation
 from fpnet_lab.sim.config import DrawingConfig
 from fpnet_lab.sim.distort import cut_map, warp_map
-from fpnet_lab.sim.plan_sources import Storey
+from fpnet_lab.sim.plan_sources import NamedPlan
 from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.styles import draw_style
 
@@ -25,7 +25,7 @@ SHIFT_M = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class StoreyDrawing:
     """
     A storey as the matcher sees it.
 
@@ -40,11 +40,11 @@ class Drawing:
 
 
 def draw_storey(
-    storey: Storey,
+    storey: NamedPlan,
     rng: np.random.Generator,
     config: DrawingConfig,
     segmentation: SegmentationConfig,
-) -> Drawing:
+) -> StoreyDrawing:
     """Draw a storey: rendered from its outlines, or its own raster where it came from one."""
     A = draw_placement(rng, config)
     plan = storey.plan
@@ -63,7 +63,7 @@ def draw_storey(
         area = _draw_area(storey, rng, config)
         grid = cut_map(grid, A.apply(area))
     drawn = segment_floorplan(grid, segmentation)
-    return Drawing(drawn, build_region_graph(drawn, 'plan'), A, area)
+    return StoreyDrawing(drawn, build_region_graph(drawn, 'plan'), A, area)
 
 
 def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
@@ -80,7 +80,7 @@ def draw_placement(rng: np.random.Generator, config: DrawingConfig) -> Affine2D:
 
 
 def _draw_area(
-    storey: Storey, rng: np.random.Generator, config: DrawingConfig
+    storey: NamedPlan, rng: np.random.Generator, config: DrawingConfig
 ) -> NDArray[np.float64]:
     """Draw a rectangle (4, 2) around a place in a room, sides parallel to the building's axes."""
     room = storey.plan.rooms[int(rng.integers(len(storey.plan.rooms)))]

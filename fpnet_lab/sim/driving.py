@@ -39,7 +39,7 @@ _X, _Y, _YAW, _SPEED, _RATE = range(5)
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionLimits:
     """How the robot moves; metres, radians, seconds."""
 
     speed_mps: float = 1.0
@@ -113,7 +113,7 @@ def drive_legs(
     legs: Sequence[Leg],
     rooms: Sequence[int],
     rng: np.random.Generator,
-    motion: Motion,
+    motion: MotionLimits,
     sensor_height_m: float = SENSOR_HEIGHT_M,
 ) -> Tour:
     """
@@ -157,7 +157,7 @@ def drive_legs(
     )
 
 
-def _sway(speed_share: Array, rng: np.random.Generator, motion: Motion) -> Array:
+def _sway(speed_share: Array, rng: np.random.Generator, motion: MotionLimits) -> Array:
     """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
     noise = rng.standard_normal((len(speed_share), 2))
     smooth = gaussian_filter1d(noise, _SWAY_S / motion.step_s, axis=0)

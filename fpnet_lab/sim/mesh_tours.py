@@ -13,7 +13,14 @@ from skimage.graph import MCP_Geometric
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
-from fpnet_lab.sim.driving import BODY_RADIUS_M, SENSOR_HEIGHT_M, Leg, Motion, Tour, drive_legs
+from fpnet_lab.sim.driving import (
+    BODY_RADIUS_M,
+    SENSOR_HEIGHT_M,
+    Leg,
+    MotionLimits,
+    Tour,
+    drive_legs,
+)
 from fpnet_lab.sim.mesh_worlds import CELL_M, MeshWorld
 from fpnet_lab.sim.tours import TourLimits, draw_leg, leg_time_s
 
@@ -36,7 +43,7 @@ def plan_mesh_tour(
     world: MeshWorld,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    motion: Motion | None = None,
+    motion: MotionLimits | None = None,
 ) -> Tour:
     """
     Drive from a random place to others through the largest connected free space.
@@ -55,7 +62,7 @@ def plan_mesh_tour(
     MapFormatError
         If the free space is too small or too narrow for a robot, or no tour in time is found.
     """
-    limits, motion = limits or TourLimits(), motion or Motion()
+    limits, motion = limits or TourLimits(), motion or MotionLimits()
     clearance = clearance_of(world.free) * CELL_M - CELL_M / 2.0
     coarse = clearance[::_STRIDE, ::_STRIDE]
     drivable = _largest_part(coarse > BODY_RADIUS_M + _MARGIN_M)
@@ -94,7 +101,7 @@ def _choose_legs(
     drivable: NDArray[np.bool_],
     rng: np.random.Generator,
     limits: TourLimits,
-    motion: Motion,
+    motion: MotionLimits,
 ) -> list[Leg]:
     """Add goals, each some way from the last and away from all before, until time is filled."""
     places = np.argwhere(drivable)

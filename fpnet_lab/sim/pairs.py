@@ -25,11 +25,11 @@ from fpnet_core.segmentation import segment_submap
 from fpnet_core.types import Portal, RegionGraph, Segmentation, Submap
 from fpnet_lab.sim.clips import clip_map
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.drawings import Drawing, draw_storey
+from fpnet_lab.sim.drawings import StoreyDrawing, draw_storey
 from fpnet_lab.sim.explore import draw_scanner, scan_walk
 from fpnet_lab.sim.labels import Correspondences, label_regions
 from fpnet_lab.sim.perturb import build_world, draw_changes
-from fpnet_lab.sim.plan_sources import PlanSource, Storey, generated_plans
+from fpnet_lab.sim.plan_sources import NamedPlan, PlanSource, generated_plans
 from fpnet_lab.sim.types import BuildingPlan
 from fpnet_lab.sim.walks import plan_walk
 
@@ -165,14 +165,14 @@ def _first_usable(seed: int, index: int, config: SimConfig, source: PlanSource) 
 
 
 @lru_cache(maxsize=2)
-def _storey(source: PlanSource, seed: int, plan_id: int, version: int) -> Storey:
+def _storey(source: PlanSource, seed: int, plan_id: int, version: int) -> NamedPlan:
     return source.storey(seed, plan_id, version)
 
 
 @lru_cache(maxsize=2)
 def _drawing(
     source: PlanSource, config: SimConfig, seed: int, plan_id: int, version: int, number: int
-) -> Drawing:
+) -> StoreyDrawing:
     """Return a drawing of a storey; every pair of the same ``number`` gets this one."""
     storey = _storey(source, seed, plan_id, version)
     rng = np.random.default_rng([seed, plan_id, _DRAWING, number, version])
@@ -180,7 +180,11 @@ def _drawing(
 
 
 def _explore(
-    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig, plan_id: int
+    storey: NamedPlan,
+    drawing: StoreyDrawing,
+    rng: np.random.Generator,
+    config: SimConfig,
+    plan_id: int,
 ) -> MappedPair | None:
     """Make a robot map, segment and label it; None where too little is seen."""
     made = _ROBOT_MAPS[config.robot_map](storey, drawing, rng, config)
@@ -208,7 +212,7 @@ def _explore(
 
 
 def _tour(
-    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig
+    storey: NamedPlan, drawing: StoreyDrawing, rng: np.random.Generator, config: SimConfig
 ) -> tuple[Submap, SE2] | None:
     """Build the world, walk and scan; None where the robot cannot go anywhere."""
     plan = storey.plan
@@ -221,7 +225,7 @@ def _tour(
 
 
 def _clip(
-    storey: Storey, drawing: Drawing, rng: np.random.Generator, config: SimConfig
+    storey: NamedPlan, drawing: StoreyDrawing, rng: np.random.Generator, config: SimConfig
 ) -> tuple[Submap, SE2] | None:
     return clip_map(storey, drawing.area, rng, config.clip)
 

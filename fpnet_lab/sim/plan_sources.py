@@ -30,7 +30,7 @@ _DIGEST_CHARACTERS = 16  # given
 
 
 @dataclass(frozen=True, eq=False)
-class Storey:
+class NamedPlan:
     """
     One storey and what its pairs are called after.
 
@@ -53,7 +53,7 @@ class PlanSource(Protocol):
         """Return the id of the ``number``-th storey asked for; equal ids are one building."""
         ...
 
-    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+    def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
         """Return a storey; another ``version`` where there is one that may suit better."""
         ...
 
@@ -74,13 +74,13 @@ class GeneratedPlans:
         """Return ``number``: no storey comes twice."""
         return number
 
-    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+    def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
         """Return a generated storey."""
         rng = np.random.default_rng([seed, plan_id, 0, version])
         plan = generate_plan(
             rng, min_rooms=self.min_rooms, max_rooms=self.max_rooms, families=self.families
         )
-        return Storey(plan, plan.family)
+        return NamedPlan(plan, plan.family)
 
     def describe(self) -> dict[str, Any]:
         """Return the kind of source."""
@@ -122,7 +122,7 @@ class GivenPlans:
         """Return the building's number; they take turns."""
         return number % len(self._storeys)
 
-    def storey(self, seed: int, plan_id: int, version: int) -> Storey:
+    def storey(self, seed: int, plan_id: int, version: int) -> NamedPlan:
         """Return building ``plan_id``; neither seed nor version change it."""
         del seed, version
         return self._storeys[plan_id]
@@ -132,7 +132,7 @@ class GivenPlans:
         return {'kind': 'given', 'plans': {s.name: _digest(s) for s in self._storeys}}
 
 
-def _trace(name: str, grid: GridMap, config: SegmentationConfig | None) -> Storey:
+def _trace(name: str, grid: GridMap, config: SegmentationConfig | None) -> NamedPlan:
     try:
         plan = plan_from_grid(grid, config)
     except MapFormatError as error:
@@ -142,10 +142,10 @@ def _trace(name: str, grid: GridMap, config: SegmentationConfig | None) -> Store
             f'{name}: the floorplan has {len(plan.rooms)} room, expected {MIN_ROOMS} or more; '
             'check its metres per pixel'
         )
-    return Storey(replace(plan, family=name), name, grid)
+    return NamedPlan(replace(plan, family=name), name, grid)
 
 
-def _digest(storey: Storey) -> str:
+def _digest(storey: NamedPlan) -> str:
     assert storey.raster is not None
     content = storey.raster.cells.tobytes() + np.float64(storey.raster.resolution).tobytes()
     return hashlib.sha256(content).hexdigest()[:_DIGEST_CHARACTERS]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.driving import BODY_RADIUS_M, Leg, Motion, Tour, drive_legs
+from fpnet_lab.sim.driving import BODY_RADIUS_M, Leg, MotionLimits, Tour, drive_legs
 from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.routes import Place, Router, draw_nearby
 from fpnet_lab.sim.types import BuildingPlan
@@ -42,7 +42,7 @@ def plan_tour(
     plan: BuildingPlan,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    motion: Motion | None = None,
+    motion: MotionLimits | None = None,
 ) -> Tour:
     """
     Plan and drive a tour that starts in a random room and visits others near by.
@@ -60,7 +60,7 @@ def plan_tour(
     ConfigError
         If no tour through that many rooms, in the time allowed and clear of walls, was found.
     """
-    limits, motion = limits or TourLimits(), motion or Motion()
+    limits, motion = limits or TourLimits(), motion or MotionLimits()
     router, area = Router(plan), walkable_area(plan)
     candidates = [i for i, room in enumerate(plan.rooms) if room.kind == 'room']
     starts = rng.permutation(candidates)[:_MOST_STARTS].tolist()
@@ -89,7 +89,7 @@ def _choose_rooms(
     start: int,
     rng: np.random.Generator,
     limits: TourLimits,
-    motion: Motion,
+    motion: MotionLimits,
 ) -> tuple[list[int], list[Leg]]:
     """Add rooms until both number and time suffice; stop where the next would take too long."""
     here = router.inner_point(start, rng, VISIT_DEPTH_M)
@@ -114,7 +114,7 @@ def _choose_rooms(
     return rooms, legs
 
 
-def leg_time_s(path: Array, motion: Motion) -> float:
+def leg_time_s(path: Array, motion: MotionLimits) -> float:
     """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
     length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
     return length_m / (_PACE * motion.speed_mps) + _LINGER_S

@@ -19,7 +19,7 @@ from fpnet_core.raster.rays import values_at
 from fpnet_core.types import FREE, UNKNOWN, GridMap
 from fpnet_lab.sim.building import Building, extrude
 from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere
-from fpnet_lab.sim.driving import Motion, Tour
+from fpnet_lab.sim.driving import MotionLimits, Tour
 from fpnet_lab.sim.fittings import BuildingStyle
 from fpnet_lab.sim.mesh_tours import plan_mesh_tour
 from fpnet_lab.sim.mesh_worlds import survey_mesh
@@ -70,7 +70,7 @@ class RecordingOptions:
     drawn_wall_m: tuple[float, float] = (0.06, 0.3)
     lidar: SensorModel = SENSORS['beams32']
     limits: TourLimits = field(default_factory=TourLimits)
-    motion: Motion = field(default_factory=Motion)
+    motion: MotionLimits = field(default_factory=MotionLimits)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,14 +27,14 @@ from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import MAP_FIGURES
 from fpnet_core.segmentation.floorplan import drawn_scene
-from fpnet_core.segmentation.joining import Lines, Pieces
+from fpnet_core.segmentation.joining import DividingLines, Pieces
 from fpnet_core.segmentation.rooms import cut_parts
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.submap import is_from_scans, part_scene
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, GridMap, Submap
 from fpnet_lab.evaluation.localization.drives import submap_of
-from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_drawing, read_robot_map
+from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_robot_map, read_storey_image
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, drifting_drive
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.config import BuildingConfig, SimConfig
@@ -69,7 +69,7 @@ _SIM = SimConfig(
 
 
 @dataclass(frozen=True)
-class Amounts(Counts):
+class DoorAmounts(Counts):
     """Variants of every real drawing and map, and generated maps of each kind."""
 
     drawings: int = 5
@@ -93,7 +93,7 @@ class DoorSample:
     kind: str
     is_real: bool
     pieces: Pieces
-    lines: Lines
+    lines: DividingLines
     overlap: Array
 
 
@@ -120,7 +120,7 @@ def gather_samples(
     return [sample for samples in made for sample in samples]
 
 
-def door_tasks(data: Path, seed: int, amounts: Amounts) -> Iterator[DoorTask]:
+def door_tasks(data: Path, seed: int, amounts: DoorAmounts) -> Iterator[DoorTask]:
     """Yield the maps to cut, always the same ones."""
     drawings = [(name, kind) for name in TUNE_FLOORS for kind in ('clean', 'furnished')]
     for number, (name, kind) in enumerate(drawings):
@@ -169,7 +169,7 @@ def _off(rng: np.random.Generator, variant: int, spread: float) -> float:
 def _drawing(
     data: Path, name: str, kind: str, variant: int, rng: np.random.Generator
 ) -> tuple[Scene, Labels]:
-    grid, truth = read_drawing(data, name, kind)
+    grid, truth = read_storey_image(data, name, kind)
     cells = grid.cells
     if variant:
         turns, is_mirrored = int(rng.integers(4)), rng.random() < _MIRRORED
@@ -189,7 +189,7 @@ def _drawn(cells: NDArray[np.int8], cell_m: float) -> Scene:
 def _drawn_map(
     data: Path, name: str, kind: str, rng: np.random.Generator
 ) -> tuple[Scene, Labels] | None:
-    grid, truth = read_drawing(data, name, kind)
+    grid, truth = read_storey_image(data, name, kind)
     return _seen(submap_from_grid(robot_map_of(grid, rng)), truth, _off(rng, 1, _OFF[0]))
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.choosing import Found
-from fpnet_core.drawings.looking import Rival, look_at
+from fpnet_core.drawings.looking import Rival, view_reading
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
@@ -105,7 +105,7 @@ def trials_of(
         if not is_chosen and reading.plausible < _LEAST_PLAUSIBLE:
             continue
         rivals = [each for each in (chosen, *found.rivals) if each is not reading]
-        look = look_at(
+        look = view_reading(
             pixels,
             reading.segmentation,
             reading.H_plan_pixel,

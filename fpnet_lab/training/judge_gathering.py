@@ -17,7 +17,7 @@ from fpnet_lab.training.judge_trials import BLOCK_CASES, COLUMNS, KINDS, Trial, 
 
 
 @dataclass(frozen=True)
-class Amounts(Counts):
+class TrialAmounts(Counts):
     """Cases of each kind, rounded up to whole blocks, and drives."""
 
     real: int = 1200
@@ -63,7 +63,7 @@ def gather_trials(
 
 
 def trial_blocks(
-    seed: int, data: Path | None, config: FpnetConfig, amounts: Amounts
+    seed: int, data: Path | None, config: FpnetConfig, amounts: TrialAmounts
 ) -> list[Block]:
     """Return all blocks; kinds take turns, so that an interrupted run has some of all."""
     each = [
@@ -74,7 +74,7 @@ def trial_blocks(
     return [Block(kind, number, seed, data, config) for _, kind, number in sorted(each)]
 
 
-def _numbers(amounts: Amounts) -> Iterator[tuple[str, range]]:
+def _numbers(amounts: TrialAmounts) -> Iterator[tuple[str, range]]:
     for kind in KINDS:
         yield kind, range(-(-getattr(amounts, kind) // BLOCK_CASES))
     yield 'drives', range(-(-min(amounts.drives, PLAIN_DRIVES) // DRIVE_BLOCK))

@@ -83,7 +83,7 @@ _CELLS_M = {'UMIC_first_floor': 0.02}  # given: all others have 0.05
 
 
 @dataclass(frozen=True)
-class Amounts(Counts):
+class ScaleAmounts(Counts):
     """Variants of every real building, and generated buildings, one on a sheet."""
 
     drawings: int = 14
@@ -150,7 +150,7 @@ def gather_samples(
 
 
 def scale_tasks(
-    data: Path, seed: int, amounts: Amounts, config: SegmentationConfig
+    data: Path, seed: int, amounts: ScaleAmounts, config: SegmentationConfig
 ) -> Iterator[ScaleTask]:
     """Yield the maps to segment, always the same ones."""
     drawings, maps = _drawings(data), _robot_maps(data)

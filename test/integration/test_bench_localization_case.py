@@ -12,7 +12,7 @@ from fpnet_core.config import FpnetConfig
 from fpnet_lab.baselines import correlative
 from fpnet_lab.evaluation.localization import inputs
 from fpnet_lab.evaluation.localization import suite as suite_module
-from fpnet_lab.evaluation.localization.cases import Case, Kind
+from fpnet_lab.evaluation.localization.cases import Case, CaseKind
 from fpnet_lab.evaluation.localization.inputs import MissingDataError
 from fpnet_lab.evaluation.localization.runs import Job, run_case
 from fpnet_lab.sim.tours import TourLimits
@@ -27,7 +27,7 @@ def judged(tmp_path_factory):
     case = Case(
         'short',
         'exact',
-        Kind.GENERATED,
+        CaseKind.GENERATED,
         'suites',
         3,
         sensor='planar',
@@ -74,7 +74,7 @@ def test_the_command_reports_and_names_what_it_skipped(tmp_path, monkeypatch, ca
     records, _ = judged
 
     def fake(job):
-        if job.case.kind is Kind.LOG:
+        if job.case.kind is CaseKind.LOG:
             raise MissingDataError('no logs here')
         return records
 

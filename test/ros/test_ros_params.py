@@ -13,7 +13,7 @@ import yaml
 from fpnet_core.config import FpnetConfig, Section
 from fpnet_ros.params import OwnValues, ParameterTree
 from fpnet_ros.processes import free_domain_id
-from fpnet_ros.replay import Replay
+from fpnet_ros.replay import ReplayNode
 from fpnet_ros.settings import LIVE, LocalizerParameters
 
 pytestmark = pytest.mark.ros
@@ -75,7 +75,7 @@ def test_a_nodes_own_dump_is_accepted_and_changes_nothing(node, tmp_path):
 
 
 def test_the_player_accepts_its_own_dump(node, tmp_path):
-    replay = Replay()
+    replay = ReplayNode()
     values = dumped(replay)
     assert (values['bag'], values['topics']) == ('drive', [])
     assert loaded(replay, values, tmp_path / 'dump.yaml') == {}

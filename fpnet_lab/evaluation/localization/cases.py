@@ -44,7 +44,7 @@ _MESH_SEEDS = 3
 _SYMMETRIC_ROUNDS, _REPEATED = 4, 6
 
 
-class Kind(StrEnum):
+class CaseKind(StrEnum):
     """Where a case's scans come from."""
 
     GENERATED = 'generated'
@@ -92,7 +92,7 @@ class Case:
 
     name: str
     group: str
-    kind: Kind
+    kind: CaseKind
     building: str
     seed: int
     sensor: str = 'planar'
@@ -106,7 +106,7 @@ def make_suite(seed: int = 0) -> tuple[Case, ...]:
     """Return every case, groups taking turns, so that any first part holds most of them."""
     plain = plain_cases(seed)
     groups: dict[str, list[Case]] = {}
-    logs = [Case(name, 'logs', Kind.LOG, name, 0) for name in LOGS]
+    logs = [Case(name, 'logs', CaseKind.LOG, name, 0) for name in LOGS]
     for case in (*plain, *_adversarial(seed), *_meshes(), *logs):
         groups.setdefault(case.group, []).append(case)
     rounds = zip_longest(*groups.values())
@@ -122,7 +122,7 @@ def plain_cases(seed: int) -> tuple[Case, ...]:
             name=f'{PLAIN_FAMILIES[k % len(PLAIN_FAMILIES)]}-{k}',
             # The round shifts the cycle: six distortions and 14 families share a factor.
             group=distortions[(k + k // len(PLAIN_FAMILIES)) % len(distortions)],
-            kind=Kind.GENERATED,
+            kind=CaseKind.GENERATED,
             building=PLAIN_FAMILIES[k % len(PLAIN_FAMILIES)],
             seed=_case_seed(seed, k),
             sensor=SENSOR_CYCLE[k % len(SENSOR_CYCLE)],
@@ -180,7 +180,7 @@ def _adversarial(seed: int) -> Iterable[Case]:
         yield Case(
             name=f'{family}-{k}',
             group='repeated' if family == REPEATED_FAMILY else 'symmetric',
-            kind=Kind.GENERATED,
+            kind=CaseKind.GENERATED,
             building=family,
             seed=_case_seed(seed, 500 + k),
             sensor=SENSOR_CYCLE[k % len(SENSOR_CYCLE)],
@@ -191,4 +191,6 @@ def _meshes() -> Iterable[Case]:
     for number in range(_MESH_SEEDS):
         for mesh, group in MESHES.items():
             if group == 'meshes_report' or number == 0:
-                yield Case(f'{mesh}-{number}', group, Kind.MESH, mesh, number, sensor='beams32')
+                yield Case(
+                    f'{mesh}-{number}', group, CaseKind.MESH, mesh, number, sensor='beams32'
+                )

@@ -18,7 +18,7 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
-from fpnet_lab.evaluation.localization.cases import Case, Distortion, Kind
+from fpnet_lab.evaluation.localization.cases import Case, CaseKind, Distortion
 from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
 from fpnet_lab.sim.distort import DrawnPlan
 from fpnet_lab.sim.mesh_worlds import read_mesh
@@ -79,10 +79,10 @@ def make_inputs(case: Case, data: Path) -> CaseInputs:
     MissingDataError
         If the case needs a data set that ``data`` does not hold.
     """
-    makers: dict[Kind, Callable[[Case, Path], CaseInputs]] = {
-        Kind.GENERATED: _generated,
-        Kind.MESH: _mesh,
-        Kind.LOG: _log,
+    makers: dict[CaseKind, Callable[[Case, Path], CaseInputs]] = {
+        CaseKind.GENERATED: _generated,
+        CaseKind.MESH: _mesh,
+        CaseKind.LOG: _log,
     }
     return makers[case.kind](case, data)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from fpnet_core.config import FpnetConfig, parse_config
 from fpnet_core.types import GridMap
-from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, Kind, plain_cases
+from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP, Case, CaseKind, plain_cases
 from fpnet_lab.evaluation.localization.drives import ProductRun, Registrar, run_product
 from fpnet_lab.evaluation.localization.figures import PRODUCT
 from fpnet_lab.evaluation.localization.inputs import (
@@ -77,7 +77,7 @@ def run_case(job: Job) -> tuple[Record, ...]:
     case, config = job.case, settings_of(job.case, job.config)
     inputs = make_inputs(case, job.data)
     registrar = Registrar(config.odometry)
-    period_s = LOG_TICK_PERIOD_S if case.kind is Kind.LOG else TICK_PERIOD_S
+    period_s = LOG_TICK_PERIOD_S if case.kind is CaseKind.LOG else TICK_PERIOD_S
     product = run_product(registrar.follow(inputs.scans), inputs.plan, config, period_s)
     truth = _truth(case, inputs)
     records = [judge(_labels(case, PRODUCT), product.run, truth)]
@@ -128,7 +128,7 @@ def _draw_strip(path: Path, case: Case, product: ProductRun, truth: Truth) -> No
 
 
 def _truth(case: Case, inputs: CaseInputs) -> Truth:
-    judged_at_m = JUDGED_AT_M if case.kind is Kind.GENERATED else float('inf')
+    judged_at_m = JUDGED_AT_M if case.kind is CaseKind.GENERATED else float('inf')
     return Truth(inputs.truth, inputs.A_plan_truth, judged_at_m)
 
 

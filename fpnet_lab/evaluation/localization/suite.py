@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 import logging
 from pathlib import Path
 
-from fpnet_lab.evaluation.localization.cases import Kind
+from fpnet_lab.evaluation.localization.cases import CaseKind
 from fpnet_lab.evaluation.localization.inputs import MissingDataError
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.localization.runs import Job, run_case
@@ -23,7 +23,7 @@ from fpnet_lab.kept import digest, make_once
 
 _log = logging.getLogger(__name__)
 
-_COST_S = {Kind.GENERATED: 35.0, Kind.MESH: 35.0, Kind.LOG: 120.0}
+_COST_S = {CaseKind.GENERATED: 35.0, CaseKind.MESH: 35.0, CaseKind.LOG: 120.0}
 _FALSE_PLAN_COST_S, _BASELINES_COST_S = 4.0, 15.0
 """
 CPU seconds of a drive with the localizer, of each wrong plan on it, and of the baselines. Chosen.
@@ -31,7 +31,7 @@ CPU seconds of a drive with the localizer, of each wrong plan on it, and of the 
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """A case's records, or none and the reason why it was skipped."""
 
     records: tuple[Record, ...]
@@ -60,7 +60,7 @@ def run_suite(
     """
     tasks = {f'{job.case.name}-{_digest(job)}': job for job in jobs}
     outcomes = make_once(
-        work, Outcome, tasks, _attempt, workers, on_case, is_kept=lambda o: not o.skipped
+        work, CaseOutcome, tasks, _attempt, workers, on_case, is_kept=lambda o: not o.skipped
     )
     skipped = {
         job.case.name: outcome.skipped
@@ -84,11 +84,11 @@ def estimated_minutes(jobs: Sequence[Job], workers: int) -> float:
     return seconds / workers / 60.0
 
 
-def _attempt(job: Job) -> Outcome:
+def _attempt(job: Job) -> CaseOutcome:
     try:
-        return Outcome(run_case(job))
+        return CaseOutcome(run_case(job))
     except MissingDataError as error:
-        return Outcome((), str(error))
+        return CaseOutcome((), str(error))
 
 
 def _digest(job: Job) -> str:

@@ -14,7 +14,7 @@ import pytest
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.doubt_model import DoubtModel, packaged_doubt_model
 from fpnet_core.drawings.doubting import doubts_of
-from fpnet_core.drawings.looking import WHAT_IFS, Rival, look_at
+from fpnet_core.drawings.looking import WHAT_IFS, Rival, view_reading
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.sheet_figures import (
@@ -62,7 +62,7 @@ def looked(picture, is_outside=None, rivals=(), walls=None):
     grid = GridMap(cells[::-1], CELL_M)
     pixels = np.repeat(picture[..., None], 3, axis=2)
     segmentation = segment_floorplan(grid, CONFIG)
-    return look_at(pixels, segmentation, pixel_to_xy(grid).matrix, 0.9, rivals, CONFIG)
+    return view_reading(pixels, segmentation, pixel_to_xy(grid).matrix, 0.9, rivals, CONFIG)
 
 
 def room_at(look, x, y):
@@ -95,7 +95,7 @@ def test_figures_do_not_depend_on_the_scale():
     grid = replace(look.segmentation.grid, resolution=0.11)
     large = segment_floorplan(grid, CONFIG, CELL_M / 0.11)
     pixels = np.repeat(building()[..., None], 3, axis=2)
-    other = look_at(pixels, large, pixel_to_xy(grid).matrix, 0.9, (), CONFIG)
+    other = view_reading(pixels, large, pixel_to_xy(grid).matrix, 0.9, (), CONFIG)
     np.testing.assert_allclose(room_figures(other), room_figures(look), atol=0.05)
     np.testing.assert_allclose(whole_figures(other), whole_figures(look), atol=0.05)
 

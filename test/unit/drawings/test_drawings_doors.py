@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.drawings.doors import find_arcs, find_doors
-from fpnet_core.drawings.pages import BLACK, PageBuilder, Paint, Ring, bezier, pieces_of
+from fpnet_core.drawings.pages import BLACK, PageBuilder, Paint, Ring, bezier, outline_pieces
 from fpnet_core.drawings.units import resolve_unit, wall_thickness
 
 
@@ -19,7 +19,7 @@ def pieces(*rings):
     builder = PageBuilder('test')
     for points in rings:
         builder.add([Ring(np.asarray(points, float))], Paint(stroke=BLACK))
-    return pieces_of(builder.finish())
+    return outline_pieces(builder.finish())
 
 
 def door(hinge=(5.0, 3.0), width=0.9, start=30.0):

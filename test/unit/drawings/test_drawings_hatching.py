@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fpnet_core.drawings.hatching import find_hatching
-from fpnet_core.drawings.pages import BLACK, PageBuilder, Paint, Ring, pieces_of
+from fpnet_core.drawings.pages import BLACK, PageBuilder, Paint, Ring, outline_pieces
 
 SIZE = 60.0
 
@@ -22,7 +22,7 @@ def found(lines, style=None):
     for line in lines:
         builder.add([Ring(line)], Paint(stroke=BLACK))
     style = np.zeros(len(lines), int) if style is None else np.asarray(style)
-    return find_hatching(pieces_of(builder.finish()), style, SIZE)
+    return find_hatching(outline_pieces(builder.finish()), style, SIZE)
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.7, 2.4, 3.14])

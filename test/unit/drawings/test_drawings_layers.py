@@ -4,21 +4,21 @@
 
 import pytest
 
-from fpnet_core.drawings.layers import Role, layer_role
+from fpnet_core.drawings.layers import layer_role
 
 
 @pytest.mark.parametrize(
     ('role', 'names'),
     [
-        (Role.WALL, ('A-WALL', 'A-WALL-EXT', 'WAND', 'Außenwand', 'Innenwände', 'TrennWand', 'MUR',
+        ('wall', ('A-WALL', 'A-WALL-EXT', 'WAND', 'Außenwand', 'Innenwände', 'TrennWand', 'MUR',
                      'murs porteurs', 'PARED', '01_MUROS', 'S-COLS', '墙', '墙体', 'СТЕНЫ', '벽체',
                      'Mauerwerk', 'ARCH$Walls', 'Cloisons', 'tabiques', 'Vägg', 'interiorWalls',
                      'A-WALL-PATT', 'ściana')),
-        (Role.DOOR, ('A-DOOR', 'Türen', 'Tür', 'Innentuer', 'PORTES', 'Puertas', '门', 'ДВЕРИ')),
-        (Role.WINDOW, ('A-GLAZ', 'Fenster', 'FENÊTRES', 'ventanas', '窗', 'Curtain wall')),
-        (Role.OTHER, ('A-FURN', 'Möbel', 'MOBILIER', 'A-ANNO-TEXT', 'A-WALL-IDEN', 'Bemaßung',
+        ('door', ('A-DOOR', 'Türen', 'Tür', 'Innentuer', 'PORTES', 'Puertas', '门', 'ДВЕРИ')),
+        ('window', ('A-GLAZ', 'Fenster', 'FENÊTRES', 'ventanas', '窗', 'Curtain wall')),
+        ('other', ('A-FURN', 'Möbel', 'MOBILIER', 'A-ANNO-TEXT', 'A-WALL-IDEN', 'Bemaßung',
                       'COTES', 'Defpoints', 'A-FLOR-STRS', 'S-GRID', '家具', 'Treppen', 'Rahmen')),
-        (Role.UNKNOWN, ('0', '', 'Layer 1', 'E15-344', 'a', 'Ebene 7', 'GROUND')),
+        ('unknown', ('0', '', 'Layer 1', 'E15-344', 'a', 'Ebene 7', 'GROUND')),
     ],
 )  # fmt: skip
 def test_names(role, names):

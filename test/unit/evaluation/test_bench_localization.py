@@ -20,8 +20,8 @@ from fpnet_lab.evaluation.localization.cases import (
     GROUPS,
     PLAIN_FAMILIES,
     Case,
+    CaseKind,
     Distortion,
-    Kind,
     make_suite,
     plain_cases,
     select,
@@ -129,14 +129,14 @@ def test_changed_walls_are_neither_all_gone_nor_all_there():
 
 
 def test_cases_without_their_data_are_missing(tmp_path):
-    for kind, building in ((Kind.LOG, 'intel'), (Kind.MESH, 'willowgarage')):
+    for kind, building in ((CaseKind.LOG, 'intel'), (CaseKind.MESH, 'willowgarage')):
         with pytest.raises(MissingDataError, match='absent'):
             make_inputs(Case('x', 'logs', kind, building, 0), tmp_path)
 
 
 def test_groups_say_what_is_known_of_the_scale():
     config = FpnetConfig()
-    unknown = Case('x', 'unknown_scale', Kind.GENERATED, 'bays', 0)
+    unknown = Case('x', 'unknown_scale', CaseKind.GENERATED, 'bays', 0)
     assert settings_of(unknown, config).pose.scale_tolerance > config.pose.scale_tolerance
     assert settings_of(replace(unknown, group='exact'), config) == config
 
@@ -257,7 +257,7 @@ def jobs(monkeypatch):
         return (judge(labels, run_of([RIGHT_CLAIM] * 3), TRUTH),)
 
     monkeypatch.setattr(suite_module, 'run_case', fake)
-    cases = [Case(name, 'exact', Kind.GENERATED, 'bays', 0) for name in 'abc']
+    cases = [Case(name, 'exact', CaseKind.GENERATED, 'bays', 0) for name in 'abc']
     return [Job(case, FpnetConfig(), 0, Path('none')) for case in cases], ran
 
 

@@ -18,7 +18,7 @@ from fpnet_lab.evaluation.figures import contradictions, pages, stated, write_fi
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
-from fpnet_lab.evaluation.plan_library import Asked, figures_by_group
+from fpnet_lab.evaluation.plan_library import LibraryAnswer, figures_by_group
 from fpnet_lab.evaluation.published import MAKERS, published
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.site_drives import SiteRun, site_report
@@ -164,7 +164,7 @@ SITE_RUNS = [
 
 def site_figures():
     found = DifferenceFigures(0.9, 0.85, 0.05, 0.5, 40, 36)
-    asked = [Asked('drives', 1, 12.0), Asked('drives', None, 14.0)]
+    asked = [LibraryAnswer('drives', 1, 12.0), LibraryAnswer('drives', None, 14.0)]
     library = {
         'plans': 1040,
         'kilobytes_a_plan': 8.05,

@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Affine2D, Placements
-from fpnet_core.judging import CONTEXT, FIGURES, Evidence, Judge, JudgeModel, Look, Verdict
+from fpnet_core.judging import (
+    CONTEXT,
+    FIGURES,
+    Circumstances,
+    Evidence,
+    Judge,
+    JudgeModel,
+    Verdict,
+)
 from fpnet_core.judging.model import shapes
 from fpnet_core.judging.reasons import (
     CONTRADICTED,
@@ -24,7 +32,7 @@ from fpnet_core.judging.reasons import (
 
 WALLS_M, CLAIM = 140.0, 0.99
 HERE, NORTH = SE2.from_xy_yaw(3.0, -2.0, 0.4), SE2.from_xy_yaw(3.0, 32.0, 0.4)
-LOOK = Look(WALLS_M, CLAIM, np.zeros((1, 2)))
+LOOK = Circumstances(WALLS_M, CLAIM, np.zeros((1, 2)))
 
 
 def signed_log(value):
@@ -283,7 +291,7 @@ def test_every_verdict_has_one_plain_sentence(seed):
         where, p[:count], rng.random(count), none=p[-2], foreign=p[-1],
         contested_m=rng.exponential(20.0), bend_gain=rng.normal(scale=0.2, size=count), **shares,
     )  # fmt: skip
-    look = Look(
+    look = Circumstances(
         float(rng.choice([0.0, 20.0, WALLS_M])), CLAIM, rng.normal(size=(4, 2)),
         scales=(0.9, 1.1), is_claimed=bool(rng.integers(2)), is_mirrored=bool(rng.integers(2)),
         missing_looks=int(rng.integers(3)), needs_news=bool(rng.integers(2)),

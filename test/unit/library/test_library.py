@@ -13,7 +13,7 @@ from fpnet_core.errors import LibraryError
 from fpnet_core.geometry import SE2
 from fpnet_core.library import PlanLibrary, plan_of
 from fpnet_core.library.files import plan_files, share_of
-from fpnet_core.library.keypoints import PERIOD, Keypoints, Kind, keypoints_of
+from fpnet_core.library.keypoints import PERIOD, KeypointKind, Keypoints, keypoints_of
 from fpnet_core.library.words import pairs_of_plan, pairs_of_query
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
 from fpnet_core.types import (
@@ -114,10 +114,12 @@ def library(buildings):
 def test_an_l_shaped_room_has_five_corners_into_it_and_one_around_it():
     found = keypoints_of(cut([L_ROOM], []))
     assert np.bincount(found.kind, minlength=3).tolist() == [0, 5, 1]
-    reflex = found.xy[found.kind == Kind.REFLEX] + L_ROOM.mean(axis=0)
+    reflex = found.xy[found.kind == KeypointKind.REFLEX] + L_ROOM.mean(axis=0)
     assert np.allclose(reflex, [[3.0, 3.0]], atol=0.01)
     # Its walls run on to the right and upwards: the corner points between them, out of the room.
-    assert np.isclose(found.angle[found.kind == Kind.REFLEX] % (2 * np.pi), np.pi / 4, atol=0.01)
+    assert np.isclose(
+        found.angle[found.kind == KeypointKind.REFLEX] % (2 * np.pi), np.pi / 4, atol=0.01
+    )
 
 
 def test_words_stay_the_same_however_a_map_lies(buildings):
@@ -276,5 +278,5 @@ def test_keypoints_keep_their_meaning_in_files_of_whole_numbers(library):
     own = slice(int(shard.firsts[3]), int(shard.firsts[4]))
     assert shard.xy[own].dtype == np.int16
     assert len(shard.kind[own]) > 0
-    assert PERIOD.shape == (len(Kind),)
+    assert PERIOD.shape == (len(KeypointKind),)
     assert Keypoints(np.zeros((1, 2)), np.zeros(1), np.zeros(1)).scaled(2.0).kind.tolist() == [0]

@@ -11,7 +11,7 @@ import pytest
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import SE2, Affine2D, Similarity2D
 from fpnet_core.report.film import on_the_way, write_film
-from fpnet_core.report.sheets import Box, Sheet, fitted
+from fpnet_core.report.sheets import Box, PictureSheet, fitted
 
 BOX = Box(10, 20, 200, 100)
 
@@ -60,7 +60,7 @@ def test_everything_is_shown_in_its_box_upright():
 
 
 def test_an_arrow_points_ahead():
-    sheet = Sheet.blank((100, 100))
+    sheet = PictureSheet.blank((100, 100))
     sheet.arrow(np.array([50.0, 50.0]), np.array([0.0, -1.0]), (0, 0, 0))
     rows, columns = np.nonzero(np.asarray(sheet.image()).sum(axis=2) < 200)
     assert columns.mean() == pytest.approx(49.5, abs=0.6)

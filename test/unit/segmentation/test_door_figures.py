@@ -9,7 +9,7 @@ import pytest
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation.door_figures import (
     LINE_FIGURES,
-    Surroundings,
+    LineMasks,
     line_figures,
     wall_direction,
 )
@@ -32,7 +32,7 @@ def doorway(angle_deg, width_m=1.0):
 def figures(free, ends, **masks):
     nothing = np.zeros_like(free)
     named = {name: masks.get(name, nothing) for name in ('unseen', 'furniture', 'lintel')}
-    around = Surroundings(free, named['unseen'], named['furniture'], named['lintel'], CELL_M)
+    around = LineMasks(free, named['unseen'], named['furniture'], named['lintel'], CELL_M)
     (row,) = line_figures(ends[None], around)
     return dict(zip(LINE_FIGURES, row.tolist(), strict=True))
 
@@ -84,5 +84,5 @@ def test_walls_have_a_direction_but_for_quarter_turns(angle_deg):
 def test_no_lines_have_no_figures():
     free, _ = doorway(0.0)
     nothing = np.zeros_like(free)
-    around = Surroundings(free, nothing, nothing, nothing, CELL_M)
+    around = LineMasks(free, nothing, nothing, nothing, CELL_M)
     assert line_figures(np.zeros((0, 2, 2)), around).shape == (0, len(LINE_FIGURES))

@@ -8,7 +8,7 @@ import pytest
 from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import FIGURES, MAP_FIGURES
 from fpnet_core.segmentation.joining import (
-    Lines,
+    DividingLines,
     Pieces,
     absorb_small,
     figures_now,
@@ -30,7 +30,7 @@ def row_of_rooms(widths):
 
 def lines_between(pairs, widths):
     count = len(LINE_FIGURES) + len(MAP_FIGURES)
-    return Lines(np.array(pairs), np.array(widths), np.zeros((len(pairs), count)))
+    return DividingLines(np.array(pairs), np.array(widths), np.zeros((len(pairs), count)))
 
 
 def by_width(least):
@@ -88,7 +88,9 @@ def test_the_surest_join_first_and_the_others_are_judged_again():
 def test_nothing_joins_across_no_lines_or_doors():
     pieces, lines = row_of_rooms([10, 30]), lines_between([(1, 2)], [0.1])
     np.testing.assert_array_equal(join_pieces(pieces, lines, by_width(0.6)), [0, 1, 2])
-    none = Lines(np.zeros((0, 2), np.int64), np.zeros(0), np.zeros((0, lines.figures.shape[1])))
+    none = DividingLines(
+        np.zeros((0, 2), np.int64), np.zeros(0), np.zeros((0, lines.figures.shape[1]))
+    )
     np.testing.assert_array_equal(join_pieces(pieces, none, by_width(0.6)), [0, 1, 2])
 
 

@@ -10,7 +10,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 from fpnet_lab.sim.clips import clip_map, draw_rooms
 from fpnet_lab.sim.config import ClipConfig, SimConfig
 from fpnet_lab.sim.pairs import generate_pair
-from fpnet_lab.sim.plan_sources import Storey, generated_plans
+from fpnet_lab.sim.plan_sources import NamedPlan, generated_plans
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.presets import preset
 from fpnet_lab.sim.rough import roughened
@@ -22,7 +22,7 @@ EXACT = ClipConfig(
 
 @pytest.fixture(scope='module')
 def storey():
-    return Storey(generate_plan(np.random.default_rng(3), 'branched'), 'branched')
+    return NamedPlan(generate_plan(np.random.default_rng(3), 'branched'), 'branched')
 
 
 def test_an_exact_clip_shows_its_rooms_where_they_are(storey):

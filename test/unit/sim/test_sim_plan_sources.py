@@ -15,7 +15,7 @@ from fpnet_lab.sim.dataset import PairDataset, read_manifest
 from fpnet_lab.sim.distort import cut_map, warp_map
 from fpnet_lab.sim.drawings import draw_storey
 from fpnet_lab.sim.pairs import generate_mapped_pair, generate_pair
-from fpnet_lab.sim.plan_sources import GivenPlans, Storey, read_plans
+from fpnet_lab.sim.plan_sources import GivenPlans, NamedPlan, read_plans
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.presets import PRESETS, in_split, preset
 from fpnet_lab.sim.render import render_plan
@@ -97,7 +97,7 @@ def test_drawings_are_distorted_up_to_their_limits():
     stretches = []
     for k in range(12):
         drawing = draw_storey(
-            Storey(plan, 'house'), np.random.default_rng(k), config, SMALL.segmentation
+            NamedPlan(plan, 'house'), np.random.default_rng(k), config, SMALL.segmentation
         )
         stretches += np.linalg.svd(drawing.A_plan_building.linear)[1].tolist()
         assert drawing.area is not None

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.driving import Motion
+from fpnet_lab.sim.driving import MotionLimits
 from fpnet_lab.sim.openings import walkable_area
 from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.routes import Place, Router
@@ -45,7 +45,7 @@ def test_tour_starts_in_a_room_and_enters_four_others(plan_and_tour):
 
 def test_tour_respects_the_drive(plan_and_tour):
     _, tour = plan_and_tour
-    motion, limits = Motion(), TourLimits()
+    motion, limits = MotionLimits(), TourLimits()
     step = np.diff(tour.time_s)
     speed = np.linalg.norm(np.diff(tour.xy, axis=0), axis=1) / step
     rate = np.diff(tour.yaw_rad) / step

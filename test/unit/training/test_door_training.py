@@ -11,11 +11,11 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import read_weights
 from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import DOOR_SCHEMA, MAP_FIGURES, model_of
-from fpnet_core.segmentation.joining import Lines, Pieces, join_pieces
+from fpnet_core.segmentation.joining import DividingLines, Pieces, join_pieces
 from fpnet_core.segmentation.rooms import cut_parts
 from fpnet_lab.sim.plan_sources import GeneratedPlans
 from fpnet_lab.training.door_samples import (
-    Amounts,
+    DoorAmounts,
     DoorSample,
     _drive,
     _generated,
@@ -58,7 +58,7 @@ def made_up(rng, count=40, rooms=5):
                 'made up',
                 number < count // 4,
                 Pieces(moments.T, np.ones(pieces + 1), np.zeros(pieces + 1)),
-                Lines(pairs, width, figures),
+                DividingLines(pairs, width, figures),
                 overlap,
             )
         )
@@ -136,7 +136,7 @@ def test_wide_openings_stay_between_their_rooms():
 
 
 def test_missing_data_is_named(tmp_path):
-    first = next(door_tasks(tmp_path, 0, Amounts().scaled(0.001)))
+    first = next(door_tasks(tmp_path, 0, DoorAmounts().scaled(0.001)))
     with pytest.raises(FpnetError, match=r'\.png is missing'):
         _samples(first)
 

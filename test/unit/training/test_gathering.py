@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fpnet_core.judging import CONTEXT, FIGURES, Evidence
-from fpnet_core.segmentation.joining import Lines, Pieces
+from fpnet_core.segmentation.joining import DividingLines, Pieces
 from fpnet_lab.evaluation.localization.records import Record
-from fpnet_lab.evaluation.localization.suite import Outcome
+from fpnet_lab.evaluation.localization.suite import CaseOutcome
 from fpnet_lab.kept import make_once
 from fpnet_lab.training.covariance_drives import Samples
 from fpnet_lab.training.door_samples import DoorSample
@@ -33,7 +33,7 @@ KEPT = [
                 'drawing',
                 True,
                 Pieces(RNG.random((3, 6)), RNG.random(3), RNG.random(3)),
-                Lines(np.array([[1, 2]]), RNG.random(1), RNG.random((1, 4))),
+                DividingLines(np.array([[1, 2]]), RNG.random(1), RNG.random((1, 4))),
                 RNG.random((3, 2)),
             ),
         ),
@@ -78,7 +78,7 @@ KEPT = [
             ),
         ),
     ),
-    (Outcome, Outcome((RECORD,), '')),
+    (CaseOutcome, CaseOutcome((RECORD,), '')),
 ]  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from fpnet_lab.training.scale import (
     write_scale,
 )
 from fpnet_lab.training.scale_samples import (
-    Amounts,
+    ScaleAmounts,
     ScaleSamples,
     scale_tasks,
 )
@@ -124,4 +124,4 @@ def test_intervals_are_counted():
 
 def test_missing_data_is_named(tmp_path):
     with pytest.raises(FpnetError, match='is missing'):
-        list(scale_tasks(tmp_path, 0, Amounts(), None))
+        list(scale_tasks(tmp_path, 0, ScaleAmounts(), None))
