@@ -23,7 +23,9 @@ def command(
     limit: Annotated[int, typer.Option('--limit', min=1, help='Drives.')] = 12,
     group: Annotated[
         list[str] | None,
-        typer.Option('--group', help='Drives of these groups, as logs: real ones. Default: any.'),
+        typer.Option(
+            '--group', metavar='NAME', help='Drives of this group, as logs: real ones; repeatable.'
+        ),
     ] = None,
     maps: Annotated[
         int, typer.Option('--maps', min=0, help="Real robots' maps on real drawings.")

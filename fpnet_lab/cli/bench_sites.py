@@ -30,7 +30,10 @@ class SitesPart(StrEnum):
 
 def command(
     only: Annotated[
-        list[SitesPart] | None, typer.Option('--only', help='Measure this part; repeatable.')
+        list[SitesPart] | None,
+        typer.Option(
+            '--only', metavar=f'[{"|".join(SitesPart)}]', help='Measure this part; repeatable.'
+        ),
     ] = None,
     sites: Annotated[int, typer.Option('--sites', min=1, help='Generated sites.')] = 12,
     drives: Annotated[

@@ -38,7 +38,10 @@ def command(
         Path, typer.Option('--data', metavar='DIR', help='Folder of real plans and robot maps.')
     ] = Path('../shared/data'),
     only: Annotated[
-        list[SpeedPart] | None, typer.Option('--only', help='Time this part; repeatable.')
+        list[SpeedPart] | None,
+        typer.Option(
+            '--only', metavar=f'[{"|".join(SpeedPart)}]', help='Time this part; repeatable.'
+        ),
     ] = None,
     seconds: Annotated[
         float | None,

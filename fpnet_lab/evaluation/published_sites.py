@@ -18,7 +18,7 @@ _STOREYS = (  # numerical: digits
     Column('first claim', 'path_m_median', Units.PATH),
     Column('on one plan', 'path_alone_m_median', Units.PATH),
     Column('a wall that differs seen', 'parted_m_median', Units.PATH),
-    *columns(Units.MS, {'tick_ms_mean': 'mean tick', 'tick_alone_ms_mean': 'on one plan'}),
+    *columns(Units.MS, {'tick_ms_mean': 'tick, median', 'tick_alone_ms_mean': 'on one plan'}),
     Column('with 12 storeys', 'tick_ratio_12', Unit(' times', 1)),
 )
 _ONE = (  # numerical: digits
