@@ -22,7 +22,13 @@ product: beside other busy programs a match took a hundred times as long.
 """
 
 
-def standardised(values: NDArray[np.floating], mean: Array, spread: Array, most: float) -> Array:
+CLIP = 4.0
+"""Numerical: figures are held to so many standard deviations; what is further off says no more."""
+
+
+def standardised(
+    values: NDArray[np.floating], mean: Array, spread: Array, most: float = CLIP
+) -> Array:
     """
     Return ``values (..., D)`` in standard deviations from their ``mean (D,)``, NaN as 0.
 

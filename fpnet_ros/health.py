@@ -37,6 +37,9 @@ _REMEDIES = {
     LOST: LARGE_CLOUDS,
 }
 
+DIAGNOSTICS_PERIOD_S = 1.0
+"""Of a node's diagnostics. Chosen."""
+
 
 class ClockSilence:
     """

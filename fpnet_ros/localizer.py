@@ -18,7 +18,7 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
 from fpnet_ros.hand_over import HandOver
-from fpnet_ros.health import Health
+from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, Health
 from fpnet_ros.initial_poses import InitialPoses
 from fpnet_ros.inputs import LocatedScan, ScanInput
 from fpnet_ros.lifecycle import ManagedNode, run_managed
@@ -38,8 +38,6 @@ from fpnet_ros.state_file import RunFolder, StateFile
 from fpnet_ros.storeys import StoreyTopics, create_site_localizer
 from fpnet_ros.telling import Telling
 from fpnet_ros.work import DroppingWorker, Worker
-
-_DIAGNOSTICS_PERIOD_S = 1.0  # chosen
 
 
 class LocalizerNode(ManagedNode):
@@ -161,7 +159,7 @@ class LocalizerNode(ManagedNode):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._tick_timer = self.add_timer(tick_period_s, self._start_tick)
         self._tf_timer = self.add_timer(1.0 / parameters.tf_rate_hz, self._follow, steady)
-        self.add_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
+        self.add_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, steady)
         if parameters.state_file and parameters.autosave_period_s:
             self.add_timer(parameters.autosave_period_s, self._autosave, steady)
 

@@ -26,7 +26,7 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
 from fpnet_core.odometry_check import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
-from fpnet_ros.health import LARGE_CLOUDS, LOST
+from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LARGE_CLOUDS, LOST
 from fpnet_ros.lasers import LaserInput
 from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
 from fpnet_ros.optional_messages import TFMessage
@@ -51,7 +51,6 @@ from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
-_DIAGNOSTICS_PERIOD_S = 1.0
 _PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
 
 _SLOW = 'clouds are dropped: more come than can be registered'
@@ -139,7 +138,7 @@ class OdometryNode(OwnValues):
         steady = Clock(
             clock_type=ClockType.STEADY_TIME
         )  # while the simulated one stands still, too
-        self.create_timer(_DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=steady)
 
     def destroy_node(self) -> None:
         """End the worker first."""

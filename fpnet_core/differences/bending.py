@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.pose import Effort, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose import RIGID_STRAIN, Effort, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
@@ -36,7 +36,6 @@ _BETTER = 0.1
 
 # Numerical:
 _EFFORT = Effort((0.5, 0.3, 0.2), 400)
-_RIGID = 1e-4  # strain sigma: what is around a place says too little of the drawing's stretch
 _FEWEST_WALLS = 40  # samples, about as many metres of wall as a room has
 _SWEEPS = 3  # there and back: alignments spread from place to place
 _SMOOTHED = 0.7  # standard deviation, in places: of the shifts between them
@@ -98,7 +97,7 @@ def _aligned(
     plan: MapEvidence, places: dict[tuple[int, int], _Place], A_plan_sub: Affine2D
 ) -> dict[tuple[int, int], _Place]:
     """Return the places aligned on their own, from the whole map's placement and neighbours'."""
-    freedom = Freedom(_RIGID, A_plan_sub.stretch)
+    freedom = Freedom(RIGID_STRAIN, A_plan_sub.stretch)
     for sweep in range(_SWEEPS):
         for index in sorted(places, reverse=bool(sweep % 2)):
             place = places[index]

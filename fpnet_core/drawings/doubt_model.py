@@ -30,8 +30,6 @@ DOUBT_SCHEMA = 1
 
 DOUBT_NAME = 'doubts.safetensors'
 
-CLIP = 4.0
-"""Numerical: evidence is standardised and held to so many standard deviations."""
 
 NAMES = {'room_figures': ROOM_FIGURES, 'sheet_figures': SHEET_FIGURES}
 """Of what the model sees, as the manifest lists them."""
@@ -74,7 +72,7 @@ class DoubtModel:
     def wrong_sheets(self, evidence: Array) -> Array:
         """Return how probably (N,) readings of this ``evidence (N, D)`` are wrong."""
         t = self.tensors
-        x = standardised(evidence, t['sheet.mean'], t['sheet.spread'], CLIP)
+        x = standardised(evidence, t['sheet.mean'], t['sheet.spread'])
         return np.asarray(expit(x @ t['sheet.weight'] + t['sheet.bias'][0]))
 
 

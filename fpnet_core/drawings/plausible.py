@@ -20,12 +20,12 @@ from scipy.special import expit
 
 from fpnet_core.raster.morphology import opened_by, shrunk, square
 from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.small_networks import CLIP
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
 
 Array = NDArray[np.float64]
 
 WEIGHTS_NAME = 'readings.json'
-_CLIP = 4.0  # numerical: standard deviations: what is further off says no more
 
 FEATURES = (
     'rooms', 'largest', 'door_to_room', 'doored', 'doors', 'square', 'squarest', 'door_spread',
@@ -51,7 +51,7 @@ def probability(figures: Array) -> float:
 
 def powers(scaled: Array) -> Array:
     """Return figures (..., F), scaled to unit variance, and their squares (..., 2 F)."""
-    clipped = np.clip(scaled, -_CLIP, _CLIP)
+    clipped = np.clip(scaled, -CLIP, CLIP)
     return np.concatenate([clipped, np.square(clipped)], axis=-1)
 
 

@@ -29,9 +29,6 @@ JUDGE_SCHEMA = 1
 
 JUDGE_NAME = 'judge.safetensors'
 
-CLIP = 4.0
-"""Numerical: figures are held to so many standard deviations."""
-
 
 @dataclass(frozen=True, eq=False)
 class JudgeModel:
@@ -65,8 +62,8 @@ class JudgeModel:
         The plan is taken for the right one at even odds. No placements leave the last two.
         """
         t = {name: value.astype(np.float64) for name, value in self.tensors.items()}
-        x = standardised(evidence.figures, t['figure_mean'], t['figure_scale'], CLIP)
-        g = standardised(evidence.context, t['context_mean'], t['context_scale'], CLIP)
+        x = standardised(evidence.figures, t['figure_mean'], t['figure_scale'])
+        g = standardised(evidence.context, t['context_mean'], t['context_scale'])
         votes = [self._vote(t, m, x, g) for m in range(self.members)]
         return _normalised(np.mean(votes, axis=0))
 

@@ -37,7 +37,6 @@ _TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
 _ROOM_NAME = {'size': 11, 'color': '#303030'}
 _DOOR_NAME = {'size': 9, 'color': '#8a1010'}
 _ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
-_PLAN_PX = 1600
 _PATH_SAMPLES = 3000  # numerical
 _STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
 _STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
@@ -50,7 +49,7 @@ _MARGIN = {'l': 55, 'r': 15, 't': 10, 'b': 40}
 def plan_figure(record: RunRecord) -> go.Figure:
     """Return the floorplan with its fixed traces and, by name, the empty ones for a moment."""
     figure = go.Figure()
-    show_regions(figure, record.plan, segmentation_picture(record.plan, _PLAN_PX))
+    show_regions(figure, record.plan, segmentation_picture(record.plan))
     add_rooms(figure, record.plan)
     if record.differences is not None:
         add_differences(figure, record.differences)

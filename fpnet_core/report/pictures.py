@@ -50,8 +50,14 @@ class Picture:
         }
 
 
+PLAN_PX = 1600
+"""Longest side of a floorplan's picture. Chosen."""
+
+
 def segmentation_picture(
-    segmentation: Segmentation, longest_px: int, colours: Mapping[int, Colour] | None = None
+    segmentation: Segmentation,
+    longest_px: int = PLAN_PX,
+    colours: Mapping[int, Colour] | None = None,
 ) -> Picture:
     """Return the grid with tinted rooms, at most ``longest_px`` wide and high."""
     return grid_picture(segmentation.grid, painted(segmentation, colours), longest_px)

@@ -17,8 +17,6 @@ from fpnet_core.types import Segmentation
 from fpnet_core.viz.plan_check import similarity_colours
 from fpnet_core.viz.segmentation import Colour
 
-_PLAN_PX = 1600  # chosen
-
 
 def write_plan_report(path: Path | str, name: str, check: PlanCheck) -> None:
     """Write the check of the floorplan ``name`` as one HTML file that loads nothing else."""
@@ -62,7 +60,7 @@ def _figure(
 ) -> go.Figure:
     """Return the floorplan, its rooms in colours of their own and with notes at the pointer."""
     figure = go.Figure()
-    show_regions(figure, segmentation, segmentation_picture(segmentation, _PLAN_PX, colours))
+    show_regions(figure, segmentation, segmentation_picture(segmentation, colours=colours))
     add_rooms(figure, segmentation, notes)
     equal_axes(figure, segmentation.grid.frame)
     figure.update_layout(showlegend=False)

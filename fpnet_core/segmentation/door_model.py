@@ -28,8 +28,6 @@ DOOR_SCHEMA = 1
 
 DOOR_NAME = 'doors.safetensors'
 
-CLIP = 4.0
-"""Numerical: figures are held to so many standard deviations."""
 
 MAP_FIGURES = ('is_gap', 'is_drawing', 'has_scans', 'sees_lintels')
 """Whether the line continues a wall's face, and what is known of the whole map."""
@@ -54,7 +52,7 @@ class DoorModel:
         """Return probabilities (L,) that lines of ``figures (L, D)`` part nothing."""
         t = self.tensors
         mean, spread = t['mean'].astype(np.float64), t['spread'].astype(np.float64)
-        x = standardised(figures, mean, spread, CLIP)
+        x = standardised(figures, mean, spread)
         votes = np.zeros(len(x))
         for m in range(len(t['out'])):
             hidden = silu(x @ t['first'][m].T + t['first_bias'][m])

@@ -24,16 +24,13 @@ from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.warping import warping_of
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.config import BuildingConfig
-from fpnet_lab.sim.render import fill_polygons
+from fpnet_lab.sim.render import MARGIN_M, fill_polygons
 from fpnet_lab.sim.types import BuildingPlan, ring_of
 from fpnet_lab.sim.walls import draw_wall_changes
 
 Array = NDArray[np.float64]
 Field = Callable[[Array], Array]
 Cells = NDArray[np.int8]
-
-MARGIN_M = 1.0
-"""Unknown border around a warped drawing. Chosen."""
 
 # Chosen, not measured: a cell is wall where walls cover this share of the interpolated place,
 # below one half, so that lines of one cell stay closed at any angle.

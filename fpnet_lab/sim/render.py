@@ -38,6 +38,9 @@ MIN_WALL_PX = 1.5
 """Numerical: thinner walls would leak where they run diagonally."""
 
 
+MARGIN_M = 1.0
+"""Unknown border around a drawing. Chosen."""
+
 LINE_M = 0.03
 """Width of drawn lines; at least a cell. Chosen."""
 
@@ -46,7 +49,6 @@ THICK_WALL_M = 0.35
 """Least thickness of outlined and of thick walls. Chosen."""
 
 # Chosen, not measured:
-_MARGIN_M = 1.0  # unknown border around a drawing
 _HATCH_PERIOD_M = 0.4
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
@@ -114,8 +116,8 @@ def render_plan(
     doors = [door_outline(door, wall, plan.wall_m) for door in plan.doors]
     shell = shell_outlines(plan, wall)
     corners = A.apply(np.concatenate(shell))
-    origin = corners.min(axis=0) - _MARGIN_M
-    columns, rows = np.ceil((corners.max(axis=0) + _MARGIN_M - origin) / resolution_m).astype(int)
+    origin = corners.min(axis=0) - MARGIN_M
+    columns, rows = np.ceil((corners.max(axis=0) + MARGIN_M - origin) / resolution_m).astype(int)
     sheet = _Sheet(np.full((rows, columns), UNKNOWN, np.int8), resolution_m, origin, A)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in shell], OCCUPIED)
     fill_polygons(sheet.cells, [sheet.px(ring) for ring in outlines + doors], FREE)

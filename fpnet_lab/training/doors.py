@@ -22,7 +22,7 @@ import torch
 from torch import nn
 
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
-from fpnet_core.segmentation.door_model import CLIP, DOOR_SCHEMA, FIGURES, DoorModel
+from fpnet_core.segmentation.door_model import DOOR_SCHEMA, FIGURES, DoorModel
 from fpnet_core.segmentation.joining import figures_now, join_pieces, joining_stages
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2
 from fpnet_core.small_networks import standardised
@@ -175,7 +175,7 @@ def _fitted(shown: Shown, config: DoorTraining) -> DoorModel:
     mean = np.average(shown.figures, axis=0, weights=shown.cost)
     variance = np.average((shown.figures - mean) ** 2, axis=0, weights=shown.cost)
     spread = np.sqrt(variance) + _LEAST_SPREAD
-    x = standardised(shown.figures, mean, spread, CLIP)
+    x = standardised(shown.figures, mean, spread)
     y, weight = shown.is_one.astype(np.float64), shown.cost / shown.cost.mean()
     data = tuple(torch.from_numpy(np.asarray(v, np.float32)) for v in (x, y, weight))
     networks = [_fit_member(data, config, member) for member in range(config.members)]

@@ -21,7 +21,7 @@ from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import roc_auc_score
 
-from fpnet_core.drawings.doubt_model import CLIP, DOUBT_SCHEMA, NAMES, DoubtModel
+from fpnet_core.drawings.doubt_model import DOUBT_SCHEMA, NAMES, DoubtModel
 from fpnet_core.drawings.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
@@ -159,7 +159,7 @@ def fit_sheets(
 ) -> dict[str, NDArray[Any]]:
     """Fit the logistic regression over ``evidence (N, D)`` that tells which readings are wrong."""
     mean, spread = np.nanmean(evidence, axis=0), np.nanstd(evidence, axis=0) + _LEAST_SPREAD
-    x = standardised(evidence, mean, spread, CLIP)
+    x = standardised(evidence, mean, spread)
     model = LogisticRegression(
         C=config.sheet_strength, max_iter=_MAX_ITERATIONS, random_state=config.seed
     )

@@ -21,7 +21,7 @@ from torch import nn
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.judging import CONTEXT, FIGURES, JUDGE_SCHEMA
-from fpnet_core.judging.model import CLIP
+from fpnet_core.small_networks import CLIP
 from fpnet_lab.training.gathering import Columns
 from fpnet_lab.training.judge_trials import Trial
 from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
