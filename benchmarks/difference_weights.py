@@ -23,7 +23,7 @@ _PRIOR_SIGMA = 3.0
 def main() -> None:
     """Print the weights and how well they tell."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--drives', type=int, default=24)
+    parser.add_argument('--drives', type=int, default=48)
     parser.add_argument('--seed', type=int, default=5000)
     given = parser.parse_args()
     cv2.setNumThreads(1)

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from fpnet_core.differences.found import Difference, DifferenceKind, Differences
-from fpnet_core.differences.overlay import Overlay, metres_to, overlay
+from fpnet_core.differences.overlay import FAR_M, Overlay, metres_to, overlay
 from fpnet_core.geometry import Affine2D
 from fpnet_core.pose import MapSide
 from fpnet_core.raster.morphology import closed, grown
 from fpnet_core.raster.pieces import label_windows, pieces_of
-from fpnet_core.raster.rays import draw_line
+from fpnet_core.raster.rays import draw_line, values_at
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
@@ -26,32 +26,42 @@ Mask = NDArray[np.bool_]
 APART_M = 0.3
 """Physical: further from a wall than drawings are inexact, and than half of a thick wall."""
 
-WALL_WEIGHTS = (-0.2, 0.8, 1.2, 1.9, 2.0)
+WALL_WEIGHTS = (3.6, 2.5, 2.0, 2.8, 3.5, -2.0)
 """
 Log odds that something seen and not drawn is a wall, for :data:`WALL_FIGURES`. Fitted by
-``python benchmarks/difference_weights.py`` to 24 generated drives, half of them planar: 743 of 818
-pieces are told right, of which 114 are walls.
+``python benchmarks/difference_weights.py`` to 48 generated drives, half of them planar: 1,552 of
+1,678 pieces are told right, of which 250 are walls.
 """
 
-MISSING_WEIGHTS = (-5.4, 0.1, 2.1, 8.3)
+MISSING_WEIGHTS = (-4.4, 1.7, 5.7, 1.8)
 """
 Log odds that a drawn wall is not there, for :data:`MISSING_FIGURES`. Fitted by
-``python benchmarks/difference_weights.py`` to 24 generated drives: 186 of 232 pieces are told
-right, of which 122 are missing.
+``python benchmarks/difference_weights.py`` to 48 generated drives: 397 of 483 pieces are told
+right, of which 245 are missing.
 """
 
-WALL_FIGURES = ('one', 'log_length', 'log_width', 'log_apart', 'is_joined')
-"""Given: of what is seen and not drawn, in the order of the weights."""
+WALL_FIGURES = ('one', 'log_width', 'log_apart', 'moved_share', 'ends_at_walls', 'open_share')
+"""
+Given: of what is seen and not drawn, in the order of the weights. The last three are shares: of it
+that lies near a drawn wall that is not there, of its ends that are at a drawn wall, and of it that
+has free space on both sides, as tables have.
+"""
 
-MISSING_FIGURES = ('one', 'log_length', 'log_apart', 'free_share')
-"""Given: of what is drawn and seen through, in the order of the weights."""
+MISSING_FIGURES = ('one', 'log_apart', 'free_share', 'passed_share')
+"""
+Given: of what is drawn and seen through, in the order of the weights. The last two are shares: of
+what lies around it that is free, and of it with free space well before and behind.
+"""
 
 # Physical:
 _SHORTEST_M = 0.3  # shorter pieces are corners and noise
 _GAP_M = 0.25  # walls are seen in pieces, with gaps as long
 _DOOR_REACH_M = 0.3  # a leaf lies so near to the opening's line
-_JOINED_M = 0.35  # a wall begins at another one
+_JOINED_M = 0.35  # a wall ends at another one
+_BESIDE_M = (0.2, 0.3, 0.4)  # beyond the thickness of what was seen, and within its room
+_PASSED_M = (1.5,)  # before and behind a wall: no drift of a map moves walls as far
 # Chosen, not measured:
+_MOVED_M = 1.0  # walls are moved by so much; farther, another one was taken away
 _SHUT = 0.8  # share of an opening that must be seen, and be seen to be closed
 
 
@@ -78,21 +88,28 @@ def find_differences(
     missing = laid.is_drawn & laid.is_free & (laid.seen_m > APART_M)
     piece_of = np.zeros(grid.shape, dtype=np.int32)
     pieces: list[Difference] = []
-    for cells, piece in (*doors, *_new(new, laid, grid), *_missing(missing, laid, grid)):
+    for cells, piece in (*doors, *_new(new, missing, laid, grid), *_missing(missing, laid, grid)):
         pieces.append(piece)
         piece_of[cells] = len(pieces)
     return Differences(grid, tuple(pieces), piece_of, laid.is_known & laid.is_inside)
 
 
-def _new(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, Difference]]:
+def _new(
+    mask: Mask, missing: Mask, laid: Overlay, grid: GridMap
+) -> Iterator[tuple[Mask, Difference]]:
     """Yield what is seen and not drawn: walls, and what is furniture rather."""
-    known = laid.is_wall & ~grown(mask, max(1, round(_GAP_M / laid.cell_m)))
-    to_known_m = metres_to(known, laid.cell_m)
+    missing_m = metres_to(missing, laid.cell_m)
     for cells, ends, length_m, width_m in _pieces(mask, laid.cell_m, grid):
-        apart_m = float(laid.drawn_m[cells].mean())
-        is_joined = float(to_known_m[cells].min() <= _JOINED_M + _GAP_M)
+        ends_rc = grid.xy_to_rc(ends)
         figures = np.array(
-            [1.0, np.log(length_m), np.log(width_m), np.log(min(apart_m, 2.0)), is_joined]
+            [
+                1.0,
+                np.log(width_m),
+                np.log(min(float(laid.drawn_m[cells].mean()), 2.0)),
+                (missing_m[cells] <= _MOVED_M).mean(),
+                (values_at(laid.drawn_m, ends_rc, FAR_M) <= _JOINED_M).mean(),
+                _open_share(cells, ends_rc, laid, _BESIDE_M),
+            ]
         )
         p = float(expit(figures @ np.array(WALL_WEIGHTS)))
         is_wall = p >= 1.0 - p
@@ -104,12 +121,26 @@ def _missing(mask: Mask, laid: Overlay, grid: GridMap) -> Iterator[tuple[Mask, D
     """Yield drawn walls that were seen through."""
     reach = max(1, round(APART_M / laid.cell_m))
     for cells, ends, length_m, _ in _pieces(mask, laid.cell_m, grid):
-        around = grown(cells, reach)
-        free = float(laid.is_free[around].mean())
-        apart_m = float(laid.seen_m[cells].mean())
-        figures = np.array([1.0, np.log(length_m), np.log(min(apart_m, 2.0)), free])
+        figures = np.array(
+            [
+                1.0,
+                np.log(min(float(laid.seen_m[cells].mean()), 2.0)),
+                laid.is_free[grown(cells, reach)].mean(),
+                _open_share(cells, grid.xy_to_rc(ends), laid, _PASSED_M),
+            ]
+        )
         p = float(expit(figures @ np.array(MISSING_WEIGHTS)))
         yield cells, Difference(DifferenceKind.MISSING, ends, length_m, p, figures)
+
+
+def _open_share(cells: Mask, ends_rc: Array, laid: Overlay, away_m: tuple[float, ...]) -> float:
+    """Return the share of a piece that has free space so far away on both sides."""
+    along = ends_rc[1] - ends_rc[0]
+    normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    off = np.outer(away_m, normal / laid.cell_m)
+    sides = [np.argwhere(cells)[:, None] + sign * off for sign in (1.0, -1.0)]
+    one, other = (values_at(laid.is_free, side, outside=False).any(axis=1) for side in sides)
+    return float((one & other).mean())
 
 
 def _shut_doors(plan: MapSide, laid: Overlay) -> tuple[list[tuple[Mask, Difference]], Mask]:

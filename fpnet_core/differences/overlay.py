@@ -28,7 +28,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_FAR_M = 1e3
+FAR_M = 1e3
 """Numerical: distance from walls where there are none."""
 
 _BAR_M, _BAR_FILLED = 1.0, 0.6
@@ -74,7 +74,7 @@ def overlay(plan: MapSide, sub: MapSide, A_plan_sub: Affine2D) -> Overlay:
     labels = plan.segmentation.labels > 0
     reach = max(1, round(WALL_REACH_M / grid.resolution))
     cells = _looked_up(seen.cells.astype(np.float32), rc, cv2.INTER_NEAREST, float(UNKNOWN))
-    seen_m = _looked_up(metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, _FAR_M)
+    seen_m = _looked_up(metres_to(wall, seen.resolution), rc, cv2.INTER_LINEAR, FAR_M)
     drawn = (grid.cells == OCCUPIED) & grown(labels, 2 * reach)
     within = labels | free_standing(labels, grid.resolution)
     return Overlay(
@@ -114,7 +114,7 @@ def _faced_walls(seen: GridMap) -> Mask:
 def metres_to(mask: Mask, cell_m: float) -> NDArray[np.float32]:
     """Return the distance ``(H, W)`` of each cell to the nearest one of ``mask`` [m]."""
     if not mask.any():
-        return np.full(mask.shape, _FAR_M, dtype=np.float32)
+        return np.full(mask.shape, FAR_M, dtype=np.float32)
     return np.asarray(cells_to_nearest(mask) * np.float32(cell_m), dtype=np.float32)
 
 
