@@ -26,10 +26,10 @@ Mask = NDArray[np.bool_]
 APART_M = 0.3
 """Physical: further from a wall than drawings are inexact, and than half of a thick wall."""
 
-WALL_WEIGHTS = (3.6, 2.5, 2.0, 2.8, 3.5, -2.0)
+WALL_WEIGHTS = (3.6, 2.6, 2.2, 3.0, 3.5, -3.0, 2.2)
 """
 Log odds that something seen and not drawn is a wall, for :data:`WALL_FIGURES`. Fitted by
-``python benchmarks/difference_weights.py`` to 48 generated drives, half of them planar: 1,552 of
+``python benchmarks/difference_weights.py`` to 48 generated drives, half of them planar: 1,570 of
 1,678 pieces are told right, of which 250 are walls.
 """
 
@@ -40,11 +40,19 @@ Log odds that a drawn wall is not there, for :data:`MISSING_FIGURES`. Fitted by
 right, of which 245 are missing.
 """
 
-WALL_FIGURES = ('one', 'log_width', 'log_apart', 'moved_share', 'ends_at_walls', 'open_share')
+WALL_FIGURES = (
+    'one',
+    'log_width',
+    'log_apart',
+    'moved_share',
+    'ends_at_walls',
+    'open_share',
+    'sees_over',
+)
 """
-Given: of what is seen and not drawn, in the order of the weights. The last three are shares: of it
-that lies near a drawn wall that is not there, of its ends that are at a drawn wall, and of it that
-has free space on both sides, as tables have.
+Given: of what is seen and not drawn, in the order of the weights. Shares are those of it that lies
+near a drawn wall that is not there, of its ends that are at a drawn wall, and of it that has free
+space on both sides, as tables have. A scanner that has met lintels sees over tables.
 """
 
 MISSING_FIGURES = ('one', 'log_apart', 'free_share', 'passed_share')
@@ -88,14 +96,16 @@ def find_differences(
     missing = laid.is_drawn & laid.is_free & (laid.seen_m > APART_M)
     piece_of = np.zeros(grid.shape, dtype=np.int32)
     pieces: list[Difference] = []
-    for cells, piece in (*doors, *_new(new, missing, laid, grid), *_missing(missing, laid, grid)):
+    sees_over = any(portal.has_lintel for portal in sub.segmentation.portals)
+    seen = _new(new, missing, sees_over, laid, grid)
+    for cells, piece in (*doors, *seen, *_missing(missing, laid, grid)):
         pieces.append(piece)
         piece_of[cells] = len(pieces)
     return Differences(grid, tuple(pieces), piece_of, laid.is_known & laid.is_inside)
 
 
 def _new(
-    mask: Mask, missing: Mask, laid: Overlay, grid: GridMap
+    mask: Mask, missing: Mask, sees_over: bool, laid: Overlay, grid: GridMap
 ) -> Iterator[tuple[Mask, Difference]]:
     """Yield what is seen and not drawn: walls, and what is furniture rather."""
     missing_m = metres_to(missing, laid.cell_m)
@@ -109,6 +119,7 @@ def _new(
                 (missing_m[cells] <= _MOVED_M).mean(),
                 (values_at(laid.drawn_m, ends_rc, FAR_M) <= _JOINED_M).mean(),
                 _open_share(cells, ends_rc, laid, _BESIDE_M),
+                sees_over,
             ]
         )
         p = float(expit(figures @ np.array(WALL_WEIGHTS)))
