@@ -55,7 +55,9 @@ _PLACE_S = 1.0  # a cloud waits so long for its sensor's place on the robot
 
 _SLOW = 'clouds are dropped: more come than can be registered'
 _UNPLACED = "clouds are dropped: their sensor's place on the robot is not known, see the log"
+_UNGUIDED = "KISS-ICP went on alone: the robot's odometry did not come in time"
 _REMEDIES = {
+    _UNGUIDED: 'its stamps have to be of the clock of the clouds, and no later than they are',
     _SLOW: 'a larger odometry.voxel_size takes less time, and so do smaller clouds; every second '
     'one will do where the robot drives slowly',
     LOST: LARGE_CLOUDS,
@@ -249,7 +251,12 @@ class OdometryNode(OwnValues):
         if lasers is not None:
             lost, earlier = lost + lasers.lost, earlier + lasers.earlier
             unplaced, refused = unplaced + lasers.dropped, refused + lasers.refused
-        counts = {_SLOW: self._scans.dropped, LOST: lost, _UNPLACED: unplaced}
+        counts = {
+            _SLOW: self._scans.dropped,
+            LOST: lost,
+            _UNPLACED: unplaced,
+            _UNGUIDED: self._robot.missed,
+        }
         news = self._losses.follow(counts, _REMEDIES)
         warning = self._refused or ', '.join(news) or _DOUBTS.get(self._kiss.consistency, '')
         values = {

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
+from statistics import median
 from threading import Condition
 import time
 from typing import Any, Literal
@@ -23,8 +25,10 @@ from msg_adapters.odometry import odometry_from_msg
 from msg_adapters.transforms import transforms_from_msg
 
 # Chosen, not measured:
-_LATE_S = 0.15  # wheels and their fusion report ten times a second and more
+_LATE_S = 0.15  # wheels and their fusion report ten times a second and more, or
+_LATE_GAPS = 1.5  # are waited for by so many of the times between their reports
 _SILENT_S = 0.5  # whoever has said nothing for so long is not waited for
+_GAPS = 9  # numerical: reports that tell how far they are apart
 
 
 class RobotOdometryParameters(LaserParameters):
@@ -50,6 +54,11 @@ class RobotOdometry:
         Where poses come from.
     report
         Takes what is wrong with a message.
+
+    Attributes
+    ----------
+    missed
+        Poses that were asked for and did not come in time, though the robot's odometry is heard.
     """
 
     def __init__(
@@ -69,6 +78,8 @@ class RobotOdometry:
         self._odom_frame = parameters.odom_frame
         self._changed = Condition()
         self._heard_s = time.monotonic()
+        self._gaps_s: deque[float] = deque([_SILENT_S], maxlen=_GAPS)
+        self.missed = 0
         if source == 'topic':
             subscribe(Odometry, 'odom', self._on_odometry, sensor_data(ODOMETRY_QUEUE))
         elif source == 'tf':
@@ -96,11 +107,14 @@ class RobotOdometry:
         """Return ``T_odom_frame (4, 4)`` at a time; waits a moment, but not for the dead."""
         if not self.is_used:
             return None
-        deadline_s = time.monotonic() + _LATE_S
         with self._changed:
+            deadline_s = time.monotonic() + max(_LATE_S, _LATE_GAPS * median(self._gaps_s))
             while (T_odom_frame := self.where.pose(frame, stamp_ns)) is None:
                 left_s = deadline_s - time.monotonic()
-                if left_s <= 0.0 or self.silence_s > _SILENT_S:
+                if self.silence_s > _SILENT_S:
+                    return None
+                if left_s <= 0.0:
+                    self.missed += 1
                     return None
                 self._changed.wait(left_s)
         return T_odom_frame
@@ -123,7 +137,7 @@ class RobotOdometry:
             self._report(error)
             return
         with self._changed:
-            self._heard_s = time.monotonic()
+            self._hear()
             self.where.add_pose(
                 reading.frame_id, reading.child_frame_id, reading.T_odom_child, reading.stamp_ns
             )
@@ -134,6 +148,11 @@ class RobotOdometry:
         with self._changed:
             for t in transforms:
                 self.where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
-                if t.parent == self._odom_frame:
-                    self._heard_s = time.monotonic()
+            if any(t.parent == self._odom_frame for t in transforms):
+                self._hear()
             self._changed.notify()
+
+    def _hear(self) -> None:
+        now_s = time.monotonic()
+        self._gaps_s.append(now_s - self._heard_s)
+        self._heard_s = now_s
