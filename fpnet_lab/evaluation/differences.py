@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+import shapely
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import Difference, DifferenceKind, Differences, find_differences
@@ -21,9 +22,12 @@ from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import OCCUPIED, GridMap
 from fpnet_lab.evaluation.localization.drives import kept_scans, submap_of
 from fpnet_lab.evaluation.localization.inputs import drive_through
+from fpnet_lab.sim.building import Building
 from fpnet_lab.sim.distort import renovated
-from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.render import paint_rings, render_plan
 from fpnet_lab.sim.storeys import CELL_M
+
+Mask = NDArray[np.bool_]
 
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'suites')
 SENSORS = ('beams16', 'planar')
@@ -33,18 +37,21 @@ _NEAR_M = 0.25  # physical: a wall that was found lies so near to the true one
 _CHANGED_STREAM = 21  # given: second word of the seed
 _MOST = 0.5  # numerical: share from which on it is most of a piece
 
-Mask = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, eq=False)
 class DifferenceCase:
-    """A drive, both maps, their true placement (nearly), and the true walls on the raster."""
+    """
+    A drive, both maps, their true placement (nearly), and the truth on the raster.
+
+    ``true`` has the walls, ``furniture (H, W)`` is where any stands.
+    """
 
     name: str
     plan: MapSide
     sub: MapSide
     A_plan_sub: Affine2D
     true: GridMap
+    furniture: Mask
     is_changed: bool
 
     def found(self) -> Differences:
@@ -76,21 +83,39 @@ def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, Di
         )
         A = placed[0].A_plan_submap
         name = f'{family}_{sensor}_{seed}'
-        cases.append(DifferenceCase(name, plan, sub, A, true, is_changed))
+        furniture = _furniture(recording.building, true)
+        cases.append(DifferenceCase(name, plan, sub, A, true, furniture, is_changed))
     return cases[0], cases[1]
 
 
+def _furniture(building: Building, true: GridMap) -> Mask:
+    """Return where furniture stands (H, W)."""
+    cells = np.zeros(true.shape, np.uint8)
+    for piece in building.furniture:
+        outline = shapely.get_coordinates(piece.footprint.exterior)
+        paint_rings(cells, [true.xy_to_rc(outline)[:, ::-1]], 1)
+    return cells > 0
+
+
 def near_share(cells: Mask, walls: Mask, cell_m: float) -> float:
-    """Return the share of cells that lie near a wall."""
+    """Return the share of cells that lie near a wall; 0 where there is none."""
+    if not walls.any():
+        return 0.0
     return float((cells_to_nearest(walls)[cells] * cell_m <= _NEAR_M).mean())
 
 
 @dataclass(frozen=True, eq=False)
 class Labelled:
-    """A piece that was found, and whether it is what its kind says: a wall, or one missing."""
+    """
+    A piece that was found, and the truth about it.
+
+    ``is_wall`` tells whether it is what its kind says: a wall, or one missing. Of what is not,
+    ``is_furniture`` tells furniture from walls that drift has moved, and from open doors.
+    """
 
     piece: Difference
     is_wall: bool
+    is_furniture: bool
 
 
 def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
@@ -100,9 +125,11 @@ def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
     for number, piece in enumerate(found.pieces, start=1):
         if piece.kind is DifferenceKind.SHUT:
             continue
-        share = near_share(found.piece_of == number, true, case.true.resolution)
+        cells, cell_m = found.piece_of == number, case.true.resolution
         is_missing = piece.kind is DifferenceKind.MISSING
-        made.append(Labelled(piece, bool(share >= _MOST) is not is_missing))
+        is_wall = (near_share(cells, true, cell_m) >= _MOST) is not is_missing
+        stands = not is_missing and near_share(cells, case.furniture, cell_m) >= _MOST
+        made.append(Labelled(piece, is_wall, stands and not is_wall))
     return made
 
 
@@ -135,12 +162,11 @@ def figures_of(cases: Sequence[DifferenceCase]) -> DifferenceFigures:
         found = case.found()
         for each in labelled(case, found):
             piece = each.piece
-            is_furniture = not each.is_wall and piece.kind is not DifferenceKind.MISSING
             if piece.length_m < LEAST_M:
                 continue
-            furniture += is_furniture
+            furniture += each.is_furniture
             claimed = piece.is_likely and piece.is_of_drawing
-            as_wall += is_furniture and claimed
+            as_wall += each.is_furniture and claimed
             if case.is_changed:
                 right += claimed and each.is_wall
                 wrong += claimed and not each.is_wall
