@@ -37,6 +37,7 @@ from fpnet_core.errors import MapFormatError
 MAX_ENTITIES = 300_000
 """Numerical: after blocks are exploded; a block that holds itself many times over multiplies."""
 
+_END, _END_BYTES = b'EOF', 64  # given: what ends a file; it is looked for in its last bytes
 _MAX_DEPTH = 12  # numerical: blocks in blocks
 # Given: $INSUNITS.
 _UNITS_M = {1: INCH_M, 2: FOOT_M, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
@@ -74,9 +75,14 @@ def read_dxf(path: Path, options: ReadOptions) -> VectorPage:
     Raises
     ------
     MapFormatError
-        If the file is damaged beyond recovery or too large.
+        If the file is damaged beyond recovery, cut off or too large.
     """
     document = _load(path)
+    if not _has_end(path):
+        raise MapFormatError(
+            f'{path.name} was cut off: the EOF that ends a DXF file is missing, and walls may be, '
+            'too; copy it again, or save it again as DXF 2010 or later'
+        )
     layers = {layer.dxf.name.casefold(): layer for layer in document.layers}
     wanted = {layer.casefold() for layer in options.layers}
     hidden = frozenset(
@@ -112,6 +118,13 @@ def _load(path: Path) -> Any:
             'or later'
         ) from None
     return document
+
+
+def _has_end(path: Path) -> bool:
+    """Tell whether a DXF file, of text or binary, ends as every one has to."""
+    with path.open('rb') as file:
+        file.seek(max(0, path.stat().st_size - _END_BYTES))
+        return _END in file.read()
 
 
 def _refuse_growth(document: Any, name: str) -> None:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """DXF: layers, blocks, units that lie, what is left out, what is refused."""
 
+import re
+
 import numpy as np
 from plan_files import (
     DASHED,
@@ -162,6 +164,15 @@ def test_truncated_files_are_refused_in_a_line(tmp_path, share):
     data = write_dxf(tmp_path / 'a.dxf').read_bytes()
     (tmp_path / 'b.dxf').write_bytes(data[: int(share * len(data))])
     with pytest.raises(MapFormatError, match=r'\Ab\.dxf [^\n]*\Z'):
+        open_drawing(tmp_path / 'b.dxf')
+
+
+def test_a_file_that_was_cut_off_among_its_walls_is_not_read_in_part(tmp_path):
+    data = write_dxf(tmp_path / 'a.dxf').read_bytes()
+    assert open_drawing(tmp_path / 'a.dxf').doubts == ()
+    lines = [at.start() for at in re.finditer(rb'  0\r?\n(LINE|LWPOLYLINE)\r?\n', data)]
+    (tmp_path / 'b.dxf').write_bytes(data[: lines[len(lines) // 2]])
+    with pytest.raises(MapFormatError, match=r'\Ab\.dxf was cut off: [^\n]*EOF[^\n]*\Z'):
         open_drawing(tmp_path / 'b.dxf')
 
 
