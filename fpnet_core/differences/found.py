@@ -66,7 +66,7 @@ class Differences:
     Parameters
     ----------
     grid : the drawing
-    pieces : what differs, the longest first; furniture among it
+    pieces : what differs: doors, what is not drawn (furniture among it), what is not there
     piece_of (H, W) int32
         Number of the piece of each cell of the drawing, from 1; 0 where nothing differs.
     is_seen (H, W) bool
