@@ -79,7 +79,8 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
     tips = np.ascontiguousarray(np.argwhere(lines))
-    found = _search(near_lines, near_ink, tips, margin, np.radians(_ARC_DEG), first, blanks)
+    arc = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
+    found = _search(near_lines, near_ink, tips, margin, arc, first, blanks)
     # Tips are searched one by one, which is gentle to the cache, and listed by direction.
     return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
 
@@ -161,8 +162,8 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
 def _arc_misfit(lines, off, hinge, u, v, radius, arc):  # type: ignore[no-untyped-def]
     """Return the mean distance [cells] of an arc from lines, infinite where it is not drawn."""
     total = 0.0
-    for angle in arc:
-        a, b = radius * np.cos(angle), radius * np.sin(angle)
+    for k in range(len(arc)):
+        a, b = radius * arc[k, 0], radius * arc[k, 1]
         code = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
         if code > _NEAR:
             return np.inf
