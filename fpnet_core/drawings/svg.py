@@ -156,7 +156,7 @@ def _add(
         paint = Paint(
             fill=_colour(shape.fill),
             stroke=_colour(shape.stroke),
-            width=_number(shape.stroke_width),
+            width=_number(shape.implicit_stroke_width),
             is_dashed=_is_dashed(values.get('stroke-dasharray')),
             is_even_odd=values.get('fill-rule') == 'evenodd',
             layer=layer,
@@ -241,13 +241,17 @@ def _is_dashed(dashes: Any) -> bool:
 
 
 def _rings(shape: Any) -> Iterator[Ring]:
-    """Yield the rings of a shape, curves as short straight pieces."""
+    """
+    Yield the rings of a shape, curves as short straight pieces.
+
+    Rectangles and ellipses that are turned or flipped keep their transform, which a path takes.
+    """
     from svgelements import Close, Line, Move
     from svgelements import Path as ShapePath
 
     points: list[tuple[float, float]] = []
     curve: list[bool] = []
-    for segment in ShapePath(shape):
+    for segment in abs(ShapePath(shape)):
         if isinstance(segment, Move):
             yield from _ring(points, curve, False)
             points, curve = [_xy(segment.end)], [False]

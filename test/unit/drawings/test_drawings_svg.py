@@ -100,6 +100,42 @@ def test_transforms_styles_and_uses(tmp_path):
     assert colours == [(255, 0, 0), (255, 0, 0), (0, 0, 255), (255, 255, 255)]
 
 
+SHAPES = {
+    'rect': '<rect x="10" y="20" width="60" height="8"/>',
+    'circle': '<circle cx="30" cy="40" r="12"/>',
+    'ellipse': '<ellipse cx="30" cy="40" rx="20" ry="8"/>',
+    'line': '<line x1="10" y1="20" x2="60" y2="25"/>',
+    'polyline': '<polyline points="10,20 60,20 60,70"/>',
+    'polygon': '<polygon points="10,20 60,20 60,70"/>',
+    'path': '<path d="M10 20L60 25A30 30 0 0 1 20 70Z"/>',
+}
+TURNED = np.array([[0.0, -1.0], [1.0, 0.0]])
+TRANSFORMS = {
+    'translate(3 4)': (np.eye(2), (3.0, 4.0)),
+    'translate(0 90) scale(1 -1)': (np.diag([1.0, -1.0]), (0.0, 90.0)),
+    'translate(0 90) scale(2 -2)': (np.diag([2.0, -2.0]), (0.0, 90.0)),
+    'translate(90 0) rotate(90)': (TURNED, (90.0, 0.0)),
+    'scale(3) rotate(90)': (3.0 * TURNED, (0.0, 0.0)),
+    'matrix(1.6 1.2 -1.2 1.6 5 6)': (np.array([[1.6, -1.2], [1.2, 1.6]]), (5.0, 6.0)),
+}
+
+
+@pytest.mark.parametrize('transform', TRANSFORMS)
+@pytest.mark.parametrize('shape', SHAPES)
+def test_every_shape_is_where_its_groups_put_it(tmp_path, shape, transform):
+    """Exported drawings stand in groups that are flipped, scaled to millimetres, or turned."""
+    style = 'fill="none" stroke="#000" stroke-width="2"'
+    for name, of in (('plain', ''), ('placed', transform)):
+        body = f'<g transform="{of}"><g {style}>{SHAPES[shape]}</g></g>'
+        (tmp_path / f'{name}.svg').write_text(bare(body))
+    plain, placed = (
+        read_svg(tmp_path / f'{name}.svg', ReadOptions()) for name in ('plain', 'placed')
+    )
+    linear, offset = TRANSFORMS[transform]
+    np.testing.assert_allclose(placed.points, plain.points @ linear.T + offset, atol=1e-6)
+    np.testing.assert_allclose(placed.width, plain.width * np.sqrt(abs(np.linalg.det(linear))))
+
+
 @pytest.mark.parametrize('background', ['', '<rect width="400" height="300" fill="#fff"/>'])
 def test_walls_that_fill_the_sheet_are_no_background(tmp_path, background):
     """Outer walls as one filled area with the rooms cut out, on a page hardly larger than it."""
