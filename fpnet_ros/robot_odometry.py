@@ -42,6 +42,24 @@ class RobotOdometryParameters(LaserParameters):
     odom_frame: str = Field('', description="Frame of the robot's own odometry in TF.")
 
 
+class Patience:
+    """How long reports are waited for that come about as often as they did."""
+
+    def __init__(self, now_s: float) -> None:
+        self.heard_s = now_s
+        self._gaps_s: deque[float] = deque([_SILENT_S], maxlen=_GAPS)
+
+    @property
+    def wait_s(self) -> float:
+        """Return for how long the next report is worth waiting [s]."""
+        return max(_LATE_S, _LATE_GAPS * median(self._gaps_s))
+
+    def hear(self, now_s: float) -> None:
+        """Take note of a report."""
+        self._gaps_s.append(now_s - self.heard_s)
+        self.heard_s = now_s
+
+
 class RobotOdometry:
     """
     Poses of the robot's own odometry, for another thread than the executor's.
@@ -77,8 +95,7 @@ class RobotOdometry:
         self._source, self._report = source, report
         self._odom_frame = parameters.odom_frame
         self._changed = Condition()
-        self._heard_s = time.monotonic()
-        self._gaps_s: deque[float] = deque([_SILENT_S], maxlen=_GAPS)
+        self._patience = Patience(time.monotonic())
         self.missed = 0
         if source == 'topic':
             subscribe(Odometry, 'odom', self._on_odometry, sensor_data(ODOMETRY_QUEUE))
@@ -101,14 +118,14 @@ class RobotOdometry:
     @property
     def silence_s(self) -> float:
         """Time since the robot's odometry was last heard [s]."""
-        return time.monotonic() - self._heard_s
+        return time.monotonic() - self._patience.heard_s
 
     def pose(self, frame: str, stamp_ns: int) -> Array | None:
         """Return ``T_odom_frame (4, 4)`` at a time; waits a moment, but not for the dead."""
         if not self.is_used:
             return None
         with self._changed:
-            deadline_s = time.monotonic() + max(_LATE_S, _LATE_GAPS * median(self._gaps_s))
+            deadline_s = time.monotonic() + self._patience.wait_s
             while (T_odom_frame := self.where.pose(frame, stamp_ns)) is None:
                 left_s = deadline_s - time.monotonic()
                 if self.silence_s > _SILENT_S:
@@ -137,7 +154,7 @@ class RobotOdometry:
             self._report(error)
             return
         with self._changed:
-            self._hear()
+            self._patience.hear(time.monotonic())
             self.where.add_pose(
                 reading.frame_id, reading.child_frame_id, reading.T_odom_child, reading.stamp_ns
             )
@@ -149,10 +166,5 @@ class RobotOdometry:
             for t in transforms:
                 self.where.tree.add(t.parent, t.child, t.T_parent_child, t.stamp_ns)
             if any(t.parent == self._odom_frame for t in transforms):
-                self._hear()
+                self._patience.hear(time.monotonic())
             self._changed.notify()
-
-    def _hear(self) -> None:
-        now_s = time.monotonic()
-        self._gaps_s.append(now_s - self._heard_s)
-        self._heard_s = now_s
