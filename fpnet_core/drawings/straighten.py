@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A slight turn of a scan and the perspective of a photograph, undone by the straight walls.
+A slight turn of a scan and the perspective of a photograph, undone by walls or by the sheet.
 
 Walls run in two directions square to each other. A camera that was held at an angle bends them
 by a turn of the camera, three angles; those that make most of the lines run along the sides of
-the picture are undone, if many more lines do then.
+the picture are undone, if many more lines do then. Where walls are drawn by hand and do not tell,
+the edges of the sheet do, if walls are as square to each other then.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ _MAX_TURN_RAD = np.radians(12.0)  # of a sheet laid askew; more was drawn like t
 _LEAST_TURN_RAD = np.radians(0.12)  # numerical: half a pixel at the end of a wall of 250
 _MAX_TILT_RAD = np.radians(32.0)
 _LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
+_SIDES = 4  # given: of a sheet
 _TILT_STEPS = 9  # numerical
 _TURN_STEPS = 91  # numerical
 # Numerical: how far off a line still counts.
@@ -35,10 +37,15 @@ _COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)
 _GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
 _LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
 _LEAST_TILT_SHARE = 0.5  # and once a tilt is: curved walls never run along them
+_EDGE_SHARE = 0.15  # of the longer side: shorter edges of a sheet are torn or cut corners
+_EDGE_BEND = 0.01  # of a sheet's outline may lie so far off its edges
+_RIM_SHARE = 0.01  # of the longer side: edges so near to the picture's are not the sheet's
+_SQUARE_SHARE = 0.8  # of a sheet's edges run along the sides once its tilt is undone
+_ALLOWED = 0.9  # of the walls' share in two directions stays: or the shape is no sheet
 _MAX_GROWTH = 1.6  # a picture grows by no more than this
 
 
-def find_straightening(levels: Levels) -> Array:
+def find_straightening(levels: Levels, outline: Array | None = None) -> Array:
     """
     Return the homography (3, 3) from pixels to those of the picture straightened.
 
@@ -46,6 +53,8 @@ def find_straightening(levels: Levels) -> Array:
     ----------
     levels : (H, W)
         Contrast of lines, as of :func:`fpnet_core.drawings.tones.contrast`.
+    outline : (V, 2)
+        Of the sheet that was photographed, x and y in pixels; None where none is seen.
 
     Returns
     -------
@@ -53,10 +62,10 @@ def find_straightening(levels: Levels) -> Array:
     """
     factor = min(1.0, _LOOK_PX / max(levels.shape))
     lines = _lines(levels, factor)
-    if len(lines) < _MIN_LINES:
-        return np.eye(3)
     size = np.array(levels.shape[::-1]) * factor
-    angles = _best_angles(lines, size)
+    angles = _best_angles(lines, size) if len(lines) >= _MIN_LINES else None
+    if angles is None and outline is not None and len(lines):
+        angles = _angles_of_sheet(_edges(factor * outline, size), lines, size)
     if angles is None:
         return np.eye(3)
     S = np.diag([factor, factor, 1.0])
@@ -92,11 +101,43 @@ def _best_angles(lines: Array, size: Array) -> Array | None:
         _aligned(angles, lines, size, _FINE_RAD) for angles in (np.zeros(4), turned, tilted)
     )
     if best > _GAIN * share and best > _LEAST_TILT_SHARE:
-        # A building drawn at an angle stays at that angle.
-        is_askew = abs(tilted[0]) > _MAX_TURN_RAD
-        return np.where([is_askew, False, False, False], 0.0, tilted)
+        return _kept_askew(tilted)
     is_slight = _LEAST_TURN_RAD < abs(turned[0]) < _MAX_TURN_RAD
     return turned if is_slight and share > max(_LEAST_SHARE, as_is) else None
+
+
+def _edges(outline: Array, size: Array) -> Array:
+    """Return the long straight edges (N, 2, 2) of a sheet's outline (V, 2) within the picture."""
+    bend = _EDGE_BEND * cv2.arcLength(outline.astype(np.float32), True)
+    corners = cv2.approxPolyDP(outline.astype(np.float32), bend, True).reshape(-1, 2)
+    edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float64)
+    rim = _RIM_SHARE * size.max()
+    at_rim = ((edges < rim) | (edges > size - rim)).all(axis=1).any(axis=1)
+    return np.asarray(edges[~at_rim & (_length(edges) > _EDGE_SHARE * size.max())])
+
+
+def _angles_of_sheet(edges: Array, lines: Array, size: Array) -> Array | None:
+    """Return the angles (4,) that make a sheet's edges (N, 2, 2) square, if walls allow it."""
+    if len(edges) != _SIDES:
+        return None
+    tilted = _searched(edges, size, with_tilt=True)
+    if _aligned(tilted, edges, size, _FINE_RAD) < _SQUARE_SHARE:
+        return None
+    before, after = (_most_aligned(a, lines, size) for a in (np.zeros(4), tilted))
+    return _kept_askew(tilted) if after > _ALLOWED * before else None
+
+
+def _most_aligned(angles: Array, lines: Array, size: Array) -> float:
+    """Return the largest share of lines that run along two directions square to each other."""
+    off = _directions(angles, lines, size)
+    turns = np.linspace(-np.pi / 4.0, np.pi / 4.0, _TURN_STEPS)
+    return float(_shares(off[:, None] + turns, _length(lines)[:, None], _COARSE_RAD).max())
+
+
+def _kept_askew(angles: Array) -> Array:
+    """Return the angles (4,) without a turn so large that the building was drawn with it."""
+    is_askew = abs(angles[0]) > _MAX_TURN_RAD
+    return np.where([is_askew, False, False, False], 0.0, angles)
 
 
 def _searched(lines: Array, size: Array, with_tilt: bool) -> Array:

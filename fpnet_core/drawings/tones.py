@@ -79,29 +79,47 @@ def contrast(pixels: Levels) -> Levels:
     return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
 
 
+def sheet_outline(pixels: Levels) -> NDArray[np.float64] | None:
+    """Return the convex outline (V, 2), x and y, of a sheet photographed on a table, or None."""
+    small = _small(pixels, _TABLE_PX)
+    hull = _sheet_on_table(small)
+    if hull is None:
+        return None
+    per_small = np.array(pixels.shape[1::-1]) / np.array(small.shape[1::-1])
+    return np.asarray((hull.reshape(-1, 2) + 0.5) * per_small - 0.5, dtype=np.float64)
+
+
 def _table(pixels: Levels) -> NDArray[np.bool_]:
-    """Return what a photographed sheet lies on: darker all around a bright, plain shape."""
-    grey = _grey(_small(pixels, _TABLE_PX))
+    """Return what a photographed sheet (H, W) lies on."""
+    small = _small(pixels, _TABLE_PX)
+    hull = _sheet_on_table(small)
+    if hull is None:
+        return np.zeros(pixels.shape[:2], dtype=np.bool_)
+    inner = np.zeros(small.shape[:2], dtype=np.uint8)
+    cv2.drawContours(inner, [hull], -1, 1, -1)
+    inner = _levels(shrunk(inner > 0, 2))
+    size = (pixels.shape[1], pixels.shape[0])
+    return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
+
+
+def _sheet_on_table(small: Levels) -> NDArray[np.int32] | None:
+    """Return the hull (V, 1, 2) of a bright, plain shape that is darker all around, or None."""
+    grey = _grey(small)
     side = max(3, round(_LINE_REACH * max(grey.shape)))
     plain = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, square(side))
     split, bright = cv2.threshold(plain, 0, 1, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
     del split
-    nothing = np.zeros(pixels.shape[:2], dtype=np.bool_)
     if border_of(bright).mean() > _BRIGHT_EDGE or not bright.any() or bright.all():
-        return nothing
+        return None
     if plain[bright > 0].mean() < _BRIGHTER * plain[bright == 0].mean():
-        return nothing
+        return None
     contours, _ = cv2.findContours(bright, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     sheet = max(contours, key=cv2.contourArea)
     hull = cv2.convexHull(sheet)
     area = cv2.contourArea(hull)
     if area < _SHEET_SHARE * grey.size or cv2.contourArea(sheet) < _CONVEX * area:
-        return nothing
-    inner = np.zeros_like(grey)
-    cv2.drawContours(inner, [hull], -1, 1, -1)
-    inner = _levels(shrunk(inner > 0, 2))
-    size = (pixels.shape[1], pixels.shape[0])
-    return np.asarray(cv2.resize(inner, size, interpolation=cv2.INTER_NEAREST) == 0)
+        return None
+    return np.asarray(hull, dtype=np.int32)
 
 
 def _channels(pixels: Levels) -> list[Levels]:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from fpnet_core.drawings.straighten import find_straightening, straightened_size
-from fpnet_core.drawings.tones import Levels, contrast
+from fpnet_core.drawings.tones import Levels, contrast, sheet_outline
 from fpnet_core.drawings.types import Array, Box
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
@@ -109,9 +109,10 @@ def view_of(pixels: Levels, crop: Box | None = None) -> View:
     factor = min(1.0, WORK_PX / max(part.shape[:2]))
     size = [max(1, round(side * factor)) for side in part.shape[1::-1]]
     small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
-    levels = contrast(np.asarray(small, dtype=np.uint8))
+    small = np.asarray(small, dtype=np.uint8)
+    levels = contrast(small)
     scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ cut_from(left, top)
-    H = find_straightening(levels)
+    H = find_straightening(levels, sheet_outline(small))
     is_straightened = not np.array_equal(H, np.eye(3))
     if is_straightened:
         levels = np.asarray(
