@@ -28,7 +28,7 @@ _GAP_WALLS = 2.0  # times as thick as walls: narrower gaps in them are no ways
 _LEAST_WALLS = 3.0  # times as long as walls are thick: smaller spaces are gaps between lines
 _DOOR_WALLS = 2.0  # times as long as a wall is thick is the narrowest door
 # Of the area of windows towards its rooms a hall has so much of doors: the network sees windows
-# beside doors that lead into a hall, too. Fitted by hand (docs/drawings.md).
+# beside doors that lead into a hall, too.
 _DOORS_SHARE = 0.12
 
 

@@ -31,9 +31,10 @@ _MAX_TILT_RAD = np.radians(32.0)
 _LIMITS = np.array([1.0, _MAX_TILT_RAD, _MAX_TILT_RAD, 0.12])  # turn, tilts [rad], skew
 _SIDES = 4  # given: of a sheet
 _TILT_STEPS = 9  # numerical
-_TURN_STEPS = 91  # numerical
+_TURNS = np.linspace(-np.pi / 4.0, np.pi / 4.0, 91)  # numerical
 # Numerical: how far off a line still counts.
 _COARSE_RAD, _FINE_RAD = np.radians(2.0), np.radians(0.35)
+# Chosen, not measured:
 _GAIN = 1.25  # so much more line must run along the sides for a tilt to be believed
 _LEAST_SHARE = 0.35  # of all lines run along the sides once a turn is undone
 _LEAST_TILT_SHARE = 0.5  # and once a tilt is: curved walls never run along them
@@ -130,8 +131,7 @@ def _angles_of_sheet(edges: Array, lines: Array, size: Array) -> Array | None:
 def _most_aligned(angles: Array, lines: Array, size: Array) -> float:
     """Return the largest share of lines that run along two directions square to each other."""
     off = _directions(angles, lines, size)
-    turns = np.linspace(-np.pi / 4.0, np.pi / 4.0, _TURN_STEPS)
-    return float(_shares(off[:, None] + turns, _length(lines)[:, None], _COARSE_RAD).max())
+    return float(_shares(off[:, None] + _TURNS, _length(lines)[:, None], _COARSE_RAD).max())
 
 
 def _kept_askew(angles: Array) -> Array:
@@ -142,16 +142,15 @@ def _kept_askew(angles: Array) -> Array:
 
 def _searched(lines: Array, size: Array, with_tilt: bool) -> Array:
     """Return the angles (4,) under which most of the lines run along the sides."""
-    turns = np.linspace(-np.pi / 4.0, np.pi / 4.0, _TURN_STEPS)
     tilts = np.linspace(-_MAX_TILT_RAD, _MAX_TILT_RAD, _TILT_STEPS) if with_tilt else np.zeros(1)
     best, most = np.zeros(4), -1.0
     for across in tilts:
         for along in tilts:
             off = _directions(np.array([0.0, across, along, 0.0]), lines, size)
-            share = _shares(off[:, None] + turns, _length(lines)[:, None], _COARSE_RAD)
+            share = _shares(off[:, None] + _TURNS, _length(lines)[:, None], _COARSE_RAD)
             if share.max() > most:
                 best, most = (
-                    np.array([turns[share.argmax()], across, along, 0.0]),
+                    np.array([_TURNS[share.argmax()], across, along, 0.0]),
                     float(share.max()),
                 )
     for width in (_COARSE_RAD, _FINE_RAD):
