@@ -4,25 +4,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.distance import cdist
 from skimage.graph import MCP_Geometric
 
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
-from fpnet_lab.sim.driving import (
-    BODY_RADIUS_M,
-    SENSOR_HEIGHT_M,
-    Leg,
-    MotionLimits,
-    Tour,
-    drive_legs,
-)
+from fpnet_lab.sim.driving import BODY_RADIUS_M, MotionLimits, Tour
 from fpnet_lab.sim.mesh_worlds import CELL_M, MeshWorld
-from fpnet_lab.sim.tours import TourLimits, draw_leg, leg_time_s
+from fpnet_lab.sim.routes import NO_ROOM, Place
+from fpnet_lab.sim.tours import TourLimits, tour_on
 
 Array = NDArray[np.float64]
 
@@ -62,30 +59,75 @@ def plan_mesh_tour(
     MapFormatError
         If the free space is too small or too narrow for a robot, or no tour in time is found.
     """
-    limits, motion = limits or TourLimits(), motion or MotionLimits()
-    clearance = clearance_of(world.free) * CELL_M - CELL_M / 2.0
-    coarse = clearance[::_STRIDE, ::_STRIDE]
-    drivable = _largest_part(coarse > BODY_RADIUS_M + _MARGIN_M)
-    area_m2 = np.count_nonzero(drivable) * (CELL_M * _STRIDE) ** 2
-    if area_m2 < LEAST_DRIVABLE_M2:
+    limits = limits or TourLimits()
+    ground = _FreeSpace(world)
+    if ground.area_m2 < LEAST_DRIVABLE_M2:
         raise MapFormatError(
-            f'the mesh leaves {area_m2:.1f} m2 of connected space for a robot {2 * BODY_RADIUS_M} '
-            f'm wide; expected at least {LEAST_DRIVABLE_M2} m2'
+            f'the mesh leaves {ground.area_m2:.1f} m2 of connected space for a robot '
+            f'{2 * BODY_RADIUS_M} m wide; expected at least {LEAST_DRIVABLE_M2} m2'
         )
-    cost = np.where(drivable, 1.0 + np.square(_WALL_COST_M / np.maximum(coarse, CELL_M)), -1.0)
-    for _ in range(_ATTEMPTS):
-        legs = _choose_legs(world, cost, drivable, rng, limits, motion)
-        if not legs:
-            continue
-        tour = drive_legs(legs, (), rng, motion, SENSOR_HEIGHT_M)
-        in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
-        rc = np.floor((tour.xy - world.origin) / CELL_M).astype(int)[:, ::-1]
-        if in_time and clearance[rc[:, 0], rc[:, 1]].min() > BODY_RADIUS_M - CELL_M:
-            return tour
-    raise MapFormatError(
-        f'no tour of {limits.shortest_s:.0f} to {limits.longest_s:.0f} s through {area_m2:.0f} m2 '
-        f'of free space in {_ATTEMPTS} attempts; take another seed or a shorter tour'
-    )
+    tour = tour_on(ground, rng, limits, motion or MotionLimits())
+    if tour is None:
+        raise MapFormatError(
+            f'no tour of {limits.shortest_s:.0f} to {limits.longest_s:.0f} s through '
+            f'{ground.area_m2:.0f} m2 of free space in {_ATTEMPTS} attempts; take another seed or '
+            'a shorter tour'
+        )
+    return tour
+
+
+class _FreeSpace:
+    """
+    The largest connected free space of a mesh: goals some way from each other.
+
+    Walls are kept away from where there is room. ``area_m2`` is where the robot's middle may be.
+    """
+
+    least_places = 2
+
+    def __init__(self, world: MeshWorld) -> None:
+        self._world = world
+        self._clearance = clearance_of(world.free) * CELL_M - CELL_M / 2.0
+        coarse = self._clearance[::_STRIDE, ::_STRIDE]
+        drivable = _largest_part(coarse > BODY_RADIUS_M + _MARGIN_M)
+        dear = np.square(_WALL_COST_M / np.maximum(coarse, CELL_M))
+        self._cost = np.where(drivable, 1.0 + dear, -1.0)
+        self._cells = np.argwhere(drivable)
+        self.area_m2 = len(self._cells) * (CELL_M * _STRIDE) ** 2
+
+    def starts(self, rng: np.random.Generator) -> Iterator[Place]:
+        for _ in range(_ATTEMPTS):
+            yield self._place(self._cells[rng.integers(len(self._cells))])
+
+    def ways(self, start: Place, rng: np.random.Generator) -> Iterator[tuple[Array, Place]]:
+        cell_m = CELL_M * _STRIDE
+        visited = [self._cell(start)]
+        while True:
+            search = MCP_Geometric(self._cost)
+            reach, _ = search.find_costs([tuple(visited[-1])])
+            straight = np.linalg.norm(self._cells - visited[-1], axis=1) * cell_m
+            apart = cdist(self._cells, visited).min(axis=1) * cell_m
+            usable = (straight > _GOAL_M[0]) & (straight < _GOAL_M[1])
+            usable &= np.isfinite(reach[tuple(self._cells.T)])
+            fresh = usable & (apart > _SPREAD_M)
+            chosen = np.flatnonzero(fresh if fresh.any() else usable)
+            if not len(chosen):
+                return
+            goal = self._cells[rng.choice(chosen)]
+            path = self._world.to_xy(np.array(search.traceback(tuple(goal))) * _STRIDE)
+            yield _smoothed(path, cell_m), self._place(goal)
+            visited.append(goal)
+
+    def is_clear(self, tour: Tour) -> bool:
+        rc = np.floor((tour.xy - self._world.origin) / CELL_M).astype(int)[:, ::-1]
+        return bool(self._clearance[rc[:, 0], rc[:, 1]].min() > BODY_RADIUS_M - CELL_M)
+
+    def _place(self, cell: NDArray[np.int64]) -> Place:
+        return Place(NO_ROOM, self._world.to_xy(cell[None] * _STRIDE)[0])
+
+    def _cell(self, place: Place) -> NDArray[np.int64]:
+        at = (place.xy - self._world.origin) / (CELL_M * _STRIDE)
+        return np.floor(at[::-1]).astype(np.int64)
 
 
 def _largest_part(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -93,42 +135,6 @@ def _largest_part(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     if len(stats) == 1:
         return mask
     return np.asarray(parts == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
-
-
-def _choose_legs(
-    world: MeshWorld,
-    cost: Array,
-    drivable: NDArray[np.bool_],
-    rng: np.random.Generator,
-    limits: TourLimits,
-    motion: MotionLimits,
-) -> list[Leg]:
-    """Add goals, each some way from the last and away from all before, until time is filled."""
-    places = np.argwhere(drivable)
-    visited = [places[rng.integers(len(places))]]
-    legs: list[Leg] = []
-    clock_s, cell_m = motion.standstill_s, CELL_M * _STRIDE
-    target_s = 0.5 * (limits.shortest_s + limits.longest_s)
-    while clock_s < target_s:
-        router = MCP_Geometric(cost)
-        reach, _ = router.find_costs([tuple(visited[-1])])
-        straight = np.linalg.norm(places - visited[-1], axis=1) * cell_m
-        apart = np.min([np.linalg.norm(places - v, axis=1) for v in visited], axis=0) * cell_m
-        usable = (straight > _GOAL_M[0]) & (straight < _GOAL_M[1])
-        usable &= np.isfinite(reach[places[:, 0], places[:, 1]])
-        fresh = usable & (apart > _SPREAD_M)
-        chosen = np.flatnonzero(fresh if fresh.any() else usable)
-        if not len(chosen):
-            break
-        goal = places[rng.choice(chosen)]
-        path = world.to_xy(np.array(router.traceback(tuple(goal))) * _STRIDE)
-        path = _smoothed(path, cell_m)
-        clock_s += leg_time_s(path, motion)
-        if clock_s > limits.longest_s:
-            break
-        legs.append(draw_leg(path, rng))
-        visited.append(goal)
-    return legs
 
 
 def _smoothed(path: Array, cell_m: float) -> Array:

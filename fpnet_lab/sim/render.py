@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -23,6 +23,7 @@ from fpnet_lab.sim.symbols import (
     dimension_lines,
     door_marks,
     glazing,
+    hatch,
     room_texts,
     windows,
 )
@@ -49,7 +50,8 @@ THICK_WALL_M = 0.35
 """Least thickness of outlined and of thick walls. Chosen."""
 
 # Chosen, not measured:
-_HATCH_PERIOD_M = 0.4
+_HATCH_M = 0.28  # from stroke to stroke
+_HATCH_PX = 2.0  # so much at least
 _LETTER_M = 0.35
 _MIN_LETTER_PX = 5.0
 _FONT, _FONT_PX = cv2.FONT_HERSHEY_SIMPLEX, 21.0  # given: height of a capital at scale 1
@@ -145,7 +147,7 @@ def _decorate(
     """Draw, in place, whatever a style shows beside filled walls."""
     rng = np.random.default_rng(style.seed)
     if style.walls == 'double':
-        _outline_walls(sheet, style.hatching)
+        _outline_walls(sheet, outlines if style.hatching else [])
     if style.windows:
         outer_m = max(wall_m, plan.wall_m) + (wall_m - plan.wall_m) / 2.0
         _draw_windows(sheet, outlines, outer_m)
@@ -161,16 +163,18 @@ def _decorate(
         sheet.cells[sheet.cells == UNKNOWN] = FREE
 
 
-def _outline_walls(sheet: _Sheet, hatching: bool) -> None:
-    """Leave only the borders of walls, and diagonal strokes between them."""
+def _outline_walls(sheet: _Sheet, hatched: list[NDArray[np.float64]]) -> None:
+    """Leave the borders of walls, and strokes between them where rooms ``(V, 2)`` are hatched."""
     wall = (sheet.cells == OCCUPIED).astype(np.uint8)
     inner = cv2.erode(wall, np.ones((3, 3), np.uint8), iterations=sheet.line_px) > 0
-    if hatching:
-        period = max(3, round(_HATCH_PERIOD_M / sheet.resolution_m))
-        rows, columns = wall.shape
-        stripes = np.arange(rows + columns) % period >= sheet.line_px
-        inner &= np.lib.stride_tricks.sliding_window_view(stripes, columns)[:rows]
     sheet.cells[inner] = FREE
+    if hatched:
+        corners = np.concatenate(hatched)
+        around = shapely.box(*(corners.min(axis=0) - MARGIN_M), *(corners.max(axis=0) + MARGIN_M))
+        strokes = replace(sheet, cells=np.zeros_like(sheet.cells))
+        spacing_m = max(_HATCH_M, _HATCH_PX * sheet.resolution_m)
+        strokes.stroke(hatch(around, -np.pi / 4.0, spacing_m))
+        sheet.cells[inner & (strokes.cells == OCCUPIED)] = OCCUPIED
 
 
 def _draw_windows(sheet: _Sheet, outlines: list[NDArray[np.float64]], depth_m: float) -> None:

@@ -33,10 +33,13 @@ _DRAWN_POINTS = 64  # numerical
 _TOLERANCE_M = 1e-6  # numerical
 _START, _GOAL = 'start', 'goal'
 
+NO_ROOM = -1
+"""Given: of places in free space that nobody has cut into rooms."""
+
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A point ``xy (2,)`` [m] in the room with index ``room``."""
+    """A point ``xy (2,)`` [m] in the room with index ``room``, or in :data:`NO_ROOM`."""
 
     room: int
     xy: Array

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""What drawings show beside walls: door leaves and arcs, windows, furniture, texts, dimensions."""
+"""What drawings show beside walls: door leaves and arcs, windows, hatching, texts, dimensions."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from fpnet_lab.sim.types import BuildingPlan
 
@@ -123,6 +124,24 @@ def windows(rings: list[Array], depth_m: float, probe_m: float) -> tuple[Array, 
 def glazing(panes: Array) -> list[Array]:
     """Return the lines (2, 2) of glass in the middle of windows (E, 4, 2)."""
     return list(np.stack([panes[:, [0, 3]].mean(axis=1), panes[:, 1:3].mean(axis=1)], axis=1))
+
+
+def hatch(shape: BaseGeometry, angle_rad: float, spacing_m: float) -> list[Array]:
+    """Return parallel strokes (2, 2) [m] that fill a shape."""
+    if shape.is_empty:
+        return []
+    left, bottom, right, top = shape.bounds
+    middle = np.array([(left + right) / 2.0, (bottom + top) / 2.0])
+    reach = float(np.hypot(right - left, top - bottom)) / 2.0 + spacing_m
+    along = np.array([np.cos(angle_rad), np.sin(angle_rad)])
+    across = np.array([-along[1], along[0]])
+    offsets = np.arange(-reach, reach, spacing_m)[:, None]
+    starts = middle + offsets * across - reach * along
+    strokes = shapely.linestrings(np.stack([starts, starts + 2.0 * reach * along], axis=1))
+    shapely.prepare(shape)
+    parts = shapely.get_parts(shapely.intersection(strokes, shape))
+    lines = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
+    return [shapely.get_coordinates(line) for line in lines if not shapely.is_empty(line)]
 
 
 def room_texts(plan: BuildingPlan, rng: np.random.Generator) -> list[Text]:

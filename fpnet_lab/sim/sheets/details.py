@@ -21,7 +21,8 @@ from fpnet_lab.sim.sheets.artwork import (
     lines_of,
 )
 from fpnet_lab.sim.sheets.looks import FAINT_PEN_MM, THIN_PEN_MM, WALL_PEN_MM, Look, Trait
-from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, hatch, outlines_of
+from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, outlines_of
+from fpnet_lab.sim.symbols import hatch
 from fpnet_lab.sim.types import polygons_from_rings
 
 # Chosen, not measured:

@@ -24,12 +24,7 @@ from fpnet_lab.sim.sheets.artwork import (
     lines_of,
 )
 from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
-from fpnet_lab.sim.symbols import (
-    Leaves,
-    door_leaves,
-    glazing,
-    windows,
-)
+from fpnet_lab.sim.symbols import Leaves, door_leaves, glazing, hatch, windows
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
 MIN_DOUBLE_WALL_PX = 5.0
@@ -154,24 +149,6 @@ def _wall_marks(walls: BaseGeometry, look: Look, rng: np.random.Generator) -> li
 
 def _paler(value: float, share: float) -> float:
     return value + share * (1.0 - value)
-
-
-def hatch(shape: BaseGeometry, angle_rad: float, spacing_m: float) -> list[Array]:
-    """Return parallel strokes (2, 2) [m] that fill a shape."""
-    if shape.is_empty:
-        return []
-    left, bottom, right, top = shape.bounds
-    middle = np.array([(left + right) / 2.0, (bottom + top) / 2.0])
-    reach = float(np.hypot(right - left, top - bottom)) / 2.0 + spacing_m
-    along = np.array([np.cos(angle_rad), np.sin(angle_rad)])
-    across = np.array([-along[1], along[0]])
-    offsets = np.arange(-reach, reach, spacing_m)[:, None]
-    starts = middle + offsets * across - reach * along
-    strokes = shapely.linestrings(np.stack([starts, starts + 2.0 * reach * along], axis=1))
-    shapely.prepare(shape)
-    parts = shapely.get_parts(shapely.intersection(strokes, shape))
-    lines = parts[shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING]
-    return [shapely.get_coordinates(line) for line in lines if not shapely.is_empty(line)]
 
 
 def _pane_marks(panes: Array, look: Look) -> list[Mark]:
