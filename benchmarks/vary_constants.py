@@ -9,23 +9,30 @@ Usage::
     python benchmarks/vary_constants.py --only segmentation   # of one package
     python benchmarks/vary_constants.py --factor 4            # four times and a quarter of it
 
-The first cases of ``fpnet bench regression`` are answered with one constant changed after another;
-what counts as another answer is that benchmark's. Inputs are made before. A module's
+The first cases of ``fpnet bench regression`` are answered with one constant changed after another,
+and so are submaps that are cut into rooms and drawings that are read from files; what counts as
+another answer is that benchmark's. Inputs are made before. A module's
 constants are only tried on cases that run something of a module that uses them. Whole numbers move
 by one at least. Those that compiled kernels hold, and those that are read where a module is
-loaded, keep their values here: they are listed, not varied.
+loaded, keep their values here: they are listed, not varied. A try that takes far longer than
+before counts as another answer.
 """
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
 import importlib
+from itertools import chain
 from pathlib import Path
 import runpy
+import signal
 import sys
+from tempfile import TemporaryDirectory
 import time
 from types import CodeType, FrameType, ModuleType
 from typing import Any
@@ -33,13 +40,31 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.types import Segmentation
 from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.evaluation.drawings import segmented, written
 from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
+from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, RegisteredDrive, registered_drive
+from fpnet_lab.evaluation.submap_segmentation import segment_drive
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.training import use_threads
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = {'plans': 6, 'pairs': 8, 'drives': 4}
 """Of each kind; all bands, families and sensors of the benchmark. Chosen: some seconds a try."""
+
+SHEETS = (
+    ('clean', 'picture'), ('clean', 'dxf'), ('clean', 'svg'), ('office', 'picture'),
+    ('office', 'pdf'), ('office', 'dxf'), ('office', 'svg'), ('brochure', 'picture'),
+    ('brochure', 'pdf'), ('scan', 'picture'), ('scan', 'picture'), ('phone', 'picture'),
+    ('phone', 'picture'),
+)  # fmt: skip
+"""Kinds of the drawings and their files. Chosen: each reader meets each of its kinds."""
+
+_SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
+_PATIENCE = 10.0, 20.0  # chosen: times as long as before, and so many seconds at least
 
 ANSWERS = ('changed', 'nothing', 'compiled', 'at import', 'not run')
 """What a constant may turn out to be: see the module's text for the third and the fourth."""
@@ -63,8 +88,15 @@ def main() -> None:
     parser.add_argument('--factor', type=float, default=1.2, help='by how much')
     args = parser.parse_args()
     use_threads(1)
+    signal.signal(signal.SIGALRM, too_slow)
     config = FpnetConfig()
-    timed = sorted(baseline(config), key=lambda t: t.seconds)
+    with TemporaryDirectory() as folder:
+        vary(args, config, Path(folder))
+
+
+def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
+    """Vary constants on cases whose files lie in a folder."""
+    timed = sorted(baseline(config, folder), key=lambda t: t.seconds)
     tool = runpy.run_path(str(ROOT / 'tools' / 'constants.py'))
     rows = []
     for constant in tool['constants']('fpnet_core'):
@@ -74,13 +106,49 @@ def main() -> None:
         answer, why = tried(name, constant.name, args.factor, timed, config)
         rows.append({'module': name, 'name': constant.name, 'answer': answer, 'first': why})
         print(f'{answer:10s} {name}.{constant.name}  {why}', flush=True)
-        write_report(args.json, {'factor': args.factor, 'cases': CASES, 'rows': rows})
+        write_report(args.json, {'factor': args.factor, 'cases': len(timed), 'rows': rows})
     print(dict(Counter(row['answer'] for row in rows)))
 
 
-def baseline(config: FpnetConfig) -> Iterator[Timed]:
+def submap_cases(config: FpnetConfig) -> Iterator[RegressionCase]:
+    """Yield a drive of each sensor, to be laid into a submap and cut into rooms."""
+    for number, sensor in enumerate(SENSOR_NAMES):
+        drive = registered_drive(_SEED + number, sensor, config)
+        yield RegressionCase('plans', f'submap-{sensor}', partial(cut_submap, drive))
+
+
+def cut_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of all that a drive has seen."""
+    return rooms_of(segment_drive(drive, config), [len(drive.sweeps)])
+
+
+def sheet_cases(folder: Path) -> Iterator[RegressionCase]:
+    """Yield drawings that are read as a user's are, vector files in this process, too."""
+    worker = importlib.import_module('fpnet_core.drawings.worker')
+    worker.read_apart = worker._read  # type: ignore[attr-defined]
+    for number, (kind, file_format) in enumerate(SHEETS):
+        sheet = draw_sheet(_SEED + number, SheetKind(kind))
+        path, _ = written(sheet, folder / f'{number}-{kind}', file_format)
+        yield RegressionCase('plans', f'{file_format}-{kind}', partial(cut_sheet, path))
+
+
+def cut_sheet(path: Path, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of a drawing; its scale is part of their areas."""
+    reading = read_plan(path, ReadOptions(), config)
+    return rooms_of(segmented(reading, config.segmentation), [len(reading.doubts) + 1])
+
+
+def rooms_of(found: Segmentation, told: list[int]) -> Answer:
+    """Return rooms and doors as the benchmark compares them, and what else must be the same."""
+    areas = sorted((round(room.area_m2, 2) for room in found.rooms), reverse=True)
+    return {
+        'input': told, 'rooms': len(found.rooms), 'doors': len(found.doors), 'areas_m2': areas
+    }  # fmt: skip
+
+
+def baseline(config: FpnetConfig, folder: Path) -> Iterator[Timed]:
     """Yield the cases with what they answer as things are; the second run is timed."""
-    for case in make_cases(CASES):
+    for case in chain(make_cases(CASES), submap_cases(config), sheet_cases(folder)):
         ran: set[str] = set()
 
         def note(frame: FrameType, *_: object, ran: set[str] = ran) -> None:
@@ -127,12 +195,20 @@ def tried(
 def other_answer(timed: Timed, config: FpnetConfig) -> str:
     """Return how a case is answered otherwise now, or nothing."""
     kind, name = timed.case.kind, timed.case.name
+    signal.setitimer(signal.ITIMER_REAL, max(_PATIENCE[0] * timed.seconds, _PATIENCE[1]))
     try:
         found = timed.case.answer(config)
     except Exception as error:
         return f'{name}: {type(error).__name__}: {error}'
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
     lines = differences({kind: {name: found}}, {kind: {name: timed.outcome}})
     return lines[0] if lines else ''
+
+
+def too_slow(_number: int, _frame: FrameType | None) -> None:
+    """End a try that takes too long."""
+    raise TimeoutError('takes far longer')
 
 
 @contextmanager
