@@ -46,7 +46,7 @@ from fpnet_core.types import Segmentation
 from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.evaluation.drawings import segmented, written
 from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
-from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, RegisteredDrive, registered_drive
+from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import segment_drive
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.training import use_threads
@@ -55,13 +55,12 @@ ROOT = Path(__file__).resolve().parents[1]
 CASES = {'plans': 6, 'pairs': 8, 'drives': 4}
 """Of each kind; all bands, families and sensors of the benchmark. Chosen: some seconds a try."""
 
+SENSORS = ('beams16', 'planar', 'dome')
 SHEETS = (
-    ('clean', 'picture'), ('clean', 'dxf'), ('clean', 'svg'), ('office', 'picture'),
-    ('office', 'pdf'), ('office', 'dxf'), ('office', 'svg'), ('brochure', 'picture'),
-    ('brochure', 'pdf'), ('scan', 'picture'), ('scan', 'picture'), ('phone', 'picture'),
-    ('phone', 'picture'),
+    ('clean', 'picture'), ('clean', 'dxf'), ('office', 'pdf'), ('office', 'svg'),
+    ('brochure', 'picture'), ('scan', 'picture'), ('phone', 'picture'),
 )  # fmt: skip
-"""Kinds of the drawings and their files. Chosen: each reader meets each of its kinds."""
+"""Whose submaps are cut; kinds of drawings and their files. Chosen: a minute for a try of all."""
 
 _SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
 _PATIENCE = 10.0, 20.0  # chosen: times as long as before, and so many seconds at least
@@ -111,8 +110,8 @@ def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
 
 
 def submap_cases(config: FpnetConfig) -> Iterator[RegressionCase]:
-    """Yield a drive of each sensor, to be laid into a submap and cut into rooms."""
-    for number, sensor in enumerate(SENSOR_NAMES):
+    """Yield a drive of each of some sensors, to be laid into a submap and cut into rooms."""
+    for number, sensor in enumerate(SENSORS):
         drive = registered_drive(_SEED + number, sensor, config)
         yield RegressionCase('plans', f'submap-{sensor}', partial(cut_submap, drive))
 
