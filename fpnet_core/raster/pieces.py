@@ -25,10 +25,11 @@ def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDA
     them; the first row is all that is no piece. Diagonal neighbours join for ``connectivity`` 8,
     not for 4.
     """
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        mask.view(np.uint8), connectivity=connectivity
-    )
-    return np.asarray(labels, np.int32), np.asarray(stats, np.int32)
+    # OpenCV's own figures take five times as long as all else.
+    count, found = cv2.connectedComponents(mask.view(np.uint8), connectivity=connectivity)
+    labels = np.asarray(found, np.int32)
+    top, left, bottom, right, area = _label_ends(labels, count).astype(np.int32).T
+    return labels, np.stack([left, top, right - left, bottom - top, area], axis=1)
 
 
 def filled(mask: Mask) -> Mask:
