@@ -42,6 +42,20 @@ def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> ND
     return found
 
 
+@njit(cache=True, nogil=True)
+def block_counts(mask: NDArray[np.bool_], side: int) -> NDArray[np.int64]:
+    """Return how many True cells (ceil(H / side), ceil(W / side)) blocks have."""
+    rows, cols = mask.shape
+    counts = np.zeros((-(-rows // side), -(-cols // side)), np.int64)
+    for row in range(rows):
+        for k in range(counts.shape[1]):
+            count = 0
+            for col in range(k * side, min((k + 1) * side, cols)):
+                count += mask[row, col]
+            counts[row // side, k] += count
+    return counts
+
+
 def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[Scalar]:
     """Return ``values (H, W)`` with ``beyond`` added up to whole blocks."""
     rows, cols = values.shape
@@ -67,11 +81,15 @@ def unblocked(
 @njit(cache=True, nogil=True)
 def _unblocked(blocks, side, rows, cols):  # type: ignore[no-untyped-def]
     """Return what :func:`unblocked` does."""
-    raster = np.empty((rows, cols), blocks.dtype)
+    raster, whole = np.empty((rows, cols), blocks.dtype), cols // side
     for first in range(0, rows, side):
-        for k in range(-(-cols // side)):  # dividing every column would take most of the time
-            for col in range(k * side, min((k + 1) * side, cols)):
-                raster[first, col] = blocks[first // side, k]
+        k = first // side
+        for block in range(whole):  # dividing every column would take most of the time
+            value = blocks[k, block]
+            for offset in range(side):
+                raster[first, block * side + offset] = value
+        for col in range(whole * side, cols):
+            raster[first, col] = blocks[k, whole]
         for row in range(first + 1, min(first + side, rows)):
             raster[row] = raster[first]
     return raster

@@ -81,14 +81,13 @@ def is_peak(values: NDArray[Any], side: int) -> Mask:
 
 def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) -> NDArray[np.int32]:
     """
-    Return ``labels (H, W)`` after so many steps into unlabelled cells of a mask (H, W).
+    Return ``labels (H, W)``, changed in place by so many steps into unlabelled cells of a mask.
 
-    A step reaches as far as ``kernel (3, 3)``, which is symmetric. A cell that several labels
-    reach in the same step takes the largest.
+    ``into (H, W)`` is the mask. A step reaches as far as ``kernel (3, 3)``, which is symmetric. A
+    cell that several labels reach in the same step takes the largest.
     """
-    found = labels.copy()
-    _spread(found, np.flatnonzero(into & (labels == 0)), kernel, steps)
-    return found
+    _spread(labels, np.flatnonzero(into & (labels == 0)), kernel, steps)
+    return labels
 
 
 @njit(cache=True, nogil=True)

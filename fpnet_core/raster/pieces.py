@@ -216,13 +216,18 @@ def meeting_cells(labels: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray
 def _meeting(labels: NDArray[np.int32], down: int, right: int) -> NDArray[np.int64]:
     """Return the flat indices (K,) of cells that meet the neighbour so far off."""
     rows, cols = labels.shape
-    found, count = np.empty(labels.size, np.int64), 0
+    count = 0
+    for row in range(rows - down):
+        for col in range(cols - right):
+            count += labels[row, col] != labels[row + down, col + right]
+    found, k = np.empty(count, np.int64), 0
     for row in range(rows - down):
         for col in range(cols - right):
             own, other = labels[row, col], labels[row + down, col + right]
-            found[count] = row * cols + col
-            count += int((own != other) & (own > 0) & (other > 0))
-    return found[:count].copy()
+            if own != other and own > 0 and other > 0:
+                found[k] = row * cols + col
+                k += 1
+    return found[:k]
 
 
 def longer_pieces(mask: Mask, length: float) -> Mask:

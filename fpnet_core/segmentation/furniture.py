@@ -71,7 +71,7 @@ def _are_walls(
         left, top, width, height = figures[number, : cv2.CC_STAT_AREA]
         window = (slice(top, top + height), slice(left, left + width))
         piece = np.pad(filled(obstacles[window] == number), 1)
-        thickness = 2.0 * cells_to_nearest(~piece).max() - 1.0
+        thickness = 2.0 * cells_to_nearest(~piece, where=piece).max() - 1.0
         found[number] = (
             thickness * cell_m <= _MOST_THICKNESS_M
             and piece.sum() >= _LEAST_SLENDERNESS * thickness**2
@@ -86,5 +86,5 @@ def _is_apart(
     """Tell whether all obstacles but those ``among`` some are so many cells away from one."""
     rows, cols = (slice(side.start - cells, side.stop + cells) for side in window)
     near = cropped(obstacles, (rows, cols), 0)
-    walls = (near > 0) & ~among[near]
-    return bool(cells_to_nearest(walls)[near == number].min() >= cells)
+    walls, own = (near > 0) & ~among[near], near == number
+    return bool(cells_to_nearest(walls, where=own, most=cells)[own].min() >= cells)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.raster.blocks import block_means, unblocked
+from fpnet_core.raster.blocks import block_counts, unblocked
 from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.pieces import looked_up, shared_cells
 from fpnet_core.raster.windows import Window, window_of
@@ -179,8 +179,7 @@ def _moved(last: _Last, grid: GridMap) -> _Last | None:
 def _dirty_tiles(differs: Mask, cell_m: float) -> Mask:
     """Return the tiles that hold enough differing cells, and all tiles beside them."""
     size = _tile_cells(cell_m)
-    share = block_means(differs.astype(np.float32), size)
-    return grown(share >= _DIRTY_SHARE, 1)
+    return grown(block_counts(differs, size) >= _DIRTY_SHARE * size**2, 1)
 
 
 def _tile_cells(cell_m: float) -> int:

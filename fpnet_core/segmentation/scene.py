@@ -60,7 +60,8 @@ class Scene:
         where = grown(self.free & ~self.lintel, blurred + self.stride - 1)
         clearance = clearance_m(self.solid, self.cell_m, where)
         if self.unseen is not None:
-            beyond = clearance_m(self.unseen, self.cell_m, where, _UNSEEN_CREDIT_M)
+            roomy = clearance > _UNSEEN_CREDIT_M  # nowhere else can unseen space be nearer
+            beyond = clearance_m(self.unseen, self.cell_m, roomy, _UNSEEN_CREDIT_M)
             np.minimum(clearance, beyond, out=clearance)
         return clearance
 
