@@ -10,7 +10,7 @@ what kind of map it is; drawings, finished maps and a robot's own submaps share 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,15 +50,24 @@ class DoorModel:
 
     def probability_of_one_room(self, figures: Array) -> Array:
         """Return probabilities (L,) that lines of ``figures (L, D)`` part nothing."""
-        t = self.tensors
-        mean, spread = t['mean'].astype(np.float64), t['spread'].astype(np.float64)
-        x = standardised(figures, mean, spread)
-        votes = np.zeros(len(x))
-        for m in range(len(t['out'])):
-            hidden = silu(x @ t['first'][m].T + t['first_bias'][m])
-            hidden = silu(hidden @ t['second'][m].T + t['second_bias'][m])
-            votes += hidden @ t['out'][m] + t['out_bias'][m]
-        return np.asarray(expit(votes / len(t['out'])))
+        t = self._layers
+        x = standardised(figures, t['mean'], t['spread'])
+        hidden = silu(x @ t['first'] + t['first_bias'])
+        hidden = silu(hidden @ t['second'] + t['second_bias'])
+        votes = hidden @ t['out'] + t['out_bias']
+        return np.asarray(expit(votes.sum(axis=0)[:, 0] / len(votes)))
+
+    @cached_property
+    def _layers(self) -> dict[str, Array]:
+        """The tensors as all networks at once multiply by them, in double precision."""
+        layers = {name: tensor.astype(np.float64) for name, tensor in self.tensors.items()}
+        for name in ('first', 'second'):
+            layers[name] = np.ascontiguousarray(layers[name].transpose(0, 2, 1))
+            layers[f'{name}_bias'] = layers[f'{name}_bias'][:, None]
+        return layers | {
+            'out': layers['out'][:, :, None],
+            'out_bias': layers['out_bias'][:, None, None],
+        }
 
 
 @cache
