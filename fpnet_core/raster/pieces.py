@@ -93,21 +93,16 @@ def _join(root: NDArray[np.int64], a: int, b: int) -> None:
 def looked_up(labels: NDArray[np.int32], values: NDArray[Scalar]) -> NDArray[Scalar]:
     """Return the one of ``values (N,)`` that each of ``labels (H, W)`` numbers."""
     found = np.empty(labels.shape, values.dtype)
-    _look_up(labels, values, found)
+    look_up(labels, values, found)
     return found
 
 
 @njit(cache=True, nogil=True)
-def _look_up(labels, values, found):  # type: ignore[no-untyped-def]
-    """Write what :func:`looked_up` returns to ``found (H, W)``."""
+def look_up(labels, values, found):  # type: ignore[no-untyped-def]
+    """Write what :func:`looked_up` returns to ``found (H, W)``, which may be the labels."""
     for row in range(labels.shape[0]):
         for col in range(labels.shape[1]):
             found[row, col] = values[labels[row, col]]
-
-
-def label_sizes(labels: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Return how many cells (N,) each of ``labels (H, W)`` has, 0 among them."""
-    return np.asarray(_label_ends(labels, int(labels.max(initial=0)) + 1)[:, 4])
 
 
 @njit(cache=True, nogil=True)

@@ -14,7 +14,7 @@ import shapely
 
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import Mask, cross, spread
-from fpnet_core.raster.pieces import cell_corners, label_sizes, label_windows, looked_up
+from fpnet_core.raster.pieces import cell_corners, label_extents, looked_up
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 
@@ -97,18 +97,9 @@ def assemble(
     ids, rooms, kept = _rooms(grid, labels, scores or {}, _room_confidence(openings))
     if not rooms:
         return Segmentation(grid, np.zeros_like(labels), (), (), 'no room was found')
-    doors: list[Region] = []
-    portals: list[Portal] = []
-    for opening in openings:
-        pair = [ids[room] for room in opening.rooms if room in ids]
-        ends = grid.rc_to_xy(opening.ends_rc)
-        if not pair or np.hypot(*(ends[1] - ends[0])) == 0.0:
-            continue
-        door = len(rooms) + len(doors)
-        depth = _DOOR_DEPTH_M / metres_per_unit
-        doors.append(_door_region(door, ends, depth, opening))
-        second = pair[1] if len(pair) == 2 else None
-        portals.append(Portal(door, (pair[0], second), ends, opening.has_lintel))
+    pairs = [[ids[room] for room in opening.rooms if room in ids] for opening in openings]
+    joining = [(opening, pair) for opening, pair in zip(openings, pairs, strict=True) if pair]
+    doors, portals = _doors(grid, joining, len(rooms), _DOOR_DEPTH_M / metres_per_unit)
     return Segmentation(grid, kept, (*rooms, *doors), tuple(portals))
 
 
@@ -119,18 +110,18 @@ def _rooms(
     confidence: dict[int, float],
 ) -> tuple[dict[int, int], list[Region], NDArray[np.int32]]:
     """Return ids by label, room regions (largest first) and labels renumbered to id + 1."""
-    boxes, counts = label_windows(labels), label_sizes(labels)
-    order = sorted(boxes, key=lambda label: (-counts[label], label))
+    lut = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.int32)
+    extents, counts = label_extents(labels, len(lut))
     ids: dict[int, int] = {}
     rooms: list[Region] = []
-    lut = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.int32)
-    for label in order:
-        window = boxes[label]
-        mask = labels[window] == label
+    largest_first = np.argsort(-counts[1:], kind='stable') + 1
+    for label in largest_first[: np.count_nonzero(counts[1:])].tolist():
+        r0, c0, r1, c1 = extents[label].tolist()
+        mask = labels[r0:r1, c0:c1] == label
         ring = outline(mask)
         if ring is None:
             continue
-        corner = np.array([window[0].start, window[1].start], dtype=np.float64)
+        corner = np.array([r0, c0], dtype=np.float64)
         polygon = grid.rc_to_xy(ring + corner)
         if _signed_area(polygon[:, ::-1]) < 0.0:
             polygon = polygon[::-1]
@@ -159,9 +150,8 @@ def _opening_confidence(opening: Opening) -> float:
     if opening.has_lintel:
         return 1.0
     narrow_m, wide_m = 1.0, 2.2
-    return float(
-        np.clip(1.0 - 0.5 * (2.0 * opening.clearance_m - narrow_m) / (wide_m - narrow_m), 0.5, 1.0)
-    )
+    sure = 1.0 - 0.5 * (2.0 * opening.clearance_m - narrow_m) / (wide_m - narrow_m)
+    return min(max(sure, 0.5), 1.0)
 
 
 def _room_confidence(openings: Sequence[Opening]) -> dict[int, float]:
@@ -173,17 +163,36 @@ def _room_confidence(openings: Sequence[Opening]) -> dict[int, float]:
     return worst
 
 
-def _door_region(door: int, ends: NDArray[np.float64], depth_m: float, opening: Opening) -> Region:
-    """Return the rectangle of ``depth_m`` around the opening line."""
-    along = ends[1] - ends[0]
-    width = float(np.hypot(*along))
-    across = np.array([-along[1], along[0]]) / width * depth_m / 2.0
-    polygon = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across])
-    return Region(
-        id=door,
-        label=RegionLabel.DOOR,
-        polygon=polygon,
-        centroid=ends.mean(axis=0),
-        area_m2=width * depth_m,
-        confidence=_opening_confidence(opening),
-    )
+def _doors(
+    grid: GridMap, joining: Sequence[tuple[Opening, list[int]]], first: int, depth_m: float
+) -> tuple[list[Region], list[Portal]]:
+    """
+    Return the doors, numbered from ``first`` on: rectangles of ``depth_m`` around their lines.
+
+    ``joining`` are openings with the ids of their one or two rooms; those without length are none.
+    """
+    ends = grid.rc_to_xy(np.array([opening.ends_rc for opening, _ in joining]).reshape(-1, 2, 2))
+    along = ends[:, 1] - ends[:, 0]
+    width = np.hypot(along[:, 0], along[:, 1])
+    is_line = width > 0.0
+    joining = [door for door, is_long in zip(joining, is_line, strict=True) if is_long]
+    ends, along, width = ends[is_line], along[is_line], width[is_line]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / width[:, None] * depth_m / 2.0
+    begin, end = ends[:, 0], ends[:, 1]
+    polygons = np.stack([begin - across, end - across, end + across, begin + across], axis=1)
+    doors: list[Region] = []
+    portals: list[Portal] = []
+    for k, ((opening, pair), middle) in enumerate(zip(joining, ends.mean(axis=1), strict=True)):
+        doors.append(
+            Region(
+                id=first + k,
+                label=RegionLabel.DOOR,
+                polygon=polygons[k],
+                centroid=middle,
+                area_m2=float(width[k]) * depth_m,
+                confidence=_opening_confidence(opening),
+            )
+        )
+        second = pair[1] if len(pair) == 2 else None
+        portals.append(Portal(first + k, (pair[0], second), ends[k], opening.has_lintel))
+    return doors, portals

@@ -16,18 +16,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.blocks import block_counts, unblocked
 from fpnet_core.raster.morphology import Mask, grown
-from fpnet_core.raster.pieces import looked_up, shared_cells
+from fpnet_core.raster.pieces import look_up, looked_up, shared_cells
 from fpnet_core.raster.windows import Window, window_of
 from fpnet_core.segmentation.lintels import Doorway
 from fpnet_core.segmentation.scene import WORK_RESOLUTION_M
 from fpnet_core.segmentation.submap import is_from_scans, segment_part, segment_submap
 from fpnet_core.types import UNKNOWN, GridMap, Portal, Region, Segmentation, Submap
+
+Named = TypeVar('Named', Region, Portal)
 
 # Numerical: changes are counted in square tiles [m]; a tile is dirty from this share of differing
 # cells on, and dirty tiles touch the rooms in them and in the tiles beside them.
@@ -115,7 +118,7 @@ class SubmapSegmenter:
         """Return regions with the given tracks, new ones where there is None."""
         fresh = iter(range(self.tracks, self.tracks + len(regions)))
         return [
-            _numbered(region, region.id, next(fresh) if track is None else track)
+            _with(region, track=next(fresh) if track is None else track)
             for region, track in zip(regions, tracks, strict=True)
         ]
 
@@ -301,7 +304,11 @@ def _inherited(
 def _spliced(
     grid: GridMap, labels: NDArray[np.int32], kept: _Kept, part: Segmentation, window: Window
 ) -> Segmentation:
-    """Put the part's rooms and doors beside the kept ones; ``labels`` are those of the kept."""
+    """
+    Put the part's rooms and doors beside the kept ones.
+
+    ``labels (H, W)`` are those of the kept; they become the result's.
+    """
     first = len(kept.rooms)
     np.add(part.labels, first, out=labels[window], where=part.labels > 0)
     rooms = [*kept.rooms, *part.rooms]
@@ -316,24 +323,23 @@ def _spliced(
     ids = {number: position for position, number in enumerate(order)}
     lookup = np.zeros(len(rooms) + 1, dtype=np.int32)
     lookup[np.array(order, dtype=np.int64) + 1] = np.arange(1, len(rooms) + 1)
-    regions = [_numbered(rooms[number], position) for number, position in ids.items()]
+    regions = [_with(rooms[number], id=position) for number, position in ids.items()]
     portals = []
     for door in doors:
         linked = [ids[room] for room in door.rooms if room is not None]
         portal_rooms = linked[0], (linked[1] if len(linked) == 2 else None)
-        portals.append(replace(door.portal, door=len(regions), rooms=portal_rooms))
-        regions.append(_numbered(door.region, len(regions)))
+        portals.append(_with(door.portal, door=len(regions), rooms=portal_rooms))
+        regions.append(_with(door.region, id=len(regions)))
     reason = '' if rooms else part.reason
-    spliced = looked_up(labels, lookup)
-    spliced.setflags(write=False)  # or it would be copied
-    return Segmentation(grid, spliced, tuple(regions), tuple(portals), reason)
+    look_up(labels, lookup, labels)
+    labels.setflags(write=False)  # or it would be copied
+    return Segmentation(grid, labels, tuple(regions), tuple(portals), reason)
 
 
-def _numbered(region: Region, number: int, track: int | None = None) -> Region:
-    """Return the region with another id, and another track if one is given."""
-    other = object.__new__(Region)  # what was checked is not checked again
-    kept = region.track if track is None else track
-    other.__dict__.update(vars(region), id=number, track=kept)
+def _with(value: Named, **changes: object) -> Named:
+    """Return a region or portal with other numbers; what was checked is not checked again."""
+    other = object.__new__(type(value))
+    other.__dict__.update(vars(value), **changes)
     return other
 
 

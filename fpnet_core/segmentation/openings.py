@@ -31,7 +31,7 @@ _DIRECTIONS = 36
 _BOUNDING = 6  # numerical: of which every so many are tried first
 _STEP_CELLS = 0.25  # numerical: along a line
 _SAME_CELLS = 1.0  # numerical: lines that differ by less are as narrow
-_ROOMY_CELLS = 7  # numerical: where all is free within so many cells, lines are looked at in leaps
+_ROOMY_CELLS = 4  # numerical: where all is free within so many cells, lines are looked at in leaps
 
 Space = NDArray[np.uint8]
 """What is free, see :func:`roominess`."""
@@ -78,9 +78,10 @@ def _narrowest_chord(
     """
     best = (row, col, row, col)
     best_length = 1e18
-    # A few directions bound the length first: most others are then given up early.
-    for k in range(0, len(units), _BOUNDING):
-        bound = min(bound, sum(_runs(space, row, col, reach, units[k, 0], units[k, 1], bound)))
+    # A few directions bound the length first, if nothing does: most are then given up early.
+    if bound == np.inf:
+        for k in range(0, len(units), _BOUNDING):
+            bound = min(bound, sum(_runs(space, row, col, reach, units[k, 0], units[k, 1], bound)))
     for k in range(len(units)):
         d_row, d_col = units[k, 0], units[k, 1]
         limit = min(bound, best_length)

@@ -276,7 +276,7 @@ def _is_wide(room: Mask, cell_m: float) -> bool:
     if np.count_nonzero(shrunk(np.pad(room, 1), side // 2)) >= least:
         return True
     wide = np.count_nonzero(opened(room, side))
-    return wide * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2
+    return bool(wide * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2)
 
 
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:

@@ -73,7 +73,8 @@ def test_labels_spread_step_by_step_and_the_largest_wins():
     labels[0, 0], labels[0, 8] = 2, 70_000
     into = np.ones((1, 9), dtype=bool)
     into[0, 6] = False
-    assert spread(labels.copy(), into, square(3), 2).tolist() == [[2, 2, 2, 0, 0, 0, 0, 70_000, 70_000]]
+    one_way = spread(labels.copy(), into, square(3), 2)
+    assert one_way.tolist() == [[2, 2, 2, 0, 0, 0, 0, 70_000, 70_000]]
     into[0, 6] = True
     assert spread(labels, into, square(3), 4).tolist() == [[2] * 4 + [70_000] * 5]
 

@@ -7,8 +7,8 @@ import pytest
 
 from fpnet_core.raster.pieces import (
     cell_corners,
+    label_extents,
     label_figures,
-    label_sizes,
     label_windows,
     looked_up,
     meeting_cells,
@@ -56,10 +56,10 @@ def test_pieces_of_few_cells_are_those_of_all(share):
         np.testing.assert_array_equal(piece + 1, labels[mask])
 
 
-def test_label_sizes_are_counts_of_cells():
+def test_sizes_beside_extents_are_counts_of_cells():
     labels, _ = random_labels()
-    assert label_sizes(labels).tolist() == np.bincount(labels.ravel()).tolist()
-    assert label_sizes(np.zeros((2, 3), np.int32)).tolist() == [6]
+    assert label_extents(labels, 9)[1].tolist() == np.bincount(labels.ravel()).tolist()
+    assert label_extents(np.zeros((2, 3), np.int32), 1)[1].tolist() == [6]
 
 
 def test_cells_meet_where_neighbours_have_other_labels_and_neither_has_none():

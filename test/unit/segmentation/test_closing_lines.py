@@ -14,10 +14,10 @@ def test_cells_are_roomy_where_all_around_are_free():
     free[20, 25] = False
     space = roominess(free)
     assert space[20, 25] == 0
-    assert space[20, 25 - 7] == 1
-    assert space[20, 25 - 8] == 2
-    assert (space[:, 6] == 1).all()  # what lies beyond the edge is not free
-    assert space[10, 7] == 2
+    assert space[20, 25 - 4] == 1
+    assert space[20, 25 - 5] == 2
+    assert (space[:, 3] == 1).all()  # what lies beyond the edge is not free
+    assert space[10, 4] == 2
 
 
 def test_the_line_across_a_doorway_ends_at_its_jambs():
