@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fpnet_core.graphs.invariant import invariant_rows
 from fpnet_core.io.weights import Weights, check_shapes
 from fpnet_core.models.arrays import NUMPY
-from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.models.batch import GraphBatch, PreparedBatch, pad_graphs
 from fpnet_core.models.config import PaperConfig, network_config
 from fpnet_core.models.joint_attention import JointAttention, shapes
 from fpnet_core.types import RegionGraph
@@ -33,10 +33,10 @@ class Inference(Protocol):
 class _OnArrays:
     network: JointAttention
 
-    def prepared(self, plan: RegionGraph) -> GraphBatch:
+    def prepared(self, plan: RegionGraph) -> PreparedBatch:
         return self.network.prepared(_batch(plan))
 
-    def likelihood(self, plan: GraphBatch, sub: RegionGraph) -> NDArray[np.float64]:
+    def likelihood(self, plan: PreparedBatch, sub: RegionGraph) -> NDArray[np.float64]:
         log_assignment = self.network.log_assignment(plan, _batch(sub))
         return np.asarray(np.exp(log_assignment[0, :-1, :-1].astype(np.float64)))
 
@@ -61,4 +61,6 @@ def inference_of(weights: Weights) -> Inference:
 
         return OnTensors(load_network(weights))
     check_shapes('weights', weights.tensors, shapes(config))
-    return _OnArrays(JointAttention(config, NUMPY, weights.tensors))
+    # Laid out as products go through them: of small rows they take a third of the time.
+    tensors = {name: np.asfortranarray(value) for name, value in weights.tensors.items()}
+    return _OnArrays(JointAttention(config, NUMPY, tensors))
