@@ -144,10 +144,10 @@ def _matches(
 
 def _matched_whole(sub: MapSide, placements: Placements, match: MatchResult) -> Array:
     """Return the probability of the matcher's complete assignment that puts the map there."""
+    if not match.hypotheses:
+        return np.zeros(len(placements))
     corners = sub.evidence.corners
-    placed = placements.apply(corners)
-    best = np.zeros(len(placements))
-    for hypothesis in match.hypotheses:
-        moved = np.linalg.norm(hypothesis.S_plan_sub.apply(corners) - placed, axis=2).mean(axis=1)
-        best = np.maximum(best, hypothesis.probability * (moved < _SAME_M))
-    return best
+    whole = np.array([each.S_plan_sub.apply(corners) for each in match.hypotheses])
+    apart = np.linalg.norm(placements.apply(corners)[:, None] - whole, axis=3).mean(axis=2)
+    probable = np.array([each.probability for each in match.hypotheses])
+    return np.asarray((probable * (apart < _SAME_M)).max(axis=1))
