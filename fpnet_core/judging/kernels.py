@@ -190,6 +190,18 @@ def _bin_of(value: float, edges: Array) -> int:
 
 
 @numba.njit(cache=True, nogil=True)
+def lengths_between(placed: Array, drawn: Array) -> Array:
+    """Return how far points ``placed (C, D, 2)`` are from ``drawn (E, 2)``, ``(C, D, E)``."""
+    found = np.empty((placed.shape[0], placed.shape[1], len(drawn)))
+    for c in range(placed.shape[0]):
+        for d in range(placed.shape[1]):
+            for e in range(len(drawn)):
+                x, y = placed[c, d, 0] - drawn[e, 0], placed[c, d, 1] - drawn[e, 1]
+                found[c, d, e] = np.sqrt(x * x + y * y)
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
 def room_overlap(
     labels: NDArray[np.int32], rooms: Ints, sub_count: int, plan_count: int
 ) -> NDArray[np.float32]:

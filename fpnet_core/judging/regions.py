@@ -95,9 +95,7 @@ def _share(part: Array, whole: Array) -> Array:
 
 def _doors_apart(plan: MapSide, sub: MapSide, placements: Placements) -> Array:
     """Distances [m] of every seen door from every drawn one, ``(C, doors, drawn doors)``."""
-    placed, drawn = placements.apply(sub.door_points), plan.door_points
-    x, y = (placed[:, :, None, axis] - drawn[:, axis] for axis in (0, 1))
-    return np.asarray(np.sqrt(x * x + y * y))
+    return kernels.lengths_between(placements.apply(sub.door_points), plan.door_points)
 
 
 def _doors(plan: MapSide, sub: MapSide, looked: LookedAt, apart: Array) -> Figures:
