@@ -65,7 +65,9 @@ def test_packaged_network_says_the_same_on_arrays_and_tensors():
     weights = read_weights(None, FEATURE_SCHEMA)
     plan, sub, _ = toy_pair(np.random.default_rng(4), rooms=40, seen=12)
     on_arrays, on_tensors = inference_of(weights), OnTensors(load_network(weights))
-    found, expected = (n.likelihood(n.prepared(plan), sub) for n in (on_arrays, on_tensors))
+    found, expected = (
+        n.likelihood(n.prepared(plan), n.prepared(sub)) for n in (on_arrays, on_tensors)
+    )
     assert found == pytest.approx(expected, abs=1e-5)
 
 
