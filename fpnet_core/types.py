@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -224,12 +225,12 @@ class Segmentation:
             if self.regions[portal.door].label is not RegionLabel.DOOR:
                 raise ValueError(f'Segmentation: portal names region {portal.door}, not a door')
 
-    @property
+    @cached_property
     def rooms(self) -> tuple[Region, ...]:
         """Regions labelled room."""
         return tuple(r for r in self.regions if r.label is RegionLabel.ROOM)
 
-    @property
+    @cached_property
     def doors(self) -> tuple[Region, ...]:
         """Regions labelled door."""
         return tuple(r for r in self.regions if r.label is RegionLabel.DOOR)

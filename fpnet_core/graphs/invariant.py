@@ -27,6 +27,8 @@ columns name         value
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +64,7 @@ Typical short side of a room in door widths, by which rooms tell the unit where 
 # Chosen, not measured:
 _ROOM_WEIGHT = 0.2  # of a room beside a door in the weighted median that is the unit
 _ROOM_LOG_SIZE = 1.5  # typical logarithm of a room's sides in units, taken off its sizes
+_SHAPES = 4096  # numerical: outlines whose rectangles are kept
 _SMALLEST = 1e-6  # numerical: sides of degenerate outlines, in the outline's own lengths
 
 
@@ -97,17 +100,20 @@ def door_mask(graph: RegionGraph) -> NDArray[np.bool_]:
 
 def enclosing_rectangles(graph: RegionGraph) -> tuple[Array, Array, Array]:
     """Return centres ``(R, 2)``, sides ``(R, 2)``, longer first, and long axes ``(R,)`` [rad]."""
-    centre, sides = np.zeros((len(graph), 2)), np.zeros((len(graph), 2))
-    angle = np.zeros(len(graph))
-    for index, region in enumerate(graph.regions):
-        # Centred first: OpenCV computes in single precision.
-        outline = (region.polygon - region.centroid).astype(np.float32)
-        middle, (width, height), degrees = cv2.minAreaRect(outline)
-        turned = height > width
-        centre[index] = region.centroid + middle
-        sides[index] = max(width, height), min(width, height)
-        angle[index] = np.deg2rad(degrees + (90.0 if turned else 0.0))
-    return centre, np.maximum(sides, _SMALLEST), angle
+    found = [_rectangle(r.polygon.tobytes(), r.centroid.tobytes()) for r in graph.regions]
+    figures = np.array(found, dtype=np.float64).reshape(-1, 5)
+    return figures[:, :2], np.maximum(figures[:, 2:4], _SMALLEST), figures[:, 4]
+
+
+@lru_cache(maxsize=_SHAPES)
+def _rectangle(polygon: bytes, centroid: bytes) -> tuple[float, ...]:
+    """Return centre, longer and shorter side and long axis; rooms come again every tick."""
+    middle = np.frombuffer(centroid)
+    # Centred first: OpenCV computes in single precision.
+    outline = (np.frombuffer(polygon).reshape(-1, 2) - middle).astype(np.float32)
+    (x, y), (width, height), degrees = cv2.minAreaRect(outline)
+    angle = np.deg2rad(degrees + (90.0 if height > width else 0.0))
+    return middle[0] + x, middle[1] + y, max(width, height), min(width, height), float(angle)
 
 
 def length_unit(sides: Array, is_door: NDArray[np.bool_]) -> float:

@@ -33,16 +33,23 @@ def shift_table(
     Sums of ``likelihood`` over a patch's walls; ``offsets (S, 2)`` are cells of the plan's raster.
     """
     rows, cols = likelihood.shape
+    flat, ahead = likelihood.reshape(-1), offsets[:, 0] * cols + offsets[:, 1]
+    low, high = offsets.min(), offsets.max()
     table = np.zeros((len(A), patches, len(offsets)), dtype=np.float32)
     for c in range(len(A)):
         to_cell = A[c]
         for k in range(len(walls)):
             row, col = nearest_cell(to_cell, walls[k, 0], walls[k, 1])
-            b = patch[k]
+            total = table[c, patch[k]]
+            if min(row, col) + low >= 0 and row + high < rows and col + high < cols:
+                here = row * cols + col
+                for s in range(len(ahead)):
+                    total[s] += flat[np.uint64(here + ahead[s])]
+                continue
             for s in range(len(offsets)):
                 r, q = row + offsets[s, 0], col + offsets[s, 1]
                 if 0 <= r < rows and 0 <= q < cols:
-                    table[c, b, s] += likelihood[r, q]
+                    total[s] += likelihood[r, q]
     return table
 
 
@@ -164,13 +171,34 @@ def drawn_walls(
             if not (0 <= row < rows and 0 <= col < cols and observed[row, col]):
                 continue
             d, b = distance[row, col], patch_of[row, col]
-            plain[c, np.searchsorted(edges_m, d)] += 1.0
+            plain[c, _bin_of(d, edges_m)] += 1.0
             r = int(np.floor(row + shift_cells[c, b, 0] + 0.5))
             q = int(np.floor(col + shift_cells[c, b, 1] + 0.5))
             if 0 <= r < rows and 0 <= q < cols:
                 d = distance[r, q]
-            shifted[c, np.searchsorted(edges_m, d)] += 1.0
+            shifted[c, _bin_of(d, edges_m)] += 1.0
     return plain, shifted
+
+
+@numba.njit(nogil=True, inline='always')
+def _bin_of(value: float, edges: Array) -> int:
+    """Count the few ``edges`` below ``value``."""
+    place = 0
+    for edge in edges:
+        place += int(edge < value)
+    return place
+
+
+@numba.njit(cache=True, nogil=True)
+def lengths_between(placed: Array, drawn: Array) -> Array:
+    """Return how far points ``placed (C, D, 2)`` are from ``drawn (E, 2)``, ``(C, D, E)``."""
+    found = np.empty((placed.shape[0], placed.shape[1], len(drawn)))
+    for c in range(placed.shape[0]):
+        for d in range(placed.shape[1]):
+            for e in range(len(drawn)):
+                x, y = placed[c, d, 0] - drawn[e, 0], placed[c, d, 1] - drawn[e, 1]
+                found[c, d, e] = np.sqrt(x * x + y * y)
+    return found
 
 
 @numba.njit(cache=True, nogil=True)

@@ -12,11 +12,11 @@ mean log probability. It is evaluated without a deep-learning framework.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from fpnet_core.io.weights import Weights, check_shapes, network_of, read_weights
 from fpnet_core.judging.evidence import CONTEXT, FIGURES, Evidence
@@ -61,29 +61,39 @@ class JudgeModel:
 
         The plan is taken for the right one at even odds. No placements leave the last two.
         """
-        t = {name: value.astype(np.float64) for name, value in self.tensors.items()}
+        t = self._doubles
         x = standardised(evidence.figures, t['figure_mean'], t['figure_scale'])
         g = standardised(evidence.context, t['context_mean'], t['context_scale'])
-        votes = [self._vote(t, m, x, g) for m in range(self.members)]
-        return _normalised(np.mean(votes, axis=0))
+        return _normalised(np.mean(self._votes(x, g), axis=0))
 
-    @staticmethod
-    def _vote(t: dict[str, Array], m: int, x: Array, g: Array) -> Array:
+    @cached_property
+    def _doubles(self) -> dict[str, Array]:
+        return {name: value.astype(np.float64) for name, value in self.tensors.items()}
+
+    def _votes(self, x: Array, g: Array) -> Array:
+        """Return each member's ``(m, C + 2)`` of figures ``(C, D)`` and context ``(G,)``."""
+        t, members = self._doubles, self.members
         inputs = np.concatenate([x, np.broadcast_to(g, (len(x), len(g)))], axis=1)
-        hidden = silu(inputs @ t['first'][m].T + t['first_bias'][m])
-        hidden = silu(hidden @ t['second'][m].T + t['second_bias'][m])
-        scores = hidden @ t['value'][m] + x @ t['direct'][m] + t['value_bias'][m]
-        share = np.exp(scores - scores.max()) if len(x) else scores
-        pooled = share / share.sum() @ hidden if len(x) else np.zeros(hidden.shape[1])
-        mean = hidden.mean(axis=0) if len(x) else np.zeros(hidden.shape[1])
-        whole = np.concatenate([pooled, mean, g])
-        none = silu(t['none_first'][m] @ whole + t['none_first_bias'][m])
-        none = t['none_second'][m] @ none + t['none_second_bias'][m]
-        return _normalised(np.concatenate([scores, none]))
+        hidden = silu(inputs @ t['first'].swapaxes(1, 2) + t['first_bias'][:, None])
+        hidden = silu(hidden @ t['second'].swapaxes(1, 2) + t['second_bias'][:, None])
+        scores = _times(hidden, t['value']) + t['direct'] @ x.T + t['value_bias'][:, None]
+        pooled = mean = np.zeros((members, hidden.shape[2]))
+        if len(x):
+            share = np.exp(_normalised(scores))
+            pooled, mean = _times(hidden.swapaxes(1, 2), share), hidden.mean(axis=1)
+        whole = np.concatenate([pooled, mean, np.broadcast_to(g, (members, len(g)))], axis=1)
+        none = silu(_times(t['none_first'], whole) + t['none_first_bias'])
+        none = _times(t['none_second'], none) + t['none_second_bias']
+        return _normalised(np.concatenate([scores, none], axis=1))
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Return each member's matrix ``(m, R, K)`` times its vector ``(m, K)``, ``(m, R)``."""
+    return np.asarray((matrices @ vectors[:, :, None])[:, :, 0])
 
 
 def _normalised(logits: Array) -> Array:
-    return np.asarray(logits - logsumexp(logits))
+    return np.asarray(logits - np.logaddexp.reduce(logits, axis=-1, keepdims=True))
 
 
 def read_judge(path: Path | None = None) -> JudgeModel:

@@ -95,9 +95,7 @@ def _share(part: Array, whole: Array) -> Array:
 
 def _doors_apart(plan: MapSide, sub: MapSide, placements: Placements) -> Array:
     """Distances [m] of every seen door from every drawn one, ``(C, doors, drawn doors)``."""
-    placed, drawn = placements.apply(sub.door_points), plan.door_points
-    x, y = (placed[:, :, None, axis] - drawn[:, axis] for axis in (0, 1))
-    return np.asarray(np.sqrt(x * x + y * y))
+    return kernels.lengths_between(placements.apply(sub.door_points), plan.door_points)
 
 
 def _doors(plan: MapSide, sub: MapSide, looked: LookedAt, apart: Array) -> Figures:
@@ -144,10 +142,10 @@ def _matches(
 
 def _matched_whole(sub: MapSide, placements: Placements, match: MatchResult) -> Array:
     """Return the probability of the matcher's complete assignment that puts the map there."""
+    if not match.hypotheses:
+        return np.zeros(len(placements))
     corners = sub.evidence.corners
-    placed = placements.apply(corners)
-    best = np.zeros(len(placements))
-    for hypothesis in match.hypotheses:
-        moved = np.linalg.norm(hypothesis.S_plan_sub.apply(corners) - placed, axis=2).mean(axis=1)
-        best = np.maximum(best, hypothesis.probability * (moved < _SAME_M))
-    return best
+    whole = np.array([each.S_plan_sub.apply(corners) for each in match.hypotheses])
+    apart = np.linalg.norm(placements.apply(corners)[:, None] - whole, axis=3).mean(axis=2)
+    probable = np.array([each.probability for each in match.hypotheses])
+    return np.asarray((probable * (apart < _SAME_M)).max(axis=1))

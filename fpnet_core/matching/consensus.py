@@ -24,6 +24,7 @@ from fpnet_core.matching.kernels import (
     first_distinct,
     fit_regions,
     keep_one_per_plan_region,
+    nearest_regions,
     propose_similarities,
 )
 from fpnet_core.small_networks import product
@@ -117,7 +118,9 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     proposals = propose_similarities(
         relative,
         _likely_partners(relative),
-        _neighbours(sub),
+        nearest_regions(
+            sub.point, sub.is_door, _DOOR_DISTANCE_SHARE, min(NEIGHBOURS, len(sub) - 1)
+        ),
         plan.point,
         sub.point,
         np.ascontiguousarray(plan.box[:, 4]),  # one kind of array, of single regions, too
@@ -201,16 +204,6 @@ def _likely_partners(relative: Array) -> NDArray[np.int64]:
     value = np.take_along_axis(relative.T, best, axis=1)
     likely = np.where(value > np.log(_NEGLIGIBLE), best, -1)
     return np.ascontiguousarray(likely, dtype=np.int64)
-
-
-def _neighbours(sub: GraphGeometry) -> NDArray[np.int64]:
-    """Return ``(N, L)`` near regions of each region, doors preferred; -1 fills up."""
-    distance = np.linalg.norm(sub.point[:, None] - sub.point[None], axis=2)
-    distance = distance * np.where(sub.is_door, _DOOR_DISTANCE_SHARE, 1.0)[None]
-    np.fill_diagonal(distance, np.inf)
-    count = min(NEIGHBOURS, len(sub) - 1)
-    nearest = np.argsort(distance, axis=1, kind='stable')[:, :count]
-    return np.ascontiguousarray(nearest, dtype=np.int64)
 
 
 def _fit(

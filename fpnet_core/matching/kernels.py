@@ -30,6 +30,33 @@ _SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at n
 
 
 @numba.njit(cache=True, nogil=True)
+def nearest_regions(
+    point: NDArray[np.float64], is_door: NDArray[np.bool_], door_share: float, count: int
+) -> NDArray[np.int64]:
+    """
+    Return which ``count < N`` of ``point (N, 2)`` lie nearest to each, nearest first.
+
+    Indices ``(N, count)``. Doors count as only ``door_share`` as far away; of equally far ones
+    the first comes first.
+    """
+    nearest = np.empty((len(point), count), dtype=np.int64)
+    distance = np.empty(count)
+    for j in range(len(point)):
+        distance[:] = np.inf
+        for m in range(len(point)):
+            x, y = point[j, 0] - point[m, 0], point[j, 1] - point[m, 1]
+            own = np.sqrt(x * x + y * y) * (door_share if is_door[m] else 1.0)
+            if m == j or (count and own >= distance[count - 1]):
+                continue
+            place = count - 1
+            while place > 0 and own < distance[place - 1]:
+                distance[place], nearest[j, place] = distance[place - 1], nearest[j, place - 1]
+                place -= 1
+            distance[place], nearest[j, place] = own, m
+    return nearest
+
+
+@numba.njit(cache=True, nogil=True)
 def propose_similarities(
     log_p: NDArray[np.float64],
     best: NDArray[np.int64],

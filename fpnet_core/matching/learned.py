@@ -32,8 +32,8 @@ FLOOR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class _Plan:
-    """A plan graph, and what the network and consensus derive from it alone."""
+class _Known:
+    """A graph, and what the network and consensus derive from it alone."""
 
     graph: RegionGraph
     prepared: Any
@@ -46,8 +46,9 @@ class LearnedMatcher:
 
     Where the checkpoint brings a model of geometric evidence, the network's likelihoods are
     settled by consensus; else, or with ``settle=False``, they are the answer. Keeps what it
-    derived from the latest plan graphs: a localizer matches growing submaps against the same plan
-    objects, those of its storeys and a mirror image. Not thread-safe; one instance per worker.
+    derived from the latest graphs: a localizer matches growing submaps against the same plan
+    objects, those of its storeys and a mirror image, and one submap against several of them. Not
+    thread-safe; one instance per worker.
     """
 
     def __init__(self, config: MatcherConfig, settle: bool = True) -> None:
@@ -55,7 +56,8 @@ class LearnedMatcher:
         weights = read_weights(Path(config.weights) if config.weights else None, FEATURE_SCHEMA)
         self._network = inference_of(weights)
         self._model: EvidenceModel | None = evidence_model(weights) if settle else None
-        self._plans: list[_Plan] = []  # latest first
+        self._plans: list[_Known] = []  # latest first
+        self._sub: _Known | None = None
 
     def match(self, plan: RegionGraph, sub: RegionGraph, explored_area_m2: float) -> MatchResult:
         """Return mutual best pairs above the graded threshold, scores are probabilities."""
@@ -65,8 +67,8 @@ class LearnedMatcher:
         probability = self.likelihood(plan, sub)
         hypotheses: tuple[MatchHypothesis, ...] = ()
         if self._model is not None:
-            geometry = self._known(plan).geometry
-            probability, hypotheses = _settled(probability, geometry, sub, self._model)
+            sides = self._known(plan).geometry, self._known_sub(sub).geometry
+            probability, hypotheses = _settled(probability, *sides, self._model)
         threshold = graded_threshold(len(sub), explored_area_m2, self._config)
         pairs = mutual_pairs(probability, threshold)
         scores = probability[pairs[:, 0], pairs[:, 1]].clip(0.0, 1.0)
@@ -76,24 +78,31 @@ class LearnedMatcher:
 
     def likelihood(self, plan: RegionGraph, sub: RegionGraph) -> Probability:
         """Return the network's own assignment ``(M, N)`` of two graphs that are not empty."""
-        return self._network.likelihood(self._known(plan).prepared, sub)
+        return self._network.likelihood(self._known(plan).prepared, self._known_sub(sub).prepared)
 
-    def _known(self, graph: RegionGraph) -> _Plan:
+    def _known_sub(self, graph: RegionGraph) -> _Known:
+        if self._sub is None or self._sub.graph is not graph:
+            self._sub = self._derived(graph)
+        return self._sub
+
+    def _derived(self, graph: RegionGraph) -> _Known:
+        return _Known(graph, self._network.prepared(graph), graph_geometry(graph))
+
+    def _known(self, graph: RegionGraph) -> _Known:
         """Return what is derived from a plan, which becomes the latest one."""
         found = next((plan for plan in self._plans if plan.graph is graph), None)
         if found is None:
-            found = _Plan(graph, self._network.prepared(graph), graph_geometry(graph))
+            found = self._derived(graph)
         others = [plan for plan in self._plans if plan is not found]
         self._plans = [found, *others][:_PLANS]
         return found
 
 
 def _settled(
-    base: Probability, plan: GraphGeometry, sub: RegionGraph, model: EvidenceModel
+    base: Probability, plan: GraphGeometry, sub: GraphGeometry, model: EvidenceModel
 ) -> tuple[Probability, tuple[MatchHypothesis, ...]]:
     """Return the probabilities after consensus, and the best complete assignments."""
-    sub_side = graph_geometry(sub)
-    assignments = find_assignments(plan, sub_side, np.log(base + FLOOR))
+    assignments = find_assignments(plan, sub, np.log(base + FLOOR))
     assignments, posterior = rank(assignments, model)
-    probability = pair_probability(base, assignments, posterior, sub_side)
-    return probability, hypotheses_of(assignments, posterior, plan, sub_side)
+    probability = pair_probability(base, assignments, posterior, sub)
+    return probability, hypotheses_of(assignments, posterior, plan, sub)

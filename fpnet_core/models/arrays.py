@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from fpnet_core.models import kernels
 from fpnet_core.small_networks import Floats, product, rows_at_once
 
 Array = Any
@@ -27,12 +28,6 @@ MASKED = -1e4
 """
 Numerical: logit of padding: ``exp`` of it is exactly zero in float32, and sums of it stay finite.
 """
-
-# Given: the error function by Abramowitz and Stegun, equation 7.1.26, within 1.5e-7, about one
-# unit of single precision in the last place.
-_ERF_P = 0.3275911
-_ERF_A = (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)  # given: same
-_EPSILON = 1e-5  # given: what layer normalisation adds to a variance, as in training
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,53 +74,47 @@ def _linear(x: Floats, weight: Floats, bias: Floats) -> Floats:
 
 
 def _mixed(x: Floats, weight: Floats, bias: Floats) -> Floats:
-    # Transposed views: the many columns of x are the rows that are taken in turn.
-    out = product(x.swapaxes(-1, -2), weight.T)
-    out += bias
-    return out.swapaxes(-1, -2)
+    # The many columns of x are taken in turn, and stay as they lie: what is read by rows later
+    # would come from memory number by number otherwise.
+    out = np.empty((len(x), len(weight), x.shape[-1]), dtype=np.result_type(x, weight))
+    step = rows_at_once(*weight.shape)
+    for start in range(0, x.shape[-1], step):
+        part = slice(start, start + step)
+        np.matmul(weight, x[..., part], out=out[..., part])
+    out += bias[:, None]
+    return out
 
 
 def _layer_norm(x: Floats, weight: Floats, bias: Floats) -> Floats:
-    centred = x - x.mean(axis=-1, keepdims=True)
-    variance = np.square(centred).mean(axis=-1, keepdims=True)
-    centred /= np.sqrt(variance + _EPSILON)
-    return np.asarray(centred * weight + bias)
+    out = np.empty(x.shape, dtype=x.dtype)
+    width = x.shape[-1]
+    kernels.layer_norm(x.reshape(-1, width), weight, bias, out.reshape(-1, width))
+    return out
 
 
 def gelu(x: Floats) -> Floats:
     """Return the Gaussian error linear unit ``x Phi(x)`` (...) of ``x (...)``."""
-    z = np.abs(x) * math.sqrt(0.5)
-    t = 1.0 / (1.0 + _ERF_P * z)
-    tail = np.zeros_like(t)
-    for coefficient in _ERF_A:
-        tail += coefficient
-        tail *= t
-    tail *= np.exp(-z * z)
-    # Half the tail of |x|: x Phi(x) is that much below x above zero, and is it below.
-    tail *= 0.5 * np.abs(x)
-    return np.asarray(np.maximum(x, 0.0) - tail)
+    out = np.empty(x.shape, dtype=x.dtype)
+    kernels.gelu(x.reshape(-1), out.reshape(-1))
+    return out
 
 
 def _attention(query: Floats, key: Floats, value: Floats, bias: JointBias) -> Floats:
     out = np.empty_like(query)
     ahead = np.ascontiguousarray((key / math.sqrt(key.shape[-1])).swapaxes(-1, -2))
     padding = None if bias.mask.all() else np.where(bias.mask, 0.0, MASKED)[:, None, None, :]
-    step, plan_count = rows_at_once(*ahead.shape[-2:]), bias.ours.shape[-1]
-    plan, sub = slice(None, plan_count), slice(plan_count, None)
-    for home, away, within in ((plan, sub, bias.ours), (sub, plan, bias.theirs)):
-        for start in range(0, within.shape[-1], step):
-            rows = slice(start, start + step)
-            # A whole bias would be copied together for every layer; its blocks are added in place.
-            weight = query[..., home, :][..., rows, :] @ ahead
-            weight[..., home] += within[..., rows, :]
-            weight[..., away] += bias.across[:, None, None]
+    step, begin = rows_at_once(*ahead.shape[-2:]), 0
+    for within in (bias.ours, bias.theirs):
+        own = slice(begin, begin + within.shape[-1])
+        for first in range(0, within.shape[-1], step):
+            rows = slice(first, first + step)
+            weight = query[..., own, :][..., rows, :] @ ahead
             if padding is not None:
                 weight += padding
-            weight -= weight.max(axis=-1, keepdims=True)
-            np.exp(weight, out=weight)
-            part = out[..., home, :][..., rows, :]
-            np.matmul(weight, value, out=part)
-            part /= weight.sum(axis=-1, keepdims=True)
+            # A whole bias would be copied together for every layer; its blocks are added there.
+            kernels.soften(weight, within, first, begin, bias.across)
+            np.matmul(weight, value, out=out[..., own, :][..., rows, :])
+        begin = own.stop
     return out
 
 

@@ -24,20 +24,32 @@ class GraphBatch:
     node_feat : (B, R, D) float32, zeros in the padding
     adjacency : (B, R, R) float32, symmetric, 1 where a door opens into a room, else 0
     mask : (B, R) bool, True for real nodes
-    relations : (B, layers, heads, R, R)
-        Attention logits within the graph, where a network has prepared them; else None.
     """
 
     node_feat: Array
     adjacency: Array
     mask: Array
-    relations: Array | None = None
 
     def to(self, device: Any) -> GraphBatch:
-        """Return the graphs, as tensors without prepared relations, on a device of torch."""
+        """Return the graphs, as tensors, on a device of torch."""
         return GraphBatch(
             self.node_feat.to(device), self.adjacency.to(device), self.mask.to(device)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedBatch:
+    """
+    What a network has computed of ``B`` graphs before it knows what they are matched with.
+
+    ``encoded (B, R, width)`` are the nodes as they enter the first layer, ``relations
+    (B, layers, heads, R, R)`` the attention logits within each graph, ``mask (B, R)`` is True for
+    real nodes.
+    """
+
+    encoded: Array
+    relations: Array
+    mask: Array
 
 
 def adjacency_matrix(edges: NDArray[np.int64], count: int) -> NDArray[np.float32]:

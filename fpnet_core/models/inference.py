@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fpnet_core.graphs.invariant import invariant_rows
 from fpnet_core.io.weights import Weights, check_shapes
 from fpnet_core.models.arrays import NUMPY
-from fpnet_core.models.batch import GraphBatch, pad_graphs
+from fpnet_core.models.batch import PreparedBatch, pad_graphs
 from fpnet_core.models.config import PaperConfig, network_config
 from fpnet_core.models.joint_attention import JointAttention, shapes
 from fpnet_core.types import RegionGraph
@@ -22,27 +22,23 @@ from fpnet_core.types import RegionGraph
 class Inference(Protocol):
     """A network that says which regions of two graphs are the same."""
 
-    def prepared(self, plan: RegionGraph) -> Any:
-        """Return what can be computed of a plan before a submap is known."""
+    def prepared(self, graph: RegionGraph) -> Any:
+        """Return what can be computed of one graph before the other is known."""
 
-    def likelihood(self, plan: Any, sub: RegionGraph) -> NDArray[np.float64]:
-        """Return the assignment ``(M, N)`` of a prepared plan and a graph; neither is empty."""
+    def likelihood(self, plan: Any, sub: Any) -> NDArray[np.float64]:
+        """Return the assignment ``(M, N)`` of prepared graphs; neither is empty."""
 
 
 @dataclass(frozen=True, eq=False)
 class _OnArrays:
     network: JointAttention
 
-    def prepared(self, plan: RegionGraph) -> GraphBatch:
-        return self.network.prepared(_batch(plan))
+    def prepared(self, graph: RegionGraph) -> PreparedBatch:
+        return self.network.prepared(pad_graphs([invariant_rows(graph)], [graph.edges]))
 
-    def likelihood(self, plan: GraphBatch, sub: RegionGraph) -> NDArray[np.float64]:
-        log_assignment = self.network.log_assignment(plan, _batch(sub))
+    def likelihood(self, plan: PreparedBatch, sub: PreparedBatch) -> NDArray[np.float64]:
+        log_assignment = self.network.log_assignment(plan, sub)
         return np.asarray(np.exp(log_assignment[0, :-1, :-1].astype(np.float64)))
-
-
-def _batch(graph: RegionGraph) -> GraphBatch:
-    return pad_graphs([invariant_rows(graph)], [graph.edges])
 
 
 def inference_of(weights: Weights) -> Inference:
@@ -61,4 +57,6 @@ def inference_of(weights: Weights) -> Inference:
 
         return OnTensors(load_network(weights))
     check_shapes('weights', weights.tensors, shapes(config))
-    return _OnArrays(JointAttention(config, NUMPY, weights.tensors))
+    # Laid out as products go through them: of small rows they take a third of the time.
+    tensors = {name: np.asfortranarray(value) for name, value in weights.tensors.items()}
+    return _OnArrays(JointAttention(config, NUMPY, tensors))

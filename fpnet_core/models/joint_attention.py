@@ -17,7 +17,7 @@ Robots run it on arrays, training on tensors (:mod:`fpnet_core.models.invariant`
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -25,7 +25,7 @@ import numpy as np
 from fpnet_core.graphs.invariant import AXIS, INVARIANT_LAYOUT, POSITION_UNITS
 from fpnet_core.graphs.layout import POSITION
 from fpnet_core.models.arrays import MASKED, Array, JointBias, Library
-from fpnet_core.models.batch import GraphBatch
+from fpnet_core.models.batch import GraphBatch, PreparedBatch
 from fpnet_core.models.config import InvariantConfig
 
 NODE_FEATURES = INVARIANT_LAYOUT.size - AXIS.stop
@@ -41,6 +41,8 @@ _PAIRS_AT_ONCE = 2**16  # numerical: a storey of 2,000 regions would take gigaby
 _NEAR_UNITS = 1.0  # distances enter by their logarithm from about here on; chosen
 _TINY = float(np.finfo(np.float32).tiny)  # numerical: no division by zero
 
+Graphs = GraphBatch | PreparedBatch
+
 
 @dataclass(frozen=True, eq=False)
 class JointAttention:
@@ -54,7 +56,7 @@ class JointAttention:
     library: Library
     parameters: Mapping[str, Array]
 
-    def log_assignment(self, plan: GraphBatch, sub: GraphBatch) -> Array:
+    def log_assignment(self, plan: Graphs, sub: Graphs) -> Array:
         """
         Return the log-assignment ``(B, M+1, N+1)`` of the last layer, dustbins last.
 
@@ -62,13 +64,19 @@ class JointAttention:
         """
         return self._assignment(self._states(plan, sub)[-1], plan.mask, sub.mask)
 
-    def assignments(self, plan: GraphBatch, sub: GraphBatch) -> list[Array]:
+    def assignments(self, plan: Graphs, sub: Graphs) -> list[Array]:
         """Return the log-assignment of every layer, the last one as :meth:`log_assignment`."""
         return [self._assignment(s, plan.mask, sub.mask) for s in self._states(plan, sub)]
 
-    def prepared(self, batch: GraphBatch) -> GraphBatch:
-        """Return the batch with the logits of its relations: a plan is matched many times."""
-        return replace(batch, relations=self._relation_logits(batch))
+    def prepared(self, batch: GraphBatch) -> PreparedBatch:
+        """Return all that hangs on a batch alone: a plan is matched many times."""
+        return PreparedBatch(self._encoded(batch), self._relation_logits(batch), batch.mask)
+
+    def _encoded(self, batch: GraphBatch) -> Array:
+        """Return the nodes ``(B, R, width)`` as they enter the first layer."""
+        linear, gelu = self.library.linear, self.library.gelu
+        hidden = gelu(linear(batch.node_feat[..., AXIS.stop :], *self._of('encoder.0')))
+        return linear(hidden, *self._of('encoder.2'))
 
     def _relation_logits(self, batch: GraphBatch) -> Array:
         """Return what relations add to attention, ``(B, layers, heads, R, R)``."""
@@ -93,20 +101,14 @@ class JointAttention:
     def _of(self, name: str) -> tuple[Array, Array]:
         return self.parameters[f'{name}.weight'], self.parameters[f'{name}.bias']
 
-    def _states(self, plan: GraphBatch, sub: GraphBatch) -> list[Array]:
+    def _states(self, plan: Graphs, sub: Graphs) -> list[Array]:
         """Return the nodes ``(B, M+N, width)`` after each layer."""
-        nodes = [side.node_feat[..., AXIS.stop :] for side in (plan, sub)]
-        rows = self.library.module.concatenate(nodes, axis=1)
-        linear, gelu = self.library.linear, self.library.gelu
-        state = linear(gelu(linear(rows, *self._of('encoder.0'))), *self._of('encoder.2'))
-        logits = [
-            self._relation_logits(side) if side.relations is None else side.relations
-            for side in (plan, sub)
-        ]
+        sides = [self.prepared(x) if isinstance(x, GraphBatch) else x for x in (plan, sub)]
+        state = self.library.module.concatenate([side.encoded for side in sides], axis=1)
         mask = self.library.module.concatenate([plan.mask, sub.mask], axis=1)
         states = []
         for layer in range(self.config.layers):
-            ours, theirs = (side[:, layer] for side in logits)
+            ours, theirs = (side.relations[:, layer] for side in sides)
             bias = JointBias(ours, theirs, self.parameters['across'][layer], mask)
             state = self._layer(f'layers.{layer}', state, bias)
             states.append(state)

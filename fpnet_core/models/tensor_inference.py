@@ -23,14 +23,14 @@ class OnTensors:
 
     network: RegionNetwork
 
-    def prepared(self, plan: RegionGraph) -> GraphBatch:
-        """Return the plan as a batch."""
-        return self.network.batch([plan])
+    def prepared(self, graph: RegionGraph) -> GraphBatch:
+        """Return the graph as a batch."""
+        return self.network.batch([graph])
 
-    def likelihood(self, plan: GraphBatch, sub: RegionGraph) -> NDArray[np.float64]:
+    def likelihood(self, plan: GraphBatch, sub: GraphBatch) -> NDArray[np.float64]:
         """Return the assignment ``(M, N)``; neither graph is empty."""
         with _one_thread(), torch.inference_mode():
-            log_assignment = self.network(plan, self.network.batch([sub]))
+            log_assignment = self.network(plan, sub)
             found: NDArray[np.float64] = log_assignment[0, :-1, :-1].double().exp().numpy()
         return found
 

@@ -110,10 +110,11 @@ def _door_lines(segmentation: Segmentation) -> tuple[NDArray[np.float64], NDArra
     """Mid point (R, 2) and direction (R,) of each door's opening line, NaN for rooms."""
     mid = np.full((len(segmentation.regions), 2), np.nan)
     direction = np.full(len(segmentation.regions), np.nan)
-    for portal in segmentation.portals:
-        along = portal.ends[1] - portal.ends[0]
-        mid[portal.door] = portal.ends.mean(axis=0)
-        direction[portal.door] = np.arctan2(along[1], along[0])
+    doors = [portal.door for portal in segmentation.portals]
+    ends = np.array([portal.ends for portal in segmentation.portals]).reshape(-1, 2, 2)
+    along = ends[:, 1] - ends[:, 0]
+    mid[doors] = ends.mean(axis=1)
+    direction[doors] = np.arctan2(along[:, 1], along[:, 0])
     return mid, direction
 
 

@@ -54,26 +54,22 @@ def estimates_across_scales(
     for no candidates.
     """
     places = compared_at(sub, robot_xy)
-    near = refine(plan, sub.walls, candidates, freedom, _NEAR)
-    near = _best(plan, sub, near, places, SAME_BASIN_M, 2 * MAX_ESTIMATES)
-    fine = refine(plan, sub.walls, near, freedom, FINE)
+    near = _scored(plan, sub, refine(plan, sub.walls, candidates, freedom, _NEAR))
+    near = _best(near, places, SAME_BASIN_M, 2 * MAX_ESTIMATES)
+    fine = _scored(plan, sub, refine(plan, sub.walls, near, freedom, FINE))
     # Where the map has little to hold on to, the last step may lead away.
-    either = fine.joined(near)
-    return _best(plan, sub, either, places, DISTINCT_M, MAX_ESTIMATES)
+    return _best(fine.joined(near), places, DISTINCT_M, MAX_ESTIMATES)
+
+
+def _scored(plan: MapEvidence, sub: MapEvidence, placed: Placements) -> Placements:
+    return replace(placed, score=agreement(plan, sub, placed, WALL_SIGMA_M).score)
 
 
 def _best(
-    plan: MapEvidence,
-    sub: MapEvidence,
-    placed: Placements,
-    places: NDArray[np.float64],
-    distance_m: float,
-    limit: int,
+    placed: Placements, places: NDArray[np.float64], distance_m: float, limit: int
 ) -> Placements:
-    """Return the best distinct placements with their scores, scales taking turns."""
-    scores = agreement(plan, sub, placed, WALL_SIGMA_M).score
-    order = in_turn(placed.scale, scores)
-    ranked = replace(placed, score=scores).take(order)
+    """Return the best distinct ones of scored placements, scales taking turns."""
+    ranked = placed.take(in_turn(placed.scale, placed.score))
     return ranked.take(ranked.distinct(places, distance_m, limit))
 
 

@@ -164,3 +164,15 @@ def test_an_affine_far_away_is_worth_nothing():
     far = evidence(plan(), sub(), Placements.of([Affine2D(RIGHT.linear, [500.0, 500.0])]))
     assert far.of('support')[0] == 0.0
     assert far.of('outside')[0] == pytest.approx(1.0)
+
+
+def test_straightness_of_some_cells_is_that_of_all():
+    evidence = plan().evidence
+    rows, cols = evidence.observed.shape
+    border = np.array([0, cols - 1, (rows - 1) * cols, rows * cols - 1])
+    cells = np.concatenate([np.random.default_rng(0).integers(0, rows * cols, 500), border])
+    coherence, normal = evidence.straightness_at(cells)
+    whole, whole_normal = (field.ravel()[cells] for field in evidence.straightness)
+    assert coherence == pytest.approx(whole, abs=1e-4)
+    turned = np.abs(np.exp(1j * normal) - np.exp(1j * whole_normal)) * coherence
+    assert turned.max() < 1e-3

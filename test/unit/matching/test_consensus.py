@@ -14,6 +14,7 @@ from fpnet_core.matching.consensus import (
 )
 from fpnet_core.matching.evidence_model import evidence_entry, evidence_model
 from fpnet_core.matching.geometry import graph_geometry
+from fpnet_core.matching.kernels import nearest_regions
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 
 MODEL = EvidenceModel(
@@ -102,3 +103,17 @@ def test_unknown_evidence_is_refused():
     entry = evidence_entry(MODEL) | {'colour': 1.0}
     with pytest.raises(WeightsError, match='colour'):
         evidence_model(Weights({}, {'evidence': entry}))
+
+
+@pytest.mark.parametrize('count', [0, 1, 6, 39])
+def test_nearest_regions_are_those_of_a_stable_sort(count):
+    rng = np.random.default_rng(count)
+    # On a coarse grid many are equally far away.
+    point, is_door = (
+        rng.integers(0, 7, (count + 1, 2)).astype(np.float64),
+        rng.random(count + 1) < 0.5,
+    )
+    distance = np.linalg.norm(point[:, None] - point[None], axis=2) * np.where(is_door, 0.6, 1.0)
+    np.fill_diagonal(distance, np.inf)
+    expected = np.argsort(distance, axis=1, kind='stable')[:, : min(6, count)]
+    assert np.array_equal(nearest_regions(point, is_door, 0.6, min(6, count)), expected)

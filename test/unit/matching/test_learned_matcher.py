@@ -146,7 +146,7 @@ def test_manifest_that_is_no_json_is_refused(checkpoint):
         LearnedMatcher(MatcherConfig(weights=str(checkpoint)))
 
 
-def test_two_plans_in_turn_are_prepared_once_each(monkeypatch):
+def test_two_plans_in_turn_and_their_submap_are_prepared_once_each(monkeypatch):
     matcher = LearnedMatcher(MatcherConfig())
     rng = np.random.default_rng(5)
     (plan, sub, _), (mirror, _, _), (other, _, _) = (toy_pair(rng, rooms=n) for n in (6, 7, 8))
@@ -159,4 +159,5 @@ def test_two_plans_in_turn_are_prepared_once_each(monkeypatch):
     )
     for graph in (plan, mirror, plan, mirror, other, mirror):
         matcher.match(graph, sub, 100.0)
-    assert [id(graph) for graph in prepared] == [id(graph) for graph in (plan, mirror, other)]
+    expected = (plan, sub, mirror, other)
+    assert [id(graph) for graph in prepared] == [id(graph) for graph in expected]

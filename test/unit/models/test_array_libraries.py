@@ -12,7 +12,7 @@ import torch
 from fpnet_core.errors import WeightsError
 from fpnet_core.io.weights import Weights, read_weights
 from fpnet_core.models import arrays
-from fpnet_core.models.arrays import NUMPY
+from fpnet_core.models.arrays import NUMPY, JointBias
 from fpnet_core.models.batch import pad_graphs
 from fpnet_core.models.config import InvariantConfig
 from fpnet_core.models.inference import inference_of
@@ -20,6 +20,7 @@ from fpnet_core.models.invariant import InvariantNetwork
 from fpnet_core.models.joint_attention import JointAttention, shapes
 from fpnet_core.models.loading import load_network
 from fpnet_core.models.tensor_inference import OnTensors
+from fpnet_core.models.tensors import TORCH
 from fpnet_core.small_networks import product
 from fpnet_core.types import FEATURE_SCHEMA
 
@@ -64,7 +65,9 @@ def test_packaged_network_says_the_same_on_arrays_and_tensors():
     weights = read_weights(None, FEATURE_SCHEMA)
     plan, sub, _ = toy_pair(np.random.default_rng(4), rooms=40, seen=12)
     on_arrays, on_tensors = inference_of(weights), OnTensors(load_network(weights))
-    found, expected = (n.likelihood(n.prepared(plan), sub) for n in (on_arrays, on_tensors))
+    found, expected = (
+        n.likelihood(n.prepared(plan), n.prepared(sub)) for n in (on_arrays, on_tensors)
+    )
     assert found == pytest.approx(expected, abs=1e-5)
 
 
@@ -97,3 +100,38 @@ def test_product_in_parts_is_the_product(a, b):
     rng = np.random.default_rng(0)
     a, b = rng.normal(size=a), rng.normal(size=b)
     assert product(a, b) == pytest.approx(a @ b, abs=1e-9)
+
+
+def attention_case(rng, plan, sub, lift=0.0):
+    ours, theirs = (rng.normal(size=(2, 4, size, size)).astype(np.float32) for size in (plan, sub))
+    query, key, value = rng.normal(size=(3, 2, 4, plan + sub, 16)).astype(np.float32)
+    mask = np.ones((2, plan + sub), dtype=bool)
+    mask[1, [plan - 1, -1]] = False
+    bias = JointBias(ours + np.float32(lift), theirs, np.array([3, -3, 0, 1], np.float32), mask)
+    return query, key, value, bias
+
+
+@pytest.mark.parametrize('lift', [0.0, 300.0, -300.0])
+@pytest.mark.parametrize(('plan', 'sub'), [(1, 1), (7, 3), (90, 300)])
+def test_attention_on_arrays_is_that_on_tensors(plan, sub, lift):
+    case = attention_case(np.random.default_rng(plan), plan, sub, lift)
+    *rows, bias = case
+    parts = (bias.ours, bias.theirs, bias.across, bias.mask)
+    tensors = JointBias(*(torch.from_numpy(part) for part in parts))
+    expected = TORCH.attention(*(torch.from_numpy(each) for each in rows), tensors).numpy()
+    assert NUMPY.attention(*case) == pytest.approx(expected, abs=2e-5)
+
+
+def test_layer_norm_on_arrays_is_that_on_tensors():
+    rng = np.random.default_rng(1)
+    x, weight, bias = (rng.normal(2.0, 3.0, s).astype(np.float32) for s in ((2, 5, 64), 64, 64))
+    expected = TORCH.layer_norm(*(torch.from_numpy(each) for each in (x, weight, bias))).numpy()
+    assert NUMPY.layer_norm(x, weight, bias) == pytest.approx(expected, abs=2e-6)
+
+
+def test_prepared_graphs_are_matched_like_others():
+    network = inference_of(read_weights(None, FEATURE_SCHEMA)).network
+    graphs = toy_pair(np.random.default_rng(4), rooms=40, seen=12)[:2]
+    plan, sub = (pad_graphs([InvariantNetwork.rows(g)], [g.edges]) for g in graphs)
+    found = network.log_assignment(network.prepared(plan), sub)
+    assert np.array_equal(found, network.log_assignment(plan, network.prepared(sub)))
