@@ -27,12 +27,13 @@ from fpnet_core.report.record import (
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.differences import DIFFERENCE_COLOURS
-from fpnet_core.viz.segmentation import label_xy
+from fpnet_core.viz.segmentation import DOOR_COLOUR, label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
 
-_TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
+_TRUTH, _MATCH, _INK = '#2ca02c', '#ff7f0e', '#222222'
+_DOOR = to_hex(DOOR_COLOUR)
 # Chosen, not measured:
 _ROOM_NAME = {'size': 11, 'color': '#303030'}
 _DOOR_NAME = {'size': 9, 'color': '#8a1010'}
