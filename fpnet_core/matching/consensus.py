@@ -50,12 +50,16 @@ NEIGHBOURS = 6  # numerical: other regions that each submap region is paired wit
 MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
 
+GLIMPSED_WEIGHT = 0.05
+"""
+Of a room beside a door where placements are refined: the middle of what was seen of it is off its
+own, and its corners may be where sight ended. Chosen.
+"""
+
 _REFINEMENTS = 2  # numerical
 _LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
 # Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
-_DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
-_ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part is off-centre
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
@@ -204,9 +208,8 @@ def _likely_partners(relative: Array) -> NDArray[np.int64]:
 
 
 def _neighbours(sub: GraphGeometry) -> NDArray[np.int64]:
-    """Return ``(N, L)`` near regions of each region, doors preferred; -1 fills up."""
+    """Return ``(N, L)`` near regions of each region; -1 fills up."""
     distance = np.linalg.norm(sub.point[:, None] - sub.point[None], axis=2)
-    distance = distance * np.where(sub.is_door, _DOOR_DISTANCE_SHARE, 1.0)[None]
     np.fill_diagonal(distance, np.inf)
     count = min(NEIGHBOURS, len(sub) - 1)
     nearest = np.argsort(distance, axis=1, kind='stable')[:, :count]
@@ -231,7 +234,7 @@ def _refined(
     fit: Array,
 ) -> Array:
     """Return the weighted least-squares similarities; those of under two partners stay."""
-    pull = np.where(sub.is_door, 1.0, _ROOM_PULL)[None] * fit
+    pull = np.where(sub.is_door, 1.0, GLIMPSED_WEIGHT)[None] * fit
     total = pull.sum(axis=1, keepdims=True)
     share = pull / np.maximum(total, 1e-12)
     target = plan.point[partner]
