@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.matches import WELL_SEEN
+from fpnet_core.matches import LEAST_DECADES, WELL_SEEN
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
     first_distinct,
@@ -64,7 +64,9 @@ _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
-_UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)
+_UNLIKELY_WEIGHT = (
+    0.3  # of a region's least likely partners beside its likeliest one, which is 1.3
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +119,7 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     log_p : (M, N) log-likelihood of each pair of regions; only differences within a column count
     """
     relative = _relative(plan, sub, log_p)
-    weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / _LOG_DECADES, 0.0, 1.0)
+    weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / (LEAST_DECADES * np.log(10.0)), 0.0, 1.0)
     proposals = propose_similarities(
         relative,
         _likely_partners(relative),
