@@ -36,7 +36,7 @@ ROOMS = (10, 20)
 STOREY_M = 2.95
 STRAYS, STRAY_M = 3000, 20.0
 STRETCH, TURN_RAD, CELL_M = (1.02, 0.98), 0.5, 0.04
-SAME_IOU, RIGHT_M = 0.5, 0.5
+SAME_IOU = 0.5
 
 
 def true_labels(plan, grid):

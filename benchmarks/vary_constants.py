@@ -5,220 +5,310 @@ Which constants of the core decide anything: each a fifth larger and smaller, wh
 
 Usage::
 
-    python benchmarks/vary_constants.py --json OUT            # those that say `chosen`
-    python benchmarks/vary_constants.py --only segmentation   # of one package
-    python benchmarks/vary_constants.py --factor 4            # four times and a quarter of it
+    python benchmarks/vary_constants.py --json OUT                 # chosen and numerical ones
+    python benchmarks/vary_constants.py --only segmentation,pose   # of some packages
+    python benchmarks/vary_constants.py --factor 4                 # four times and a quarter of it
+    python benchmarks/vary_constants.py --known OUT                # of those that decided there
 
-The first cases of ``fpnet bench regression`` are answered with one constant changed after another,
-and so are submaps that are cut into rooms and drawings that are read from files; what counts as
-another answer is that benchmark's. Inputs are made before. A module's
-constants are only tried on cases that run something of a module that uses them. Whole numbers move
-by one at least. Those that compiled kernels hold, and those that are read where a module is
-loaded, keep their values here: they are listed, not varied. A try that takes far longer than
-before counts as another answer.
+Cases (``varied_cases.py``) are answered with constants changed; what counts as another answer is
+what does in ``fpnet bench regression``. Inputs are made before.
+
+Several constants are changed at a time, each in a direction of its own, and then all the other
+way round; where an answer changes, the group is halved, down to a single constant. Each group is
+answered in a process of its own, the quickest cases first, and only those that run a function
+which looks one of the constants up; compiled kernels that do are compiled anew there. Whole
+numbers move by one at least. A constant that no case looks up, or that is only read where a module
+is loaded, is listed as ``not run``. What takes far longer than before counts as another answer.
 """
 
 from __future__ import annotations
 
 from argparse import Namespace
+import ast
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import partial
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+import gc
 import importlib
-from itertools import chain
+import json
+import multiprocessing
+from multiprocessing.connection import Connection
 from pathlib import Path
+import pkgutil
+import resource
 import runpy
-import signal
 import sys
 from tempfile import TemporaryDirectory
 import time
-from types import CodeType, FrameType, ModuleType
+from types import CodeType, FrameType
 from typing import Any
 
+import numba
 import numpy as np
+from varied_cases import all_cases, first_difference
 
+import fpnet_core
 from fpnet_core.config import FpnetConfig
-from fpnet_core.drawings.read import read_plan
-from fpnet_core.drawings.types import ReadOptions
-from fpnet_core.types import Segmentation
 from fpnet_lab.cli.reports import script_parser, write_report
-from fpnet_lab.evaluation.drawings import segmented, written
-from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
-from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
-from fpnet_lab.evaluation.submap_segmentation import segment_drive
-from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+from fpnet_lab.evaluation.regression import Answer, RegressionCase
 from fpnet_lab.training import use_threads
 
 ROOT = Path(__file__).resolve().parents[1]
-CASES = {'plans': 6, 'pairs': 8, 'drives': 4}
-"""Of each kind; all bands, families and sensors of the benchmark. Chosen: some seconds a try."""
+_SEED = 5  # numerical: of directions
+_PATIENCE = 30.0, 60.0  # chosen: times as long by the clock, and so many seconds at least
+_MEMORY_BYTES = 6 * 2**30  # numerical: of a try
 
-SENSORS = ('planar', 'dome')
-SHEETS = (('clean', 'picture'), ('office', 'dxf'), ('office', 'svg'), ('scan', 'picture'))
-"""Whose submaps are cut; kinds of drawings and their files. Chosen: half a minute for all."""
-
-_SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
-_PATIENCE = 10.0, 20.0  # chosen: times as long as before, and so many seconds at least
-
-ANSWERS = ('changed', 'nothing', 'compiled', 'at import', 'not run')
-"""What a constant may turn out to be: see the module's text for the third and the fourth."""
+Name = tuple[str, str]
+"""A module and a name in it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Varied:
+    """A constant, and the names that it is looked up by wherever it was imported to."""
+
+    module: str
+    name: str
+    homes: frozenset[Name]
+
+
+@dataclass(eq=False)
 class Timed:
-    """A case, what it answered, the modules that ran, and how long it took [s]."""
+    """A case, what it answered, the names that functions looked up, and its processor time [s]."""
 
     case: RegressionCase
     outcome: Answer
-    modules: frozenset[str]
+    lookups: frozenset[Name]
     seconds: float
+
+
+@dataclass(eq=False)
+class Trials:
+    """Cases and how constants are changed on them."""
+
+    timed: list[Timed]
+    config: FpnetConfig
+    factor: float
+    ups: dict[Varied, bool] = field(default_factory=dict)
+    count: int = 0
+
+    def deciding(self, group: Sequence[Varied], is_turned: bool) -> Iterator[tuple[Varied, str]]:
+        """Yield those of a group that change an answer, with the first one that they change."""
+        factors = {
+            each: self.factor if self.ups[each] != is_turned else 1.0 / self.factor
+            for each in group
+        }
+        line = self.other_answer(factors)
+        if line and len(group) == 1:
+            yield group[0], f'x {factors[group[0]]:.2f}: {line}'
+        elif line:
+            middle = len(group) // 2
+            found = [
+                each
+                for half in (group[:middle], group[middle:])
+                for each in self.deciding(half, is_turned)
+            ]
+            yield from found or [(each, f'only together: {line}') for each in group]
+
+    def other_answer(self, factors: dict[Varied, float]) -> str:
+        """Return how a case is answered otherwise where constants are changed, or nothing."""
+        homes = frozenset[Name]().union(*(each.homes for each in factors))
+        relevant = [t for t in self.timed if homes & t.lookups]
+        context = multiprocessing.get_context('fork')
+        receiver, sender = context.Pipe(duplex=False)
+        process = context.Process(target=answer_all, args=(factors, relevant, self.config, sender))
+        process.start()
+        sender.close()
+        self.count += 1
+        try:
+            return next(filter(None, (_heard(receiver, t) for t in relevant)), '')
+        finally:
+            process.kill()
+            process.join()
 
 
 def main() -> None:
     """Vary what the command line asks for; print a line each and write all."""
     parser = script_parser(__doc__.splitlines()[1])
-    parser.add_argument('--only', default='', help='package of fpnet_core')
-    parser.add_argument('--kind', default='chosen', help='what the constants say of themselves')
+    parser.add_argument('--only', default='', help='packages or modules of fpnet_core, by commas')
+    parser.add_argument('--kinds', default='chosen,numerical', help='what they say of themselves')
     parser.add_argument('--factor', type=float, default=1.2, help='by how much')
+    parser.add_argument('--group', type=int, default=8, help='as many at a time')
+    parser.add_argument('--known', type=Path, help='report of which only what decided is tried')
     args = parser.parse_args()
     use_threads(1)
-    signal.signal(signal.SIGALRM, too_slow)
-    config = FpnetConfig()
+    for module in pkgutil.walk_packages(fpnet_core.__path__, 'fpnet_core.'):
+        if not module.name.endswith('__main__'):
+            importlib.import_module(module.name)
     with TemporaryDirectory() as folder:
-        vary(args, config, Path(folder))
+        vary(args, FpnetConfig(), Path(folder))
 
 
 def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
     """Vary constants on cases whose files lie in a folder."""
-    timed = sorted(baseline(config, folder), key=lambda t: t.seconds)
-    print(', '.join(f'{t.case.name} {t.seconds:.1f} s' for t in timed), flush=True)
+    trials = Trials(sorted(baseline(config, folder), key=lambda t: t.seconds), config, args.factor)
+    gc.freeze()
+    every = list(asked(args))
+    seen = frozenset[Name]().union(*(t.lookups for t in trials.timed))
+    rows = [_row(each, 'not run') for each in every if not each.homes & seen]
+    tried = [each for each in every if each.homes & seen]
+    rng = np.random.default_rng(_SEED)
+    trials.ups = {each: bool(rng.integers(2)) for each in tried}
+    for start in range(0, len(tried), args.group):
+        group = tried[start : start + args.group]
+        found = dict(trials.deciding(group, is_turned=False))
+        left = [each for each in group if each not in found]
+        found |= dict(trials.deciding(left, is_turned=True)) if left else {}
+        rows += [
+            _row(each, 'changed' if each in found else 'nothing', found.get(each, ''))
+            for each in group
+        ]
+        for row in rows[-len(group) :]:
+            print(f'{row["answer"]:8s} {row["module"]}.{row["name"]}  {row["first"]}', flush=True)
+        write_report(args.json, {'factor': args.factor, 'cases': len(trials.timed), 'rows': rows})
+    print(dict(Counter(row['answer'] for row in rows)), f'{trials.count} tries')
+
+
+def asked(args: Namespace) -> Iterator[Varied]:
+    """Yield the constants that the command line asks for."""
     tool = runpy.run_path(str(ROOT / 'tools' / 'constants.py'))
-    rows = []
-    for constant in tool['constants']('fpnet_core'):
-        name = '.'.join(constant.path.with_suffix('').parts).removesuffix('.__init__')
-        if constant.kind != args.kind or not name.startswith(f'fpnet_core.{args.only}'):
-            continue
-        answer, why = tried(name, constant.name, args.factor, timed, config)
-        rows.append({'module': name, 'name': constant.name, 'answer': answer, 'first': why})
-        print(f'{answer:10s} {name}.{constant.name}  {why}', flush=True)
-        write_report(args.json, {'factor': args.factor, 'cases': len(timed), 'rows': rows})
-    print(dict(Counter(row['answer'] for row in rows)))
+    importers = imported()
+    known = json.loads(args.known.read_text(encoding='utf-8'))['rows'] if args.known else None
+    decided = {(row['module'], row['name']) for row in known or () if row['answer'] == 'changed'}
+    every = [(_module_of(each.path), each) for each in tool['constants']('fpnet_core')]
+    for only in args.only.split(','):
+        for module, constant in every:
+            name = (module, constant.name)
+            if constant.kind not in args.kinds.split(',') or (known and name not in decided):
+                continue
+            if f'{module}.'.startswith(f'fpnet_core.{only}.' if only else 'fpnet_core.'):
+                yield Varied(*name, frozenset(_homes(name, importers)))
 
 
-def submap_cases(config: FpnetConfig) -> Iterator[RegressionCase]:
-    """Yield a drive of each of some sensors, to be laid into a submap and cut into rooms."""
-    for number, sensor in enumerate(SENSORS):
-        drive = registered_drive(_SEED + number, sensor, config)
-        yield RegressionCase('plans', f'submap-{sensor}', partial(cut_submap, drive))
+def _module_of(path: Path) -> str:
+    return '.'.join(path.with_suffix('').parts).removesuffix('.__init__')
 
 
-def cut_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
-    """Return the rooms and doors of all that a drive has seen."""
-    return rooms_of(segment_drive(drive, config), [len(drive.sweeps)])
+def imported() -> dict[Name, list[Name]]:
+    """Return under which names modules of the core know what they import from each other."""
+    found: dict[Name, list[Name]] = {}
+    for name, module in _modules():
+        source = Path(str(module.__file__)).read_text(encoding='utf-8')
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    known = (name, alias.asname or alias.name)
+                    found.setdefault((node.module, alias.name), []).append(known)
+    return found
 
 
-def sheet_cases(folder: Path) -> Iterator[RegressionCase]:
-    """Yield drawings that are read as a user's are, vector files in this process, too."""
-    worker = importlib.import_module('fpnet_core.drawings.worker')
-    worker.read_apart = worker._read  # type: ignore[attr-defined]
-    for number, (kind, file_format) in enumerate(SHEETS):
-        sheet = draw_sheet(_SEED + number, SheetKind(kind))
-        path, _ = written(sheet, folder / f'{number}-{kind}', file_format)
-        yield RegressionCase('plans', f'{file_format}-{kind}', partial(cut_sheet, path))
-
-
-def cut_sheet(path: Path, config: FpnetConfig) -> Answer:
-    """Return the rooms and doors of a drawing; its scale is part of their areas."""
-    reading = read_plan(path, ReadOptions(), config)
-    return rooms_of(segmented(reading, config.segmentation), [len(reading.doubts) + 1])
-
-
-def rooms_of(found: Segmentation, told: list[int]) -> Answer:
-    """Return rooms and doors as the benchmark compares them, and what else must be the same."""
-    areas = sorted((round(room.area_m2, 2) for room in found.rooms), reverse=True)
-    return {
-        'input': told, 'rooms': len(found.rooms), 'doors': len(found.doors), 'areas_m2': areas
-    }  # fmt: skip
+def _homes(name: Name, importers: dict[Name, list[Name]]) -> Iterator[Name]:
+    yield name
+    for importer in importers.get(name, ()):
+        yield from _homes(importer, importers)
 
 
 def baseline(config: FpnetConfig, folder: Path) -> Iterator[Timed]:
     """Yield the cases with what they answer as things are; the second run is timed."""
-    for case in chain(make_cases(CASES), submap_cases(config), sheet_cases(folder)):
-        ran: set[str] = set()
+    for case in all_cases(config, folder):
+        ran: set[tuple[str, CodeType]] = set()
 
-        def note(frame: FrameType, *_: object, ran: set[str] = ran) -> None:
-            ran.add(frame.f_globals.get('__name__', ''))
+        def note(
+            frame: FrameType, event: str, _: object, ran: set[tuple[str, CodeType]] = ran
+        ) -> None:
+            if event == 'call':
+                ran.add((frame.f_globals.get('__name__', ''), frame.f_code))
 
+        forget()
         sys.setprofile(note)
         case.answer(config)
         sys.setprofile(None)
-        start = time.perf_counter()
+        start = time.process_time()
         outcome = case.answer(config)
-        yield Timed(case, outcome, frozenset(ran), time.perf_counter() - start)
+        seconds = time.process_time() - start
+        print(f'{case.name} {seconds:.2f} s', flush=True)
+        yield Timed(case, outcome, lookups(ran), seconds)
 
 
-def tried(
-    module: str, name: str, factor: float, timed: list[Timed], config: FpnetConfig
-) -> tuple[str, str]:
-    """Return what a constant turned out to be, and the first answer that it changed."""
-    if module not in sys.modules:
-        return 'not run', ''
-    value = getattr(sys.modules[module], name)
-    homes = [
-        other
-        for other in list(sys.modules.values())
-        if getattr(other, '__name__', '').startswith('fpnet_core')
-        and getattr(other, '__dict__', {}).get(name) is value
-    ]
-    readers = [home for home in homes if any(name in c.co_names for c in codes(home))]
-    if any(name in c.co_names for home in homes for c in compiled(home)):
-        return 'compiled', ''
-    if not readers:
-        return 'at import', ''
-    names = {home.__name__ for home in readers}
-    relevant = [t for t in timed if names & t.modules]
-    if not relevant:
-        return 'not run', ''
-    for by in (factor, 1.0 / factor):
-        with changed(homes, name, scaled(value, by)):
-            for t in relevant:
-                if line := other_answer(t, config):
-                    return 'changed', f'x {by:.2f}: {line}'
-    return 'nothing', ''
+def lookups(ran: Iterable[tuple[str, CodeType]]) -> frozenset[Name]:
+    """Return the names that code of modules of the core looks up, kernels that it calls too."""
+    found: set[Name] = set()
+    left = [(module, code) for module, code in ran if module.startswith('fpnet_core')]
+    while left:
+        module, code = left.pop()
+        for name in code.co_names:
+            if (module, name) in found:
+                continue
+            found.add((module, name))
+            kernel = getattr(vars(sys.modules[module]).get(name), 'py_func', None)
+            if kernel is not None:
+                left += [(kernel.__module__, inner) for inner in nested(kernel.__code__)]
+    return frozenset(found)
 
 
-def other_answer(timed: Timed, config: FpnetConfig) -> str:
-    """Return how a case is answered otherwise now, or nothing."""
-    kind, name = timed.case.kind, timed.case.name
-    signal.setitimer(signal.ITIMER_REAL, max(_PATIENCE[0] * timed.seconds, _PATIENCE[1]))
+def nested(code: CodeType) -> Iterator[CodeType]:
+    """Yield a code object and those inside of it."""
+    yield code
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from nested(inner)
+
+
+def answer_all(
+    factors: dict[Varied, float], timed: list[Timed], config: FpnetConfig, sender: Connection
+) -> None:
+    """Answer cases with constants changed; send a line for each: how it differs, or nothing."""
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY_BYTES, _MEMORY_BYTES))
+    forget()
+    change(factors)
+    for each in timed:
+        try:
+            found = each.case.answer(config)
+            line = first_difference(each.case, found, each.outcome)
+        except Exception as error:
+            line = f'{each.case.name}: {type(error).__name__}: {error}'
+        sender.send(line)
+
+
+def _heard(receiver: Connection, timed: Timed) -> str:
+    """Return what is sent of a case, or that nothing was."""
+    if not receiver.poll(max(_PATIENCE[0] * timed.seconds, _PATIENCE[1])):
+        return f'{timed.case.name}: takes far longer'
     try:
-        found = timed.case.answer(config)
-    except Exception as error:
-        return f'{name}: {type(error).__name__}: {error}'
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-    lines = differences({kind: {name: found}}, {kind: {name: timed.outcome}})
-    return lines[0] if lines else ''
+        return str(receiver.recv())
+    except EOFError:
+        return f'{timed.case.name}: ends the process'
 
 
-def too_slow(_number: int, _frame: FrameType | None) -> None:
-    """End a try that takes too long."""
-    raise TimeoutError('takes far longer')
+def change(factors: dict[Varied, float]) -> None:
+    """Give constants of this process other values, and compile what has read them anew."""
+    for each, by in factors.items():
+        value = scaled(getattr(sys.modules[each.module], each.name), by)
+        for module, name in each.homes:
+            setattr(sys.modules[module], name, value)
+    changed = frozenset[Name]().union(*(each.homes for each in factors))
+    for _, module in _modules():
+        for name, kernel in list(vars(module).items()):
+            function = getattr(kernel, 'py_func', None)
+            if function is None or function.__module__ != module.__name__:
+                continue
+            codes = [(module.__name__, code) for code in nested(function.__code__)]
+            if changed & lookups(codes):
+                new = numba.jit(**kernel.targetoptions)(function)
+                for _, other in _modules():
+                    if vars(other).get(name) is kernel:
+                        setattr(other, name, new)
 
 
-@contextmanager
-def changed(homes: list[ModuleType], name: str, value: object) -> Iterator[None]:
-    """Give a constant another value wherever it has been imported to."""
-    before = [getattr(home, name) for home in homes]
-    for home in homes:
-        setattr(home, name, value)
-    try:
-        yield
-    finally:
-        for home, old in zip(homes, before, strict=True):
-            setattr(home, name, old)
+def forget() -> None:
+    """Empty what functions of the core keep of earlier calls."""
+    for _, module in _modules():
+        for value in vars(module).values():
+            if hasattr(value, 'cache_clear'):
+                value.cache_clear()
+
+
+def _modules() -> list[tuple[str, Any]]:
+    return [(name, m) for name, m in list(sys.modules.items()) if name.startswith('fpnet_core')]
 
 
 def scaled(value: Any, by: float) -> Any:
@@ -239,31 +329,9 @@ def scaled(value: Any, by: float) -> Any:
     return value * by if isinstance(value, float | np.ndarray | np.floating) else value
 
 
-def codes(module: ModuleType) -> Iterator[CodeType]:
-    """Yield the code of a module's own functions and classes, what is inside of them included."""
-    path = Path(str(module.__file__))
-    whole = compile(path.read_text(encoding='utf-8'), str(path), 'exec')
-    for inner in whole.co_consts:
-        if isinstance(inner, CodeType):
-            yield from nested(inner)
-
-
-def nested(code: CodeType) -> Iterator[CodeType]:
-    """Yield a code object and those inside of it."""
-    yield code
-    for inner in code.co_consts:
-        if isinstance(inner, CodeType):
-            yield from nested(inner)
-
-
-def compiled(module: ModuleType) -> Iterator[CodeType]:
-    """Yield the code of a module's compiled kernels."""
-    for value in vars(module).values():
-        kernel: Callable[..., object] | None = getattr(value, 'py_func', None)
-        if kernel is not None and kernel.__module__ == module.__name__:
-            yield from nested(kernel.__code__)
+def _row(each: Varied, answer: str, first: str = '') -> dict[str, str]:
+    return {'module': each.module, 'name': each.name, 'answer': answer, 'first': first}
 
 
 if __name__ == '__main__':
-    importlib.import_module('fpnet_core.localizer.maps')
     main()

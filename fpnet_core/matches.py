@@ -15,6 +15,9 @@ from fpnet_core.geometry import Similarity2D
 UNMATCHED, IGNORE = -1, -2
 """Given: label of a node without a partner, and of a node that losses and metrics leave out."""
 
+LEAST_DECADES = 3.0
+"""Chosen: pairs less probable than one in a thousand tell no more than such."""
+
 WELL_SEEN = 0.9
 """Observed fraction from which a room's size, corners and doors are its own. Chosen."""
 

@@ -12,8 +12,6 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-import numpy as np
-from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
@@ -68,8 +66,6 @@ _DOUBTS = {
     Consistency.KISS_BROKEN: 'KISS-ICP had lost the scans and began anew',
     Consistency.UNCLEAR: "KISS-ICP and the robot's odometry disagree",
 }
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

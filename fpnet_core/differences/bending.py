@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placements
-from fpnet_core.pose import RIGID_STRAIN, Effort, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
@@ -35,7 +35,6 @@ _BETTER = 0.1
 """Chosen: by so much more of the walls must lie on drawn ones than where the whole map lies."""
 
 # Numerical:
-_EFFORT = Effort((0.5, 0.3, 0.2), 400)
 _FEWEST_WALLS = 40  # samples, about as many metres of wall as a room has
 _SWEEPS = 3  # there and back: alignments spread from place to place
 _SMOOTHED = 0.7  # standard deviation, in places: of the shifts between them
@@ -107,7 +106,7 @@ def _aligned(
                 if (near := (index[0] + step[0], index[1] + step[1])) in places
             ]
             starts = Placements.of([place.A_plan_sub, *around])
-            found = refine(plan, place.walls, starts, freedom, _EFFORT)
+            found = refine(plan, place.walls, starts, freedom, AGAIN)
             support = wall_support(plan, place.walls, found, WALL_SIGMA_M)
             best = int(support.argmax())
             if support[best] > place.support:

@@ -25,7 +25,6 @@ from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
 from fpnet_core.segmentation.furniture import free_standing
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FAR_M = 1e3

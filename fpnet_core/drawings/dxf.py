@@ -24,6 +24,7 @@ from fpnet_core.drawings.lengths import FOOT_M, INCH_M
 from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.pages import (
     BLACK,
+    MAX_NESTED,
     Array,
     PageBuilder,
     Paint,
@@ -38,7 +39,6 @@ MAX_ENTITIES = 300_000
 """Numerical: after blocks are exploded; a block that holds itself many times over multiplies."""
 
 _END, _END_BYTES = b'EOF', 64  # given: what ends a file; it is looked for in its last bytes
-_MAX_DEPTH = 12  # numerical: blocks in blocks
 # Given: $INSUNITS.
 _UNITS_M = {1: INCH_M, 2: FOOT_M, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144, 14: 0.1, 21:
             1200 / 3937}  # fmt: skip
@@ -135,7 +135,7 @@ def _refuse_growth(document: Any, name: str) -> None:
         total = 0
         for entity in container:
             total += 1
-            if entity.dxftype() == 'INSERT' and depth < _MAX_DEPTH:
+            if entity.dxftype() == 'INSERT' and depth < MAX_NESTED:
                 total += max(int(entity.mcount), 1) * block_size(str(entity.dxf.name), depth + 1)
             if total > MAX_ENTITIES:
                 break
@@ -199,7 +199,7 @@ def _insert(
     reader: _Reader, insert: Any, layer: str, block: str, depth: int
 ) -> Iterator[tuple[Any, str]]:
     definition = insert.block()
-    if definition is None or depth >= _MAX_DEPTH:
+    if definition is None or depth >= MAX_NESTED:
         return
     if definition.block is not None and definition.block.is_xref:
         reader.left_out['XREF'] = reader.left_out.get('XREF', 0) + 1

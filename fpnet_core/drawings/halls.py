@@ -21,7 +21,9 @@ from fpnet_core.raster.morphology import Mask, closed, grown
 from fpnet_core.raster.pieces import filled, pieces_of
 from fpnet_core.raster.windows import border_of
 
-_LIKELY = 0.5  # numerical: more probable than not
+LIKELY = 0.5
+"""Numerical: a class of a pixel is more probable than not."""
+
 _LEAST = 1e-9  # numerical
 # Chosen, not measured:
 _GAP_WALLS = 2.0  # times as thick as walls: narrower gaps in them are no ways
@@ -41,13 +43,13 @@ def halls_of(looks: Sequence[Chances], ink: Mask) -> tuple[Mask, Mask]:
     narrow as a doorway is no way out.
     """
     first = looks[0]
-    near = _lines(first) | walls_going_on(first[WALL] > _LIKELY, ink)
+    near = _lines(first) | walls_going_on(first[WALL] > LIKELY, ink)
     wide = near | np.any([_lines(each) for each in looks], axis=0)
     halls, walls, known = (np.zeros(near.shape, np.bool_) for _ in range(3))
     for lines in (near, wide):
         reach = max(1, round(_GAP_WALLS * wall_cells(lines) / 2.0))
         found = np.zeros(near.shape, np.bool_)
-        for space in _shut_in(~grown(lines, reach) & ~known, first[OUTSIDE] > _LIKELY, reach):
+        for space in _shut_in(~grown(lines, reach) & ~known, first[OUTSIDE] > LIKELY, reach):
             known |= space
             if _is_entered(first, space, reach):
                 found |= space
@@ -58,7 +60,7 @@ def halls_of(looks: Sequence[Chances], ink: Mask) -> tuple[Mask, Mask]:
 
 def _lines(chances: Chances) -> Mask:
     """Return where walls, windows or doors (H, W) are."""
-    return np.asarray(1.0 - chances[OUTSIDE] - chances[FLOOR] > _LIKELY)
+    return np.asarray(1.0 - chances[OUTSIDE] - chances[FLOOR] > LIKELY)
 
 
 def _shut_in(ways: Mask, outside: Mask, reach: int) -> list[Mask]:
@@ -86,8 +88,8 @@ def _is_entered(chances: Chances, space: Mask, reach: int) -> bool:
 
     Between it and them are walls, at most ``2 * reach`` thick.
     """
-    rooms = (chances[FLOOR] > _LIKELY) & ~filled(space)
+    rooms = (chances[FLOOR] > LIKELY) & ~filled(space)
     between = grown(space, reach + 1) & grown(rooms, reach + 1)
     doors, windows = (float(chances[k][between].sum()) for k in (DOOR, WINDOW))
-    least = _DOOR_WALLS * wall_cells(chances[WALL] > _LIKELY) ** 2
+    least = _DOOR_WALLS * wall_cells(chances[WALL] > LIKELY) ** 2
     return doors > max(least, _DOORS_SHARE * windows)

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.halls import given_halls, halls_of
+from fpnet_core.drawings.halls import LIKELY, given_halls, halls_of
 from fpnet_core.drawings.plausible import wall_cells
 from fpnet_core.drawings.tones import ink_level
 from fpnet_core.drawings.types import Array, Box, Chances, Trust
@@ -63,7 +63,6 @@ _WALL_SHARE = 0.06  # of the building's longer side: what is further from any fl
 # Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
 # sheets of the tune half (docs/drawings.md).
 _WALLS_COUNT = 2.5
-_LIKELY = 0.5  # numerical: more probable than not
 _SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
 _UNSURE = 0.8  # less probable classes are not sure
 _LEAKS = 0.12  # of a space is unlike the rest of it
@@ -112,7 +111,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     first = _chances(sheet)
     halls = halls_of([first, *_wider_looks(view, first.shape)], _ink(view, first.shape))
     coarse = given_halls(first, *halls)
-    labels, boxes = _buildings(coarse[OUTSIDE] < _LIKELY)
+    labels, boxes = _buildings(coarse[OUTSIDE] < LIKELY)
     if not boxes:
         return None
     order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
@@ -129,7 +128,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
     size = (fine.shape[2], fine.shape[1])
     grounds = _grown(ground, _WING_SHARE).astype(np.float32)
-    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > _LIKELY
+    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > LIKELY
     earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
     before = np.asarray(np.stack(earlier), np.float32)
     there = (cv2.warpPerspective(m.view(np.uint8), H_cell_sheet, size) > 0 for m in halls)
@@ -183,7 +182,7 @@ def _surest_look(view: View, box: Box, longest: int) -> Chances:
 
 def _certainty(chances: Chances) -> float:
     """Return the mean probability of the most probable class, over the building."""
-    built = chances[OUTSIDE] < _LIKELY
+    built = chances[OUTSIDE] < LIKELY
     return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
 
 
@@ -260,7 +259,7 @@ def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
 
 def _longest(chances: Chances, ground: Mask, box: Box) -> int:
     """Return how long a building's picture should be, by its walls as seen on the sheet."""
-    thickness = wall_cells((chances[WALL] > _LIKELY) & ground)
+    thickness = wall_cells((chances[WALL] > LIKELY) & ground)
     side = max(box[2] - box[0], box[3] - box[1])
     wanted = side * WALL_PX / max(thickness, 1.0)
     return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
@@ -322,7 +321,7 @@ def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
     """
     solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
     is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
-    is_shut = is_wall | (fine[DOOR] > _LIKELY)
+    is_shut = is_wall | (fine[DOOR] > LIKELY)
     inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
     is_free = inside & ~is_wall
     reach = _WALL_SHARE * max(near.shape)
@@ -348,18 +347,18 @@ def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
     """
     spaces, found = pieces_of(~is_shut, connectivity=4)
     count = len(found)
-    flat, likely = spaces.ravel(), (inside > _LIKELY).ravel()
+    flat, likely = spaces.ravel(), (inside > LIKELY).ravel()
     share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
     leaks = np.minimum(share, 1.0 - share) > _LEAKS
     leaks[0] = True
-    return np.where(leaks[spaces], inside, share[spaces]) > _LIKELY
+    return np.where(leaks[spaces], inside, share[spaces]) > LIKELY
 
 
 def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
     built, walls = cells != UNKNOWN, cells == OCCUPIED
     most = fine.max(axis=0)[built]
     solid = fine[WALL] + fine[WINDOW]
-    earlier = (before[WALL] + before[WINDOW] > _LIKELY) & built
+    earlier = (before[WALL] + before[WINDOW] > LIKELY) & built
     return Trust(
         certainty=float(most.mean()),
         wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,

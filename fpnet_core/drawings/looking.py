@@ -35,6 +35,7 @@ WHAT_IFS = ('smaller', 'larger', 'thick', 'dark')
 # Chosen, not measured:
 _FACTORS = {'smaller': 0.8, 'larger': 1.25}  # of the scale: about its usual interval
 _THIN, _FAINT = 0.6, 0.6  # of the usual wall's thickness and contrast
+_LEAST_PLAUSIBLE = 1e-3  # numerical: so that rivals of which none is plausible have a mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,11 @@ class ReadingView:
     def walls(self) -> Mask:
         """Return where (H, W) the reading has walls."""
         return np.asarray(self.segmentation.grid.cells == OCCUPIED)
+
+    @property
+    def shares(self) -> Array:
+        """Weights (K,) of the rivals in means of what they say."""
+        return self.weights + _LEAST_PLAUSIBLE
 
     @property
     def tone(self) -> float:

@@ -28,6 +28,9 @@ Box = tuple[float, float, float, float]
 MAX_POINTS = 3_000_000
 """Numerical: drawings of more points are refused; an office floor has 10,000 to 500,000."""
 
+MAX_NESTED = 12
+"""Numerical: blocks in blocks, forms in forms; some hold themselves, and end there."""
+
 NO_PAINT: Colour = (0, 0, 0, 0)  # given
 BLACK: Colour = (0, 0, 0, 255)  # given
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)

@@ -23,9 +23,11 @@ from fpnet_core.drawings.pages import (
     transformed,
 )
 
+MIN_WIDTH_PX = 2
+"""Of lines: a hairline is a wall's face as often as not. Chosen."""
+
 _SHIFT = 4  # given: bits of a pixel's fraction that OpenCV takes
 # Chosen, not measured:
-_MIN_WIDTH_PX = 2  # of lines: a hairline is a wall's face as often as not
 _MAX_WIDTH_PX = 200  # numerical
 _FAINTEST = 13  # of 255, opacity that is worth painting
 _OPAQUE = 250  # of 255
@@ -138,7 +140,7 @@ def _draw(
     ends: NDArray[np.int32],
 ) -> None:
     width = page.width[path] * canvas.pixels_per_unit
-    thickness = int(np.clip(round(width), _MIN_WIDTH_PX, _MAX_WIDTH_PX))
+    thickness = int(np.clip(round(width), MIN_WIDTH_PX, _MAX_WIDTH_PX))
     moved = ends - (offset << _SHIFT).astype(np.int32)
     colour = _on_white(page.stroke[path])
     cv2.polylines(part, list(moved), False, colour, thickness, cv2.LINE_8, _SHIFT)

@@ -23,6 +23,7 @@ from fpnet_core.drawings.messages import detail_of
 from fpnet_core.drawings.page_texts import merge_labels
 from fpnet_core.drawings.pages import (
     EVERYWHERE,
+    MAX_NESTED,
     NO_PAINT,
     Array,
     Box,
@@ -37,6 +38,7 @@ from fpnet_core.drawings.pages import (
     narrowed,
     transformed,
 )
+from fpnet_core.drawings.painting import MIN_WIDTH_PX
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
 
@@ -47,10 +49,8 @@ _LARGEST_PAGE = 1e7  # numerical: points along a side, 3.5 km
 _MAX_PAGES = 60  # numerical: that are looked at for the one with the floorplan
 _MAX_LOOKED = 4_000  # numerical: objects of a page that are looked at for that
 _MAX_OBJECTS = 600_000  # numerical
-_MAX_DEPTH = 12  # numerical: forms in forms
 # Chosen, not measured:
 _SCAN_SHARE = 0.3  # of the page under a picture, for it to be a scan
-_MIN_WIDTH_PX = 2.0  # of lines, as painted
 _RULED = 0.02  # of the page's diagonal, for a line to count for its being a drawing
 _SCAN_LINES = 400  # that a page with a scan counts for
 _LONGEST_TEXT = 2_000  # numerical: bytes of a text object that says something short
@@ -185,7 +185,7 @@ def _walk(reader: _Reader, objects: list[Any], A_page_form: Array, clip: Box, de
             case raw.FPDF_PAGEOBJ_IMAGE:
                 reader.others.append(obj)
                 reader.picture_area += _area(_bounds(reader, obj, A_page_form))
-            case raw.FPDF_PAGEOBJ_FORM if depth < _MAX_DEPTH:
+            case raw.FPDF_PAGEOBJ_FORM if depth < MAX_NESTED:
                 count = raw.FPDFFormObj_CountObjects(obj)
                 inner = [raw.FPDFFormObj_GetObject(obj, k) for k in range(count)]
                 A = composed(A_page_form, _matrix(reader, obj))
@@ -367,7 +367,7 @@ class _Renderer:
         for (obj, scale), keep in zip(self.reader.paths, is_path, strict=True):
             raw.FPDFPageObj_SetIsActive(obj, bool(keep))
             if keep and scale > 0.0:
-                _widen(raw, obj, _MIN_WIDTH_PX / (per_unit * scale))
+                _widen(raw, obj, MIN_WIDTH_PX / (per_unit * scale))
         for obj in self.reader.others:
             raw.FPDFPageObj_SetIsActive(obj, False)
         height, width = canvas.shape

@@ -36,7 +36,6 @@ _NEAR_CELLS = 2  # ink as near to a wall is its edge
 _CORNER = 0.04  # of the root of a room's area may an outline be off to be the same
 _ASKEW_RAD = 0.14  # from the room's own sides, from which on an edge lies askew
 _EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
-_FILL = 1e-3  # numerical: plausibility that every rival has
 
 
 def room_figures(look: ReadingView) -> Array:
@@ -176,7 +175,7 @@ def _agreements(look: ReadingView) -> dict[str, Array]:
     nothing = np.full(count, np.nan)
     what_if = {name: best_overlap(labels, other, count) for name, other in look.what_if.items()}
     return {
-        'rivals': np.average(each, axis=0, weights=look.weights + _FILL) if each else nothing,
+        'rivals': np.average(each, axis=0, weights=look.shares) if each else nothing,
         'best_rival': np.max(each, axis=0) if each else nothing,
         'top_rival': each[0] if each else nothing,
         **what_if,

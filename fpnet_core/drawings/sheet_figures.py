@@ -43,7 +43,6 @@ _SURE_LINE = 0.5  # of the usual wall's contrast
 _TOUCHING = 0.3  # of the root of its area a lost room shares with the building
 _WALLS_AWAY = 2.0  # of the usual wall's thickness is between rooms on both sides of it
 DOUBTFUL = 0.5  # a room that is right with less
-_FEW = 1e-3  # numerical: plausibility that every rival has
 _LEAST_COUNTED = 0.1  # of the median room's area: smaller ones are not missed
 
 
@@ -107,14 +106,13 @@ def _of_rivals(look: ReadingView) -> dict[str, float]:
             'plausible': look.plausible, 'rivals': np.nan, 'best_rival': np.nan,
             'top_rival': np.nan, 'top_odds': np.nan, 'lost': np.nan, 'lost_top': np.nan,
         }  # fmt: skip
-    weights = look.weights + _FEW
     return {
         'plausible': look.plausible,
-        'rivals': float(np.average(alike, weights=weights)),
+        'rivals': float(np.average(alike, weights=look.shares)),
         'best_rival': float(alike.max()),
         'top_rival': float(alike[0]),
         'top_odds': float(np.log((look.plausible + 0.01) / (look.weights[0] + 0.01))),
-        'lost': float(np.average(lost, weights=weights)),
+        'lost': float(np.average(lost, weights=look.shares)),
         'lost_top': float(lost[0]),
     }
 

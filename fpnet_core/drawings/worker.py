@@ -126,7 +126,8 @@ def _answer(request: dict[str, Any], out: BinaryIO) -> int:
     """Write the drawing, or why there is none; return the exit status."""
     options = ReadOptions(**{key: _tuples(value) for key, value in request['options'].items()})
     try:
-        drawing = _read(Path(request['path']), request['kind'], options)
+        _seal(request['kind'])
+        drawing = read_here(Path(request['path']), request['kind'], options)
         data, status = pack(drawing), 0
     except MapFormatError as error:
         data, status = str(error).encode(), _REFUSED
@@ -149,13 +150,18 @@ def _tuples(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _read(path: Path, kind: str, options: ReadOptions) -> Drawing:
+def _seal(kind: str) -> None:
+    """Load what reads such files, and forbid this process all that a drawing needs not."""
+    importlib.import_module(f'fpnet_core.drawings.{kind}').load_libraries()
+    sys.addaudithook(_forbid)
+    sys.setrecursionlimit(_RECURSION)
+
+
+def read_here(path: Path, kind: str, options: ReadOptions) -> Drawing:
+    """Return a drawing that this process reads, without limits: only of files that are trusted."""
     from fpnet_core.drawings.vector import drawing_of
 
     module = importlib.import_module(f'fpnet_core.drawings.{kind}')
-    module.load_libraries()
-    sys.addaudithook(_forbid)
-    sys.setrecursionlimit(_RECURSION)
     page = getattr(module, f'read_{kind}')(path, options)
     return drawing_of(page, path.name, kind, options)
 

@@ -31,21 +31,21 @@ def is_rigid(matrix: ArrayLike) -> bool:
     )
 
 
-def checked_rigid(matrix: ArrayLike, what: str = 'sensor pose') -> NDArray[np.float64]:
+def checked_rigid(matrix: ArrayLike) -> NDArray[np.float64]:
     """
-    Return ``matrix`` as a rigid (4, 4) float64.
+    Return the pose of a sensor as a rigid (4, 4) float64.
 
     Raises
     ------
     OdometryError
-        Naming ``what`` is none.
+        If it is none.
     """
     m = np.asarray(matrix, dtype=np.float64)
     if m.shape != (4, 4):
-        raise OdometryError(f'{what}: expected a (4, 4) matrix, got shape {m.shape}')
+        raise OdometryError(f'sensor pose: expected a (4, 4) matrix, got shape {m.shape}')
     if not is_rigid(m):
         raise OdometryError(
-            f'{what}: expected a rigid transform of finite values, got {m.tolist()}; fix the '
+            f'sensor pose: expected a rigid transform of finite values, got {m.tolist()}; fix the '
             'odometry'
         )
     return m

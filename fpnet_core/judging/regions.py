@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Placements
 from fpnet_core.judging import kernels
 from fpnet_core.judging.walls import LookedAt
-from fpnet_core.matches import WELL_SEEN, MatchResult
+from fpnet_core.matches import LEAST_DECADES, WELL_SEEN, MatchResult
 from fpnet_core.pose import MapSide
 
 Array = NDArray[np.float64]
@@ -20,7 +20,6 @@ _NO_ROOM = np.int32(0)  # given
 # Chosen, not measured:
 _TOUCHED = 0.3  # a drawn room counts as entered from this share of its area
 _DOOR_M, _DOOR_REACH_M = 0.5, 1.0  # a door lies within about the one of its drawn one, at most
-_LEAST_DECADES = 3.0  # pairs less probable than one in a thousand tell no more
 _SAME_M = 1.5  # a placement is the matcher's own within this
 
 
@@ -125,7 +124,7 @@ def _matches(
     found = {'match_rooms': nothing, 'match_doors': nothing}
     if not match.probability.size:
         return found
-    decades = np.log10(np.maximum(match.probability, 10.0**-_LEAST_DECADES)) + _LEAST_DECADES
+    decades = np.log10(np.maximum(match.probability, 10.0**-LEAST_DECADES)) + LEAST_DECADES
     rooms = sub.segmentation.rooms
     if rooms:
         middles = np.array([room.centroid for room in rooms])

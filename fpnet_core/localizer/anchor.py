@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placements, rotation, wrap_to_pi
-from fpnet_core.pose import RIGID_STRAIN, Effort, Freedom, MapEvidence, refine, wall_support
+from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
@@ -31,7 +31,6 @@ FEWEST_POINTS = 60
 """Fewer returns say nothing of where the robot is. Chosen."""
 
 # Chosen, not measured:
-_EFFORT = Effort((0.5, 0.3, 0.2), 600)
 # Standard deviations of x, y [m] and yaw [rad] when a claim begins.
 _START = np.array([0.2, 0.2, np.deg2rad(2.0)])
 _LOSS_PER_TICK = np.array([0.02, 0.02, np.deg2rad(0.5)])  # standing still [m, m, rad]
@@ -102,7 +101,7 @@ class Anchor:
     def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: Fix) -> Fix:
         """Return the fix corrected by the walls around the robot."""
         starts = Placements.of([claim, last.A_plan_odom])
-        fits = refine(plan, seen, starts, Freedom(RIGID_STRAIN, claim.stretch), _EFFORT)
+        fits = refine(plan, seen, starts, Freedom(RIGID_STRAIN, claim.stretch), AGAIN)
         before, after = (wall_support(plan, seen, each, WALL_SIGMA_M) for each in (starts, fits))
         robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
         if after[0] > after[1] + self.config.drift_support:

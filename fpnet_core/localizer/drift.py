@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Placements, rotation
 from fpnet_core.judging.causes import DoubleWalls, TurningWalls
+from fpnet_core.localizer.anchor import FEWEST_POINTS
 from fpnet_core.pose import (
     FINE,
     RIGID_STRAIN,
@@ -28,6 +29,7 @@ from fpnet_core.pose import (
     refine,
     wall_support,
 )
+from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.rays import values_at
 from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
@@ -36,10 +38,8 @@ Array = NDArray[np.float64]
 
 _AWAY_M = 10.0  # physical: who has driven so far since is back, not still there
 _BACK_WITHIN_M = 2.5  # physical: how near, so that drift of metres is seen as well
-_FEWEST = 60  # chosen: returns that tell a place
 _KNOWN_WITHIN_M = 1.5  # physical: returns further from all first walls show something new
 _KNOWN_SHARE = 0.6  # chosen: of the returns, so that the place is surely seen again
-_SIGMA_M = 0.2  # physical: walls agree within about this
 _LOOKS = 12  # numerical: places compared, spread over the run
 _FIT = 0.7  # chosen: share of the walls on first ones once they are moved there
 _GAIN = 0.12  # chosen: where moving them brings so much, they were double
@@ -90,7 +90,7 @@ def _turning_walls(submaps: Sequence[Submap]) -> TurningWalls | None:
 
 def _direction(submap: Submap) -> float | None:
     """Return where the newest walls run to modulo 90 degrees [rad]; None where nowhere at all."""
-    if len(submap.recent_xy) < _FEWEST:
+    if len(submap.recent_xy) < FEWEST_POINTS:
         return None
     low = submap.recent_xy.min(axis=0) - _CELL_M
     rc = np.floor((submap.recent_xy - low) / _CELL_M).astype(np.int64)[:, ::-1]
@@ -134,13 +134,13 @@ def _between(first: Submap, later: Submap, path_m: float) -> DoubleWalls | None:
     T_first_later = first.T_odom_submap.inv() @ later.T_odom_submap
     seen = T_first_later.apply(later.recent_xy)
     seen = seen[_distance(walls, seen) <= _KNOWN_WITHIN_M]
-    if len(seen) < max(_FEWEST, _KNOWN_SHARE * len(later.recent_xy)):
+    if len(seen) < max(FEWEST_POINTS, _KNOWN_SHARE * len(later.recent_xy)):
         return None
     at = T_first_later.apply(later.path_xy[-1:])[0]
     moved = refine(walls, seen, _starts(at), _RIGID, ROUGH)
     moved = refine(walls, seen, moved, _RIGID, FINE)
-    support = wall_support(walls, seen, moved, _SIGMA_M)
-    before = float(wall_support(walls, seen, _still(), _SIGMA_M)[0])
+    support = wall_support(walls, seen, moved, WALL_SIGMA_M)
+    before = float(wall_support(walls, seen, _still(), WALL_SIGMA_M)[0])
     best = int(support.argmax())
     after = float(support[best])
     if after < _FIT or after - before < _GAIN:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.matches import WELL_SEEN
-from fpnet_core.matching.consensus import Assignments
+from fpnet_core.matching.consensus import GLIMPSED_WEIGHT, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
 Array = NDArray[np.float64]
@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 _ITERATIONS = 4  # numerical
 # Chosen, not measured:
 _SPREAD_UNITS = 0.25  # corners further apart than this, in plan units, count less and less
-_GLIMPSED_WEIGHT = 0.05  # of the corners of other rooms, which may be where sight ended
 _SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])  # numerical
 
 
@@ -32,7 +31,7 @@ def aligned(assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry) -
 
     Iteratively reweighted least squares with Cauchy weights; rows without a match stay.
     """
-    seen = np.where(sub.is_door | (sub.observed >= WELL_SEEN), 1.0, _GLIMPSED_WEIGHT)
+    seen = np.where(sub.is_door | (sub.observed >= WELL_SEEN), 1.0, GLIMPSED_WEIGHT)
     matched = (assignments.partner >= 0) & (assignments.fit > 0.0)
     weight = np.where(matched, seen, 0.0)
     similarity = np.ascontiguousarray(assignments.similarity)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.matches import WELL_SEEN
+from fpnet_core.matches import LEAST_DECADES, WELL_SEEN
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
     first_distinct,
@@ -51,17 +51,23 @@ NEIGHBOURS = 6  # numerical: other regions that each submap region is paired wit
 MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
 
+GLIMPSED_WEIGHT = 0.05
+"""
+Of a room beside a door where placements are refined: the middle of what was seen of it is off its
+own, and its corners may be where sight ended. Chosen.
+"""
+
 _REFINEMENTS = 2  # numerical
 _LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
 # Chosen, not measured:
 _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are one
-_DOOR_DISTANCE_SHARE = 0.6  # doors count as this much nearer when neighbours are chosen
-_ROOM_PULL = 0.05  # weight of a room beside a door in refinement: its seen part is off-centre
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
-_UNLIKELY_WEIGHT, _LOG_DECADES = 0.3, 3.0 * np.log(10.0)
+_UNLIKELY_WEIGHT = (
+    0.3  # of a region's least likely partners beside its likeliest one, which is 1.3
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,13 +120,11 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     log_p : (M, N) log-likelihood of each pair of regions; only differences within a column count
     """
     relative = _relative(plan, sub, log_p)
-    weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / _LOG_DECADES, 0.0, 1.0)
+    weight = _UNLIKELY_WEIGHT + np.clip(1.0 + relative / (LEAST_DECADES * np.log(10.0)), 0.0, 1.0)
     proposals = propose_similarities(
         relative,
         _likely_partners(relative),
-        nearest_regions(
-            sub.point, sub.is_door, _DOOR_DISTANCE_SHARE, min(NEIGHBOURS, len(sub) - 1)
-        ),
+        nearest_regions(sub.point, min(NEIGHBOURS, len(sub) - 1)),
         plan.point,
         sub.point,
         np.ascontiguousarray(plan.box[:, 4]),  # one kind of array, of single regions, too
@@ -224,7 +228,7 @@ def _refined(
     fit: Array,
 ) -> Array:
     """Return the weighted least-squares similarities; those of under two partners stay."""
-    pull = np.where(sub.is_door, 1.0, _ROOM_PULL)[None] * fit
+    pull = np.where(sub.is_door, 1.0, GLIMPSED_WEIGHT)[None] * fit
     total = pull.sum(axis=1, keepdims=True)
     share = pull / np.maximum(total, 1e-12)
     target = plan.point[partner]

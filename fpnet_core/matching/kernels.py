@@ -30,14 +30,11 @@ _SIZE_SLACK = 1.2  # a room may look larger than its partner by this factor at n
 
 
 @numba.njit(cache=True, nogil=True)
-def nearest_regions(
-    point: NDArray[np.float64], is_door: NDArray[np.bool_], door_share: float, count: int
-) -> NDArray[np.int64]:
+def nearest_regions(point: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """
     Return which ``count < N`` of ``point (N, 2)`` lie nearest to each, nearest first.
 
-    Indices ``(N, count)``. Doors count as only ``door_share`` as far away; of equally far ones
-    the first comes first.
+    Indices ``(N, count)``; of equally far ones the first comes first.
     """
     nearest = np.empty((len(point), count), dtype=np.int64)
     distance = np.empty(count)
@@ -45,7 +42,7 @@ def nearest_regions(
         distance[:] = np.inf
         for m in range(len(point)):
             x, y = point[j, 0] - point[m, 0], point[j, 1] - point[m, 1]
-            own = np.sqrt(x * x + y * y) * (door_share if is_door[m] else 1.0)
+            own = np.sqrt(x * x + y * y)
             if m == j or (count and own >= distance[count - 1]):
                 continue
             place = count - 1

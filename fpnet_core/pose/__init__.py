@@ -9,10 +9,11 @@ from fpnet_core.pose.estimate import (
 )
 from fpnet_core.pose.evidence import MapEvidence, MapSide, map_evidence
 from fpnet_core.pose.hypotheses import propose
-from fpnet_core.pose.refine import FINE, RIGID_STRAIN, ROUGH, Effort, Freedom, refine
+from fpnet_core.pose.refine import AGAIN, FINE, RIGID_STRAIN, ROUGH, Effort, Freedom, refine
 from fpnet_core.pose.verify import WallAgreement, agreement, coarse_support, wall_support
 
 __all__ = [
+    'AGAIN',
     'FINE',
     'RIGID_STRAIN',
     'ROUGH',

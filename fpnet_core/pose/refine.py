@@ -51,6 +51,9 @@ ROUGH = Effort((0.8, 0.5, 0.3), 200)
 FINE = Effort((0.3, 0.2, 0.15), 800)
 """Ends on a candidate that is already near. Chosen."""
 
+AGAIN = Effort((0.5, 0.3, 0.2), 600)
+"""Follows a placement that is right within half a metre. Chosen."""
+
 RIGID_STRAIN = 1e-4
 """Chosen: of :class:`Freedom`, where too little is seen to tell the drawing's stretch."""
 

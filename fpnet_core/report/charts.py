@@ -27,17 +27,18 @@ from fpnet_core.report.record import (
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
 from fpnet_core.viz.differences import DIFFERENCE_COLOURS
-from fpnet_core.viz.segmentation import label_xy
+from fpnet_core.viz.segmentation import DOOR_COLOUR, label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
 
-_TRUTH, _MATCH, _DOOR, _INK = '#2ca02c', '#ff7f0e', '#d91a1a', '#222222'
+_TRUTH, _MATCH, _INK = '#2ca02c', '#ff7f0e', '#222222'
+_DOOR = to_hex(DOOR_COLOUR)
 # Chosen, not measured:
 _ROOM_NAME = {'size': 11, 'color': '#303030'}
 _DOOR_NAME = {'size': 9, 'color': '#8a1010'}
 _ROBOT = {'color': _INK, 'size': 20, 'symbol': 'arrow', 'line': {'color': '#ffffff', 'width': 1.5}}
-_PATH_SAMPLES = 3000  # numerical
+_SHOWN_POSES = 3000  # numerical: of a line
 _STAGES = ('take', 'segment', 'graph', 'evidence', 'match', 'propose', 'verify')
 _STAGE_COLOURS = ('#bbbbbb', '#4e79a7', '#a0cbe8', '#76b7b2', '#f28e2b', '#b07aa1', '#59a14f')
 _ERROR_TICKS_M = [0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30]
@@ -180,9 +181,13 @@ def equal_axes(figure: go.Figure, frame: str) -> None:
     figure.update_layout(template='plotly_white', margin=_MARGIN, dragmode='pan', meta='map')
 
 
+def thinned(count: int) -> slice:
+    """Return which of so many poses a chart shows: every one, or one in some."""
+    return slice(None, None, max(1, -(-count // _SHOWN_POSES)))
+
+
 def _path(trajectory: PlanarTrajectory) -> NDArray[np.float64]:
-    step = max(1, -(-len(trajectory) // _PATH_SAMPLES))
-    return np.round(trajectory.xy[::step], 2).T
+    return np.round(trajectory.xy[thinned(len(trajectory))], 2).T
 
 
 def _add_probability(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
@@ -223,7 +228,7 @@ def _spans(record: RunRecord, times: NDArray[np.float64]) -> list[tuple[str, flo
 
 def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]) -> None:
     published = published_errors(record)
-    step = max(1, -(-len(published.time_s) // _PATH_SAMPLES))
+    shown = thinned(len(published.time_s))
     errors = [best_placement_error(record, output) for output in record.outputs]
     marker = {'color': '#8c959f', 'symbol': 'x', 'size': 5}
     figure.add_scatter(
@@ -231,9 +236,9 @@ def _add_errors(figure: go.Figure, record: RunRecord, times: NDArray[np.float64]
         name='best placement, claimed or not', row=2, col=1,
     )  # fmt: skip
     figure.add_scatter(
-        x=published.time_s[::step],
-        y=np.round(published.position_m[::step], 3),
-        customdata=np.round(published.yaw_deg[::step], 2),
+        x=published.time_s[shown],
+        y=np.round(published.position_m[shown], 3),
+        customdata=np.round(published.yaw_deg[shown], 2),
         hovertemplate='%{y:.2f} m, %{customdata:.1f}°',
         mode='lines',
         line={'color': PLACEMENT_COLOURS[0], 'width': 2},

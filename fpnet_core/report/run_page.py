@@ -15,13 +15,13 @@ from fpnet_core.report.charts import (
     HEX_OF_STATUS,
     plan_figure,
     submap_figure,
+    thinned,
     timeline_figure,
 )
 from fpnet_core.report.moments import changes, chosen_ticks, moments
 from fpnet_core.report.page import write_page
 from fpnet_core.report.record import PLACEMENT_COLOURS, PLACEMENT_SIGNS, RunRecord
 
-_PUBLISHED_SAMPLES = 3000  # numerical
 _ELSEWHERE = ('reason', 'causes', 'outdated')  # sentences, which have their own place on the page
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB's channels, by ITU-R BT.709
 _UNITS = ('m', 's', 'ms', 'deg')
@@ -57,11 +57,10 @@ def run_figures(record: RunRecord) -> dict[str, go.Figure]:
 
 def run_data(record: RunRecord, shown: list[dict[str, Any]]) -> dict[str, Any]:
     """Return what the page's script moves through, as plain values; ``shown`` are its moments."""
-    step = max(1, -(-len(record.published) // _PUBLISHED_SAMPLES))
     return {
         'moments': shown,
         'changes': changes(record),
-        'published': published(record, np.s_[::step]),
+        'published': published(record, thinned(len(record.published))),
         'status_colours': HEX_OF_STATUS,
         'status_inks': {name: _ink_on(colour) for name, colour in HEX_OF_STATUS.items()},
         'placement_colours': PLACEMENT_COLOURS,

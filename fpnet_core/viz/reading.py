@@ -17,7 +17,7 @@ from fpnet_core.drawings.wording import said_of
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.types import OCCUPIED, Segmentation
 from fpnet_core.viz.pictures import saved_figure
-from fpnet_core.viz.segmentation import label_xy, region_colour
+from fpnet_core.viz.segmentation import DOOR_COLOUR, label_xy, region_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 _LONG_SIDE_IN = 12.0
 _DPI = 130
 _PALE = 0.45  # how much of the drawing's own darkness is left below the rooms
-_DOOR, _DROPPED, _STOREY = (0.85, 0.1, 0.1), (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
+_DROPPED, _STOREY = (0.55, 0.3, 0.0), (0.1, 0.3, 0.8)
 _DOUBTFUL = (0.95, 0.0, 0.75)
 _WALL = (20, 60, 140)  # red, green, blue
 _NAMED_SHARE = 0.04  # of the picture's width; smaller things are boxed without a name
@@ -66,7 +66,7 @@ def draw_reading(ax: Axes, reading: Reading, segmentation: Segmentation) -> None
         x, y = _mapped(to_pixel, np.array([label_xy(room)]))[0]
         ax.annotate(f'{room.area_m2:.0f}', (x, y), ha='center', va='center', fontsize=6)
     for portal in segmentation.portals:
-        ax.plot(*_mapped(to_pixel, portal.ends).T, color=_DOOR, linewidth=1.8)
+        ax.plot(*_mapped(to_pixel, portal.ends).T, color=DOOR_COLOUR, linewidth=1.8)
     for dropped in reading.dropped:
         is_large = dropped.box[2] - dropped.box[0] >= _NAMED_SHARE * width
         _box(ax, dropped.box, _DROPPED, dropped.what if is_large else '', '--')

@@ -23,10 +23,12 @@ if TYPE_CHECKING:
 
 Colour = tuple[float, float, float]
 
+DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
+"""Of doors in all pictures. Chosen."""
+
 # Chosen, not measured:
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
-_DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 # Hues a golden angle apart stay distinct however many there are.
 _TINT = 0.55  # opacity of a room's colour
 _GOLDEN = 0.6180339887498949  # numerical
@@ -96,7 +98,7 @@ def draw_segmentation(
     show_raster(ax, segmentation.grid, tint)
     for portal in segmentation.portals:
         style = '-' if portal.rooms[1] is not None else ':'
-        colour = chosen.get(portal.door, _DOOR_COLOUR)
+        colour = chosen.get(portal.door, DOOR_COLOUR)
         ax.plot(*portal.ends.T, color=colour, linewidth=2.0, linestyle=style)
 
 

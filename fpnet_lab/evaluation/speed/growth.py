@@ -36,7 +36,7 @@ EXPLORED_M2 = 3_000.0
 """Given: most that the robot has seen; of small storeys it is a share of them."""
 
 # Given: aims on the storey of 20,000 m2.
-AIM_M2, AIM_TICK_S, AIM_BYTES = 20_000, 0.5, 1.5e9
+AIM_M2, AIM_TICK_S = 20_000, 0.5
 # Chosen, not measured:
 _SEEN_SHARE = 0.6
 _CELL_M = 0.05

@@ -23,7 +23,6 @@ from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, LocalizerOutput, Status
 
 BEND_PER_M = 0.02  # rad of yaw that odometry loses on each metre
-OF_DRAWING = (DifferenceKind.WALL, DifferenceKind.MISSING)
 
 
 def found(plan, sub, A=A_PLAN_SUBMAP):

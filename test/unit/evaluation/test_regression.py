@@ -35,9 +35,6 @@ BEFORE = {
 }  # fmt: skip
 
 
-LATER = ['localized', 7]
-
-
 def changed(kind, name, **values):
     found = deepcopy(BEFORE)
     found[kind][name] |= values

@@ -109,11 +109,8 @@ def test_unknown_evidence_is_refused():
 def test_nearest_regions_are_those_of_a_stable_sort(count):
     rng = np.random.default_rng(count)
     # On a coarse grid many are equally far away.
-    point, is_door = (
-        rng.integers(0, 7, (count + 1, 2)).astype(np.float64),
-        rng.random(count + 1) < 0.5,
-    )
-    distance = np.linalg.norm(point[:, None] - point[None], axis=2) * np.where(is_door, 0.6, 1.0)
+    point = rng.integers(0, 7, (count + 1, 2)).astype(np.float64)
+    distance = np.linalg.norm(point[:, None] - point[None], axis=2)
     np.fill_diagonal(distance, np.inf)
     expected = np.argsort(distance, axis=1, kind='stable')[:, : min(6, count)]
-    assert np.array_equal(nearest_regions(point, is_door, 0.6, min(6, count)), expected)
+    assert np.array_equal(nearest_regions(point, min(6, count)), expected)

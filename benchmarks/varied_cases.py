@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What ``vary_constants.py`` asks the product: a case or more of each part that answers by itself.
+
+The first cases of ``fpnet bench regression``, submaps that are cut into rooms, drawings that are
+read from files, a library that is asked, a drawing that is out of date.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+import importlib
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.differences import find_differences
+from fpnet_core.drawings.read import read_plan
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.geometry import Affine2D
+from fpnet_core.library import PlanLibrary, plan_of
+from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.segmentation import STATED_SCALE, SubmapSegmenter, segment_floorplan
+from fpnet_core.submaps import submap_from_grid
+from fpnet_core.types import GridMap, Segmentation
+from fpnet_lab.evaluation.drawings import segmented, written
+from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
+from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
+from fpnet_lab.evaluation.submap_segmentation import segment_drive
+from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+from fpnet_lab.sim.styled import styled_drawing
+
+CASES = {'plans': 6, 'pairs': 4, 'drives': 1}
+"""Of each kind, the first ones of the benchmark. Chosen: some seconds a try."""
+
+SENSORS = ('planar',)
+SHEETS = (('office', 'dxf'), ('scan', 'picture'))
+"""Whose submaps are cut; kinds of drawings and their files. Chosen: five seconds for all."""
+
+_SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
+_KNOWN_PLANS = 4  # chosen: of the library
+_MOVED_M = (0.9, 0.5)  # chosen: a drawing is out of date by so much
+
+
+def all_cases(config: FpnetConfig, folder: Path) -> Iterator[RegressionCase]:
+    """Yield all cases; files of drawings lie in ``folder``."""
+    yield from chain(map_cases(), make_cases(CASES), sheet_cases(folder), submap_cases(config))
+
+
+def first_difference(case: RegressionCase, found: Answer, before: Answer) -> str:
+    """Return how a case is answered otherwise than before, or nothing."""
+    if case.kind not in CASES:
+        return '' if found == before else f'{case.name}: {found}, was {before}'
+    lines = differences({case.kind: {case.name: found}}, {case.kind: {case.name: before}})
+    return lines[0] if lines else ''
+
+
+def submap_cases(config: FpnetConfig) -> Iterator[RegressionCase]:
+    """Yield a drive of each of some sensors, to be laid into a submap and cut into rooms."""
+    for number, sensor in enumerate(SENSORS):
+        drive = registered_drive(_SEED + number, sensor, config)
+        yield RegressionCase('plans', f'submap-{sensor}', partial(_cut_submap, drive))
+
+
+def _cut_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of all that a drive has seen."""
+    return _rooms_of(segment_drive(drive, config), [len(drive.sweeps)])
+
+
+def sheet_cases(folder: Path) -> Iterator[RegressionCase]:
+    """Yield drawings that are read as a user's are, vector files in this process, too."""
+    worker = importlib.import_module('fpnet_core.drawings.worker')
+    worker.read_apart = worker.read_here  # type: ignore[attr-defined]
+    for number, (kind, file_format) in enumerate(SHEETS):
+        sheet = draw_sheet(_SEED + number, SheetKind(kind))
+        path, _ = written(sheet, folder / f'{number}-{kind}', file_format)
+        name = f'{file_format}-{kind}'
+        yield RegressionCase('plans', name, partial(_cut_sheet, path))
+
+
+def _cut_sheet(path: Path, config: FpnetConfig) -> Answer:
+    """Return the rooms and doors of a drawing; its scale is part of their areas."""
+    reading = read_plan(path, ReadOptions(), config)
+    return _rooms_of(segmented(reading, config.segmentation), [len(reading.doubts) + 1])
+
+
+def map_cases() -> Iterator[RegressionCase]:
+    """Yield a library that is asked for the plan of a robot's map, and one that has changed."""
+    rng = np.random.default_rng((_SEED, 1))
+    plans = [styled_drawing(rng) for _ in range(_KNOWN_PLANS)]
+    robot = robot_map_of(plans[0], rng)
+    yield RegressionCase('library', 'library', partial(_proposed, plans, robot))
+    yield RegressionCase('differences', 'differences', partial(_differing, plans[0], robot))
+
+
+def _proposed(plans: Sequence[GridMap], robot: GridMap, config: FpnetConfig) -> Answer:
+    """Return which plans of a library are proposed."""
+    cuts = [segment_floorplan(plan, config.segmentation) for plan in plans]
+    library = PlanLibrary.of([plan_of(f'{i}', cut, STATED_SCALE) for i, cut in enumerate(cuts)])
+    found = library.find(segment_floorplan(robot, config.segmentation), STATED_SCALE)
+    return {'order': [proposal.path for proposal in found]}
+
+
+def _differing(plan: GridMap, robot: GridMap, config: FpnetConfig) -> Answer:
+    """Return what differs where a robot's map lies beside its place on the drawing."""
+    seen, _ = prepare_submap(submap_from_grid(robot), SubmapSegmenter(), StageTimer())
+    A_plan_sub = Affine2D(np.eye(2), np.array(_MOVED_M))
+    found = find_differences(prepare_plan(plan, config), seen, A_plan_sub)
+    return {'pieces': [[piece.kind.value, round(piece.confidence, 1)] for piece in found.pieces]}
+
+
+def _rooms_of(found: Segmentation, told: list[int]) -> Answer:
+    """Return rooms and doors as the benchmark compares them, and what else must be the same."""
+    areas = sorted((round(room.area_m2, 2) for room in found.rooms), reverse=True)
+    return {
+        'input': told, 'rooms': len(found.rooms), 'doors': len(found.doors), 'areas_m2': areas
+    }  # fmt: skip
