@@ -18,7 +18,7 @@ from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rooms import cut_rooms
+from fpnet_core.segmentation.rooms import Decide, cut_rooms, joined_as_learned
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation, Submap
 
@@ -87,6 +87,7 @@ def segment_part(
     known_doors: Sequence[Doorway] = (),
     has_scans: bool = True,
     sees_lintels: bool | None = None,
+    decide: Decide = joined_as_learned,
 ) -> Segmentation:
     """
     Cut a window of a partial map into rooms and doors.
@@ -100,6 +101,7 @@ def segment_part(
     known_doors : doorways between held and other rooms, in the window's cells
     has_scans : whether occupied cells are those that scans had returns in
     sees_lintels : whether the sensor has met lintels anywhere; None looks at the window
+    decide : which pieces join
     """
     cell_m = grid.resolution * metres_per_unit
     made = part_scene(grid, lintel, cell_m, known_doors, has_scans, sees_lintels)
@@ -109,7 +111,7 @@ def segment_part(
     scene, doorways = made
     assert scene.unseen is not None, 'a part of a map has unseen cells or none'
     inside = scene if held is None else replace(scene, free=scene.free & ~held)
-    full, openings, _ = cut_rooms(inside)
+    full, openings, _ = cut_rooms(inside, decide)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
