@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,9 +55,21 @@ class Parts:
     lines: DividingLines
 
 
-def cut_rooms(scene: Scene) -> tuple[Labels, list[Opening], NDArray[np.float32]]:
+Decide = Callable[[Parts], NDArray[np.int64]]
+"""Returns for each piece (P,) of a scene that was cut the one that it joins."""
+
+
+def joined_as_learned(parts: Parts) -> NDArray[np.int64]:
+    """Return for each piece (P,) the one that it joins, as the packaged model judges."""
+    judge = packaged_door_model().probability_of_one_room
+    return join_pieces(parts.pieces, parts.lines, judge)
+
+
+def cut_rooms(
+    scene: Scene, decide: Decide = joined_as_learned
+) -> tuple[Labels, list[Opening], NDArray[np.float32]]:
     """
-    Label the rooms of a scene and find the openings between them.
+    Label the rooms of a scene and find the openings between them, where ``decide`` has any.
 
     Returns
     -------
@@ -65,8 +78,7 @@ def cut_rooms(scene: Scene) -> tuple[Labels, list[Opening], NDArray[np.float32]]
     clearance (H, W) float32 : distance to walls and to the gaps that were looked at [true metres]
     """
     parts = cut_parts(scene)
-    judge = packaged_door_model().probability_of_one_room
-    target = join_pieces(parts.pieces, parts.lines, judge)
+    target = decide(parts)
     target = absorb_small(parts.pieces, parts.lines, target, MIN_ROOM_AREA_M2, _GLIMPSE_EDGE_M)
     return *_rooms_of(scene, parts, target), parts.scene.clearance
 

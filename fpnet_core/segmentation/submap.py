@@ -18,9 +18,9 @@ from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rooms import cut_rooms
+from fpnet_core.segmentation.rooms import Decide, cut_rooms, joined_as_learned
 from fpnet_core.segmentation.scene import Scene
-from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation, Submap
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation, Submap
 
 # Seen free space narrower than this is a stray ray;
 # fitted to the tune half (docs/segmentation.md).
@@ -46,6 +46,8 @@ _RIM_M = 0.2
 _RIM_REACH_M = 0.1
 # A wall's face lies so far inside of the cells that hold its returns [m].
 _SCATTER_M = 0.05
+# Returns with unseen space so near behind them are of one face, not of a wall's two sides [m].
+_ONE_FACE_M = 0.15
 # A disc of this diameter must pass wherever a seen room counts as seen [m].
 _ROOM_DISC_M = 0.5
 
@@ -85,6 +87,7 @@ def segment_part(
     known_doors: Sequence[Doorway] = (),
     has_scans: bool = True,
     sees_lintels: bool | None = None,
+    decide: Decide = joined_as_learned,
 ) -> Segmentation:
     """
     Cut a window of a partial map into rooms and doors.
@@ -98,6 +101,7 @@ def segment_part(
     known_doors : doorways between held and other rooms, in the window's cells
     has_scans : whether occupied cells are those that scans had returns in
     sees_lintels : whether the sensor has met lintels anywhere; None looks at the window
+    decide : which pieces join
     """
     cell_m = grid.resolution * metres_per_unit
     made = part_scene(grid, lintel, cell_m, known_doors, has_scans, sees_lintels)
@@ -107,15 +111,14 @@ def segment_part(
     scene, doorways = made
     assert scene.unseen is not None, 'a part of a map has unseen cells or none'
     inside = scene if held is None else replace(scene, free=scene.free & ~held)
-    full, openings, _ = cut_rooms(inside)
+    full, openings, _ = cut_rooms(inside, decide)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
     openings += [door.between(full) for door in doorways]
     full = _drop_glimpses(full, cell_m)
     rooms = set(label_windows(full))
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
     if has_scans:
-        wall = grid.cells == OCCUPIED
-        full = _to_faces(full, wall if held is None else wall & ~held, cell_m)
+        full = _to_faces(full, grid.cells, held, cell_m)
     return assemble(grid, full, openings, metres_per_unit, _scores(full, scene.unseen))
 
 
@@ -191,13 +194,22 @@ def _to_walls(free: Mask, wall: Mask, cell_m: float) -> Mask:
     return free | known & ~wall & _grown(wall, _RIM_REACH_M, cell_m)
 
 
-def _to_faces(labels: NDArray[np.int32], wall: Mask, cell_m: float) -> NDArray[np.int32]:
+def _to_faces(
+    labels: NDArray[np.int32], cells: NDArray[np.int8], held: Mask | None, cell_m: float
+) -> NDArray[np.int32]:
     """
-    Return ``labels (H, W)`` with rooms grown a little into ``wall``, cells with returns.
+    Return ``labels (H, W)`` with rooms grown into cells with returns, but not into ``held`` ones.
 
-    Returns scatter around a wall's face, so that the face lies inside of such cells.
+    Returns scatter around a wall's face, so that the face lies inside of such cells: in their
+    middle where one face was seen and unseen space lies behind it. Where noise or drift spreads
+    its returns, rooms grow there once more.
     """
-    return spread(labels, wall, square(3), round(_SCATTER_M / cell_m))
+    wall = cells == OCCUPIED if held is None else (cells == OCCUPIED) & ~held
+    unseen = cells == UNKNOWN
+    one_face = _grown(unseen, _ONE_FACE_M, cell_m) & ~_grown(unseen, _SCATTER_M, cell_m)
+    steps = round(_SCATTER_M / cell_m)
+    labels = spread(labels, wall, square(3), steps)
+    return spread(labels, wall & one_face, square(3), steps)
 
 
 def _scores(labels: NDArray[np.int32], unseen: Mask) -> dict[int, RoomScore]:

@@ -132,8 +132,8 @@ def score_segmentation(
     segmentation: Segmentation, drive: RegisteredDrive, sensor: str, seed: int
 ) -> SubmapScore:
     """Compare a submap's rooms and doors with the building of its drive."""
-    truth, usable = _observed_truth(segmentation, drive)
-    pairs = _pairs(truth, segmentation.labels, usable)
+    truth, usable = observed_truth(segmentation, drive)
+    pairs = pair_rooms(truth, segmentation.labels, usable)
     doors = _count_doors(
         segmentation, drive.plan, drive.T_building_odom.inv(), truth, np.array(usable)
     )
@@ -142,18 +142,18 @@ def score_segmentation(
 
 def paired_rooms(segmentation: Segmentation, drive: RegisteredDrive) -> dict[int, int]:
     """Return the found room's id by the index of its partner among :func:`true_rooms`."""
-    truth, usable = _observed_truth(segmentation, drive)
-    pairs = _pairs(truth, segmentation.labels, usable)
+    truth, usable = observed_truth(segmentation, drive)
+    pairs = pair_rooms(truth, segmentation.labels, usable)
     matched = zip(usable, pairs, strict=True)
     return {label - 1: found for label, (found, iou) in matched if iou > 0.0}
 
 
-def _observed_truth(
+def observed_truth(
     segmentation: Segmentation, drive: RegisteredDrive
 ) -> tuple[NDArray[np.int32], list[int]]:
     """Return labels (H, W) of the true rooms' observed parts, and the sufficiently seen ones."""
     grid, rooms = segmentation.grid, true_rooms(drive.plan)
-    drawn = _drawn(rooms, drive.T_building_odom.inv(), grid)
+    drawn = drawn_rooms(rooms, drive.T_building_odom.inv(), grid)
     truth = np.where(observed_cells(grid), drawn, 0)
     cells = np.bincount(truth.ravel(), minlength=len(rooms) + 1)[1:]
     whole = np.array([room.area for room in rooms]) / grid.resolution**2
@@ -184,7 +184,7 @@ def true_rooms(plan: BuildingPlan) -> list[shapely.Geometry]:
     return [shapely.MultiPolygon(list(plan.outlines[k])) for k in sorted(plan.joined_rooms())]
 
 
-def _drawn(
+def drawn_rooms(
     rooms: list[shapely.Geometry], T_odom_building: SE2, grid: GridMap
 ) -> NDArray[np.int32]:
     """Return labels (H, W): index + 1 of the true room at each cell, 0 in walls and doors."""
@@ -197,7 +197,7 @@ def _drawn(
     return labels
 
 
-def _pairs(
+def pair_rooms(
     truth: NDArray[np.int32], found: NDArray[np.int32], usable: list[int]
 ) -> list[tuple[int, float]]:
     """Return for each usable true room its partner's id and their intersection over union."""

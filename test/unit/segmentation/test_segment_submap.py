@@ -50,6 +50,16 @@ def test_rooms_of_scans_reach_into_the_cells_with_returns_of_their_walls():
     assert rooms[0].area_m2 == pytest.approx(122 * 82 * 0.05**2, rel=0.01)
 
 
+def test_where_noise_or_drift_spreads_returns_of_one_face_the_room_ends_in_their_middle():
+    drawn = two_rooms()
+    cells = drawn.grid.cells.copy()
+    # The wall between both rooms has two faces, and no unseen space behind either.
+    cells[6:10, 8:232] = cells[90:94, 8:232] = OCCUPIED
+    grid = replace(drawn.grid, cells=cells)
+    rooms = segment_submap(Submap(grid, drawn.lintel, np.zeros((1, 2)))).rooms
+    assert rooms[0].area_m2 == pytest.approx(122 * 84 * 0.05**2, rel=0.005)
+
+
 def test_half_seen_room_knows_its_frontier():
     seen = np.ones((100, 260), dtype=bool)
     seen[:, 185:] = False
