@@ -37,6 +37,8 @@ FEATURES = (
 _GIANT_SHARE = 0.8  # of all area in one room, where there are others
 _FEW_ROOMS = 2
 _MANY_SPECKS = 40.0  # per room
+_DOORED_SHARE = 0.4  # of a building's rooms have a door that was seen, where there are several
+_SEVERAL_ROOMS = 4
 _DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
 _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _INK_SHARE = 0.6  # of a building is wall
@@ -79,6 +81,13 @@ def findings(segmentation: Segmentation) -> list[str]:
             'or the paper was taken for a room.',
         ),
         (not segmentation.portals, 'No door was found: no building has rooms without doors.'),
+        (
+            bool(segmentation.portals)
+            and rooms >= _SEVERAL_ROOMS
+            and figures['doored'] < _DOORED_SHARE,
+            f'{100.0 * (1.0 - figures["doored"]):.0f} % of the rooms have no door: arcs or '
+            'thresholds of doors were taken for walls; draw the doors as gaps.',
+        ),
         (
             bool(segmentation.portals) and not low < ratio < high,
             f'Doors are {np.exp(ratio):.2f} times as wide as a typical room: no building is so.',

@@ -225,6 +225,14 @@ def test_a_plain_building_is_believed_and_half_of_one_is_not():
     assert [place.what for place in doubts.places[:2]] == ['lost', 'lost']
 
 
+def test_rooms_that_mostly_have_no_door_are_doubted():
+    picture = building()
+    for x, y in ((170, 100), (270, 100), (70, 140), (170, 140), (270, 140)):
+        cv2.line(picture, (x - 9, y), (x + 9, y), WALL, 6)
+    reasons = doubts_of(looked(picture)).reasons
+    assert any('% of the rooms have no door' in reason for reason in reasons), reasons
+
+
 def test_nothing_enclosed_is_no_reading():
     picture = np.full((240, 340), PAPER, np.uint8)
     doubts = doubts_of(looked(picture, np.ones((240, 340), np.bool_)))
