@@ -56,6 +56,18 @@ def test_pieces_of_few_cells_are_those_of_all(share):
         np.testing.assert_array_equal(piece + 1, labels[mask])
 
 
+@pytest.mark.parametrize('connectivity', [4, 8])
+def test_figures_of_pieces_are_those_of_their_cells(connectivity):
+    mask = np.random.default_rng(10).random((29, 41)) < 0.4
+    labels, figures = pieces_of(mask, connectivity)
+    np.testing.assert_array_equal(labels > 0, mask)
+    assert len(figures) == labels.max() + 1
+    for piece, found in enumerate(figures.tolist()):
+        rows, cols = np.nonzero(labels == piece)
+        left, top = cols.min(), rows.min()
+        assert found == [left, top, np.ptp(cols) + 1, np.ptp(rows) + 1, len(rows)]
+
+
 def test_sizes_beside_extents_are_counts_of_cells():
     labels, _ = random_labels()
     assert label_extents(labels, 9)[1].tolist() == np.bincount(labels.ravel()).tolist()
