@@ -17,15 +17,13 @@ from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried
 from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.registration import MIN_POINTS, register_sweep
 from fpnet_core.stamps import NS_PER_S, ClockGuard
 
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
 
 Array = NDArray[np.float64]
-
-MIN_POINTS = 100
-"""A sweep with fewer returns within range moves the estimate at random; it is refused. Chosen."""
 
 STALE_BEFORE_RESTART = 3
 """Old sweeps in a row that are a clock that went back; fewer are disorder. Chosen."""
@@ -50,6 +48,8 @@ class KissOdometry:
     point in one and a half voxels, which of a single beam would leave a few dozen. And they are
     deskewed here, with the places that their rays began at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
+    Of other sweeps, what stands tells the place and what lies the level: see
+    :mod:`fpnet_core.registration`.
 
     All sweeps are deskewed by the motion since the last sweep's stamp, for the share of that time
     that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
@@ -165,7 +165,8 @@ class KissOdometry:
         if self._is_planar:
             seen_from = None if viewpoints is None else np.asarray(viewpoints)[usable]
             return self._register_planar(self._kiss, sweep[usable], share, seen_from)
-        return self._register(self._kiss, sweep[usable], share)
+        points = register_sweep(self._kiss, sweep[usable], share)
+        return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
         """
@@ -211,16 +212,6 @@ class KissOdometry:
         period_s = self._period_ns / NS_PER_S or float(np.ptp(times))
         share: Array = (times - times.max()) / period_s
         return share
-
-    @staticmethod
-    def _register(kiss: KissICP, sweep: Array, share: Array) -> RegisteredSweep:
-        if len(share):
-            # KISS-ICP takes the first and the last point for the ends of the motion. Two that it
-            # drops, as they are nowhere, stand there.
-            sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
-            share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
-        deskewed, _ = kiss.register_frame(sweep, share)
-        return RegisteredSweep(np.asarray(deskewed, dtype=np.float32), kiss.last_pose.copy())
 
     @staticmethod
     def _register_planar(

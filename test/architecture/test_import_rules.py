@@ -17,7 +17,8 @@ LAYERS = {
         {'arguments', 'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
         | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory', 'kernel_cache'},
         {'raster'},
-        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'} | {'accuracy'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'}
+        | {'accuracy', 'registration'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
         {'plan_check', 'sites', 'differences', 'library'},

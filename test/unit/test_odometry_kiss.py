@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.io.scans import Scan
-from fpnet_core.odometry import MIN_POINTS, STALE_BEFORE_RESTART, KissOdometry
+from fpnet_core.odometry import STALE_BEFORE_RESTART, KissOdometry
+from fpnet_core.registration import MIN_POINTS, levelled
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.2)
 
@@ -43,6 +44,40 @@ def test_planted_motion_is_recovered():
     for k in range(12):
         sweep = odometry.register(seen_from(motion(k), room(rng)), None)
     np.testing.assert_allclose(sweep.T_odom_sensor, motion(11), atol=0.03)
+
+
+def rings(x, rng):
+    """A sweep of 16 beams in a bare hall of 14 x 6 x 2.7 m, ``x`` [m] along its middle."""
+    elevation, azimuth = np.deg2rad(np.linspace(-15.0, 15.0, 16)), np.deg2rad(np.arange(900) * 0.4)
+    up, turn = (angle.ravel() for angle in np.meshgrid(elevation, azimuth))
+    ray = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=1)
+    ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
+    sensor = np.array([x, 3.0, 0.6])
+    reach = (np.where(ray > 0.0, [14.0, 6.0, 2.7], 0.0) - sensor) / ray
+    return ray * (reach.min(axis=1) + rng.normal(0.0, 0.015, len(ray)))[:, None]
+
+
+def test_rings_on_floor_and_ceiling_do_not_hold_the_robot_in_its_place():
+    rng, odometry = np.random.default_rng(3), KissOdometry(OdometryConfig())
+    path = np.arange(2.0, 10.0, 0.07)
+    for x in path:
+        T = odometry.register(rings(x, rng), None).T_odom_sensor
+    # All points at once end within 0.1 m of the start; the places of walls' returns still hold on.
+    assert T[0, 3] > 0.8 * (path[-1] - path[0])
+    np.testing.assert_allclose(T[1:3, 3], 0.0, atol=0.15)
+    assert Rotation.from_matrix(T[:3, :3]).magnitude() < np.deg2rad(2.0)
+
+
+def test_of_a_level_only_height_and_tilt_are_taken():
+    place, level = np.eye(4), np.eye(4)
+    place[:3, :3] = Rotation.from_euler('z', 1.0).as_matrix()
+    place[:3, 3] = 1.0, 2.0, 0.3
+    level[:3, :3] = Rotation.from_rotvec([0.02, -0.01, 0.05]).as_matrix() @ place[:3, :3]
+    level[:3, 3] = 0.8, 2.2, 0.1
+    found = levelled(place, level)
+    np.testing.assert_allclose(found[:3, 3], [1.0, 2.0, 0.1])
+    turn = Rotation.from_matrix(found[:3, :3] @ place[:3, :3].T).as_rotvec()
+    np.testing.assert_allclose(turn, [0.02, -0.01, 0.0], atol=1e-9)
 
 
 def turn_error_deg(config, turn_rad):
