@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 
 from fpnet_core.config import ScalePolicy
-from fpnet_core.errors import FpnetError
+from fpnet_core.errors import FpnetError, MapFormatError
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.state import plan_fingerprint
 from fpnet_core.segmentation import ScaleEstimate
@@ -85,13 +85,16 @@ class FloorplanInput:
         node.add_subscription(OccupancyGrid, 'floorplan', self._on_grid, LATCHED)
 
     def _on_grid(self, msg: OccupancyGrid) -> None:
+        frame_id, taken = msg.header.frame_id.lstrip('/'), self._taken
         try:
+            if not frame_id:
+                raise MapFormatError('its header names no frame_id; map_server calls it map')
             grid = grid_from_msg(msg)
         except FpnetError as error:
-            self._report(error)
+            kept = '; the one before it stays' if taken is not None else ''
+            self._report(MapFormatError(f'the floorplan was refused: {error}{kept}'))
             return
         stamp_ns = stamp_from_msg(msg.header.stamp)
-        frame_id, taken = msg.header.frame_id.lstrip('/'), self._taken
         fingerprint = plan_fingerprint(grid)
         is_known = fingerprint == self._fingerprint
         if taken is not None and is_known and taken.frame_id == frame_id:

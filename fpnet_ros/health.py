@@ -24,7 +24,9 @@ LOST = 'scans are lost on the way here: see "Large clouds"'
 LARGE_CLOUDS = 'config/fastdds_shm.xml passes clouds through shared memory (docs/ros.md)'
 """What to do about it. Given."""
 
-_HEARD_S = 0.5  # chosen: an input that was heard since is not the one that is missing
+# Chosen: an input that was heard within so many seconds is not the one that is missing, or within
+# such a share of the time without a scan, where a recording is played faster than it was made.
+_HEARD_S, _HEARD_SHARE = 0.5, 0.5
 
 _SLOW = 'scans are dropped: more come than can be added'
 _UNLOCATED = 'scans are dropped: their poses do not come, see the log'
@@ -98,7 +100,8 @@ class Health:
         self._clock = ClockSilence(clock)
         self._scans = scans
         self._losses = LossLog(warn)
-        self._scan_ns: int | None = None
+        self._scan_ns: int | None = None  # of the last scan with a pose, by the node's clock
+        self._scan_s = time.monotonic()  # and by the system's
         self.is_starved = False
         """Whether scans have ceased to come: what was claimed holds no longer."""
 
@@ -109,7 +112,7 @@ class Health:
 
     def saw_scan(self, now_ns: int) -> None:
         """Note that a scan with a pose was added now, by the node's clock."""
-        self._scan_ns = now_ns
+        self._scan_ns, self._scan_s = now_ns, time.monotonic()
 
     def has_turned(self, now_ns: int, scan_timeout_s: float) -> bool:
         """Tell whether scans have ceased, or come again, since the last call."""
@@ -139,11 +142,16 @@ class Health:
         }
         if not self.is_starved or output.status is Status.NO_PLAN:
             return report_of_output(output, figures, ', '.join(warnings))
-        topic, age_s = max(self._inputs.silence_s.items(), key=lambda silent: silent[1])
-        why = f'nothing on {topic} for {age_s:.1f} s' if age_s > _HEARD_S else 'see the log'
-        reason = f'no scan with a pose comes any more: {why}'
+        reason = f'no scan with a pose comes any more: {self._missing()}'
         report = report_of_output(output, figures, ', '.join(warnings) or 'scans have ceased')
         return replace(report, status=Status.WAITING, probability=0.0, reason=reason)
+
+    def _missing(self) -> str:
+        """Return in words what keeps scans with poses from coming."""
+        topic, age_s = max(self._inputs.silence_s.items(), key=lambda silent: silent[1])
+        if age_s > min(_HEARD_S, _HEARD_SHARE * (time.monotonic() - self._scan_s)):
+            return f'nothing on {topic} for {age_s:.1f} s'
+        return self._inputs.waits_for or 'see the log'
 
     def _silences(self, stale_input_s: float) -> list[str]:
         ages_s = {CLOCK_TOPIC: self._clock.age_s, **self._clock.without(self._inputs.ages_s)}

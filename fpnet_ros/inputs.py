@@ -111,7 +111,8 @@ class ScanInput:
     on_stamp
         Takes the stamp of every scan that comes, whether its pose will be known or not.
 
-    ``past`` counts scans that are no newer than the last one while odometry goes on.
+    ``past`` counts scans that are no newer than the last one while odometry goes on; ``waits_for``
+    says what the newest scan was without when it came, empty once one with a pose was handed on.
     """
 
     def __init__(
@@ -141,6 +142,7 @@ class ScanInput:
         self._unlocated = self._unreadable = self.past = 0
         self._handed_ns = 0  # stamp of the last scan that was handed on
         self._lost_ways = Once(report)
+        self.waits_for = ''
         self._lasers: LaserInput | None = None
         self._listen_to_scans(node, scan_stamp)
         if not self._from_tf:
@@ -298,6 +300,7 @@ class ScanInput:
         self._on_stamp(stamp_ns)
         self.past += self._waiting.pop(stamp_ns, None) is not None
         self._waiting[stamp_ns] = scan
+        self.waits_for = self._where.reason(scan.frame_id, stamp_ns)
 
     def _hand_on(self) -> None:
         for stamp_ns in list(self._waiting):
@@ -307,6 +310,7 @@ class ScanInput:
                 continue
             del self._waiting[stamp_ns]
             self._lost_ways.clear()
+            self.waits_for = ''
             if self._is_past(stamp_ns, waiting.frame_id):
                 self.past += 1
             else:

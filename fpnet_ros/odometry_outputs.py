@@ -29,6 +29,8 @@ Of the velocity between two sweeps [m^2/s^2], [rad^2/s^2]. Fitted: to simulated 
 (`python benchmarks/wirings.py`).
 """
 
+_SENT = 100  # numerical: transforms of ours that are known again: ten seconds of sweeps
+
 Array = NDArray[np.float64]
 
 
@@ -88,6 +90,7 @@ class OdometryOutputs:
         self._last: tuple[int, Array] | None = None  # stamp and pose that were published
         self._odometry = publisher(Odometry, 'kiss/odometry', STREAM)
         self._frames = publisher(PointCloud2, 'kiss/frame', STREAM)
+        self._sent: tuple[Any, ...] = ()  # transforms of ours that come back on /tf
         self._tf = None
         if TFMessage is None:
             warn(f'no TF: {NO_TF}')
@@ -131,6 +134,7 @@ class OdometryOutputs:
             transform = transform_to_msg(np.linalg.inv(T_odom_base), stamp_ns, moving, odom)
         else:
             transform = transform_to_msg(T_odom_base, stamp_ns, odom, moving)
+        self._sent = (*self._sent[1 - _SENT :], transform)
         publisher.publish(TFMessage(transforms=[transform]))
 
     def _velocity(self, T_odom_base: Array, stamp_ns: int) -> Array | None:
@@ -141,11 +145,16 @@ class OdometryOutputs:
         return twist(np.linalg.inv(last[1]) @ T_odom_base, (stamp_ns - last[0]) / NS_PER_S)
 
     def _on_tf(self, msg: Any) -> None:
-        """Withhold our TF where somebody else has one for the same frame: it has one parent."""
+        """
+        Withhold our TF where somebody else has one for the same frame: it has one parent.
+
+        Theirs may have the very name of ours, as odom; the place or the time tells.
+        """
         own = self._settings.lidar_odom_frame
         for transform in msg.transforms:
             parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
-            if self.moving == child.lstrip('/') and parent != own and self._tf:
+            is_ours = parent == own and transform in self._sent
+            if self.moving == child.lstrip('/') and not is_ours and self._tf:
                 self._tf = None
                 self._warn(
                     f'somebody publishes {parent} -> {self.moving} on /tf, so ours from {own} is '

@@ -73,6 +73,7 @@ _BY_SUFFIX = {
     '.gif': 'a GIF: convert it to PNG with ImageMagick',
     '.zip': 'an archive: unpack it first',
 }
+_PAGED = ('pdf', 'ifc')  # given: beside TIFF; a storey is a page of an IFC
 _READ = 'PNG, JPEG, TIFF, BMP, PGM, PDF, SVG, DXF or IFC'
 
 
@@ -86,8 +87,8 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     ------
     MapFormatError
         In one line: if the file is missing, empty, a folder, damaged, encrypted, too large, or of
-        a format that is not read, with a program that converts it; if an image is asked for a
-        page or layers.
+        a format that is not read, with a program that converts it; if an image is asked for
+        layers, or a file without pages for one.
     """
     path = Path(path)
     kind = drawing_kind(path)
@@ -100,6 +101,8 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     else:
         from fpnet_core.drawings.worker import read_apart
 
+        if options.page is not None and kind not in _PAGED:
+            raise MapFormatError(f'{path} is {_worded(kind)}, which has no pages; leave that out')
         drawing = read_apart(path, kind, options)
     suffix = path.suffix.lower()
     others = [
@@ -112,7 +115,7 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
 
 
 def _worded(kind: str) -> str:
-    return 'an image' if kind == 'image' else kind.upper()
+    return {'image': 'an image', 'svg': 'an SVG', 'ifc': 'an IFC'}.get(kind, f'a {kind.upper()}')
 
 
 def drawing_kind(path: Path) -> str:

@@ -121,6 +121,11 @@ class FrameTree:
         edge = self._edges.get(_named(frame))
         return None if edge is None else edge.parent
 
+    def children(self, frame: str) -> list[str]:
+        """Return the frames whose parent a frame is, in the order in which they came."""
+        frame = _named(frame)
+        return [child for child, edge in self._edges.items() if edge.parent == frame]
+
     def root(self, frame: str) -> str:
         """Return the last ancestor of a frame, itself where it has no parent."""
         return self._chain(frame)[-1]

@@ -127,6 +127,8 @@ class Whereabouts:
             why = self._track.reason(stamp_ns)
             return f'{moving!r} in {self._odom!r} is unknown at {stamp_ns} ns: {why}'
         if tree.root(base or sensor) != tree.root(self._tf_frame):
+            if moved := tree.children(self._tf_frame):  # it is there, but does not lead here
+                return tree.reason(moved[0], base or sensor, stamp_ns)
             return (
                 f'{base or sensor!r} in {self._tf_frame!r} is unknown: nobody publishes it on '
                 '/tf; leave odom_frame empty where the robot has no such frame'

@@ -56,6 +56,19 @@ def test_a_slash_before_the_frame_is_not_part_of_its_name(heard):
     assert plans[-1].frame_id == 'map'
 
 
+def test_a_grid_that_is_refused_says_so_and_what_stays(heard):
+    node, plans, errors = heard
+    node.send(grid_to_msg(plan_grid(), 7, '/'))
+    assert str(errors[-1]).startswith('the floorplan was refused: its header names no frame_id')
+    node.send(grid_to_msg(plan_grid(), 7, 'map'))
+    broken = grid_to_msg(plan_grid(), 8, 'map')
+    broken.info.resolution = 0.0
+    node.send(broken)
+    assert 'the floorplan was refused: grid resolution must be' in str(errors[-1])
+    assert str(errors[-1]).endswith('; the one before it stays')
+    assert len(plans) == 1
+
+
 @pytest.mark.parametrize('order', [(0, 1), (1, 0)])
 def test_an_estimated_scale_ends_with_its_grid_whichever_comes_first(heard, order):
     node, plans, _ = heard

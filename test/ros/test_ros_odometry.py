@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 
+from types import SimpleNamespace
+
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.geometry import SE2
+from fpnet_ros.odometry_outputs import OdometryOutputs, OdometryParameters
 from fpnet_ros.robot_odometry import Patience
 from fpnet_ros.runtime import STREAM, TF, TF_STATIC
 from msg_adapters.clouds import cloud_from_msg, cloud_to_msg
@@ -165,6 +168,37 @@ def test_pose_frame_and_velocity_are_those_of_the_sweep_s_end_though_it_is_stamp
     assert abs(np.mean(speeds) - SPEED_MPS) < 0.1
     assert 0.0 < readings[-1].twist.covariance[0] < 0.1
     assert 'set scans.stamp' not in node.log.read_text()
+
+
+@pytest.mark.parametrize('own', ['odom', 'odom_lidar'])
+def test_tf_is_withheld_from_a_robot_that_has_its_own_by_whatever_name(own):
+    """Two that publish odom -> base_link move the robot to and fro in TF."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='needs a C++ compiler at set-up')
+    sent, heard, told = [], [], []
+    outputs = OdometryOutputs(
+        lambda _, topic, __: SimpleNamespace(publish=lambda msg: sent.append((topic, msg))),
+        lambda _, __, take, ___: heard.append(take),
+        OdometryParameters(lidar_odom_frame=own),
+        told.append,
+    )
+
+    def publish(index):
+        T_odom_sensor = SE2.from_xy_yaw(0.1 * index, 0.0, 0.0).as_matrix4()
+        found = SimpleNamespace(
+            T_odom_sensor=T_odom_sensor, points=np.ones((1, 3)), viewpoints=None
+        )
+        outputs.publish(found, START_NS + index * PERIOD_NS, 'lidar', 'base_link', np.eye(4))
+        return [msg for topic, msg in sent if topic == '/tf']
+
+    for index in range(3):  # ours come back to us
+        heard[0](publish(index)[-1])
+    assert len(publish(3)) == 4
+    assert told == []
+    wheels = transform_to_msg(np.eye(4), START_NS + 3 * PERIOD_NS, 'odom', 'base_link')
+    heard[0](tf2_msgs.TFMessage(transforms=[wheels]))
+    assert f'ours from {own} is withheld' in told[0]
+    assert len(publish(4)) == 4
+    assert len(told) == 1
 
 
 def test_beside_the_robot_s_own_odometry_ours_keeps_out_of_tf_and_tells_when_that_breaks(bench):

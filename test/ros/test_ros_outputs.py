@@ -187,6 +187,24 @@ def test_losses_are_news_once_and_silence_is_as_long_as_it_lasts():
     assert [line.partition(';')[0] for line in logged] == [slow, LOST], 'once, with a remedy'
 
 
+def test_what_keeps_scans_from_coming_is_named_at_any_speed_of_the_clock(monkeypatch):
+    at_s, silence_s = 100.0, {'/scan': 0.02, '/tf': 0.01}
+    monkeypatch.setattr(health_module.time, 'monotonic', lambda: at_s)
+    inputs = SimpleNamespace(ages_s={}, silence_s=silence_s, waits_for='', earlier=0, lost=0)
+    inputs.unlocated = inputs.past = inputs.refused = 0
+    scans = SimpleNamespace(dropped=0, refused=0, done=7, work_ms=3.5)
+    health = Health(inputs, scans, ROSClock(), print)
+    health.saw_scan(SECOND_NS)
+    at_s += 0.3  # four seconds of a recording that is played fast
+    assert health.has_turned(5 * SECOND_NS, 1.0)
+    output = LocalizerOutput(0, Status.SEARCHING)
+    assert health.report(output, 3.0).reason.endswith('see the log')
+    inputs.waits_for = "the place of 'lidar' on 'base_link' is unknown"
+    assert health.report(output, 3.0).reason.endswith(inputs.waits_for)
+    silence_s['/scan'] = 0.29
+    assert health.report(output, 3.0).reason.endswith('nothing on /scan for 0.3 s')
+
+
 def test_while_the_simulated_clock_stands_still_nothing_else_is_missed(monkeypatch):
     at_s, now_ns = 100.0, 0  # nobody has published the clock yet
     monkeypatch.setattr(health_module.time, 'monotonic', lambda: at_s)

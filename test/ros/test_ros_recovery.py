@@ -285,7 +285,7 @@ LIDAR, ODOMETRY = 'nothing on /kiss/frame', 'nothing on /kiss/odometry'
         ({'frame_id': ''}, LIDAR),
         ({'child': ''}, ODOMETRY),
         ({'frame_id': '', 'child': ''}, 'nothing on /kiss/'),
-        ({'frame_id': 'camera'}, 'see the log'),
+        ({'frame_id': 'camera'}, "the place of 'camera' on"),
     ],
     ids=['lidar dead', 'odometry dead', 'both dead', 'wrong frame'],
 )
@@ -306,7 +306,8 @@ def test_an_input_that_fails_is_waiting_at_once_and_told_once(running, sent, rea
     assert waiting()
     assert running.says('no scan with a pose comes any more') == told + 1, running.tail()
     if sent.get('frame_id') == 'camera':
-        assert running.says("the place of 'camera' on 'lidar' is unknown") == 1, running.tail()
+        assert running.says("the place of 'camera' on 'lidar' is unknown") == 2, running.tail()
+        assert running.says('joins them; the scan was dropped') == 1, running.tail()
 
 
 def test_a_clock_that_goes_back_is_waiting_within_a_second(running):

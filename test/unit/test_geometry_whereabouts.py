@@ -94,6 +94,17 @@ def test_what_is_missing_is_named():
     assert where.placing('lidar', S) is not None
 
 
+def test_a_sensor_without_a_place_is_named_where_odometry_is_in_tf():
+    """The odometry is there; nobody has said where on the robot the lidar is."""
+    where = Whereabouts(from_tf=True, odom_frame='odom')
+    assert 'leave odom_frame empty' in where.reason('lidar', S)
+    where.tree.add('odom', 'base_link', T(0.0, 0.0), S)
+    assert where.placing('lidar', S) is None
+    reason = where.reason('lidar', S)
+    assert reason.startswith("the place of 'lidar' on 'base_link' is unknown")
+    assert '/tf_static' in reason
+
+
 def test_after_a_restart_nothing_that_moved_is_known(robot):
     robot.clear()
     assert robot.placing('lidar', S // 4) is None

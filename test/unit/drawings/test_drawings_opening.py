@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 from PIL import Image
-from plan_files import write_svg
+from plan_files import write_dxf, write_svg
 import pytest
 
 from fpnet_core.drawings import worker
@@ -79,6 +79,13 @@ def test_images_have_no_pages_and_layers(tmp_path, options, name):
     Image.fromarray(PLAIN).save(tmp_path / 'a.png')
     with pytest.raises(MapFormatError, match=f'a.png is an image, which has no {name}'):
         open_drawing(tmp_path / 'a.png', options)
+
+
+@pytest.mark.parametrize(('write', 'kind'), [(write_svg, 'an SVG'), (write_dxf, 'a DXF')])
+def test_formats_without_pages_say_so(tmp_path, write, kind):
+    path = write(tmp_path / 'a.x')
+    with pytest.raises(MapFormatError, match=f'a.x is {kind}, which has no pages; leave that out'):
+        open_drawing(path, ReadOptions(page=2))
 
 
 def test_a_tiff_has_pages(tmp_path):
