@@ -126,6 +126,7 @@ def _align(
     sigma: float,
 ) -> None:
     mid = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    offsets = np.ascontiguousarray((points - mid).T)
     limit = STRAIN_LIMIT * strain_sigma
     residuals = np.empty((8, len(points)))
     for c in range(len(linear)):
@@ -141,7 +142,7 @@ def _align(
         for width in widths:
             for _ in range(steps):
                 count = _residuals(
-                    params, start, centre, mid, points, field, A_rc_xy, width, residuals
+                    params, start, centre, offsets, field, A_rc_xy, width, residuals
                 )
                 H, g = _normal_equations(residuals, count)
                 prior = (sigma / strain_sigma) ** 2
@@ -214,8 +215,7 @@ def _residuals(
     params: Array,
     start: Array,
     centre: Array,
-    mid: Array,
-    points: Array,
+    offsets: Array,
     field: NDArray[np.float32],
     A_rc_xy: Array,
     width: float,
@@ -224,19 +224,48 @@ def _residuals(
     """
     Fill columns of ``out (8, P)`` with Welsch weights, wall distances and their six derivatives.
 
-    Returns how many of the points are near enough to walls to say anything.
+    ``offsets (2, P)`` are the points from their middle. Returns how many of them are near enough
+    to walls to say anything.
     """
-    rows, cols = field.shape
     linear = _strained(params, start)
     x0, y0 = centre[0] + params[0], centre[1] + params[1]
-    n = 0
-    for k in range(len(points)):
-        px, py = points[k, 0] - mid[0], points[k, 1] - mid[1]
+    # In three loops: the first and the last are carried out for several points at once.
+    row, col, offset_x, offset_y = out[0], out[1], out[2], out[3]
+    for k in range(offsets.shape[1]):
+        px, py = offsets[0, k], offsets[1, k]
         qx = linear[0, 0] * px + linear[0, 1] * py
         qy = linear[1, 0] * px + linear[1, 1] * py
         x, y = qx + x0, qy + y0
-        row = A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]
-        col = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
+        row[k] = A_rc_xy[0, 0] * x + A_rc_xy[0, 1] * y + A_rc_xy[0, 2]
+        col[k] = A_rc_xy[1, 0] * x + A_rc_xy[1, 1] * y + A_rc_xy[1, 2]
+        offset_x[k], offset_y[k] = qx, qy
+    count = _slopes(field, offsets.shape[1], out)
+    for k in range(count):
+        d_row, d_col, qx, qy = out[0, k], out[4, k], out[2, k], out[3, k]
+        jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
+        jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
+        # To first order the small strain and rotation act on the placed offset (qx, qy).
+        out[2, k], out[3, k], out[4, k] = jx, jy, jy * qx - jx * qy
+        out[5, k], out[6, k], out[7, k] = jx * qx, jy * qy, jx * qy + jy * qx
+    for k in range(count):
+        d = out[1, k]
+        out[0, k] = np.exp(-0.5 * d * d / (width * width))
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def _slopes(field: NDArray[np.float32], points: int, out: Array) -> int:
+    """
+    Look up the wall distance and its slope at the first columns of ``out``, in place.
+
+    They hold row, column and two further numbers of each point, and get the slope along rows, the
+    distance, these two numbers and the slope along columns. Points that are off the field or on
+    no slope are left out; returned is how many there are.
+    """
+    rows, cols = field.shape
+    n = 0
+    for k in range(points):
+        row, col = out[0, k], out[1, k]
         if row < 0 or col < 0 or row >= rows - 1 or col >= cols - 1:
             continue
         # Bilinear; a function of its own would count references to the field at every call.
@@ -253,12 +282,8 @@ def _residuals(
         if d_row == 0.0 and d_col == 0.0:
             continue
         d = (here * (1 - fc) + right * fc) * (1 - fr) + (down * (1 - fc) + across * fc) * fr
-        jx = d_row * A_rc_xy[0, 0] + d_col * A_rc_xy[1, 0]
-        jy = d_row * A_rc_xy[0, 1] + d_col * A_rc_xy[1, 1]
-        out[0, n], out[1, n] = np.exp(-0.5 * d * d / (width * width)), d
-        # To first order the small strain and rotation act on the placed offset (qx, qy).
-        out[2, n], out[3, n], out[4, n] = jx, jy, jy * qx - jx * qy
-        out[5, n], out[6, n], out[7, n] = jx * qx, jy * qy, jx * qy + jy * qx
+        out[2, n], out[3, n] = out[2, k], out[3, k]
+        out[0, n], out[1, n], out[4, n] = d_row, d, d_col
         n += 1
     return n
 
