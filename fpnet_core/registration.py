@@ -5,9 +5,9 @@ Register a sweep with KISS-ICP's parts: what stands tells the place, what lies t
 
 A beam that hits a level floor or ceiling draws a ring around the sensor, and the ring goes where
 the sensor goes. Point to point, the rings of two sweeps agree best where nobody moved, and hold
-the estimate back: in a bare building by a sixth of the way and more. So place and heading come
-from the returns of upright surfaces alone; then all that lies flat is brought to the map from
-there, and of that only height, roll and pitch are believed.
+the estimate back. So place and heading come from the returns of upright surfaces alone; then all
+that lies flat is brought to the map from there, and of that only height, roll and pitch are
+believed. Along a bare wall, returns go with the sensor as well; that is left.
 """
 
 from __future__ import annotations
