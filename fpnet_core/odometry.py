@@ -48,7 +48,7 @@ class KissOdometry:
     point in one and a half voxels, which of a single beam would leave a few dozen. And they are
     deskewed here, with the places that their rays began at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
-    Of other sweeps, what stands tells the place and what lies the level: see
+    Of other sweeps with times, what stands tells the place and what lies the level: see
     :mod:`fpnet_core.registration`.
 
     All sweeps are deskewed by the motion since the last sweep's stamp, for the share of that time

@@ -61,7 +61,9 @@ def test_rings_on_floor_and_ceiling_do_not_hold_the_robot_in_its_place():
     rng, odometry = np.random.default_rng(3), KissOdometry(OdometryConfig())
     path = np.arange(2.0, 10.0, 0.07)
     for x in path:
-        T = odometry.register(rings(x, rng), None).T_odom_sensor
+        sweep = rings(x, rng)
+        times = np.linspace(0.0, 1e-6, len(sweep))  # all seen at once
+        T = odometry.register(sweep, times, round(x / 0.07) * 100_000_000).T_odom_sensor
     # With all points at once it ends 1.4 to 1.7 m from the start, of 8.
     assert T[0, 3] > 0.8 * (path[-1] - path[0])
     np.testing.assert_allclose(T[1:3, 3], 0.0, atol=0.15)
