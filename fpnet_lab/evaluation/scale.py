@@ -3,8 +3,8 @@
 """
 How well the scale of a drawing is told from its doors, rooms and walls.
 
-The real floorplans of both halves, bare and furnished, and generated sheets in many styles, each
-of known scale and read as if it had none.
+The real floorplans of both halves, bare and furnished, and generated storeys and homes in many
+styles, each of known scale and read as if it had none.
 """
 
 from __future__ import annotations
@@ -24,17 +24,18 @@ from fpnet_core.types import GridMap
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import CELL_M
 from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.styled import styled_drawing
+from fpnet_lab.sim.styled import HOMES, STOREYS, styled_drawing
 
 SEED = 7001
 """Numerical: of the generated sheets; what is measured is never what was learned from."""
 
+_GENERATED = {'generated': STOREYS, 'homes': HOMES}
 _IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 
 
 def count_drawings(generated: int) -> int:
     """Count the drawings of :func:`bench_scale`."""
-    return len(_IMAGES) * sum(map(len, SPLITS.values())) + generated
+    return len(_IMAGES) * sum(map(len, SPLITS.values())) + len(_GENERATED) * generated
 
 
 def bench_scale(
@@ -44,7 +45,7 @@ def bench_scale(
     on_drawing: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
-    Estimate the scale of real and of ``generated`` drawings.
+    Estimate the scale of real drawings, and of so many ``generated`` storeys and homes.
 
     Returns
     -------
@@ -86,6 +87,7 @@ def _drawings(data: Path, generated: int) -> Iterator[tuple[str, str, GridMap]]:
                 if not path.is_file():
                     raise FpnetError(f'{path} is missing; give the folder of the shared data')
                 yield f'{split} {kind}', name, read_map(path, CELL_M)
-    for number in range(generated):
-        rng = np.random.default_rng([SEED, number])
-        yield 'generated', str(number), styled_drawing(rng)
+    for group, source in _GENERATED.items():
+        for number in range(generated):
+            rng = np.random.default_rng([SEED, number])
+            yield group, str(number), styled_drawing(rng, source)

@@ -64,7 +64,7 @@ class PlanSource(Protocol):
 
 @dataclass(frozen=True)
 class GeneratedPlans:
-    """Storeys of the generator, each another one; no ``families`` are all families."""
+    """Storeys of the generator, each another one; no ``families`` are all but homes."""
 
     min_rooms: int
     max_rooms: int

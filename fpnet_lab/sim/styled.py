@@ -21,7 +21,8 @@ CELL_M = (0.025, 0.12)
 """Smallest and largest cells of drawings, which are drawn evenly in the logarithm. Chosen."""
 
 # Chosen to span what drawings are like, busier ones more often than the matcher meets:
-_ROOMS = (6, 64)
+STOREYS = GeneratedPlans(6, 64)
+HOMES = GeneratedPlans(3, 20, ('home',))
 _WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness
 _PLACEMENT = DrawingConfig(scale_error=0.0, axis_error=0.02)
 _STYLES = StyleConfig(
@@ -35,21 +36,22 @@ def draw_cell_m(rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log(CELL_M))))
 
 
-def styled_drawing(rng: np.random.Generator) -> GridMap:
+def styled_drawing(rng: np.random.Generator, source: GeneratedPlans = STOREYS) -> GridMap:
     """Return the drawing of a new generated storey in a random style, at its true scale."""
-    return draw_styled(rng)[2]
+    return draw_styled(rng, source=source)[2]
 
 
 def draw_styled(
     rng: np.random.Generator,
     changed: Callable[[BuildingPlan, np.random.Generator], BuildingPlan] = lambda plan, _: plan,
+    source: GeneratedPlans = STOREYS,
 ) -> tuple[BuildingPlan, Affine2D, GridMap]:
     """
     Return a new storey, ``A_plan_building``, and the drawing of :func:`styled_drawing`.
 
     The storey is ``changed`` before it is drawn.
     """
-    plan = GeneratedPlans(*_ROOMS).storey(int(rng.integers(2**31)), 0, 0).plan
+    plan = source.storey(int(rng.integers(2**31)), 0, 0).plan
     plan = changed(plan, rng)
     resolution_m = draw_cell_m(rng)
     wall_m = plan.wall_m * float(rng.uniform(*_WALL_FACTOR))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.plans import composed, divided, families, variants
+from fpnet_lab.sim.plans import composed, divided, families, homes, variants
 from fpnet_lab.sim.plans.finish import finish
 from fpnet_lab.sim.plans.layout import MIN_CELL_AREA_M2, Cell, Style
 from fpnet_lab.sim.plans.roughen import roughen
@@ -45,13 +45,15 @@ _LAYOUTS = (
     variants.bays,
 )
 
-FAMILIES: dict[str, Family] = {
+_BUILDINGS: dict[str, Family] = {
     **{layout.__name__: _from_cells(layout.__name__, layout) for layout in _LAYOUTS},
     'mirrored': composed.mirrored,
     'turned': composed.turned,
     'disconnected': composed.disconnected,
 }
-"""Every layout family by name."""
+
+FAMILIES = _BUILDINGS | {'home': homes.home}
+"""Every layout family by name; homes are drawn where they are asked for."""
 
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
 """
@@ -86,14 +88,14 @@ def generate_plan(
     family : a key of :data:`FAMILIES`; None draws one of ``families``
     min_rooms, max_rooms : bounds of the number of rooms, corridors included
     max_area_m2 : bound of the floor area of all rooms together; None: any
-    families : what is drawn from; empty: all
+    families : what is drawn from; empty: all but homes
 
     Raises
     ------
     ConfigError
         If the family is unknown, or so many rooms do not fit into the area or the family.
     """
-    wanted = list(families or FAMILIES) if family is None else [family]
+    wanted = list(families or _BUILDINGS) if family is None else [family]
     _check_request(wanted, min_rooms, max_rooms, max_area_m2)
     for _ in range(_ATTEMPTS):
         name = wanted[0] if len(wanted) == 1 else str(rng.choice(wanted))

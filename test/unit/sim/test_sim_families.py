@@ -31,6 +31,7 @@ NAMES = {
     'mirrored',
     'turned',
     'disconnected',
+    'home',
 }
 
 
@@ -172,3 +173,18 @@ def test_bays_bulge_out_of_the_facade():
         extent = plan.extent[:, 1]
         heights = [room.bounds[3] for room in _rooms(plan, 'room') if room.centroid.y > 0.0]
         assert extent[1] - np.median(heights) > 0.3 or np.ptp(heights) > 0.3
+
+
+def test_homes_are_small_with_narrow_doors_around_one_hall():
+    for plan in _plans('home'):
+        rooms = _rooms(plan, 'room')
+        assert plan.floor_area_m2 < 200.0
+        assert np.median([room.area for room in rooms]) < 20.0
+        assert max(door.width_m for door in plan.doors if not door.is_open) < 0.91
+        assert len(_rooms(plan, 'hall')) == 1
+
+
+def test_homes_are_drawn_where_they_are_asked_for():
+    drawn = {generate_plan(np.random.default_rng(seed)).family for seed in range(40)}
+    assert 'home' not in drawn
+    assert len(drawn) > 5
