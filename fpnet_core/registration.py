@@ -8,6 +8,10 @@ the sensor goes. Point to point, the rings of two sweeps agree best where nobody
 the estimate back. So place and heading come from the returns of upright surfaces alone; then all
 that lies flat is brought to the map from there, and of that only height, roll and pitch are
 believed. Along a bare wall, returns go with the sensor as well; that is left.
+
+Sweep and map are thinned to the means of voxels that stay where they are in the odometry's frame.
+KISS-ICP takes the first point of each voxel that moves with the sensor: what it takes of a bare
+wall moves along, and rings hold on to rings. What stands and what lies do not meet in a mean.
 """
 
 from __future__ import annotations
@@ -17,6 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from fpnet_core.geometry.voxels import voxel_means
 
 if TYPE_CHECKING:
     from kiss_icp.kiss_icp import KissICP
@@ -40,6 +46,11 @@ _EDGE_M = 0.08
 As near to a column's lowest and highest return, floor and ceiling beside a wall are not told from
 it [m]. Chosen: some deviations of a lidar's ranges.
 """
+
+
+# Given: by KISS-ICP, what registers and what the map takes, over the voxels of its map.
+_SOURCE_VOXELS = 1.5
+_MAP_VOXELS = 0.5  # given: see above
 
 
 def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
@@ -72,18 +83,25 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
     share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
     points: Array = np.asarray(kiss.preprocessor.preprocess(sweep, share, kiss.last_delta))
     T_guess = kiss.last_pose @ kiss.last_delta
-    is_upright = upright(points @ T_guess[:3, :3].T)
-    source, for_map = kiss.voxelize(points)
-    standing = kiss.voxelize(points[is_upright])[0]
+    R, t = T_guess[:3, :3], T_guess[:3, 3]
+    placed = points @ R.T + t
+    is_upright = upright(placed)
+    surfaces = placed[is_upright], placed[~is_upright]
+
+    def thinned(share_of_voxel: float) -> list[Array]:
+        edge_m = share_of_voxel * kiss.config.mapping.voxel_size
+        return [(voxel_means(surface, edge_m) - t) @ R for surface in surfaces]
+
+    standing, lying = thinned(_SOURCE_VOXELS)
+    source = np.vstack([standing, lying])
     if len(standing) < MIN_POINTS:
         T_odom_sensor = _aligned(kiss, source, T_guess)
     else:
         T_standing = _aligned(kiss, standing, T_guess)
-        lying = kiss.voxelize(points[~is_upright])[0]
         level = lying if len(lying) >= MIN_POINTS else source
         T_odom_sensor = levelled(T_standing, _aligned(kiss, level, T_standing))
     kiss.adaptive_threshold.update_model_deviation(np.linalg.inv(T_guess) @ T_odom_sensor)
-    kiss.local_map.update(for_map, T_odom_sensor)
+    kiss.local_map.update(np.vstack(thinned(_MAP_VOXELS)), T_odom_sensor)
     kiss.last_delta = np.linalg.inv(kiss.last_pose) @ T_odom_sensor
     kiss.last_pose = T_odom_sensor
     return points

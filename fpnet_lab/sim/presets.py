@@ -12,7 +12,7 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.types import GridMap
 from fpnet_lab.sim.config import DrawingConfig, SimConfig
 from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.sim.plans import FAMILIES
+from fpnet_lab.sim.plans import BUILDINGS
 
 PAPER_PLANS = 500  # given: the paper's synthetic protocol
 PAPER_PAIRS_PER_PLAN = 50  # given: the paper's
@@ -57,7 +57,7 @@ class Preset:
 
 # A storey that is its own image when turned has no single right answer: such storeys are for the
 # localizer's tests, which must not claim a pose there.
-_DECIDABLE = tuple(family for family in FAMILIES if family != 'turned')
+_DECIDABLE = tuple(family for family in BUILDINGS if family != 'turned')
 
 # Drawings to scale but for 1 %, because the paper's estimate is a similarity. Chosen.
 _PAPER_DRAWING = DrawingConfig(axis_error=0.01)

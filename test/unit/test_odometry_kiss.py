@@ -46,7 +46,7 @@ def test_planted_motion_is_recovered():
     np.testing.assert_allclose(sweep.T_odom_sensor, motion(11), atol=0.03)
 
 
-def rings(x, rng):
+def rings(x, rng, deviation_m):
     """A sweep of 16 beams in a bare hall of 14 x 6 x 2.7 m, ``x`` [m] along its middle."""
     elevation, azimuth = np.deg2rad(np.linspace(-15.0, 15.0, 16)), np.deg2rad(np.arange(900) * 0.4)
     up, turn = (angle.ravel() for angle in np.meshgrid(elevation, azimuth))
@@ -54,19 +54,20 @@ def rings(x, rng):
     ray = np.where(np.abs(ray) < 1e-9, 1e-9, ray)
     sensor = np.array([x, 3.0, 0.6])
     reach = (np.where(ray > 0.0, [14.0, 6.0, 2.7], 0.0) - sensor) / ray
-    return ray * (reach.min(axis=1) + rng.normal(0.0, 0.015, len(ray)))[:, None]
+    return ray * (reach.min(axis=1) + rng.normal(0.0, deviation_m, len(ray)))[:, None]
 
 
-def test_rings_on_floor_and_ceiling_do_not_hold_the_robot_in_its_place():
+@pytest.mark.parametrize('deviation_m', [0.0, 0.015])
+def test_rings_on_floor_and_ceiling_do_not_hold_the_robot_in_its_place(deviation_m):
     rng, odometry = np.random.default_rng(3), KissOdometry(OdometryConfig())
     path = np.arange(2.0, 10.0, 0.07)
     for x in path:
-        sweep = rings(x, rng)
+        sweep = rings(x, rng, deviation_m)
         times = np.linspace(0.0, 1e-6, len(sweep))  # all seen at once
         T = odometry.register(sweep, times, round(x / 0.07) * 100_000_000).T_odom_sensor
-    # With all points at once it ends 1.4 to 1.7 m from the start, of 8.
-    assert T[0, 3] > 0.8 * (path[-1] - path[0])
-    np.testing.assert_allclose(T[1:3, 3], 0.0, atol=0.15)
+    # With all points at once it ends 1.4 to 1.7 m from the start, of 8; with KISS-ICP's choice of
+    # a point in each voxel 6.8 to 8 m, and 4 to 6 m where ranges are exact.
+    np.testing.assert_allclose(T[:3, 3], [path[-1] - path[0], 0.0, 0.0], atol=0.15)
     assert Rotation.from_matrix(T[:3, :3]).magnitude() < np.deg2rad(2.0)
 
 

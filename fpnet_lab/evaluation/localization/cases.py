@@ -16,12 +16,12 @@ from enum import StrEnum
 from itertools import zip_longest
 
 from fpnet_core.errors import ConfigError
-from fpnet_lab.sim.plans import FAMILIES
+from fpnet_lab.sim.plans import BUILDINGS
 
 SYMMETRIC_FAMILIES = ('turned', 'mirrored')
 REPEATED_FAMILY = 'repeated'
 PLAIN_FAMILIES = tuple(
-    name for name in FAMILIES if name not in (*SYMMETRIC_FAMILIES, REPEATED_FAMILY)
+    name for name in BUILDINGS if name not in (*SYMMETRIC_FAMILIES, REPEATED_FAMILY)
 )
 """Families without built-in symmetry or repetition: here the robot is to be found."""
 

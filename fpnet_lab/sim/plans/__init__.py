@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random storeys with the statistics of real ones: :func:`generate_plan`."""
 
-from fpnet_lab.sim.plans.generate import FAMILIES, generate_plan
+from fpnet_lab.sim.plans.generate import BUILDINGS, FAMILIES, generate_plan
 
-__all__ = ['FAMILIES', 'generate_plan']
+__all__ = ['BUILDINGS', 'FAMILIES', 'generate_plan']

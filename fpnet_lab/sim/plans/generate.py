@@ -45,15 +45,16 @@ _LAYOUTS = (
     variants.bays,
 )
 
-_BUILDINGS: dict[str, Family] = {
+BUILDINGS: dict[str, Family] = {
     **{layout.__name__: _from_cells(layout.__name__, layout) for layout in _LAYOUTS},
     'mirrored': composed.mirrored,
     'turned': composed.turned,
     'disconnected': composed.disconnected,
 }
+"""Layout families that are drawn where none is asked for, by name."""
 
-FAMILIES = _BUILDINGS | {'home': homes.home}
-"""Every layout family by name; homes are drawn where they are asked for."""
+FAMILIES = BUILDINGS | {'home': homes.home}
+"""Every layout family by name."""
 
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
 """
@@ -95,7 +96,7 @@ def generate_plan(
     ConfigError
         If the family is unknown, or so many rooms do not fit into the area or the family.
     """
-    wanted = list(families or _BUILDINGS) if family is None else [family]
+    wanted = list(families or BUILDINGS) if family is None else [family]
     _check_request(wanted, min_rooms, max_rooms, max_area_m2)
     for _ in range(_ATTEMPTS):
         name = wanted[0] if len(wanted) == 1 else str(rng.choice(wanted))
