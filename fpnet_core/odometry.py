@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried
+from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
-from fpnet_core.registration import MIN_POINTS, register_sweep
+from fpnet_core.registration import MIN_POINTS, register_planar, register_sweep
 from fpnet_core.stamps import NS_PER_S, ClockGuard
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class KissOdometry:
         self, config: OdometryConfig, on_restart: Callable[[float], None] = _warn
     ) -> None:
         self._config, self._on_restart = config, on_restart
+        voxel_means(np.zeros((1, 3)), 1.0)  # compiled before the first sweep waits for it
         self.reset()
 
     def reset(self, T_odom_sensor: Array | None = None) -> None:
@@ -221,7 +223,7 @@ class KissOdometry:
             sweep = carried(sweep, kiss.last_delta, share)
             if viewpoints is not None:
                 viewpoints = carried(viewpoints, kiss.last_delta, share)
-        kiss.register_frame(sweep, np.zeros(0))
+        register_planar(kiss, sweep)
         return RegisteredSweep(
             sweep.astype(np.float32),
             kiss.last_pose.copy(),

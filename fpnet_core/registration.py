@@ -83,16 +83,10 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
     share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
     points: Array = np.asarray(kiss.preprocessor.preprocess(sweep, share, kiss.last_delta))
     T_guess = kiss.last_pose @ kiss.last_delta
-    R, t = T_guess[:3, :3], T_guess[:3, 3]
-    placed = points @ R.T + t
+    placed = _placed(points, T_guess)
     is_upright = upright(placed)
     surfaces = placed[is_upright], placed[~is_upright]
-
-    def thinned(share_of_voxel: float) -> list[Array]:
-        edge_m = share_of_voxel * kiss.config.mapping.voxel_size
-        return [(voxel_means(surface, edge_m) - t) @ R for surface in surfaces]
-
-    standing, lying = thinned(_SOURCE_VOXELS)
+    standing, lying = (_thinned(kiss, each, T_guess, _SOURCE_VOXELS) for each in surfaces)
     source = np.vstack([standing, lying])
     if len(standing) < MIN_POINTS:
         T_odom_sensor = _aligned(kiss, source, T_guess)
@@ -100,11 +94,22 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
         T_standing = _aligned(kiss, standing, T_guess)
         level = lying if len(lying) >= MIN_POINTS else source
         T_odom_sensor = levelled(T_standing, _aligned(kiss, level, T_standing))
-    kiss.adaptive_threshold.update_model_deviation(np.linalg.inv(T_guess) @ T_odom_sensor)
-    kiss.local_map.update(np.vstack(thinned(_MAP_VOXELS)), T_odom_sensor)
-    kiss.last_delta = np.linalg.inv(kiss.last_pose) @ T_odom_sensor
-    kiss.last_pose = T_odom_sensor
+    for_map = [_thinned(kiss, each, T_guess, _MAP_VOXELS) for each in surfaces]
+    _move_on(kiss, T_guess, T_odom_sensor, np.vstack(for_map))
     return points
+
+
+def register_planar(kiss: KissICP, sweep: Array) -> None:
+    """
+    Move ``kiss`` on by one sweep ``(P, 3)`` of a planar scanner, sensor frame [m], deskewed or not.
+
+    All that the map takes registers: a single beam has few points.
+    """
+    T_guess = kiss.last_pose @ kiss.last_delta
+    placed = _placed(sweep, T_guess)
+    placed[:, 2] = T_guess[2, 3]  # or rounding would part one voxel in two
+    for_map = _thinned(kiss, placed, T_guess, _MAP_VOXELS)
+    _move_on(kiss, T_guess, _aligned(kiss, for_map, T_guess), for_map)
 
 
 def upright(points: Array) -> NDArray[np.bool_]:
@@ -131,6 +136,26 @@ def levelled(T_place: Array, T_level: Array) -> Array:
     T[:3, :3] = Rotation.from_rotvec(turn * [1.0, 1.0, 0.0]).as_matrix() @ T_place[:3, :3]
     T[2, 3] = T_level[2, 3]
     return T
+
+
+def _placed(points: Array, T_odom_sensor: Array) -> Array:
+    placed: Array = points @ T_odom_sensor[:3, :3].T + T_odom_sensor[:3, 3]
+    return placed
+
+
+def _thinned(kiss: KissICP, placed: Array, T_guess: Array, voxels: float) -> Array:
+    """Return means of voxels, in the sensor's frame, of points in the odometry's ``(P, 3)``."""
+    means = voxel_means(placed, voxels * kiss.config.mapping.voxel_size)
+    thinned: Array = (means - T_guess[:3, 3]) @ T_guess[:3, :3]
+    return thinned
+
+
+def _move_on(kiss: KissICP, T_guess: Array, T_odom_sensor: Array, for_map: Array) -> None:
+    """Take the pose that was found, and the sweep's points into the map."""
+    kiss.adaptive_threshold.update_model_deviation(np.linalg.inv(T_guess) @ T_odom_sensor)
+    kiss.local_map.update(for_map, T_odom_sensor)
+    kiss.last_delta = np.linalg.inv(kiss.last_pose) @ T_odom_sensor
+    kiss.last_pose = T_odom_sensor
 
 
 def _aligned(kiss: KissICP, source: Array, T_guess: Array) -> Array:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.localizer.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import FREE, OCCUPIED, GridMap
@@ -32,6 +33,7 @@ def warm_up(localizer: Localizer) -> None:
     """
     localizer.set_plan(_toy_plan())
     left = _toy_scan()
+    voxel_means(left.astype(np.float64), _SPACING_M)  # of odometry, where one process does both
     right = left * np.array([-1.0, 1.0, 1.0], dtype=np.float32)
     T_left_right = np.eye(4)
     T_left_right[0, 3] = _ROOM_M[0] + _WALL_M
