@@ -101,7 +101,7 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
 
 def register_planar(kiss: KissICP, sweep: Array) -> None:
     """
-    Move ``kiss`` on by one sweep ``(P, 3)`` of a planar scanner, sensor frame [m], deskewed or not.
+    Move ``kiss`` on by one sweep ``(P, 3)`` of a planar scanner, sensor frame [m].
 
     All that the map takes registers: a single beam has few points.
     """
