@@ -45,9 +45,10 @@ class KissOdometry:
 
     The odometry frame ``odom`` is the robot's pose at the first sweep, the sensor's where nobody
     knows its place on the robot. That sweep also tells planar scanners from others: theirs are
-    flat. Two things are different for them. The map gets voxels of its own: KISS-ICP keeps one
-    point in one and a half voxels, which of a single beam would leave a few dozen. And they are
-    deskewed here, with the places that their rays began at.
+    flat. Two things are different for them. The map gets voxels of its own, and all that it
+    takes of a sweep registers: one point in one and a half voxels, as of others, would leave a
+    few dozen of a single beam. And they are deskewed here, with the places that their rays began
+    at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
     Of other sweeps with times, what stands tells the place and what lies the level: see
     :mod:`fpnet_core.registration`.

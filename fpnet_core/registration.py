@@ -7,7 +7,7 @@ A beam that hits a level floor or ceiling draws a ring around the sensor, and th
 the sensor goes. Point to point, the rings of two sweeps agree best where nobody moved, and hold
 the estimate back. So place and heading come from the returns of upright surfaces alone; then all
 that lies flat is brought to the map from there, and of that only height, roll and pitch are
-believed. Along a bare wall, returns go with the sensor as well; that is left.
+believed.
 
 Sweep and map are thinned to the means of voxels that stay where they are in the odometry's frame.
 KISS-ICP takes the first point of each voxel that moves with the sensor: what it takes of a bare

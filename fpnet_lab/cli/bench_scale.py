@@ -28,7 +28,9 @@ def command(
     data: Annotated[Path, typer.Option('--data', metavar='DIR', help='Folder of bormann.')] = Path(
         '../shared/data'
     ),
-    limit: Annotated[int, typer.Option('--limit', min=0, help='Generated drawings.')] = 200,
+    limit: Annotated[
+        int, typer.Option('--limit', min=0, help='Generated drawings of each kind.')
+    ] = 200,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     json_path: common.JsonOption = None,

@@ -3,8 +3,8 @@
 """
 How well the scale of a drawing is told from its doors, rooms and walls.
 
-The real floorplans of both halves, bare and furnished, and generated storeys and homes in many
-styles, each of known scale and read as if it had none.
+The real floorplans of both halves, bare and furnished, and generated storeys, homes and large
+houses in many styles, each of known scale and read as if it had none.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from fpnet_core.types import GridMap
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import CELL_M
 from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.styled import HOMES, STOREYS, styled_drawing
+from fpnet_lab.sim.styled import HOMES, HOUSES, STOREYS, styled_drawing
 
 SEED = 7001
 """Numerical: of the generated sheets; what is measured is never what was learned from."""
 
-_GENERATED = {'generated': STOREYS, 'homes': HOMES}
+_GENERATED = {'generated': STOREYS, 'homes': HOMES, 'houses': HOUSES}
 _IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 
 
@@ -45,7 +45,7 @@ def bench_scale(
     on_drawing: Callable[[float], None] = lambda _: None,
 ) -> dict[str, Any]:
     """
-    Estimate the scale of real drawings, and of so many ``generated`` storeys and homes.
+    Estimate the scale of real drawings, and of so many ``generated`` ones of each kind.
 
     Returns
     -------
