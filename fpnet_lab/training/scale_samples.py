@@ -38,7 +38,7 @@ from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.sim.plan_sources import GeneratedPlans
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.styled import HOMES, STOREYS, draw_cell_m, styled_drawing
+from fpnet_lab.sim.styled import HOMES, HOUSES, STOREYS, draw_cell_m, styled_drawing
 from fpnet_lab.training.gathering import Columns, Counts, MapTask
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
@@ -59,6 +59,9 @@ SHEET = 'sheet'
 
 HOME = 'home'
 """What the names of generated homes begin with."""
+
+HOUSE = 'house'
+"""What the names of generated houses of large rooms begin with."""
 
 _LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
 
@@ -98,6 +101,7 @@ class ScaleAmounts(Counts):
     sheets: int = 150
     homes: int = 200
     home_maps: int = 100
+    houses: int = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +191,9 @@ def scale_tasks(
         yield MapTask(home, f'{HOME} {number}', 'plan', False, (seed, 6, number))
     for number in range(amounts.home_maps):
         yield MapTask(home_map, f'{HOME} map {number}', 'map', False, (seed, 7, number))
+    house = partial(styled_drawing, source=HOUSES)
+    for number in range(amounts.houses):
+        yield MapTask(house, f'{HOUSE} {number}', 'plan', False, (seed, 8, number))
 
 
 def _samples(task: ScaleTask, config: SegmentationConfig) -> ScaleSamples:
