@@ -24,12 +24,12 @@ from fpnet_core.types import GridMap
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import CELL_M
 from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.styled import HOMES, HOUSES, STOREYS, styled_drawing
+from fpnet_lab.sim.styled import HOMES, HOUSES, PRACTICES, STOREYS, styled_drawing
 
 SEED = 7001
 """Numerical: of the generated sheets; what is measured is never what was learned from."""
 
-_GENERATED = {'generated': STOREYS, 'homes': HOMES, 'houses': HOUSES}
+_GENERATED = {'generated': STOREYS, 'homes': HOMES, 'practices': PRACTICES, 'houses': HOUSES}
 _IMAGES = {'bare': 'floorplan/{}.png', 'furnished': 'furnished/{}_furnitures.png'}
 
 

@@ -23,6 +23,7 @@ CELL_M = (0.025, 0.12)
 # Chosen to span what drawings are like, busier ones more often than the matcher meets:
 STOREYS = GeneratedPlans(6, 64)
 HOMES = GeneratedPlans(3, 20, ('home',))
+PRACTICES = GeneratedPlans(3, 30, ('practice',))
 HOUSES = GeneratedPlans(3, 64, ('house',))
 _WALL_FACTOR = (0.5, 1.8)  # drawn over true thickness
 _PLACEMENT = DrawingConfig(scale_error=0.0, axis_error=0.02)

@@ -37,7 +37,7 @@ from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
-from fpnet_lab.training.scale_samples import HOME, HOUSE, SHEET, ScaleSamples
+from fpnet_lab.training.scale_samples import SHEET, ScaleSamples
 
 Array = NDArray[np.float64]
 
@@ -203,18 +203,13 @@ def held_back_figures(samples: ScaleSamples, errors: Array) -> dict[str, dict[st
     floors = np.isin(samples.building, TUNE_FLOORS)
     plan = samples.side == 'plan'
     of_sheets = np.char.startswith(samples.building, SHEET)
-    of_homes = np.char.startswith(samples.building, HOME)
-    of_houses = np.char.startswith(samples.building, HOUSE)
     groups = {
         'bormann': plan & floors,
         'drawings': plan & samples.real,
-        'generated': plan & ~samples.real & ~of_sheets & ~of_homes & ~of_houses,
+        'generated': plan & ~samples.real & ~of_sheets,
         'sheets': of_sheets,
-        'homes': plan & of_homes,
-        'houses': of_houses,
         'robot_maps': ~plan & samples.real,
-        'generated_maps': ~plan & ~samples.real & ~of_homes,
-        'home_maps': ~plan & of_homes,
+        'generated_maps': ~plan & ~samples.real,
     }
     weight = sample_weights(samples, 1.0)
     return {

@@ -35,10 +35,9 @@ from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.distort import redrawn, rewalled, warp_map
 from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.sim.plan_sources import GeneratedPlans
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.styled import HOMES, HOUSES, STOREYS, draw_cell_m, styled_drawing
+from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
 from fpnet_lab.training.gathering import Columns, Counts, MapTask
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
@@ -56,12 +55,6 @@ FIRST_SHEET = 5000
 
 SHEET = 'sheet'
 """What the names of sheets begin with."""
-
-HOME = 'home'
-"""What the names of generated homes begin with."""
-
-HOUSE = 'house'
-"""What the names of generated houses of large rooms begin with."""
 
 _LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
 
@@ -99,9 +92,6 @@ class ScaleAmounts(Counts):
     generated: int = 300
     generated_maps: int = 150
     sheets: int = 150
-    homes: int = 200
-    home_maps: int = 100
-    houses: int = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,14 +176,6 @@ def scale_tasks(
         yield MapTask(
             partial(_read_sheet, number, config), f'{SHEET} {number}', 'plan', False, key
         )
-    home, home_map = partial(styled_drawing, source=HOMES), partial(_generated_map, source=HOMES)
-    for number in range(amounts.homes):
-        yield MapTask(home, f'{HOME} {number}', 'plan', False, (seed, 6, number))
-    for number in range(amounts.home_maps):
-        yield MapTask(home_map, f'{HOME} map {number}', 'map', False, (seed, 7, number))
-    house = partial(styled_drawing, source=HOUSES)
-    for number in range(amounts.houses):
-        yield MapTask(house, f'{HOUSE} {number}', 'plan', False, (seed, 8, number))
 
 
 def _samples(task: ScaleTask, config: SegmentationConfig) -> ScaleSamples:
@@ -289,8 +271,8 @@ def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator)
     return read.in_true_metres if rooms.f1 >= _LEAST_F1 else None
 
 
-def _generated_map(rng: np.random.Generator, source: GeneratedPlans = STOREYS) -> Submap:
-    return _part(robot_map_of(styled_drawing(rng, source), rng), rng)
+def _generated_map(rng: np.random.Generator) -> Submap:
+    return _part(robot_map_of(styled_drawing(rng), rng), rng)
 
 
 def _part(grid: GridMap, rng: np.random.Generator) -> Submap:

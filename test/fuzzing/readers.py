@@ -229,9 +229,14 @@ def _read_scans(path: Path) -> object:
 
 
 def _examine(path: Path) -> object:
+    from fpnet_core.config import OdometryConfig
     from fpnet_core.doctor.bag import observe_bag
     from fpnet_core.doctor.examine import examine
+    from fpnet_core.odometry import KissOdometry
 
+    # The valid bag is too short to be registered: its kernel, which Numba unpickles from a cache of
+    # its own, is loaded all the same before a damaged one is listened to.
+    KissOdometry(OdometryConfig())
     return examine(observe_bag(path, 10.0))
 
 

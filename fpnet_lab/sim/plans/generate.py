@@ -53,7 +53,7 @@ BUILDINGS: dict[str, Family] = {
 }
 """Layout families that are drawn where none is asked for, by name."""
 
-FAMILIES = BUILDINGS | {'home': homes.home}
+FAMILIES = BUILDINGS | {'home': homes.home, 'practice': homes.practice}
 """Every layout family by name."""
 
 ROOM_TO_ROOM = (0.0, 0.0, 0.04, 0.15, 0.5, 0.85)
