@@ -234,8 +234,8 @@ def _examine(path: Path) -> object:
     from fpnet_core.doctor.examine import examine
     from fpnet_core.odometry import KissOdometry
 
-    # The valid bag is too short to be registered: its kernel, which Numba unpickles from a cache of
-    # its own, is loaded all the same before a damaged one is listened to.
+    # The valid bag is too short to be registered: the kernel, which Numba unpickles from its cache,
+    # is loaded all the same before a damaged one is listened to.
     KissOdometry(OdometryConfig())
     return examine(observe_bag(path, 10.0))
 
