@@ -234,7 +234,7 @@ def _examine(path: Path) -> object:
     from fpnet_core.doctor.examine import examine
     from fpnet_core.odometry import KissOdometry
 
-    # The valid bag is too short to be registered: the kernel, which Numba unpickles from its cache,
+    # The valid bag is too short to be registered: the kernel, which Numba unpickles itself,
     # is loaded all the same before a damaged one is listened to.
     KissOdometry(OdometryConfig())
     return examine(observe_bag(path, 10.0))
