@@ -4,7 +4,8 @@
 Settle placements on the outlines of what they match: ends of doorways, corners of rooms.
 
 Centres alone tell little of a rotation where a submap has two or three regions; a doorway's line
-and a room's corners do.
+and a room's corners do. How far outlines stay apart once they are settled tells rooms of nearly
+equal size from one another.
 """
 
 from __future__ import annotations
@@ -14,31 +15,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.matches import WELL_SEEN
-from fpnet_core.matching.consensus import GLIMPSED_WEIGHT, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
 Array = NDArray[np.float64]
 
+GLIMPSED_WEIGHT = 0.05
+"""
+Of a room beside a door where placements are refined: the middle of what was seen of it is off its
+own, and its corners may be where sight ended. Chosen.
+"""
+
 _ITERATIONS = 4  # numerical
 # Chosen, not measured:
-_SPREAD_UNITS = 0.25  # corners further apart than this, in plan units, count less and less
+_SPREAD_UNITS = 0.25  # outlines further apart than this, in plan units, count less and less
 _SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])  # numerical
 
 
-def aligned(assignments: Assignments, plan: GraphGeometry, sub: GraphGeometry) -> Array:
+def aligned(
+    similarity: Array,
+    partner: NDArray[np.int64],
+    fit: Array,
+    plan: GraphGeometry,
+    sub: GraphGeometry,
+) -> tuple[Array, Array]:
     """
-    Return ``(C, 4)`` similarities of the placements, refitted to corners of their pairs.
+    Refit placements to the corners of their pairs, and tell how far outlines stay apart.
 
     Iteratively reweighted least squares with Cauchy weights; rows without a match stay.
+
+    Parameters
+    ----------
+    similarity : (C, 4) placements, as in :mod:`fpnet_core.matching.kernels`
+    partner, fit : (C, N) plan regions or -1, and how well they fit
+
+    Returns
+    -------
+    Similarities ``(C, 4)``, and of each region ``(C, N)`` by how much its outline is off its
+    partner's, 0 without one: the mean of ``log(1 + (gap / spread)^2)`` over the ends of a doorway,
+    the sides of a room that was seen well, or of any other room the corners, which count where
+    they lie outside its partner.
     """
     seen = np.where(sub.is_door | (sub.observed >= WELL_SEEN), 1.0, GLIMPSED_WEIGHT)
-    matched = (assignments.partner >= 0) & (assignments.fit > 0.0)
-    weight = np.where(matched, seen, 0.0)
-    similarity = np.ascontiguousarray(assignments.similarity)
+    weight = np.where((partner >= 0) & (fit > 0.0), seen, 0.0)
+    similarity = np.ascontiguousarray(similarity)
     plan_corners, sub_corners = corners(plan), corners(sub)
     for _ in range(_ITERATIONS):
-        similarity = _refitted(similarity, assignments.partner, weight, plan_corners, sub_corners)
-    return similarity
+        similarity = _refitted(similarity, partner, weight, plan_corners, sub_corners)
+    apart = np.zeros(partner.shape)
+    by_sides = ~sub.is_door & (sub.observed >= WELL_SEEN)
+    sides = (sub.is_door, by_sides, plan_corners, sub_corners, plan.box)
+    _outlines_apart(similarity, partner, *sides, apart)
+    return similarity, apart
 
 
 def corners(side: GraphGeometry) -> Array:
@@ -115,3 +142,62 @@ def _nearest_turn(placed: Array, target: Array) -> int:
         if total < best:
             best, best_turn = total, turn
     return best_turn
+
+
+@numba.njit(cache=True, nogil=True)
+def _outlines_apart(
+    similarity: Array,
+    partner: NDArray[np.int64],
+    is_door: NDArray[np.bool_],
+    by_sides: NDArray[np.bool_],
+    plan_corners: Array,
+    sub_corners: Array,
+    plan_box: Array,
+    apart: Array,
+) -> None:
+    """Fill ``apart (C, N)`` with how far each region's outline is off its partner's."""
+    placed, gap = np.empty((4, 2)), np.empty((4, 2))
+    for c in range(len(similarity)):
+        a, b, x0, y0 = similarity[c]
+        for j in range(partner.shape[1]):
+            i = partner[c, j]
+            if i < 0:
+                continue
+            for k in range(4):
+                px, py = sub_corners[j, k, 0], sub_corners[j, k, 1]
+                placed[k, 0], placed[k, 1] = a * px - b * py + x0, b * px + a * py + y0
+            total = 0.0
+            if is_door[j] or by_sides[j]:
+                turn = _nearest_turn(placed, plan_corners[i])
+                for k in range(4):
+                    gap[k, 0] = plan_corners[i, (k + turn) % 4, 0] - placed[k, 0]
+                    gap[k, 1] = plan_corners[i, (k + turn) % 4, 1] - placed[k, 1]
+            for k in range(4):
+                if is_door[j]:
+                    off = gap[k, 0] ** 2 + gap[k, 1] ** 2
+                elif by_sides[j]:
+                    off = _side_gap(placed, gap, k) ** 2
+                else:
+                    off = _outside(placed[k, 0], placed[k, 1], plan_box[i])
+                total += np.log1p(off / _SPREAD_UNITS**2)
+            apart[c, j] = 0.25 * total
+
+
+@numba.njit(cache=True, nogil=True)
+def _side_gap(placed: Array, gap: Array, k: int) -> float:
+    """Return how far the side from corner ``k`` to the next is off, across it."""
+    m = (k + 1) % 4
+    along_x, along_y = placed[m, 0] - placed[k, 0], placed[m, 1] - placed[k, 1]
+    length = np.sqrt(along_x**2 + along_y**2) + 1e-9
+    x, y = 0.5 * (gap[k, 0] + gap[m, 0]), 0.5 * (gap[k, 1] + gap[m, 1])
+    return float((along_x * y - along_y * x) / length)
+
+
+@numba.njit(cache=True, nogil=True)
+def _outside(x: float, y: float, box: Array) -> float:
+    """Return the squared distance of a point from a rectangle ``(5,)``; 0 within."""
+    cos, sin = np.cos(box[4]), np.sin(box[4])
+    dx, dy = x - box[0], y - box[1]
+    u = max(0.0, abs(cos * dx + sin * dy) - box[2])
+    v = max(0.0, abs(cos * dy - sin * dx) - box[3])
+    return float(u * u + v * v)

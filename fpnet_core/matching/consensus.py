@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.matches import LEAST_DECADES, WELL_SEEN
+from fpnet_core.matching.alignment import GLIMPSED_WEIGHT, aligned
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
     first_distinct,
@@ -43,19 +44,18 @@ EVIDENCE = (
     'plan_door_misses',
     'size_error',
     'fit_share',
+    'doors_apart',
+    'rooms_apart',
+    'glimpses_apart',
+    'mean_doors_apart',
+    'mean_rooms_apart',
 )
-"""Kinds of evidence in the order of the model's weights; sums over regions but for the last."""
+"""Kinds of evidence in the order of the model's weights: sums, a share and means over regions."""
 
 CANDIDATES_PER_REGION = 8  # numerical: likely plan regions that each submap region brings in
 NEIGHBOURS = 6  # numerical: other regions that each submap region is paired with
 MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
-
-GLIMPSED_WEIGHT = 0.05
-"""
-Of a room beside a door where placements are refined: the middle of what was seen of it is off its
-own, and its corners may be where sight ended. Chosen.
-"""
 
 _REFINEMENTS = 2  # numerical
 _LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
@@ -72,13 +72,13 @@ _UNLIKELY_WEIGHT = (
 
 @dataclass(frozen=True, eq=False)
 class EvidenceModel:
-    """``weights (11,)`` of the kinds of evidence, and the score of "none of them"."""
+    """``weights (K,)`` of the kinds of evidence, and the score of "none of them"."""
 
     weights: Array
     null: float
 
     def posterior(self, evidence: Array) -> Array:
-        """Return the probability of each row of ``evidence (C, 11)``; what is left is none."""
+        """Return the probability of each row of ``evidence (C, K)``; what is left is none."""
         scores = np.append(evidence @ self.weights, self.null)
         share = np.exp(scores - scores.max())
         probability: Array = share[:-1] / share.sum()
@@ -91,7 +91,7 @@ class Assignments:
     Distinct placements of a submap, and which plan region each gives every submap region.
 
     ``similarity (C, 4)`` as in :mod:`fpnet_core.matching.kernels`; ``partner (C, N)`` plan
-    indices or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, 11)``.
+    indices or -1, one-to-one; ``fit (C, N)`` 0 to 1; ``evidence (C, K)``.
     """
 
     similarity: Array
@@ -147,8 +147,9 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     # What refinement has brought together is one placement: the best fit stays.
     order = np.argsort(-fit.sum(axis=1), kind='stable')
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
-    similarity, partner, fit = similarity[order], partner[order], fit[order]
-    evidence = gather_region_evidence(plan, sub, similarity, partner, fit, relative)
+    partner, fit = partner[order], fit[order]
+    similarity, apart = aligned(similarity[order], partner, fit, plan, sub)
+    evidence = _evidence(plan, sub, similarity, partner, fit, apart, relative)
     return Assignments(similarity, partner, fit, evidence)
 
 
@@ -159,15 +160,16 @@ def rank(assignments: Assignments, model: EvidenceModel) -> tuple[Assignments, A
     return assignments.take(order), probability[order]
 
 
-def gather_region_evidence(
+def _evidence(
     plan: GraphGeometry,
     sub: GraphGeometry,
     similarity: Array,
     partner: NDArray[np.int64],
     fit: Array,
+    apart: Array,
     relative: Array,
 ) -> Array:
-    """Return the ``(C, 11)`` evidence for placements; columns as in ``EVIDENCE``."""
+    """Return the evidence ``(C, K)`` for settled placements; columns as in ``EVIDENCE``."""
     matched = partner >= 0
     door, room = sub.is_door[None], ~sub.is_door[None]
     likelihood = np.where(matched, np.maximum(relative[partner, np.arange(len(sub))], _FLOOR), 0.0)
@@ -176,6 +178,8 @@ def gather_region_evidence(
     well_seen = matched & room & (sub.observed >= WELL_SEEN)[None]
     size = np.log(plan.box[:, 2:4]).sum(axis=1)[partner] - np.log(sub.box[:, 2:4]).sum(axis=1)
     size_error = np.abs(size - 2.0 * log_scale[:, None]).clip(0.0, 1.0)
+    doors_apart, rooms_apart = ((apart * kind).sum(axis=1) for kind in (door, well_seen))
+    doors, rooms = ((matched & kind).sum(axis=1).clip(1) for kind in (door, well_seen))
     return np.column_stack(
         [
             (fit * door).sum(axis=1),
@@ -189,6 +193,11 @@ def gather_region_evidence(
             _plan_door_misses(plan, partner, well_seen),
             (size_error * well_seen).sum(axis=1),
             fit.mean(axis=1),
+            doors_apart,
+            rooms_apart,
+            (apart * (room & ~well_seen)).sum(axis=1),
+            doors_apart / doors,
+            rooms_apart / rooms,
         ]
     ).astype(np.float64)
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.matches import MatchHypothesis
-from fpnet_core.matching.alignment import aligned
 from fpnet_core.matching.consensus import Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
@@ -51,7 +50,7 @@ def hypotheses_of(
     best = assignments.take(np.arange(min(MAX_HYPOTHESES, len(assignments))))
     return tuple(
         _hypothesis(similarity, best.partner[k], posterior[k], plan, sub)
-        for k, similarity in enumerate(aligned(best, plan, sub))
+        for k, similarity in enumerate(best.similarity)
     )
 
 

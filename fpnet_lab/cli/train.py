@@ -129,7 +129,8 @@ def fit_and_calibrate(
     if not trainer.is_first:
         return
     if isinstance(config.network, InvariantConfig):
-        calibrate(out / WEIGHTS_FILE, (dataset.pair(pair.index) for pair in validation))
+        held_back = (dataset.pair(pair.index) for pair in validation)
+        calibrate(out / WEIGHTS_FILE, held_back, out / WEIGHTS_FILE)
     typer.echo(f'lowest validation loss {trainer.best_loss:.3f} in epoch {trainer.best_epoch}')
 
 

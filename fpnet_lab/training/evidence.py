@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,28 +41,42 @@ _REGULARISATION = 1e-3  # chosen
 
 @dataclass(frozen=True, eq=False)
 class PlacementExample:
-    """The evidence ``(C, 11)`` of one pair's placements, and which were right ``(C,) bool``."""
+    """The evidence ``(C, K)`` of one pair's placements, and which were right ``(C,) bool``."""
 
     evidence: Array
     is_right: NDArray[np.bool_]
 
 
-def calibrate(path: Path, pairs: Iterable[MatchingPair]) -> EvidenceModel:
+def calibrate(
+    weights: Path | None,
+    pairs: Iterable[MatchingPair],
+    out: Path,
+    facts: Mapping[str, Any] | None = None,
+) -> EvidenceModel:
     """
-    Fit the model to held-back ``pairs`` and put it into the manifest of the weights ``path``.
+    Fit the model to held-back ``pairs`` and write weights with it to ``out``.
+
+    Parameters
+    ----------
+    weights : of the network; None for the packaged ones
+    pairs : of buildings that the network was not trained on
+    out : weights and manifest; may be ``weights``
+    facts : of the pairs, for the manifest's entry ``evidence_data``
 
     Returns
     -------
     The model. What placements the network's likelihoods lead to on buildings that it was not
     trained on is what the model has to judge later.
     """
-    weights = read_weights(path, FEATURE_SCHEMA)
-    matcher = LearnedMatcher(MatcherConfig(weights=str(path)))
+    network = read_weights(weights, FEATURE_SCHEMA)
+    matcher = LearnedMatcher(MatcherConfig(weights=str(weights or '')), settle=False)
     model = fit_evidence_model([_example(matcher, pair) for pair in pairs])
-    described = {'sha256', 'schema', 'tensors'}
-    facts = {key: value for key, value in weights.manifest.items() if key not in described}
-    facts['evidence'] = evidence_entry(model)
-    write_weights(path, weights.tensors, FEATURE_SCHEMA, facts)
+    replaced = {'sha256', 'schema', 'tensors', 'evidence', 'evidence_data'}
+    said = {key: value for key, value in network.manifest.items() if key not in replaced}
+    said['evidence'] = evidence_entry(model)
+    if facts is not None:
+        said['evidence_data'] = dict(facts)
+    write_weights(out, network.tensors, FEATURE_SCHEMA, said)
     return model
 
 

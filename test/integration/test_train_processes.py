@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Training by several processes under torchrun."""
+"""Training by several processes under torchrun, and of what judges the network's answers alone."""
 
 import csv
 import os
@@ -10,8 +10,10 @@ import sys
 
 import pytest
 
+from fpnet_core.cli import main
 from fpnet_core.io.weights import read_weights
 from fpnet_core.types import FEATURE_SCHEMA
+from fpnet_lab.evaluation.pair_sets import SEED
 from fpnet_lab.sim.config import SimConfig
 from fpnet_lab.sim.writing import write_pairs
 
@@ -54,3 +56,23 @@ def test_two_processes_make_one_run(pairs, tmp_path):
     assert list((out / 'tensorboard').glob('events.*'))
     weights = read_weights(out / 'matcher.safetensors', FEATURE_SCHEMA)
     assert weights.manifest['training']['config']['batch_size'] == 2
+
+
+def test_evidence_is_fitted_anew_and_the_network_stays(pairs, tmp_path):
+    words = ['train-evidence', '--data', str(pairs), '--out', str(tmp_path / 'run')]
+
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 0
+
+    made = read_weights(tmp_path / 'run' / 'matcher.safetensors', FEATURE_SCHEMA)
+    packaged = read_weights(None, FEATURE_SCHEMA)
+    assert made.tensors.keys() == packaged.tensors.keys()
+    assert all((made.tensors[name] == packaged.tensors[name]).all() for name in made.tensors)
+    assert made.manifest['training'] == packaged.manifest['training']
+    assert made.manifest['evidence'] != packaged.manifest['evidence']
+    assert made.manifest['evidence_data'][pairs.name]['seed'] == 3
+    # What is packaged comes from four such folders, and from none of the benchmark's seed.
+    sets = packaged.manifest['evidence_data']
+    assert set(sets) == {'tours', 'challenging', 'real', 'synthetic'}
+    assert {each['seed'] for each in sets.values()}.isdisjoint({SEED})

@@ -18,7 +18,7 @@ from fpnet_core.matching.kernels import nearest_regions
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 
 MODEL = EvidenceModel(
-    np.array([1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7, 0.0]), 3.0
+    np.array([1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7] + 6 * [0.0]), 3.0
 )
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fpnet_core.matching.alignment import aligned, corners
-from fpnet_core.matching.consensus import EVIDENCE, Assignments
 from fpnet_core.matching.geometry import GraphGeometry
 
 
@@ -33,11 +32,12 @@ def moved(boxes, similarity):
     return np.column_stack([centre, boxes[:, 2:4] * scale, boxes[:, 4] + yaw])
 
 
-def assignments(similarity, partner, fit=None):
+def settle(similarity, partner, plan, sub, fit=None):
+    """Return the placement and how far each outline is apart."""
     partner = np.asarray(partner)[None]
     fit = np.ones(partner.shape) if fit is None else np.asarray(fit, dtype=float)[None]
-    evidence = np.zeros((1, len(EVIDENCE)))
-    return Assignments(np.asarray(similarity, dtype=float)[None], partner, fit, evidence)
+    settled, apart = aligned(np.asarray(similarity, dtype=float)[None], partner, fit, plan, sub)
+    return settled[0], apart[0]
 
 
 TRUE = (0.9, 0.5, 4.0, -2.0)
@@ -53,9 +53,10 @@ def test_a_rough_placement_is_settled(boxes, is_door):
     plan, sub = geometry(moved(boxes, TRUE), is_door), geometry(boxes, is_door)
     rough = np.add(TRUE, [0.03, -0.06, 0.3, -0.2])
 
-    settled = aligned(assignments(rough, np.arange(len(boxes))), plan, sub)
+    settled, apart = settle(rough, np.arange(len(boxes)), plan, sub)
 
-    assert settled[0] == pytest.approx(TRUE, abs=0.02)
+    assert settled == pytest.approx(TRUE, abs=0.02)
+    assert apart == pytest.approx(0.0, abs=0.01)
 
 
 def test_one_wrong_partner_does_not_pull():
@@ -63,11 +64,10 @@ def test_one_wrong_partner_does_not_pull():
     target = moved(boxes, TRUE)
     target[2, :2] += [1.5, -1.0]
 
-    settled = aligned(
-        assignments(TRUE, [0, 1, 2]), geometry(target, is_door), geometry(boxes, is_door)
-    )
+    settled, apart = settle(TRUE, [0, 1, 2], geometry(target, is_door), geometry(boxes, is_door))
 
-    assert settled[0] == pytest.approx(TRUE, abs=0.05)
+    assert settled == pytest.approx(TRUE, abs=0.05)
+    assert apart[2] > 10.0 * apart[:2].max()
 
 
 def test_a_room_that_was_glimpsed_counts_little():
@@ -75,21 +75,42 @@ def test_a_room_that_was_glimpsed_counts_little():
     target = moved(boxes, TRUE)
     target[1, 2:4] *= 1.3
 
-    settled = aligned(
-        assignments(TRUE, [0, 1]),
+    settled, apart = settle(
+        TRUE,
+        [0, 1],
         geometry(target, is_door),
         geometry(boxes, is_door, observed=[1.0, 0.3]),
     )
 
-    assert settled[0] == pytest.approx(TRUE, abs=0.02)
+    assert settled == pytest.approx(TRUE, abs=0.02)
+    assert apart[1] == pytest.approx(0.0, abs=0.01)  # as all that was seen lies in its partner
 
 
 def test_a_placement_without_partners_stays():
     side = geometry([ROOM], [False])
 
-    settled = aligned(assignments(TRUE, [-1], [0.0]), side, side)
+    settled, apart = settle(TRUE, [-1], side, side, fit=[0.0])
 
-    assert settled[0] == pytest.approx(TRUE)
+    assert settled == pytest.approx(TRUE)
+    assert apart[0] == 0.0
+
+
+@pytest.mark.parametrize('yaw', [0.0, 0.7, np.pi / 2])
+def test_outlines_are_apart_by_their_gaps(yaw):
+    turn = (np.cos(yaw), np.sin(yaw), 3.0, 1.0)
+    boxes = [ROOM, DOOR, OTHER, [0.0, 9.0, 3.0, 2.0, 0.0], [0.0, 18.0, 2.0, 2.0, 0.0]]
+    is_door, seen = [False, True, False, False, False], [1.0, 1.0, 1.0, 0.2, 0.2]
+    sub = np.array(boxes)
+    sub[2, 2] += 0.5  # both ends of a room that was seen well, by half a unit each
+    sub[3, 2] += 0.5  # of one that was not, by as much beyond its partner
+    sub[4, 2:4] -= 0.5  # within its partner
+    plan = geometry(moved(boxes, turn), is_door)
+
+    _, apart = settle(turn, range(5), plan, geometry(sub, is_door, seen))
+
+    beyond = np.log1p((0.5 / 0.25) ** 2)
+    # Settling on them shrinks them a little, too.
+    assert apart == pytest.approx([0.0, 0.0, 0.5 * beyond, beyond, 0.0], abs=0.2)
 
 
 def test_corners_are_those_of_the_boxes():
