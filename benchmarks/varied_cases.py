@@ -4,52 +4,76 @@
 What ``vary_constants.py`` asks the product: a case or more of each part that answers by itself.
 
 The first cases of ``fpnet bench regression``, submaps that are cut into rooms, drawings that are
-read from files, a library that is asked, a drawing that is out of date.
+read from files, a library that is asked, a drawing that is out of date, a floorplan and a bag
+that are checked.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 import importlib
 from itertools import chain
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import find_differences
+from fpnet_core.doctor.bag import observe_bag
+from fpnet_core.doctor.examine import examine
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import Affine2D
+from fpnet_core.io.maps import write_map
 from fpnet_core.library import PlanLibrary, plan_of
 from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.plan_check.check import check_plan
 from fpnet_core.segmentation import STATED_SCALE, SubmapSegmenter, segment_floorplan
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Segmentation
 from fpnet_lab.evaluation.drawings import segmented, written
+from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
 from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import segment_drive
+from fpnet_lab.sim.recording import write_recording
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.styled import styled_drawing
+from fpnet_lab.sim.tours import TourLimits
 
 CASES = {'plans': 6, 'pairs': 4, 'drives': 1}
 """Of each kind, the first ones of the benchmark. Chosen: some seconds a try."""
 
 SENSORS = ('planar',)
-SHEETS = (('office', 'dxf'), ('scan', 'picture'))
-"""Whose submaps are cut; kinds of drawings and their files. Chosen: five seconds for all."""
+SHEETS = (('office', 'dxf'), ('scan', 'picture'), ('brochure', 'pdf'), ('phone', 'picture'))
+"""Whose submaps are cut; kinds of drawings and their files. Chosen: ten seconds for all."""
 
 _SEED = 77  # numerical: of the first submap, and of the first drawing, both of tune halves
 _KNOWN_PLANS = 4  # chosen: of the library
 _MOVED_M = (0.9, 0.5)  # chosen: a drawing is out of date by so much
+_TOUR = TourLimits(rooms=2, shortest_s=15.0, longest_s=30.0)
+_LISTENED_S = 60.0  # chosen: longer than the bag
+_LATE_NS = NS_PER_S // 5  # chosen: by so much later stamps say that scans were taken
+_R_TILTED = Rotation.from_euler('y', 8.0, degrees=True).as_matrix().astype(np.float32)
+_ALIKE = 'similar_alone', 'similar_with_neighbours'
 
 
 def all_cases(config: FpnetConfig, folder: Path) -> Iterator[RegressionCase]:
     """Yield all cases; files of drawings lie in ``folder``."""
-    yield from chain(map_cases(), make_cases(CASES), sheet_cases(folder), submap_cases(config))
+    yield from chain(
+        map_cases(),
+        make_cases(CASES),
+        sheet_cases(folder),
+        submap_cases(config),
+        checked_cases(folder),
+    )
 
 
 def first_difference(case: RegressionCase, found: Answer, before: Answer) -> str:
@@ -87,6 +111,38 @@ def _cut_sheet(path: Path, config: FpnetConfig) -> Answer:
     """Return the rooms and doors of a drawing; its scale is part of their areas."""
     reading = read_plan(path, ReadOptions(), config)
     return _rooms_of(segmented(reading, config.segmentation), [len(reading.doubts) + 1])
+
+
+def checked_cases(folder: Path) -> Iterator[RegressionCase]:
+    """Yield a floorplan that is checked without drives, and a bag, as it is and with faults."""
+    path = folder / 'checked.yaml'
+    write_map(styled_drawing(np.random.default_rng((_SEED, 2))), path)
+    yield RegressionCase('checked', 'plan-check', partial(_checked_plan, path))
+    drive = drive_through(None, 'beams16', _SEED, limits=_TOUR)
+    write_recording(drive, folder / 'drive', with_wheels=True)
+    yield RegressionCase('checked', 'doctor', partial(_examined, folder / 'drive'))
+
+
+def _checked_plan(path: Path, config: FpnetConfig) -> Answer:
+    """Return what is said of a floorplan, with the rooms that look alike."""
+    reading = read_plan(path, ReadOptions(), config)
+    told = check_plan(reading, config, range(0), _no_drive).as_json()
+    alike = {key: {room: len(told[key][room]) for room in told[key]} for key in _ALIKE}
+    return {'advice': told['advice'], 'symmetries': len(told['symmetries']), **alike}
+
+
+def _no_drive(*_: object) -> NoReturn:
+    raise ConfigError('no drives')
+
+
+def _examined(folder: Path, config: FpnetConfig) -> Answer:
+    """Return what is found in a bag; the same with scans that come late, and that are tilted."""
+    del config
+    seen = observe_bag(folder, _LISTENED_S)
+    late = [replace(sweep, stamp_ns=sweep.stamp_ns + _LATE_NS) for sweep in seen.sweeps]
+    tilted = [replace(sweep, points=sweep.points @ _R_TILTED) for sweep in seen.sweeps]
+    each = [seen, *(replace(seen, sweeps=tuple(sweeps)) for sweeps in (late, tilted))]
+    return {'found': [[finding.problem.value for finding in examine(one)] for one in each]}
 
 
 def map_cases() -> Iterator[RegressionCase]:

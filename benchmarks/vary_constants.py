@@ -8,6 +8,7 @@ Usage::
     python benchmarks/vary_constants.py --json OUT                 # chosen and numerical ones
     python benchmarks/vary_constants.py --only segmentation,pose   # of some packages
     python benchmarks/vary_constants.py --factor 4                 # four times and a quarter of it
+    python benchmarks/vary_constants.py --cases plans,picture      # only where names hold a word
     python benchmarks/vary_constants.py --known OUT                # of those that decided there
 
 Cases (``varied_cases.py``) are answered with constants changed; what counts as another answer is
@@ -131,6 +132,7 @@ def main() -> None:
     parser = script_parser(__doc__.splitlines()[1])
     parser.add_argument('--only', default='', help='packages or modules of fpnet_core, by commas')
     parser.add_argument('--kinds', default='chosen,numerical', help='what they say of themselves')
+    parser.add_argument('--cases', default='', help='words of which names of cases hold one')
     parser.add_argument('--factor', type=float, default=1.2, help='by how much')
     parser.add_argument('--group', type=int, default=8, help='as many at a time')
     parser.add_argument('--known', type=Path, help='report of which only what decided is tried')
@@ -145,7 +147,10 @@ def main() -> None:
 
 def vary(args: Namespace, config: FpnetConfig, folder: Path) -> None:
     """Vary constants on cases whose files lie in a folder."""
-    trials = Trials(sorted(baseline(config, folder), key=lambda t: t.seconds), config, args.factor)
+    words = args.cases.split(',')
+    cases = (case for case in all_cases(config, folder) if any(w in case.name for w in words))
+    timed = sorted(baseline(cases, config), key=lambda t: t.seconds)
+    trials = Trials(timed, config, args.factor)
     gc.freeze()
     every = list(asked(args))
     seen = frozenset[Name]().union(*(t.lookups for t in trials.timed))
@@ -207,9 +212,9 @@ def _homes(name: Name, importers: dict[Name, list[Name]]) -> Iterator[Name]:
         yield from _homes(importer, importers)
 
 
-def baseline(config: FpnetConfig, folder: Path) -> Iterator[Timed]:
-    """Yield the cases with what they answer as things are; the second run is timed."""
-    for case in all_cases(config, folder):
+def baseline(cases: Iterable[RegressionCase], config: FpnetConfig) -> Iterator[Timed]:
+    """Yield cases with what they answer as things are; the second run is timed."""
+    for case in cases:
         ran: set[tuple[str, CodeType]] = set()
 
         def note(

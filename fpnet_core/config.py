@@ -276,12 +276,7 @@ def set_dotted(tree: dict[str, Any], overrides: Mapping[str, Any]) -> None:
 
 
 def _read_tree(path: Path) -> dict[str, Any]:
-    try:
-        tree = read_yaml(path)
-    except OSError as error:
-        raise ConfigError(f'cannot read configuration {path}: {error.strerror}') from None
-    except ValueError as error:
-        raise ConfigError(f'{path} is not valid YAML: {error}') from None
+    tree = read_yaml(path, ConfigError, 'configuration')
     if tree is None:
         return {}
     if not isinstance(tree, dict):

@@ -15,6 +15,8 @@ from typing import Any, cast
 
 import yaml
 
+from fpnet_core.errors import FpnetError
+
 MAX_BYTES = 1_000_000
 """Numerical: longer files are refused: a configuration or a map's description is a page."""
 
@@ -48,26 +50,40 @@ def parse_yaml(text: str) -> Any:
         raise ValueError(_one_line(error)) from None
 
 
-def read_yaml(path: Path) -> Any:
+def read_yaml(path: Path, refusal: type[FpnetError], what: str = '') -> Any:
     """
     Return the value of a YAML file in UTF-8; None for an empty one.
 
+    Parameters
+    ----------
+    path : the file
+    refusal : the error to raise
+    what : it is, for that error
+
     Raises
     ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is too long or no YAML of plain values; the message is one line.
+    FpnetError
+        ``refusal``, with one line, if the file cannot be read, is too long or is no YAML of plain
+        values.
     """
+    try:
+        return parse_yaml(_text(path))
+    except OSError as error:
+        named = f'{what} {path}'.lstrip()
+        raise refusal(f'cannot read {named}: {error.strerror}') from None
+    except ValueError as error:
+        raise refusal(f'{path} is not valid YAML: {error}') from None
+
+
+def _text(path: Path) -> str:
     with path.open('rb') as file:
         content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
         raise ValueError(f'expected at most {MAX_BYTES} bytes, got more')
     try:
-        text = content.decode('utf-8')
+        return content.decode('utf-8')
     except UnicodeDecodeError:
         raise ValueError('it is not text in UTF-8') from None
-    return parse_yaml(text)
 
 
 def _one_line(error: Exception) -> str:

@@ -38,6 +38,28 @@ for door in ((390, 120, 410, 165), (390, 420, 410, 465)):
     pen.rectangle(door, fill=255)
 plan.save('plan.png')
 """
+DRIVE = """
+import numpy as np
+from PIL import Image
+from fpnet_core.geometry import SE2
+from fpnet_core.io.bag_writer import BagWriter
+PIXEL_M, SCAN_NS, FIRST_NS = 0.02, 100_000_000, 10**18
+wall = np.array(Image.open('plan.png')) < 128
+down = np.array([(200, y) for y in range(300, 142, -5)])
+path = np.vstack([down, [(x, 142) for x in range(200, 600, 5)]])
+angle = np.arange(0.0, 2.0 * np.pi, np.radians(0.5))
+ray = np.column_stack([np.cos(angle), -np.sin(angle)])
+with BagWriter('drive') as bag:
+    for number, here in enumerate(path):
+        along = (here + np.arange(700)[:, None, None] * ray).astype(int)
+        hit = wall[along[..., 1].clip(0, 599), along[..., 0].clip(0, 899)].argmax(axis=0)
+        points = np.column_stack([hit[:, None] * PIXEL_M * ray * [1, -1], np.zeros(len(ray))])
+        x, y = PIXEL_M * (here - path[0]) * [1, -1]
+        turned = SE2.from_xy_yaw(0, 0, 0.7) @ SE2.from_xy_yaw(x, y, 0)
+        stamp_ns = FIRST_NS + number * SCAN_NS
+        bag.write_cloud('/points', stamp_ns, 'base', points.astype(np.float32))
+        bag.write_odometry('/odom', stamp_ns, 'odom', 'base', turned.as_matrix4())
+"""
 MAP = """image: plan.png
 resolution: 0.02
 origin: [0, 0, 0]
@@ -56,7 +78,11 @@ end_header
 1 2 3
 """
 USES = {
-    NONE: ['fpnet --version', 'fpnet segment plan.yaml --json -'],
+    NONE: [
+        'fpnet --version',
+        'fpnet segment plan.yaml --json -',
+        'fpnet localize drive --floorplan plan.yaml',
+    ],
     'plans': ['python -c "import ezdxf, pypdfium2, svgelements"'],
     'report': ['fpnet check-plan plan.yaml --tours 0 --out check'],
     'clouds': [f"python -c '{PLY}'"],
@@ -68,7 +94,7 @@ USES = {
     'ros': ['python -c "import fpnet_ros.localizer"'],
     'lab': ['fpnet simulate stats --help', 'python -c "import fpnet_lab.evaluation.demo"'],
 }
-"""What is done with each extra; a map of three rooms and a cloud of one point are there."""
+"""What is done with each extra, where a map of three rooms, a drive and a cloud lie."""
 
 
 def main() -> None:
@@ -154,6 +180,8 @@ def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: lis
     run(*pip, '--force-reinstall', '--no-deps', wheel)
     run(*pip, *limits, wheel if extra == NONE else f'{wheel}[{extra}]')
     run(home / 'bin' / 'python', '-c', PLAN, cwd=home)
+    shutil.rmtree(home / 'drive', ignore_errors=True)
+    run(home / 'bin' / 'python', '-c', DRIVE, cwd=home)
     (home / 'plan.yaml').write_text(MAP, encoding='utf-8')
     (home / 'cloud.ply').write_text(CLOUD, encoding='utf-8')
     return home

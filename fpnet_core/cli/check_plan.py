@@ -70,7 +70,7 @@ def command(
     if out is not None:
         from fpnet_core.report.plan_page import write_plan_report
 
-        write_plan_report(out / 'report.html', plan.name, check)
+        write_plan_report(out / common.REPORT_NAME, plan.name, check)
         common.write_json(out / 'check.json', check.as_json())
     if not check.is_readable:
         raise typer.Exit(1)

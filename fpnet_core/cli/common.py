@@ -84,6 +84,9 @@ JsonOption = Annotated[
     typer.Option('--json', metavar='FILE', help='Write the result as JSON; - for stdout.'),
 ]
 
+REPORT_NAME = 'report.html'
+"""In the folder of what is written."""
+
 DEFAULT_PORT = 8123
 """Chosen: of the page that shows a run while it goes on."""
 

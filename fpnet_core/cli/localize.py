@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from fpnet_core.trajectory import PlanarTrajectory
     from fpnet_core.types import Cause
 
-_REPORT_NAME = 'report.html'
 _Recording = Annotated[
     Path,
     typer.Argument(metavar='INPUT', help='Bag, CARMEN log, or folder of scans with poses.'),
@@ -256,7 +255,7 @@ def _say(ended: _Ended, out: Path | None, json_path: Path | None) -> None:
     common.say(ended.run.last.said, json_path)
     if ended.run.outdated is not None:
         common.say(ended.run.outdated.said, json_path)
-    seen = '' if out is None else f'; see {out / _REPORT_NAME}'
+    seen = '' if out is None else f'; see {out / common.REPORT_NAME}'
     common.say(f'{ended.summary}{seen}', json_path)
     common.say_causes(ended.causes, json_path)
 
@@ -286,4 +285,4 @@ def _write_pictures(ended: _Ended, title: str, film: Path | None, out: Path | No
         common.write_json(out / 'run.json', record.figures)
         if run.differences is not None:
             write_differences(out, run.differences)
-        write_run_report(out / _REPORT_NAME, record)
+        write_run_report(out / common.REPORT_NAME, record)

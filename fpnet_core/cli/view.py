@@ -31,7 +31,6 @@ Group of entry points: functions of a namespace, or of an empty one, that yield 
 localizer shows (:mod:`fpnet_core.io.parcels`) and lines about it.
 """
 
-_REPORT_NAME = 'report.html'
 _Input = Annotated[
     Path | None,
     typer.Argument(
@@ -85,14 +84,14 @@ def command(
     if source is None:
         _watch_nodes(namespace, port, end)
         return
-    report = common.check_input(source) / _REPORT_NAME
+    report = common.check_input(source) / common.REPORT_NAME
     if report.is_file():
         _show_again(report, port, rate, end)
         return
     if floorplan is None:
         raise ConfigError(
-            f'{source} holds no {_REPORT_NAME}; give the folder of a run, or --floorplan with a '
-            'recording'
+            f'{source} holds no {common.REPORT_NAME}; give the folder of a run, or --floorplan '
+            'with a recording'
         )
     tree = common.load(config, settings, seed)
     reading = said.read(floorplan, tree)

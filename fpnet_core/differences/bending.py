@@ -20,13 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.geometry import Affine2D, Placements
+from fpnet_core.judging.deform import PATCH_M
 from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
-
-_SPACING_M = 4.0
-"""Chosen: from place to place: rooms and stretches of corridor move as a whole."""
 
 _AROUND_M = 8.0
 """Chosen: walls so near to a place are aligned with it: some rooms, of which one has changed."""
@@ -64,7 +62,7 @@ def bending(plan: MapEvidence, sub: MapEvidence, A_plan_sub: Affine2D) -> NDArra
     Shifts ``(H, W, 2)`` [m of the plan] of the cells of ``sub``.
     """
     rows, cols = sub.wall_distance.shape
-    size = _SPACING_M / sub.cell_m
+    size = PATCH_M / sub.cell_m
     shape = max(1, round(rows / size)), max(1, round(cols / size))
     places = _aligned(plan, dict(_places(plan, sub, A_plan_sub, shape)), A_plan_sub)
     shifts, weight = np.zeros((*shape, 2), np.float32), np.full(shape, 1e-3, np.float32)

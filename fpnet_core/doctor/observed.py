@@ -16,6 +16,7 @@ from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
+from fpnet_core.stamps import NS_PER_S
 
 SCANS = (POINT_CLOUD, *LASER_SCANS)
 """Message types that carry scans."""
@@ -61,7 +62,7 @@ class Topic:
     def lag_s(self) -> float:
         """By how much the first arrivals are behind their stamps [s]; NaN without messages."""
         lags = (self.heard_ns - self.stamps_ns)[:_FIRST]
-        return float(np.median(lags)) * 1e-9 if len(lags) else float('nan')
+        return float(np.median(lags)) / NS_PER_S if len(lags) else float('nan')
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 _BITS = 21
 """Numerical: of a voxel's number along one axis; a million to both sides of the origin."""
 
-_SPREAD = np.uint64(0x9E3779B97F4A7C15)  # given: 2^64 over the golden ratio (Knuth)
+HASH_FACTOR = np.uint64(0x9E3779B97F4A7C15)
+"""Given: 2^64 over the golden ratio: the first bits of a product with it spread keys (Knuth)."""
 
 
 def voxel_means(points: NDArray[np.float64], size_m: float) -> NDArray[np.float64]:
@@ -33,7 +34,7 @@ def _means(points: NDArray[np.float64], key: NDArray[np.int64], bits: int) -> ND
     total, count = np.zeros((len(key), 3)), np.zeros(len(key))
     shift, last, found = np.uint64(64 - bits), (1 << bits) - 1, 0
     for i in range(len(key)):
-        place = np.int64((np.uint64(key[i]) * _SPREAD) >> shift)
+        place = np.int64((np.uint64(key[i]) * HASH_FACTOR) >> shift)
         while place_of[place] >= 0 and key_of[place_of[place]] != key[i]:
             place = (place + 1) & last
         voxel = place_of[place]

@@ -54,7 +54,7 @@ DISTANCE_UNIT_M = 5.0
 
 _HU_FLOOR = 0.01  # numerical
 _FOURIER_FLOOR = 0.02  # numerical
-_SHAPES = 4096  # numerical: outlines whose features are kept
+KEPT_OUTLINES = 4096  # numerical: of which what was measured is kept
 # Numerical: outline samples per region; the highest harmonic used is 8, so 64 oversamples four
 # times.
 _OUTLINE_SAMPLES = 64
@@ -118,7 +118,7 @@ def node_features(regions: Sequence[Region]) -> NDArray[np.float32]:
     return rows.astype(np.float32)
 
 
-@lru_cache(maxsize=_SHAPES)
+@lru_cache(maxsize=KEPT_OUTLINES)
 def _shape_features(polygon: bytes) -> tuple[Array, Array]:
     """Return the scaled HU and FOURIER features of an outline; rooms come again every tick."""
     outline = np.frombuffer(polygon, dtype=np.float64).reshape(-1, 2)

@@ -33,7 +33,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.graphs.features import FOURIER, HU
+from fpnet_core.graphs.features import FOURIER, HU, KEPT_OUTLINES
 from fpnet_core.graphs.layout import POSITION, FeatureLayout
 from fpnet_core.types import RegionGraph, RegionLabel
 
@@ -64,7 +64,6 @@ Typical short side of a room in door widths, by which rooms tell the unit where 
 # Chosen, not measured:
 _ROOM_WEIGHT = 0.2  # of a room beside a door in the weighted median that is the unit
 _ROOM_LOG_SIZE = 1.5  # typical logarithm of a room's sides in units, taken off its sizes
-_SHAPES = 4096  # numerical: outlines whose rectangles are kept
 _SMALLEST = 1e-6  # numerical: sides of degenerate outlines, in the outline's own lengths
 
 
@@ -105,7 +104,7 @@ def enclosing_rectangles(graph: RegionGraph) -> tuple[Array, Array, Array]:
     return figures[:, :2], np.maximum(figures[:, 2:4], _SMALLEST), figures[:, 4]
 
 
-@lru_cache(maxsize=_SHAPES)
+@lru_cache(maxsize=KEPT_OUTLINES)
 def _rectangle(polygon: bytes, centroid: bytes) -> tuple[float, ...]:
     """Return centre, longer and shorter side and long axis; rooms come again every tick."""
     middle = np.frombuffer(centroid)

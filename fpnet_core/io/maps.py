@@ -174,12 +174,7 @@ def _read_yaml_map(path: Path, resolution_m: float | None) -> GridMap:
 
 
 def _read_fields(path: Path) -> dict[str, Any]:
-    try:
-        fields = read_yaml(path)
-    except OSError as error:
-        raise MapFormatError(f'cannot read map {path}: {error.strerror}') from None
-    except ValueError as error:
-        raise MapFormatError(f'{path} is not valid YAML: {error}') from None
+    fields = read_yaml(path, MapFormatError, 'map')
     if not isinstance(fields, dict):
         raise MapFormatError(
             f'{path}: expected a map_server YAML with image, resolution and origin, '

@@ -8,11 +8,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.geometry.voxels import HASH_FACTOR
+
 # Numerical: cells of the table that a plan's votes are counted in. Two placements may share one;
 # both tables, whose cells lie apart by half a step, seldom agree on that:
 _TABLE_BITS = 12
 _TABLE = 1 << _TABLE_BITS
-_GOLDEN = np.uint64(11400714819323198485)  # numerical: of Fibonacci hashing
 _HASH_SHIFT = np.uint64(64 - _TABLE_BITS)
 _OFFSET = 4096  # numerical: makes places in steps positive; plans are smaller
 _DIRECTIONS = 4096  # numerical: of which the sine is kept, less than a tenth of a degree apart
@@ -131,7 +132,7 @@ def _cell(yaw: int, x: float, y: float, half: int) -> np.int64:
     col = np.int64(np.floor(x / np.float32(_STEP_M) + shift)) + _OFFSET
     row = np.int64(np.floor(y / np.float32(_STEP_M) + shift)) + _OFFSET
     place = (turn * (2 * _OFFSET) + col) * (2 * _OFFSET) + row
-    return np.int64((np.uint64(place) * _GOLDEN) >> _HASH_SHIFT)
+    return np.int64((np.uint64(place) * HASH_FACTOR) >> _HASH_SHIFT)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -17,6 +17,7 @@ from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.geometry.polar import heading_of
 from fpnet_core.raster.pixels import column_to_xy
+from fpnet_core.report.moments import SHOWN_PLACEMENTS
 from fpnet_core.report.record import PLACEMENT_COLOURS, RunRecord
 from fpnet_core.report.sheets import Box, PictureSheet, fitted
 from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
@@ -29,7 +30,6 @@ _PLAN_BOX, _SUBMAP_BOX = Box(14, 48, 540, 438), Box(580, 48, 286, 438)
 _FRAME_MS, _HOLD_MS, _END_MS = 110, 700, 2500
 _STEPS = 60  # numerical: ticks that are drawn of a long run
 _FLIGHT = 16  # frames of the submap's way onto the floorplan
-_GHOSTS = 3  # placements that are drawn while none is claimed
 _PALETTE = 255  # numerical: colours of the file
 _NEARLY_WHITE = 245  # a mean of whites and smooth edges
 _WALL, _TRAIL, _TEXT = (40, 90, 190), (31, 119, 180), (40, 40, 40)
@@ -124,7 +124,7 @@ class _Film:
                 sheet.line(self.A_px_plan.apply(piece), _TRAIL, _LINE_PX)
             sheet.arrow(*self._robot(output, A), _WALL)
             return
-        best = output.estimates.take(np.s_[:_GHOSTS])
+        best = output.estimates.take(np.s_[:SHOWN_PLACEMENTS])
         for rank, estimate in reversed(list(enumerate(best))):
             colour = tuple(round(255 * each) for each in to_rgb(PLACEMENT_COLOURS[rank]))
             A = self.A_px_plan @ estimate.A_plan_submap

@@ -22,7 +22,7 @@ Numerical: more ticks than this are thinned out: the file must stay small enough
 """
 
 # Chosen, not measured:
-SHOWN_PLACEMENTS = 3
+SHOWN_PLACEMENTS = 3  # at a moment; where none is claimed, in the film
 _SUBMAP_PX = 380
 _WALL_SAMPLES = 700  # numerical
 _PATH_SAMPLES = 400  # numerical

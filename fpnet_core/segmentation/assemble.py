@@ -21,7 +21,7 @@ from fpnet_core.types import GridMap, Portal, Region, RegionLabel, Segmentation
 _DOOR_DEPTH_M = 0.2  # physical: extent of a door's region across its opening line, a wall's
 
 # Numerical: corners of a polygon may leave the raster's outline by this many cells.
-_SIMPLIFY_CELLS = 1.0
+SIMPLIFY_CELLS = 1.0
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def outline(mask: Mask) -> NDArray[np.float64] | None:
     if not contours:
         return None
     ring = max(contours, key=cv2.contourArea)
-    simple = cv2.approxPolyDP(ring, _SIMPLIFY_CELLS, closed=True)[:, 0, ::-1]
+    simple = cv2.approxPolyDP(ring, SIMPLIFY_CELLS, closed=True)[:, 0, ::-1]
     if len(simple) < 3 or not shapely.LinearRing(simple).is_simple:
         simple = ring[:, 0, ::-1]
     return np.asarray(simple - 0.5, dtype=np.float64)

@@ -18,13 +18,11 @@ from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, cut_rooms
+from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, MIN_ROOM_WIDTH_M, cut_rooms
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, GridMap, Segmentation
 
-# A closed space nowhere as wide as this is no room [m]. Chosen.
-_MIN_ROOM_WIDTH_M = 0.5
 # A closed space without a door that is smaller is no room;
 # fitted to furnished drawings of generated storeys (docs/segmentation.md).
 _MIN_SHUT_AREA_M2 = 3.0
@@ -149,7 +147,7 @@ def _is_room(
     """
     sizes, widest = label_figures(labels, clearance, int(labels.max(initial=0)) + 1)
     is_room = sizes >= MIN_ROOM_AREA_M2 / cell_m**2
-    is_room &= 2.0 * widest >= _MIN_ROOM_WIDTH_M
+    is_room &= 2.0 * widest >= MIN_ROOM_WIDTH_M
     if on_paper:
         is_room[np.unique(border_of(labels))] = False
     is_room[0] = False

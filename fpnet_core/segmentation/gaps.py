@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.rays import draw_line, is_inside, run_length
-from fpnet_core.segmentation.openings import Opening
+from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, Opening
 
 # Numerical: wider openings between the ends of walls are not looked at [m]; which of the others
 # part rooms is learned.
@@ -37,8 +37,6 @@ _BACK_RAD = math.radians(175.0)
 _FACE_M = 0.3
 # The face is continued from so far inside the wall, to meet the wall on the other side [m].
 _INSET_M = 0.05
-# Narrower gaps are cracks [m].
-_MIN_GAP_M = 0.6
 # At a third, two thirds and all of this distance from the gap the space is wider than the gap
 # by the second length, at two of its four corners at least [m]: a line across a corridor has none.
 _DEPTH_M, _WIDER_M = 1.0, 0.25
@@ -108,7 +106,7 @@ def _gaps_from(
         skin = run_length(solid, True, r, c, d_row, d_col, 4.0 * inset + 2.0)
         r, c = r + skin * d_row, c + skin * d_col
         length = run_length(free, False, r, c, d_row, d_col, longest + 1.0)
-        if length * cell_m < _MIN_GAP_M or length > longest:
+        if length * cell_m < MIN_DOOR_WIDTH_M or length > longest:
             continue
         far_r, far_c = r + length * d_row, c + length * d_col
         if not is_inside(solid, far_r, far_c, True):
@@ -322,7 +320,7 @@ def openings_across(
         for first, last, pair in _stretches(pairs):
             part = ends[0] + np.array([[first], [last]]) * (ends[1] - ends[0])
             width = float(np.hypot(*(part[1] - part[0])))
-            if pair[0] != pair[1] and width * cell_m >= _MIN_GAP_M:
+            if pair[0] != pair[1] and width * cell_m >= MIN_DOOR_WIDTH_M:
                 low, high = sorted(pair)
                 openings.append(Opening((low, high), part, 0.5 * width * cell_m))
     return openings

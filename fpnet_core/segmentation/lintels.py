@@ -17,11 +17,16 @@ from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import pieces_of_few
 from fpnet_core.raster.rays import cells_at, draw_line
 from fpnet_core.raster.windows import first_of_each
-from fpnet_core.segmentation.openings import Opening, narrowest_line, roominess
+from fpnet_core.segmentation.openings import (
+    MIN_DOOR_WIDTH_M,
+    Opening,
+    narrowest_line,
+    roominess,
+)
 
 # Chosen, not measured:
-# A doorway is neither narrower nor wider than this [m].
-_MIN_WIDTH_M, _MAX_WIDTH_M = 0.6, 3.0
+# No doorway is wider than this [m].
+_MAX_WIDTH_M = 3.0
 # Share of the opening line under which high returns must have been seen.
 _MIN_COVERAGE = 0.35
 # High returns this near to the opening line belong to it: half of a thick wall [m].
@@ -109,10 +114,10 @@ def find_lintels(
         if _is_beside(lines, *centre, cell_m):
             continue
         ends = narrowest_line(
-            space, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, _MIN_WIDTH_M / cell_m
+            space, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, MIN_DOOR_WIDTH_M / cell_m
         )
         apart = lines.mean(axis=1) - ends.mean(axis=0)
-        is_new = (np.hypot(*apart.T) * cell_m >= _MIN_WIDTH_M).all()
+        is_new = (np.hypot(*apart.T) * cell_m >= MIN_DOOR_WIDTH_M).all()
         if is_new and _is_doorway(ends, lintel, free, wall, cell_m):
             doors.append(Doorway(ends, cell_m))
             lines = np.concatenate([lines, ends[None]])
@@ -125,7 +130,9 @@ def _is_doorway(
 ) -> bool:
     """Tell whether a line is as wide as a door, under high returns, in a wall, and passable."""
     width_m = math.dist(ends[0], ends[1]) * cell_m
-    if not _MIN_WIDTH_M <= width_m <= _MAX_WIDTH_M or not wall[cells_at(ends, wall.shape)].all():
+    if not MIN_DOOR_WIDTH_M <= width_m <= _MAX_WIDTH_M:
+        return False
+    if not wall[cells_at(ends, wall.shape)].all():
         return False
     (r0, c0), (r1, c1) = ends.tolist()
     reach, passage = _LINE_REACH_M / cell_m, _PASSAGE_M / cell_m
@@ -153,9 +160,9 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     Pieces with too few high returns around them to cover even the narrowest doorway are left
     out.
     """
-    window = 2 * round(_MIN_WIDTH_M / cell_m) + 1
+    window = 2 * round(MIN_DOOR_WIDTH_M / cell_m) + 1
     around = cv2.boxFilter(lintel.view(np.uint8), cv2.CV_16S, (window, window), normalize=False)
-    fewest = math.ceil(_MIN_COVERAGE * _MIN_WIDTH_M / cell_m)
+    fewest = math.ceil(_MIN_COVERAGE * MIN_DOOR_WIDTH_M / cell_m)
     cells, owner = pieces_of_few(lintel & (np.asarray(around) >= fewest))
     size = np.bincount(owner)
     centroid = np.stack([np.bincount(owner, along) for along in cells.T], axis=1) / size[:, None]

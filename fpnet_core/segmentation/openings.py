@@ -21,6 +21,12 @@ from fpnet_core.segmentation.scene import WorkRaster
 # fitted to the tune half (docs/segmentation.md).
 _DOOR_SEPARATION_M = 0.7
 
+MIN_DOOR_WIDTH_M = 0.6
+"""
+Narrower ones are no doors: shelves that look like lintels, cracks between the ends of walls, holes
+in a wall that was seen too rarely. Chosen.
+"""
+
 # Chosen, not measured:
 # The closing line is looked for within this many clearances of a saddle, on each side.
 _LINE_REACH = 3.0

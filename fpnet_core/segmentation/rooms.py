@@ -30,6 +30,8 @@ from fpnet_core.segmentation.scene import Scene, WorkRaster, reduce_scene
 # Smaller rooms join the neighbour with the widest opening;
 # fitted to the tune half (docs/segmentation.md).
 MIN_ROOM_AREA_M2 = 1.5
+# A space nowhere as wide as this is no room; of one, what is narrower does not count [m]. Chosen.
+MIN_ROOM_WIDTH_M = 0.5
 # Small rooms with a longer edge to unseen space stay apart;
 # fitted to the tune half (docs/segmentation.md).
 _GLIMPSE_EDGE_M = 0.8

@@ -17,8 +17,8 @@ from fpnet_core.raster.windows import Window, cropped
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
-from fpnet_core.segmentation.openings import Opening
-from fpnet_core.segmentation.rooms import Decide, cut_rooms, joined_as_learned
+from fpnet_core.segmentation.openings import MIN_DOOR_WIDTH_M, Opening
+from fpnet_core.segmentation.rooms import MIN_ROOM_WIDTH_M, Decide, cut_rooms, joined_as_learned
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation, Submap
 
@@ -36,8 +36,6 @@ _WALL_SHADOW_M = 0.1
 _JAMB_REACH_M = 0.2
 # Narrower openings are holes in a wall that was seen too rarely, not doors [m].
 _MIN_DOOR_M = 0.3
-# Openings without a lintel into space that is no room are doors from this width on [m].
-_MIN_GLIMPSED_DOOR_M = 0.6
 # Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
 # Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
@@ -48,8 +46,6 @@ _RIM_REACH_M = 0.1
 _SCATTER_M = 0.05
 # Returns with unseen space so near behind them are of one face, not of a wall's two sides [m].
 _ONE_FACE_M = 0.15
-# A disc of this diameter must pass wherever a seen room counts as seen [m].
-_ROOM_DISC_M = 0.5
 
 
 def segment_submap(submap: Submap, metres_per_unit: float = 1.0) -> Segmentation:
@@ -161,7 +157,7 @@ def _scene(free: Mask, lintel: Mask, returns: Mask, cell_m: float) -> Scene:
 
 def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
     """Tell whether an opening joins two of ``rooms`` or is surely a door."""
-    if opening.has_lintel or _width_m(opening, cell_m) >= _MIN_GLIMPSED_DOOR_M:
+    if opening.has_lintel or _width_m(opening, cell_m) >= MIN_DOOR_WIDTH_M:
         return True
     return rooms.issuperset(opening.rooms)
 
@@ -283,7 +279,7 @@ def _hidden(
 def _is_wide(room: Mask, cell_m: float) -> bool:
     """Tell whether enough of ``room (H, W)`` is as wide as a room."""
     least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
-    side = max(1, round(_ROOM_DISC_M / cell_m))
+    side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
     # Squares are far quicker than discs, and where they fit so do discs: enough for most rooms.
     if np.count_nonzero(shrunk(np.pad(room, 1), side // 2)) >= least:
         return True

@@ -16,13 +16,7 @@ from fpnet_core.plain_yaml import read_yaml
 
 def read_mapping(path: Path) -> dict[str, Any]:
     """Return the mapping that a YAML file holds; SiteError where it holds none."""
-    try:
-        values = read_yaml(path)
-    except OSError as error:
-        raise SiteError(f'cannot read {path}: {error.strerror}') from None
-    except ValueError as error:
-        raise SiteError(f'{path} is not valid YAML: {error}') from None
-    return as_mapping(values, str(path))
+    return as_mapping(read_yaml(path, SiteError), str(path))
 
 
 def as_mapping(value: Any, where: str) -> dict[str, Any]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Given = TypeVar('Given')
 
 _SIZE_INCHES = (8.0, 8.0)  # chosen
+DPI = 110  # chosen: of most pictures
 _NOTEBOOK_DPI = 80  # chosen: a page's width
 
 

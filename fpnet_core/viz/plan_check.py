@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from fpnet_core.plan_check.self_similarity import SelfSimilarity
 from fpnet_core.types import Segmentation
-from fpnet_core.viz.pictures import saved_figure
+from fpnet_core.viz.pictures import DPI, saved_figure
 from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ _NAMES = {
     'like another from inside': ALIKE_INSIDE,
     'like another even with the rooms behind its doors': ALIKE_WITH_NEIGHBOURS,
 }
-_EDGE_INCHES, _LEGEND_INCHES, _DPI = 10.0, 2.4, 110  # chosen
+_EDGE_INCHES, _LEGEND_INCHES = 10.0, 2.4  # chosen
 
 
 def similarity_colours(
@@ -72,7 +72,7 @@ def draw_plan_check(
 
 def save_plan_check(path: Path, segmentation: Segmentation, similarity: SelfSimilarity) -> None:
     """Write the picture of :func:`draw_plan_check`."""
-    with saved_figure(path, plan_check_inches(segmentation), _DPI) as figure:
+    with saved_figure(path, plan_check_inches(segmentation), DPI) as figure:
         draw_plan_check(figure, segmentation, similarity)
 
 

@@ -16,7 +16,7 @@ from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput, Segmentation
 from fpnet_core.viz.match import shared_colours
-from fpnet_core.viz.pictures import saved_figure
+from fpnet_core.viz.pictures import DPI, saved_figure
 from fpnet_core.viz.segmentation import (
     Colour,
     draw_grid,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # Chosen, not measured:
 _TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
-_SIZE_INCHES, _DPI = (16.0, 8.5), 110
+_SIZE_INCHES = (16.0, 8.5)
 _GAP_NS = 2_000_000_000  # poses further apart than this are not joined by a line
 
 
@@ -54,7 +54,7 @@ def plot_run(
     truth : true poses, mapped to ``plan``
     title : shown above
     """
-    with saved_figure(path, _SIZE_INCHES, _DPI) as figure:
+    with saved_figure(path, _SIZE_INCHES, DPI) as figure:
         draw_run(figure, plan, output, published, truth)
         figure.suptitle(title)
 

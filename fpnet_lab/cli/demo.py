@@ -81,8 +81,8 @@ def command(
     common.write_json(out / 'result.json', {'seed': tree.seed, **run.as_json()})
     plan = segment_floorplan(read_map(recording / 'floorplan.yaml'), tree.segmentation)
     _draw(out / 'trajectory.png', session, run, plan)
-    _report(out / 'report.html', session, run, plan, tree.seed)
-    typer.echo(f'seed {tree.seed}: {run.summary}; see {out}/report.html')
+    _report(out / common.REPORT_NAME, session, run, plan, tree.seed)
+    typer.echo(f'seed {tree.seed}: {run.summary}; see {out / common.REPORT_NAME}')
     if not run.is_success:
         raise typer.Exit(1)
 

@@ -23,6 +23,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import SE2
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.submaps.raster import MAX_EXTENT_M
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 from fpnet_lab.sim.lidar import add_mesh
 from fpnet_lab.sim.meshes import TriangleMesh, horizontal_sheet, merge_meshes
@@ -51,7 +52,6 @@ _PROBE_RAYS = 32  # numerical
 _PROBE_REACH_M = 40.0  # numerical
 _ENCLOSED_SHARE = 0.7
 _ROOMY_M = 0.3  # from the middle of a place that counts to what bounds it
-_LARGEST_EXTENT_M = 400.0  # numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +120,10 @@ def survey_mesh(mesh: TriangleMesh) -> MeshWorld:
     floor_z = _floor_level(corners)
     corners = corners - (0.0, 0.0, floor_z)
     low, high = corners[..., :2].min(axis=(0, 1)), corners[..., :2].max(axis=(0, 1))
-    if (high - low).max() > _LARGEST_EXTENT_M:
+    if (high - low).max() > MAX_EXTENT_M:
         raise MapFormatError(
             f'the mesh is {(high - low).max():.0f} m wide; expected metres and at most '
-            f'{_LARGEST_EXTENT_M:.0f} m'
+            f'{MAX_EXTENT_M:.0f} m'
         )
     standing = _floor_mask(corners, low, high) & ~_obstacles(corners, low, high)
     lowered = TriangleMesh(mesh.vertices - (0.0, 0.0, floor_z), mesh.triangles)

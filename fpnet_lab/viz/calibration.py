@@ -7,10 +7,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from fpnet_core.viz.pictures import saved_figure
+from fpnet_core.viz.pictures import DPI, saved_figure
 from fpnet_lab.metrics import Reliability
 
-_SIZE_INCHES, _DPI = (6.5, 6.0), 110  # chosen
+_SIZE_INCHES = (6.5, 6.0)  # chosen
 
 
 def plot_reliability(path: Path, results: Mapping[str, Reliability]) -> None:
@@ -19,7 +19,7 @@ def plot_reliability(path: Path, results: Mapping[str, Reliability]) -> None:
 
     ``results`` are by kind of trial, ``all`` among them, whose trials the bars count.
     """
-    with saved_figure(path, _SIZE_INCHES, _DPI) as figure:
+    with saved_figure(path, _SIZE_INCHES, DPI) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(4, 1))
         upper.plot([0, 1], [0, 1], color='0.7', linestyle='--', label='perfectly calibrated')
         for name, result in results.items():

@@ -5,12 +5,13 @@
 import pytest
 
 from fpnet_core import plain_yaml
+from fpnet_core.errors import MapFormatError
 from fpnet_core.plain_yaml import parse_yaml, read_yaml
 
 
 def test_plain_values_are_read(tmp_path):
     (tmp_path / 'a.yaml').write_text('a: [1, 2.5, true, text]\n', encoding='utf-8')
-    assert read_yaml(tmp_path / 'a.yaml') == {'a': [1, 2.5, True, 'text']}
+    assert read_yaml(tmp_path / 'a.yaml', MapFormatError) == {'a': [1, 2.5, True, 'text']}
     assert parse_yaml('') is None
 
 
@@ -40,11 +41,15 @@ def test_everything_else_is_refused_in_one_line(tmp_path, monkeypatch, text, mes
 def test_files_of_another_size_or_encoding_are_refused(tmp_path, monkeypatch):
     path = tmp_path / 'a.yaml'
     path.write_bytes(b'\xff\xfea: 1')
-    with pytest.raises(ValueError, match='UTF-8'):
-        read_yaml(path)
+    with pytest.raises(MapFormatError, match=r'a\.yaml is not valid YAML: .* UTF-8'):
+        read_yaml(path, MapFormatError, 'map')
     monkeypatch.setattr(plain_yaml, 'MAX_BYTES', 5)
     path.write_bytes(b'a: 1 #')
-    with pytest.raises(ValueError, match='at most 5 bytes'):
-        read_yaml(path)
-    with pytest.raises(OSError, match='directory'):
-        read_yaml(tmp_path)
+    with pytest.raises(MapFormatError, match='at most 5 bytes'):
+        read_yaml(path, MapFormatError, 'map')
+
+
+@pytest.mark.parametrize(('what', 'named'), [('map', 'map '), ('', '')])
+def test_what_cannot_be_read_is_named(tmp_path, what, named):
+    with pytest.raises(MapFormatError, match=f'^cannot read {named}{tmp_path}: Is a directory$'):
+        read_yaml(tmp_path, MapFormatError, what)

@@ -27,6 +27,7 @@ from fpnet_core.raster.distance import nearest_labels
 from fpnet_core.raster.pieces import cell_corners
 from fpnet_core.raster.windows import NEIGHBOURS
 from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.segmentation.assemble import SIMPLIFY_CELLS
 from fpnet_core.types import GridMap, Portal, Segmentation
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor, PlanRoom, ring_of
 
@@ -42,7 +43,6 @@ USUAL_WALL_M = 0.15
 Limits of the estimated wall thickness, and what is taken where no two rooms share a wall. Chosen.
 """
 
-_SIMPLIFY_CELLS = 1.0  # numerical: corners may leave the raster's outline by this much
 # Chosen, not measured:
 _SLIVER_M = 0.1  # half the width of what is too narrow to be part of a room
 _LEAST_ROOM_M2 = 0.5
@@ -150,7 +150,7 @@ def _outline(segmentation: Segmentation, label: int) -> Polygon:
     )
     holes = [ring for ring, hole in zip(rings, is_hole, strict=True) if hole]
     area = shapely.difference(solid, shapely.union_all(holes)) if holes else solid
-    return _largest(area.simplify(_SIMPLIFY_CELLS * segmentation.grid.resolution).buffer(0.0))
+    return _largest(area.simplify(SIMPLIFY_CELLS * segmentation.grid.resolution).buffer(0.0))
 
 
 def _part_at_door(areas: list[Polygon], portal: Portal, wall_m: float) -> None:
