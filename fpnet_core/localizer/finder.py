@@ -117,17 +117,19 @@ class Finder:
 
     def looks(self, asked: Question, timer: StageTimer) -> Iterator[Comparison]:
         """Yield what the graph leads to, then what the graph and the rasters lead to."""
-        with timer.stage('match'):
-            match = self.matcher.match(asked.plan.graph, asked.sub.graph, asked.area_m2)
-        with timer.stage('propose'):
-            promising = self._proposed(asked, match)
-        with timer.stage('verify'):
-            found = asked.verified(asked.tracked.joined(promising))
+        match, found = self._by_graph(asked, timer)
         verdict = self._judged(asked, found, match, timer)
         yield Comparison(match, verdict)
-        with timer.stage('raster'):
-            found = self._widened(asked, verdict.placements)
-        yield Comparison(match, self._judged(asked, found, match, timer), True)
+        yield self._by_both(asked, match, verdict.placements, timer)
+
+    def find_rivals(self, asked: Question, timer: StageTimer) -> Comparison:
+        """
+        Return what the graph and the rasters lead to; the graph alone is not judged.
+
+        For a drawing that is probably wrong, on which nothing will be claimed at first sight.
+        """
+        found = self._by_both(asked, *self._by_graph(asked, timer), timer)
+        return self.doubted(asked, found, timer)
 
     def doubted(self, asked: Question, found: Comparison, timer: StageTimer) -> Comparison:
         """
@@ -159,6 +161,23 @@ class Finder:
         with timer.stage('verify'):
             found = asked.verified(asked.tracked)
         return Comparison(match, self._judged(asked, found, match, timer))
+
+    def _by_graph(self, asked: Question, timer: StageTimer) -> tuple[MatchResult, Placements]:
+        """Return what the matcher says, and the verified placements that it leads to."""
+        with timer.stage('match'):
+            match = self.matcher.match(asked.plan.graph, asked.sub.graph, asked.area_m2)
+        with timer.stage('propose'):
+            promising = self._proposed(asked, match)
+        with timer.stage('verify'):
+            return match, asked.verified(asked.tracked.joined(promising))
+
+    def _by_both(
+        self, asked: Question, match: MatchResult, found: Placements, timer: StageTimer
+    ) -> Comparison:
+        """Return what the rasters lead to beside what was ``found`` by the graph."""
+        with timer.stage('raster'):
+            found = self._widened(asked, found)
+        return Comparison(match, self._judged(asked, found, match, timer), True)
 
     def _proposed(self, asked: Question, match: MatchResult) -> Placements:
         plan, sub, search = asked.plan, asked.sub, asked.search

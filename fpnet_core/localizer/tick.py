@@ -311,7 +311,7 @@ class _Tick:
             # Its stages are not the drawing's.
             area_m2 = self.submap.free_area_m2
             asked = Question(plan.mirror, found.searched.sub, area_m2, alike)
-            mirrored = self.finder.find(asked, StageTimer())
+            mirrored = self.finder.find_rivals(asked, StageTimer())
         return plan, mirrored.verdict
 
     def _told(self, verdict: Verdict) -> tuple[Verdict, PoseHint | None]:

@@ -30,6 +30,9 @@ Of candidates that are right within half a metre: the few walls of a small map g
 kernel and end up anywhere. Chosen.
 """
 
+_LOOK_POINTS = 1500
+"""Numerical: samples of each kind of which the roughly aligned are scored; few maps have more."""
+
 
 def estimates_across_scales(
     plan: MapEvidence,
@@ -54,15 +57,17 @@ def estimates_across_scales(
     for no candidates.
     """
     places = compared_at(sub, robot_xy)
-    near = _scored(plan, sub, refine(plan, sub.walls, candidates, freedom, _NEAR))
-    near = _best(near, places, SAME_BASIN_M, 2 * MAX_ESTIMATES)
-    fine = _scored(plan, sub, refine(plan, sub.walls, near, freedom, FINE))
+    near = refine(plan, sub.walls, candidates, freedom, _NEAR)
+    near = _best(_scored(plan, sub, near, _LOOK_POINTS), places, SAME_BASIN_M, 2 * MAX_ESTIMATES)
+    fine = refine(plan, sub.walls, near, freedom, FINE)
     # Where the map has little to hold on to, the last step may lead away.
-    return _best(fine.joined(near), places, DISTINCT_M, MAX_ESTIMATES)
+    return _best(_scored(plan, sub, fine.joined(near)), places, DISTINCT_M, MAX_ESTIMATES)
 
 
-def _scored(plan: MapEvidence, sub: MapEvidence, placed: Placements) -> Placements:
-    return replace(placed, score=agreement(plan, sub, placed, WALL_SIGMA_M).score)
+def _scored(
+    plan: MapEvidence, sub: MapEvidence, placed: Placements, max_points: int | None = None
+) -> Placements:
+    return replace(placed, score=agreement(plan, sub, placed, WALL_SIGMA_M, max_points).score)
 
 
 def _best(

@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 OUTSIDE_TOLERANCE_M = 0.3  # free space may overlap a drawn wall by this much
 OUTSIDE_FULL_M = 1.0  # free space this deep outside counts fully
 
+_TILE_M = 4.0  # numerical: a drawing's walls are looked up by tiles of this side
+
 
 @dataclass(frozen=True, eq=False)
 class WallAgreement:
@@ -87,18 +89,28 @@ def wall_support(
 
 
 def agreement(
-    plan: MapEvidence, sub: MapEvidence, candidates: Placements, sigma_m: float
+    plan: MapEvidence,
+    sub: MapEvidence,
+    candidates: Placements,
+    sigma_m: float,
+    max_points: int | None = None,
 ) -> WallAgreement:
     """
-    Return the full two-way scores of ``C`` candidates; zero candidates give empty arrays.
+    Return the two-way scores of ``C`` candidates; zero candidates give empty arrays.
 
     Parameters
     ----------
     plan, sub : evidence of both sides
     candidates : ``C`` placements of the submap
     sigma_m : width of the wall kernel ``exp(-d^2 / (2 sigma^2))``
+    max_points : evenly drawn samples of each kind of the submap that are looked up, and about as
+        many of what is drawn where it may lie; None: all
     """
-    support, violation = _forward_scores(plan, sub.walls, sub.free, candidates, sigma_m)
+    walls, free, drawn = sub.walls, sub.free, plan.kept(_in_tiles)
+    if max_points is not None:
+        walls, free = evenly_drawn(walls, max_points), evenly_drawn(free, max_points)
+        drawn = drawn.every(max(1, len(sub.walls) // max_points))
+    support, violation = _forward_scores(plan, walls, free, candidates, sigma_m)
     seen = np.zeros(len(candidates))
     if len(candidates):
         inverse = np.asarray(np.linalg.inv(candidates.linear), dtype=np.float64)
@@ -106,13 +118,62 @@ def agreement(
         _backward(
             inverse,
             back,
-            plan.walls,
+            drawn.walls,
+            drawn.first,
+            drawn.within(candidates, sub),
             sub.wall_likelihood(sigma_m),
             sub.observed,
             sub.A_rc_xy,
             seen,
         )
     return WallAgreement(support, seen, violation)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tiled:
+    """
+    A drawing's walls by square tiles, those of a row of tiles side by side.
+
+    ``walls (2, P)`` are the samples [m], ``first (R, C + 1)`` where each tile's begin, and where
+    those of the row end; the tiles begin at ``low (2,)`` [m].
+    """
+
+    walls: Array
+    first: NDArray[np.int64]
+    low: Array
+
+    def every(self, step: int) -> _Tiled:
+        """Return every so many of the walls."""
+        return _Tiled(
+            np.ascontiguousarray(self.walls[:, ::step]), -(-self.first // step), self.low
+        )
+
+    def within(self, candidates: Placements, sub: MapEvidence) -> NDArray[np.int64]:
+        """Return the first tile and that after the last (C, 2, 2) that a submap may cover."""
+        to_xy = np.linalg.inv(sub.A_rc_xy[:, :2])
+        high = np.array(sub.observed.shape) - 0.5
+        rc = np.array([[-0.5, -0.5], [-0.5, high[1]], [high[0], -0.5], high])
+        corners = (rc - sub.A_rc_xy[:, 2]) @ to_xy.T
+        placed = np.einsum('cij,pj->cpi', candidates.linear, corners)
+        placed += candidates.translation[:, None] - self.low
+        ends = np.stack([placed.min(axis=1), placed.max(axis=1) + _TILE_M], axis=1) / _TILE_M
+        most = np.array([self.first.shape[1] - 1, self.first.shape[0]])
+        return np.asarray(np.clip(np.floor(ends), 0, most), dtype=np.int64)
+
+
+def _in_tiles(plan: MapEvidence) -> _Tiled:
+    """Return the walls of a drawing by tiles; one without walls has no tile."""
+    walls = plan.walls
+    if not len(walls):
+        return _Tiled(np.zeros((2, 0)), np.zeros((0, 1), np.int64), np.zeros(2))
+    low = walls.min(axis=0)
+    col, row = np.floor((walls - low) / _TILE_M).astype(np.int64).T
+    rows, cols = int(row.max()) + 1, int(col.max()) + 1
+    tile = row * cols + col
+    first = np.r_[0, np.cumsum(np.bincount(tile, minlength=rows * cols))]
+    begins = np.arange(rows)[:, None] * cols + np.arange(cols + 1)
+    order = np.argsort(tile, kind='stable')
+    return _Tiled(np.ascontiguousarray(walls[order].T), first[begins], low)
 
 
 def _forward_scores(
@@ -144,13 +205,13 @@ def _forward(
     wall_xy, free_xy = np.ascontiguousarray(walls.T), np.ascontiguousarray(free.T)
     for c in range(len(linear)):
         A = _chain(A_rc_xy, linear[c], translation[c])
-        _cells_of(A, wall_xy, wall_likelihood.shape, cells)
+        _cells_of(A, wall_xy[0], wall_xy[1], wall_likelihood.shape, cells)
         total = 0.0
         for k in range(len(walls)):
             if cells[k] >= 0:
                 total += likelihood[cells[k]]
         support[c] = total / max(len(walls), 1)
-        _cells_of(A, free_xy, outside_depth.shape, cells)
+        _cells_of(A, free_xy[0], free_xy[1], outside_depth.shape, cells)
         outside = 0.0
         for k in range(len(free)):
             own = depth[cells[k]] if cells[k] >= 0 else OUTSIDE_FULL_M
@@ -164,34 +225,42 @@ def _backward(
     inverse: Array,
     back: Array,
     walls: Array,
+    first: NDArray[np.int64],
+    tiles: NDArray[np.int64],
     wall_likelihood: NDArray[np.float32],
     observed: NDArray[np.bool_],
     A_rc_xy: Array,
     seen: Array,
 ) -> None:
+    """Look up the walls in the tiles that each candidate may cover, see :class:`_Tiled`."""
     likelihood, is_observed = wall_likelihood.reshape(-1), observed.reshape(-1)
-    cells, wall_xy = np.empty(len(walls), np.int32), np.ascontiguousarray(walls.T)
+    cells, x, y = np.empty(walls.shape[1], np.int32), walls[0], walls[1]
     for c in range(len(inverse)):
-        _cells_of(_chain(A_rc_xy, inverse[c], back[c]), wall_xy, observed.shape, cells)
+        A = _chain(A_rc_xy, inverse[c], back[c])
         total, count = 0.0, 0
-        for k in range(len(walls)):
-            if cells[k] >= 0 and is_observed[cells[k]]:
-                total += likelihood[cells[k]]
-                count += 1
+        for row in range(tiles[c, 0, 1], tiles[c, 1, 1]):
+            begin, end = first[row, tiles[c, 0, 0]], first[row, tiles[c, 1, 0]]
+            _cells_of(A, x[begin:end], y[begin:end], observed.shape, cells)
+            for k in range(end - begin):
+                if cells[k] >= 0 and is_observed[cells[k]]:
+                    total += likelihood[cells[k]]
+                    count += 1
         seen[c] = total / max(count, 1)
 
 
 @numba.njit(cache=True, nogil=True)
-def _cells_of(A: Array, points: Array, shape: tuple[int, int], cells: NDArray[np.int32]) -> None:
+def _cells_of(
+    A: Array, xs: Array, ys: Array, shape: tuple[int, int], cells: NDArray[np.int32]
+) -> None:
     """
-    Write the flat indices of the cells nearest to ``points (2, P)`` to ``cells``, -1 off it.
+    Write the flat indices of the cells nearest to points ``(P,)`` to ``cells``, -1 off it.
 
     ``A (2, 3)`` maps metres to (row, column). A loop of its own, without sums and look-ups, over
     coordinates that lie side by side, is carried out for several points at once.
     """
     rows, cols = float(shape[0]), float(shape[1])
-    for k in range(points.shape[1]):
-        x, y = points[0, k], points[1, k]
+    for k in range(len(xs)):
+        x, y = xs[k], ys[k]
         row = np.floor(A[0, 0] * x + A[0, 1] * y + A[0, 2] + 0.5)
         col = np.floor(A[1, 0] * x + A[1, 1] * y + A[1, 2] + 0.5)
         is_inside = (row >= 0.0) & (col >= 0.0) & (row < rows) & (col < cols)

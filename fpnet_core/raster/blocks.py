@@ -11,6 +11,8 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.windows import framed
+
 Scalar = TypeVar('Scalar', bound=np.generic)
 
 
@@ -61,7 +63,7 @@ def _whole_blocks(values: NDArray[Scalar], side: int, beyond: float) -> NDArray[
     rows, cols = values.shape
     if rows % side == 0 and cols % side == 0:
         return values
-    return np.pad(values, ((0, -rows % side), (0, -cols % side)), constant_values=beyond)
+    return framed(values, (0, 0), (-rows % side, -cols % side), beyond)
 
 
 def block_middles(raster: NDArray[Scalar], side: int) -> NDArray[Scalar]:

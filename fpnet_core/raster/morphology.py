@@ -11,6 +11,8 @@ from numba import njit
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.windows import framed
+
 Mask = NDArray[np.bool_]
 Kernel = NDArray[np.uint8]
 
@@ -62,7 +64,7 @@ def opened_by(mask: Mask, kernel: Kernel, is_beyond: bool = False) -> Mask:
     ``is_beyond`` tells that the mask goes on beyond the edge.
     """
     side, anchor = len(kernel), (len(kernel) - 1) // 2
-    padded = np.pad(mask, side, constant_values=is_beyond)
+    padded = framed(mask, (side, side), (side, side), is_beyond)
     # Kernels of even size move a mask by a cell unless the second one is the first one mirrored.
     eroded = cv2.erode(padded.view(np.uint8), kernel)
     found = cv2.dilate(eroded, kernel[::-1, ::-1], anchor=(anchor, anchor))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.windows import Window
+from fpnet_core.raster.windows import Window, framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
@@ -158,7 +158,7 @@ def cell_corners(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
     Their contours run exactly along the cells' outer edges; a corner is half a cell before the
     cell of its row and column.
     """
-    padded = np.pad(mask, ((0, 1), (0, 1))).view(np.uint8)
+    padded = framed(mask, (0, 0), (1, 1)).view(np.uint8)
     return np.asarray(cv2.dilate(padded, np.ones((2, 2), np.uint8), anchor=(1, 1)), np.uint8)
 
 

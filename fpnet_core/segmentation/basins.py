@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.pieces import label_figures, looked_up, meeting_cells, root_of
-from fpnet_core.raster.windows import first_of_each
+from fpnet_core.raster.windows import first_of_each, framed
 from fpnet_core.segmentation.scene import WorkRaster
 
 _MERGE_DEPTH_M = 0.02  # numerical: shallower constrictions are of the raster
@@ -77,8 +77,8 @@ def grow_basins(work: WorkRaster) -> Basins:
     Cells join the basin of their steepest ascent, visited from the widest place to the
     narrowest: a watershed without markers. Zero free cells give zero basins.
     """
-    mask = np.pad(work.mask, 1)
-    height = np.pad(work.clearance, 1)
+    mask = framed(work.mask, (1, 1), (1, 1))
+    height = framed(work.clearance, (1, 1), (1, 1))
     cells = np.flatnonzero(mask)
     steps = np.minimum(height.ravel()[cells] / _STEP_M, 65535).astype(np.uint16)
     order = cells[np.argsort(65535 - steps, kind='stable')]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import filled, looked_up, pieces_of
-from fpnet_core.raster.windows import Window, cropped
+from fpnet_core.raster.windows import Window, cropped, framed
 
 # Free-standing obstacles smaller than this are furniture;
 # fitted to the tune half (docs/segmentation.md).
@@ -70,7 +70,7 @@ def _are_walls(
     for number in np.flatnonzero(found):
         left, top, width, height = figures[number, : cv2.CC_STAT_AREA]
         window = (slice(top, top + height), slice(left, left + width))
-        piece = np.pad(filled(obstacles[window] == number), 1)
+        piece = framed(filled(obstacles[window] == number), (1, 1), (1, 1))
         thickness = 2.0 * cells_to_nearest(~piece, where=piece).max() - 1.0
         found[number] = (
             thickness * cell_m <= _MOST_THICKNESS_M

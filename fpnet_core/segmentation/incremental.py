@@ -99,7 +99,8 @@ class SubmapSegmenter:
             grid.cropped(*window),
             submap.lintel[window].copy(),
             held=held,
-            known_doors=_doorways(kept, grid, window),
+            known_doors=_doorways([door for door in kept.doors if door.is_loose], grid, window),
+            held_doors=_doorways([door for door in kept.doors if not door.is_loose], grid, window),
             has_scans=is_from_scans(submap),
             sees_lintels=bool(submap.lintel.any()),
         )
@@ -259,15 +260,15 @@ def _held(segmentation: Segmentation, touched: set[int]) -> tuple[_Kept, NDArray
     return _Kept(rooms, doors), looked_up(segmentation.labels, lookup)
 
 
-def _doorways(kept: _Kept, grid: GridMap, window: Window) -> list[Doorway]:
-    """Return the kept doors in the window's cells: what is known is not looked for again."""
+def _doorways(doors: Sequence[_Door], grid: GridMap, window: Window) -> list[Doorway]:
+    """Return doors in the window's cells: what is known is not looked for again."""
     corner = np.array([window[0].start, window[1].start])
     size = np.array([window[0].stop, window[1].stop]) - corner
-    ends = _ends_rc(kept.doors, grid) - corner
+    ends = _ends_rc(doors, grid) - corner
     inside = ((ends >= 0) & (ends < size - 1)).all(axis=(1, 2))
     return [
         Doorway(line, grid.resolution, door.portal.has_lintel)
-        for door, line, is_inside in zip(kept.doors, ends, inside, strict=True)
+        for door, line, is_inside in zip(doors, ends, inside, strict=True)
         if is_inside
     ]
 

@@ -85,7 +85,12 @@ def _first_label(
 
 
 def find_lintels(
-    lintel: Mask, free: Mask, wall: Mask, cell_m: float, known: Sequence[Doorway] = ()
+    lintel: Mask,
+    free: Mask,
+    wall: Mask,
+    cell_m: float,
+    known: Sequence[Doorway] = (),
+    held: Mask | None = None,
 ) -> tuple[Mask, list[Doorway]]:
     """
     Turn high returns over free space into closed doorways.
@@ -97,6 +102,7 @@ def find_lintels(
     wall : (H, W) bool, cells at or near a wall; both ends of a doorway lie there
     cell_m : cell edge [true metres]
     known : doorways that are closed already
+    held : (H, W) bool, cells in whose middle no further doorway is looked for; None: nowhere
 
     Returns
     -------
@@ -110,9 +116,10 @@ def find_lintels(
         draw_line(closed, door.ends_rc)
     lines = np.array([door.ends_rc for door in doors]).reshape(-1, 2, 2)
     space = roominess(free)
-    for centre in _centres(lintel, cell_m):
-        if _is_beside(lines, *centre, cell_m):
+    for row, col in _centres(lintel, cell_m):
+        if (held is not None and held[row, col]) or _is_beside(lines, row, col, cell_m):
             continue
+        centre = float(row), float(col)
         ends = narrowest_line(
             space, centre, _MAX_WIDTH_M / cell_m, _LINE_REACH_M / cell_m, MIN_DOOR_WIDTH_M / cell_m
         )
@@ -153,7 +160,7 @@ def _is_beside(lines: NDArray[np.float64], row: float, col: float, cell_m: float
     return False
 
 
-def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
+def _centres(lintel: Mask, cell_m: float) -> list[tuple[int, int]]:
     """
     Return a cell in the middle of each piece of high returns, largest first.
 
@@ -170,8 +177,7 @@ def _centres(lintel: Mask, cell_m: float) -> list[tuple[float, float]]:
     # Sorted by owner first, so that the first of each are in the order of the pieces.
     nearest = first_of_each(owner, np.lexsort((off_centre, owner)))
     largest_first = np.argsort(-size, kind='stable')
-    middle = cells[nearest][largest_first].astype(np.float64)
-    return [(row, col) for row, col in middle.tolist()]
+    return [(row, col) for row, col in cells[nearest][largest_first].tolist()]
 
 
 @njit(cache=True, nogil=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, shrunk, spread, square
 from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
-from fpnet_core.raster.windows import Window, cropped
+from fpnet_core.raster.windows import Window, cropped, framed
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
@@ -81,6 +81,7 @@ def segment_part(
     metres_per_unit: float = 1.0,
     held: Mask | None = None,
     known_doors: Sequence[Doorway] = (),
+    held_doors: Sequence[Doorway] = (),
     has_scans: bool = True,
     sees_lintels: bool | None = None,
     decide: Decide = joined_as_learned,
@@ -95,12 +96,14 @@ def segment_part(
     held : (H, W) bool, cells of rooms that are known already: seen as what they are, but not
         cut again; None holds nothing
     known_doors : doorways between held and other rooms, in the window's cells
+    held_doors : those between held rooms, which are closed and nothing else
     has_scans : whether occupied cells are those that scans had returns in
     sees_lintels : whether the sensor has met lintels anywhere; None looks at the window
     decide : which pieces join
     """
     cell_m = grid.resolution * metres_per_unit
-    made = part_scene(grid, lintel, cell_m, known_doors, has_scans, sees_lintels)
+    closed_doors = (*held_doors, *known_doors)
+    made = part_scene(grid, lintel, cell_m, closed_doors, has_scans, sees_lintels, held)
     if made is None:
         empty = np.zeros(grid.shape, dtype=np.int32)
         return Segmentation(grid, empty, (), (), 'the submap has no free space')
@@ -109,7 +112,7 @@ def segment_part(
     inside = scene if held is None else replace(scene, free=scene.free & ~held)
     full, openings, _ = cut_rooms(inside, decide)
     openings = [opening for opening in openings if _width_m(opening, cell_m) >= _MIN_DOOR_M]
-    openings += [door.between(full) for door in doorways]
+    openings += [door.between(full) for door in doorways[len(held_doors) :]]
     full = _drop_glimpses(full, cell_m)
     rooms = set(label_windows(full))
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
@@ -125,8 +128,13 @@ def part_scene(
     known_doors: Sequence[Doorway] = (),
     has_scans: bool = True,
     sees_lintels: bool | None = None,
+    held: Mask | None = None,
 ) -> tuple[Scene, list[Doorway]] | None:
-    """Return the scene of a partial map and its closed doorways; None without free space."""
+    """
+    Return the scene of a partial map and its closed doorways; None without free space.
+
+    No doorways but ``known_doors``, which come first, are looked for where it is ``held``.
+    """
     wall = grid.cells == OCCUPIED
     free = grid.cells == FREE
     if has_scans:
@@ -135,7 +143,7 @@ def part_scene(
     if not free.any():
         return None
     jambs = _grown(wall, _JAMB_REACH_M, cell_m)
-    shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors)
+    shut, doorways = find_lintels(lintel & free, free, jambs, cell_m, known_doors, held)
     # Closed doorways tie the stubs of wall between them to the other walls: no furniture.
     open_cells = free & ~shut
     furniture = furniture_cells(open_cells, cell_m) & ~shut
@@ -281,7 +289,7 @@ def _is_wide(room: Mask, cell_m: float) -> bool:
     least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
     side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
     # Squares are far quicker than discs, and where they fit so do discs: enough for most rooms.
-    if np.count_nonzero(shrunk(np.pad(room, 1), side // 2)) >= least:
+    if np.count_nonzero(shrunk(framed(room, (1, 1), (1, 1)), side // 2)) >= least:
         return True
     wide = np.count_nonzero(opened(room, side))
     return bool(wide * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2)

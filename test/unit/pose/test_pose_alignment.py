@@ -76,6 +76,36 @@ def test_truth_scores_high_and_every_wrong_placement_low():
     assert scores[1:].max() < 0.5
 
 
+def scattered(count=40):
+    """Placements around the true one, some of which put the map off the drawing."""
+    rng = np.random.default_rng(2)
+    moved = (SE2.from_xy_yaw(*rng.normal(0.0, (6.0, 6.0, 1.0))) for _ in range(count))
+    return Placements.of([A_PLAN_SUBMAP, *(A_PLAN_SUBMAP @ T for T in moved)])
+
+
+def test_drawn_walls_are_met_wherever_a_placement_puts_the_map():
+    plan, sub = sides()
+    found, likelihood = scattered(), sub.wall_likelihood(SIGMA_M)
+    seen = agreement(plan, sub, found, SIGMA_M).plan_seen
+    for placement, share in zip(found, seen, strict=True):
+        back = placement.A_plan_submap.inv().apply(plan.walls)
+        row, col = np.floor(back @ sub.A_rc_xy[:, :2].T + sub.A_rc_xy[:, 2] + 0.5).astype(int).T
+        height, width = sub.observed.shape
+        is_on = (row >= 0) & (col >= 0) & (row < height) & (col < width)
+        row, col = row[is_on], col[is_on]
+        met = likelihood[row, col][sub.observed[row, col]]
+        assert share == pytest.approx(met.mean() if len(met) else 0.0, abs=1e-6)
+
+
+def test_a_look_at_few_samples_scores_about_as_one_at_all():
+    plan, sub = sides()
+    every, few = (agreement(plan, sub, scattered(), SIGMA_M, most).score for most in (None, 300))
+    assert few.argmax() == every.argmax() == 0
+    np.testing.assert_allclose(few, every, atol=0.1)
+    same = agreement(plan, sub, scattered(), SIGMA_M, len(sub.walls) + len(sub.free)).score
+    np.testing.assert_array_equal(same, every)
+
+
 def test_coarse_and_full_scores_of_no_candidate_are_empty():
     plan, sub = sides()
     empty = Placements.empty()

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from fpnet_core.raster.blocks import block_any, block_means, block_middles, thinned, unblocked
-from fpnet_core.raster.windows import NEIGHBOURS, border_of, cropped, first_of_each, window_of
+from fpnet_core.raster.windows import (
+    NEIGHBOURS,
+    border_of,
+    cropped,
+    first_of_each,
+    framed,
+    window_of,
+)
 
 
 def blocks_of(values, side, beyond):
@@ -94,3 +101,10 @@ def test_a_window_may_leave_the_raster(window):
     around = np.pad(values, 4, constant_values=-7)
     inside = tuple(slice(side.start + 4, side.stop + 4) for side in window)
     np.testing.assert_array_equal(cropped(values, window, -7), around[inside])
+
+
+def test_a_frame_is_as_wide_as_it_is_asked_to_be():
+    values = np.arange(6, dtype=np.int32).reshape(2, 3)
+    found = framed(values, (1, 0), (2, 3), -1)
+    np.testing.assert_array_equal(found, np.pad(values, ((1, 2), (0, 3)), constant_values=-1))
+    assert found.dtype == values.dtype

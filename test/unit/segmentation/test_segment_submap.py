@@ -9,6 +9,7 @@ import pytest
 
 from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import segment_submap
+from fpnet_core.segmentation.submap import part_scene
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
 
@@ -99,6 +100,17 @@ def test_a_lintel_closes_its_doorway_even_where_it_is_wide(door):
     submap = two_rooms(lintel=True, door=door)
     middle = submap.grid.rc_to_xy([(door[0] + door[1] - 1) / 2, 131.5])
     assert portal.ends.mean(axis=0) == pytest.approx(middle, abs=0.15)
+
+
+def test_no_lintel_is_looked_at_again_where_rooms_are_held():
+    submap = two_rooms(lintel=True)
+    grid, free = submap.grid, submap.grid.cells == FREE
+    _, found = part_scene(grid, submap.lintel, grid.resolution)
+    _, again = part_scene(grid, submap.lintel, grid.resolution, held=free)
+    assert (len(found), len(again)) == (1, 0)
+    scene, known = part_scene(grid, submap.lintel, grid.resolution, found, held=free)
+    assert known == found
+    assert scene.lintel.any()
 
 
 def test_the_wide_opening_without_a_lintel_is_a_door_where_walls_end_at_it():
