@@ -34,6 +34,7 @@ _BACK_TURNS = 0.1
 _FEWEST_TURNS = 0.3
 """Those that turn by less have none either. Chosen: sectors of a hundred degrees do turn."""
 
+_FEWEST_ROWS = 2  # given: one row, or columns, turn once
 _TOGETHER = 0.7
 """Rows begin together where the mean of the unit vectors there is longer than this. Chosen."""
 
@@ -62,32 +63,8 @@ is decided. Chosen: one to four seconds of turns.
 """
 
 
-def turn_shares(points: Array) -> Array | None:
-    """
-    Return which part of a turn, 0 to 1, was done when each of a cloud's points was seen ``(P,)``.
-
-    By their order: column by column through one turn, or row by row, each through all of it; None
-    where it is neither.
-    """
-    turns = np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi)
-    steps = np.diff(turns)
-    turned = np.concatenate([[0.0], np.cumsum(steps - np.round(steps))])
-    if turned[-1] < 0.0:
-        turned, turns = -turned, -turns
-    back = float(np.max(np.maximum.accumulate(turned) - turned))
-    if back > _BACK_TURNS or turned[-1] < _FEWEST_TURNS:
-        return None
-    rows = round(turned[-1])
-    if rows < 2:
-        shares: Array = np.maximum(turned, 0.0) / max(1.0, float(turned.max()))
-        return shares
-    elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
-    begins = 1 + np.argpartition(np.abs(np.diff(elevation)), 1 - rows)[1 - rows :]
-    seam = np.exp(2j * np.pi * turns[begins]).mean()
-    if abs(seam) < _TOGETHER:
-        return None
-    return np.asarray((turns - np.angle(seam) / (2.0 * np.pi)) % 1.0)
-
+_DOUBT_M2 = 0.001
+"""As much of that speaks for sweeps of an instant from the beginning [m^2]. Chosen."""
 
 _FARTHEST_M = 0.4
 """Returns that are farther from a wall [m] are of another. Chosen."""
@@ -100,6 +77,45 @@ _BENT = (
     'their points'
 )
 _INSTANT = 'sweeps without times are not bent by the motion: each is taken for one instant'
+
+
+def turn_shares(points: Array) -> Array | None:
+    """
+    Return which part of a turn, 0 to 1, was done when each of a cloud's points was seen ``(P,)``.
+
+    By their order: column by column through one turn, or row by row, each through all of it; None
+    where it is neither. Points in the sensor or not finite have no part, which is 0.
+    """
+    is_seen = np.isfinite(points).all(axis=1) & points[:, :2].any(axis=1)
+    if np.count_nonzero(is_seen) < _FEWEST:
+        return None
+    found = _shares_in_order(points[is_seen])
+    if found is None:
+        return None
+    shares = np.zeros(len(points))
+    shares[is_seen] = found
+    return shares
+
+
+def _shares_in_order(points: Array) -> Array | None:
+    turns = np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi)
+    steps = np.diff(turns)
+    turned = np.concatenate([[0.0], np.cumsum(steps - np.round(steps))])
+    if turned[-1] < 0.0:
+        turned, turns = -turned, -turns
+    back = float(np.max(np.maximum.accumulate(turned) - turned))
+    if back > _BACK_TURNS or turned[-1] < _FEWEST_TURNS:
+        return None
+    rows = round(float(turned[-1]))
+    if rows < _FEWEST_ROWS:
+        shares: Array = np.maximum(turned, 0.0) / max(1.0, float(turned.max()))
+        return shares
+    elevation = np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1]))
+    begins = 1 + np.argpartition(np.abs(np.diff(elevation)), 1 - rows)[1 - rows :]
+    seam = np.exp(2j * np.pi * turns[begins]).mean()
+    if abs(seam) < _TOGETHER:
+        return None
+    return np.asarray((turns - np.angle(seam) / (2.0 * np.pi)) % 1.0)
 
 
 class TurningSweeps:
@@ -123,7 +139,7 @@ class TurningSweeps:
     @property
     def part(self) -> float:
         """Which part of the motion is to be undone: 0, 1, or -1 where the order runs backwards."""
-        found = self._sum / self._information if self._information else 0.0
+        found = self._sum / (self._information + _DOUBT_M2)
         return float(np.clip(np.round(found), -1.0, 1.0))
 
     def look(self, sweep: Array, shares: Array, T_odom_sensor: Array, motion: Array) -> None:

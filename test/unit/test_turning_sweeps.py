@@ -96,3 +96,14 @@ def test_a_blind_sector_is_part_of_the_turn():
     azimuth = np.arctan2(points[:, 1], points[:, 0])
     seen = np.abs(azimuth - 0.5) > 0.7
     np.testing.assert_allclose(turn_shares(points[seen]), turn_shares(points)[seen], atol=1e-9)
+
+
+def test_points_that_are_nowhere_do_not_matter():
+    rng = np.random.default_rng(8)
+    points = cloud(0.0, rng, -1, True)
+    is_lost = rng.random(len(points)) < 0.3
+    shown = np.where(
+        is_lost[:, None], rng.choice([np.nan, np.inf, 0.0], len(points))[:, None], points
+    )
+    found = turn_shares(shown)
+    assert np.quantile(np.abs(found - turn_shares(points))[~is_lost], 0.97) < 0.005
