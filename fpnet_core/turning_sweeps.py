@@ -63,7 +63,7 @@ is decided. Chosen: one to four seconds of turns.
 """
 
 
-_DOUBT_M2 = 0.001
+_DOUBT_M2 = 0.003
 """As much of that speaks for sweeps of an instant from the beginning [m^2]. Chosen."""
 
 _FARTHEST_M = 0.4
