@@ -10,7 +10,7 @@ Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building
 Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
 product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
 ``--clouds``: with a time for each point; without, as drivers of spinning sensors give that keep
-them to themselves; or of one instant, as simulators give. ``--bare``: plain walls, no furniture.
+them to themselves; or of one instant, along rays without jitter, as simulators give. ``--bare``: plain walls, no furniture.
 """
 
 import argparse
@@ -97,6 +97,8 @@ def measure(
     wheels = []
     for name in sensors:
         model, found = SENSORS[name], []
+        if clouds == 'instant':
+            model = replace(model, angle_sigma_rad=0.0)
         for seed in range(seeds):
             recording = make_recording(seed, replace(options, lidar=model), threads=1)
             poses, cast_s, match_s = register(recording, clouds)
