@@ -10,7 +10,8 @@ Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building
 Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
 product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
 ``--clouds``: with a time for each point; without, as drivers of spinning sensors give that keep
-them to themselves; or of one instant, along rays without jitter, as simulators give. ``--bare``: plain walls, no furniture.
+them to themselves; or of one instant, along rays without jitter, as simulators give.
+``--bare``: plain walls, no furniture.
 """
 
 import argparse
