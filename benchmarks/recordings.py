@@ -5,13 +5,18 @@
 Measure, for every simulated sensor, what a scan costs and how far lidar odometry drifts.
 
 Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building STYLE]
+     [--bare] [--clouds timed|untimed|instant]
 
 Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
 product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
+``--clouds``: with a time for each point; without, as drivers of spinning sensors give that keep
+them to themselves; or of one instant, along rays without jitter, as simulators give.
+``--bare``: plain walls, no furniture.
 """
 
 import argparse
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 import time
 from typing import Any
 
@@ -19,12 +24,15 @@ import numpy as np
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError
+from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
+from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import lengths_along
 from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.scores import Score, Units
 from fpnet_lab.sim.fittings import BUILDING_STYLES
 from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.scanning import sensor_poses_at
 from fpnet_lab.sim.sensors import SENSORS
 from fpnet_lab.sim.tours import TourLimits
 
@@ -35,13 +43,27 @@ UNITS = (Units.COUNT.to(0, '-'), MS, MS, PER_100_M, PER_100_M, Units.METRES.in_t
 LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)
 
 
-def register(recording: Recording) -> tuple[np.ndarray, float, float]:
+def scan_of(recording: Recording, index: int, clouds: str) -> Scan:
+    """Return a scan as ``--clouds`` has it."""
+    if clouds == 'instant':
+        return replace(recording.deskewed(index), T_odom_sensor=None)
+    scan = recording.scan(index)
+    return scan if clouds == 'timed' else replace(scan, time_s=None)
+
+
+def truth_of(recording: Recording, clouds: str) -> np.ndarray:
+    """Return where the sensor was at the instants that poses are of (S, 4, 4)."""
+    half_ns = round(0.5 * recording.lidar.model.period_s * NS_PER_S) if clouds == 'untimed' else 0
+    return sensor_poses_at(recording.tour, recording.stamps_ns - half_ns)
+
+
+def register(recording: Recording, clouds: str) -> tuple[np.ndarray, float, float]:
     """Return KISS-ICP's poses (S, 4, 4) and CPU seconds per scan of casting and registering."""
     odometry = KissOdometry(OdometryConfig())
     poses, cast_s, match_s = [], 0.0, 0.0
     for index in range(len(recording)):
         start = time.process_time()
-        scan = recording.scan(index)
+        scan = scan_of(recording, index, clouds)
         middle = time.process_time()
         try:
             pose = odometry.register_scan(scan).T_odom_sensor
@@ -69,18 +91,21 @@ def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
     return float(np.hypot(*error[:2, 3])), abs(float(np.rad2deg(np.arctan2(*error[1::-1, 0]))))
 
 
-def measure(sensors: Iterable[str], building: str, seeds: int) -> Iterator[tuple[Any, ...]]:
+def measure(
+    sensors: Iterable[str], options: RecordingOptions, seeds: int, clouds: str
+) -> Iterator[tuple[Any, ...]]:
     """Yield a row for each sensor, and one for wheels."""
     wheels = []
     for name in sensors:
         model, found = SENSORS[name], []
-        options = RecordingOptions(lidar=model, limits=LIMITS, style=BUILDING_STYLES[building])
+        if clouds == 'instant':
+            model = replace(model, angle_sigma_rad=0.0)
         for seed in range(seeds):
-            recording = make_recording(seed, options, threads=1)
-            poses, cast_s, match_s = register(recording)
-            truth = recording.truth()
+            recording = make_recording(seed, replace(options, lidar=model), threads=1)
+            poses, cast_s, match_s = register(recording, clouds)
+            truth = truth_of(recording, clouds)
             found.append([1e3 * cast_s, 1e3 * match_s, *drift(truth, poses)])
-            wheels.append(drift(truth, recording.wheel_odometry()))
+            wheels.append(drift(recording.truth(), recording.wheel_odometry()))
         yield name, model.beams * model.columns, *np.mean(found, axis=0)
     yield 'wheels, no lidar', None, None, None, *np.mean(wheels, axis=0)
 
@@ -96,8 +121,14 @@ def main() -> None:
     parser.add_argument('--seeds', type=int, default=1)
     parser.add_argument('--sensor', action='append', choices=sorted(SENSORS))
     parser.add_argument('--building', choices=sorted(BUILDING_STYLES), default='plain')
+    parser.add_argument('--bare', action='store_true')
+    parser.add_argument('--clouds', choices=('timed', 'untimed', 'instant'), default='timed')
     arguments = parser.parse_args()
-    measured = measure(arguments.sensor or SENSORS, arguments.building, arguments.seeds)
+    options = RecordingOptions(
+        limits=LIMITS, style=BUILDING_STYLES[arguments.building], is_furnished=not arguments.bare
+    )
+    sensors = arguments.sensor or SENSORS
+    measured = measure(sensors, options, arguments.seeds, arguments.clouds)
     print_scores(measured, lambda row: scores(*row))
 
 

@@ -191,7 +191,9 @@ class OdometryConfig(Section):
     planar_voxel_size: float = Field(
         0.1, gt=0.0, description='The same for planar scanners, which see few points [m].'
     )
-    deskew: bool = Field(True, description='Undo the motion during a sweep by per-point times.')
+    deskew: bool = Field(
+        True, description='Undo the motion during a sweep by times of points, or by their order.'
+    )
 
 
 class FpnetConfig(Section):

@@ -20,6 +20,7 @@ from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.registration import MIN_POINTS, register_planar, register_sweep
 from fpnet_core.stamps import NS_PER_S, ClockGuard
+from fpnet_core.turning_sweeps import TurningSweeps, turn_shares
 
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
@@ -33,6 +34,8 @@ _log = logging.getLogger(__name__)
 
 _FLAT_M = 0.01
 """Sweeps that are lower than this [m] are those of a planar scanner. Chosen."""
+
+_AT_ONCE = np.zeros(0)  # given by registration: no times
 
 
 def _warn(back_s: float) -> None:
@@ -50,10 +53,11 @@ class KissOdometry:
     few dozen of a single beam. And they are deskewed here, with the places that their rays began
     at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
-    Of other sweeps with times, what stands tells the place and what lies the level: see
-    :mod:`fpnet_core.registration`.
+    Of other sweeps, what stands tells the place and what lies the level: see
+    :mod:`fpnet_core.registration`. Those without times are deskewed to their middle if the map
+    says that they need it: see :mod:`fpnet_core.turning_sweeps`.
 
-    All sweeps are deskewed by the motion since the last sweep's stamp, for the share of that time
+    All others are deskewed by the motion since the last sweep's stamp, for the share of that time
     that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
     a turn, and one that looks into the open sees nothing in range for a part of it. The motion is
     that of the last two sweeps; or where scans bring poses of another odometry, its motion since
@@ -73,6 +77,7 @@ class KissOdometry:
         """Forget the map and start again, in a new frame unless told where the sensor is."""
         self._kiss: KissICP | None = None
         self._clock = ClockGuard(STALE_BEFORE_RESTART)
+        self._turning = TurningSweeps(is_decided=not self._config.deskew)
         self._is_planar = False
         self._start = T_odom_sensor
         self._last_ns: int | None = None
@@ -132,7 +137,7 @@ class KissOdometry:
         points : (P, 3)
             Sensor frame [m]; points that are not finite or out of range are left out.
         time_s : (P,)
-            Times of the points, any origin; None registers the sweep without deskewing.
+            Times of the points, any origin; None: the pose is that of the sweep's middle.
         stamp_ns : int
             Of the sweep's end; two of them tell how long a motion took that was found. None: as
             long as the sweep.
@@ -168,7 +173,10 @@ class KissOdometry:
         if self._is_planar:
             seen_from = None if viewpoints is None else np.asarray(viewpoints)[usable]
             return self._register_planar(self._kiss, sweep[usable], share, seen_from)
-        points = register_sweep(self._kiss, sweep[usable], share)
+        if len(times):
+            points = register_sweep(self._kiss, sweep[usable], share)
+        else:
+            points = self._register_untimed(self._kiss, sweep, usable)
         return RegisteredSweep(points.astype(np.float32), self._kiss.last_pose.copy())
 
     def register_scan(self, scan: Scan) -> RegisteredSweep:
@@ -215,6 +223,21 @@ class KissOdometry:
         period_s = self._period_ns / NS_PER_S or float(np.ptp(times))
         share: Array = (times - times.max()) / period_s
         return share
+
+    def _register_untimed(self, kiss: KissICP, sweep: Array, usable: NDArray[np.bool_]) -> Array:
+        """Register a sweep without times as of its middle, and return its points in range."""
+        turning, shares = self._turning, None
+        if turning.part or not turning.is_decided:
+            shares = turn_shares(sweep)  # of all points: where it begins is no matter of range
+        sweep = sweep[usable]
+        if shares is None:
+            return register_sweep(kiss, sweep, _AT_ONCE)
+        shares = shares[usable] - 0.5
+        points = carried(sweep, kiss.last_delta, turning.part * shares) if turning.part else sweep
+        register_sweep(kiss, points, _AT_ONCE)
+        if not turning.is_decided:
+            turning.look(sweep, shares, kiss.last_pose, kiss.last_delta)
+        return points
 
     @staticmethod
     def _register_planar(

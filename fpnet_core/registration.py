@@ -64,24 +64,14 @@ def register_sweep(kiss: KissICP, sweep: Array, share: Array) -> Array:
     sweep : (P, 3)
         Points in range, sensor frame [m].
     share : (P,)
-        When they were seen: -1 for the last sweep's end to 0 for this one's; empty: no deskewing,
-        and all surfaces at once.
+        When they were seen: -1 for the last sweep's end to 0 for this one's; empty: at once.
 
     Returns
     -------
     (P, 3)
         The points as seen from the place of the sweep's end.
     """
-    if not len(share):
-        # Its walls are bent where the robot turns. Surface by surface, headings came out better
-        # on the mean of six such drives and worse on one that a test holds: left as it was.
-        whole: Array = np.asarray(kiss.register_frame(sweep, share)[0])
-        return whole
-    # KISS-ICP takes the first and the last point for the ends of the motion. Two that it drops,
-    # as they are nowhere, stand there.
-    sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
-    share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
-    points: Array = np.asarray(kiss.preprocessor.preprocess(sweep, share, kiss.last_delta))
+    points = _deskewed(kiss, sweep, share) if len(share) else sweep
     T_guess = kiss.last_pose @ kiss.last_delta
     placed = _placed(points, T_guess)
     is_upright = upright(placed)
@@ -136,6 +126,14 @@ def levelled(T_place: Array, T_level: Array) -> Array:
     T[:3, :3] = Rotation.from_rotvec(turn * [1.0, 1.0, 0.0]).as_matrix() @ T_place[:3, :3]
     T[2, 3] = T_level[2, 3]
     return T
+
+
+def _deskewed(kiss: KissICP, sweep: Array, share: Array) -> Array:
+    # KISS-ICP takes the first and the last point for the ends of the motion. Two that it drops,
+    # as they are nowhere, stand there.
+    sweep = np.vstack([sweep, np.full((2, 3), np.nan)])
+    share = np.append(np.maximum(share, -1.0), [-1.0, 0.0])
+    return np.asarray(kiss.preprocessor.preprocess(sweep, share, kiss.last_delta))
 
 
 def _placed(points: Array, T_odom_sensor: Array) -> Array:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A robot that turns at 50 degrees per second, and clouds of it as drivers stamp them."""
+"""Robots that turn at 50 degrees per second, and clouds of them as drivers stamp them."""
 
 from functools import cache
 
@@ -11,26 +11,26 @@ from fpnet_lab.sim.scanning import sensor_poses_at
 from fpnet_lab.sim.sensors import LidarModel
 
 PERIOD_NS = 100_000_000
-SECONDS, SEED = 15.0, 5
+SECONDS, SEED, OTHER_SEEDS = 15.0, 5, (6, 7, 8, 9)
 STAMPS = ('start', 'middle', 'end')
 TIMES = ('absolute', 'relative', 'missing')
 _BEFORE_END = {'start': 1.0, 'middle': 0.5, 'end': 0.0}
 
 
 @cache
-def turning_recording():
+def turning_recording(seed=SEED):
     """Return the start of a drive that turns for much of the time."""
-    return start_of_recording(SECONDS, LidarModel(beams=16, columns=720), SEED)
+    return start_of_recording(SECONDS, LidarModel(beams=16, columns=720), seed)
 
 
 @cache
-def _scans():
-    return list(turning_recording())
+def _scans(seed):
+    return list(turning_recording(seed))
 
 
-def clouds(stamp, times):
+def clouds(stamp, times, seed=SEED):
     """Yield header stamp [ns], points (P, 3) and the time field (P,), None where it is missing."""
-    for scan in _scans():
+    for scan in _scans(seed):
         stamp_ns = scan.stamp_ns - round(_BEFORE_END[stamp] * PERIOD_NS)
         since_start_s = scan.time_s
         start_ns = scan.stamp_ns - PERIOD_NS
@@ -43,12 +43,22 @@ def clouds(stamp, times):
             yield stamp_ns, scan.points, relative_s.astype(np.float32)
 
 
-def yaw_errors_deg(stamps_ns, T_odom_sensor):
-    """Return by how much headings are off at the stamps that they came with (S,)."""
-    truth = sensor_poses_at(turning_recording().tour, np.asarray(stamps_ns))
-    first = sensor_poses_at(turning_recording().tour, np.asarray(stamps_ns[:1]))[0]
-    errors = []
-    for true, pose in zip(truth, T_odom_sensor, strict=True):
-        apart = (np.linalg.inv(first) @ true)[:2, :2].T @ pose[:2, :2]
-        errors.append(abs(np.degrees(np.arctan2(apart[1, 0], apart[0, 0]))))
-    return np.array(errors)
+def yaw_errors_deg(stamps_ns, T_odom_sensor, seed=SEED):
+    """Return by how much headings are ahead at the stamps that they came with (S,)."""
+    truth = sensor_poses_at(turning_recording(seed).tour, np.asarray(stamps_ns))
+    off = np.array(T_odom_sensor)[:, :2, :2] @ np.swapaxes(truth[:, :2, :2], 1, 2)
+    off = off @ off[0].T
+    return np.degrees(np.unwrap(np.arctan2(off[:, 1, 0], off[:, 0, 0])))
+
+
+def lag_ms(stamps_ns, errors_deg, seed=SEED):
+    """
+    Return by how long headings are behind their stamps: by what the error changes with the rate.
+
+    Over a second at a time, in which drift is no matter.
+    """
+    stamps_s = (np.asarray(stamps_ns) - stamps_ns[0]) / 1e9
+    truth = sensor_poses_at(turning_recording(seed).tour, np.asarray(stamps_ns))
+    rate = np.gradient(np.degrees(np.unwrap(np.arctan2(truth[:, 1, 0], truth[:, 0, 0]))), stamps_s)
+    error, faster = (each[10:] - each[:-10] for each in (errors_deg, rate))
+    return -1e3 * (error @ faster) / (faster @ faster)

@@ -79,9 +79,11 @@ def check_point_times(seen: Observed) -> Iterator[Finding]:
     yield Finding(
         Problem.POINT_TIMES,
         seen.scans,
-        f'{what}: the motion during a sweep cannot be undone, so that walls smear in turns',
+        f'{what}: KISS-ICP undoes the motion during a sweep by the order of the points, where it '
+        'sees in turns that there is one; with other odometry walls smear in turns, and the '
+        "stamp is taken for a sweep's middle",
         'choose a point format with t, time or timestamp in the driver (point type XYZIRT or '
-        'similar), or feed odometry of the wheels and drive slowly round corners',
+        'similar); a simulator whose sweeps are of one instant has none and needs none',
     )
 
 

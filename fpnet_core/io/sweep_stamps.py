@@ -3,8 +3,8 @@
 """
 Which instant a sweep's pose is of: a header's stamp may be of the start, the middle or the end.
 
-Odometry brings all points of a sweep to its end, so that is what its pose is of. Drivers stamp
-either end, and a tenth of a second late is 5 degrees at 50 degrees per second.
+Odometry brings all points of a sweep with times to its end, so that is what its pose is of.
+Drivers stamp either end, and a tenth of a second late is 5 degrees at 50 degrees per second.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _TO_END = {'start': 1.0, 'middle': 0.5, 'end': 0.0}  # given by the words: share
 _TO_MIDDLE = {'start': 0.5, 'middle': 0.0, 'end': -0.5, 'auto': 0.0}  # given by the words
 
 _NO_TIMES = (
-    'clouds carry no time for each point: the motion during a sweep stays in them, and their '
-    'stamp is taken for the middle of a sweep; set scans.stamp where it is of the start or the end'
+    'clouds carry no time for each point: their stamp is taken for the middle of a sweep; set '
+    'scans.stamp where it is of the start or the end'
 )
 _OTHER_CLOCK = (
     'the times of points are on another clock than the stamps of their clouds, which are taken '
@@ -48,8 +48,8 @@ class SweepStamps:
     Tells of one sensor's clouds when their poses are, one after another.
 
     Times of points are absolute on the header's clock, or relative to its stamp; either tells
-    when the last point was seen. Without them a cloud keeps the motion during the sweep, and fits
-    best where the sensor was in the middle of it.
+    when the last point was seen. Without them the pose of a
+    cloud is that of its middle, which is where it fits best, bent by the motion or not.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ LAYERS = {
         | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory', 'kernel_cache'},
         {'raster'},
         {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'}
-        | {'accuracy', 'registration'},
+        | {'accuracy', 'registration', 'turning_sweeps'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
         {'plan_check', 'sites', 'differences', 'library'},
