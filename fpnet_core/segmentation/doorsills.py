@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 # Physical: doorways of a storey are so wide [m] and its walls at most so thick [m], at a scale
 # wrong by a half.
-_WIDTH_M, _THICKEST_M = (0.5, 3.0), 0.6
+_WIDTH_M, _THICKEST_M = (0.5, 3.0), 0.8
 # Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.02
 # Numerical: lines are thinner than so many cells.
@@ -185,8 +185,9 @@ def _hollow_doorways(
     spaces: NDArray[np.int32], is_hollow: Mask, cell_m: float
 ) -> Iterator[_Doorway]:
     """Yield the insides of walls (H, W) that may be those of doorways with two sills."""
-    for number, window in label_windows(spaces).items():
-        if not is_hollow[number]:
+    least = _WIDTH_M[0] / cell_m / np.sqrt(2.0)
+    for number, window in label_windows(looked_up(spaces, is_hollow) * spaces).items():
+        if max(side.stop - side.start for side in window) < least:
             continue
         rows, cols = np.nonzero(spaces[window] == number)
         (col, row), size, angle = cv2.minAreaRect(np.column_stack([cols, rows]).astype(np.float32))

@@ -66,7 +66,7 @@ STYLES: dict[str, DrawingStyle] = {
         'double', 'arc', windows=True, furniture=True, text=True, dimensions=True, white_paper=True
     ),
 }
-"""Named looks for the command line and the gallery."""
+"""Named looks for the command line and the gallery. Chosen."""
 
 
 class StyleConfig(Section):
