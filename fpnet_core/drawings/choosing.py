@@ -23,8 +23,8 @@ from fpnet_core.drawings.view import View, view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import interpret
 from fpnet_core.raster.blocks import unblocked
-from fpnet_core.raster.morphology import grown
-from fpnet_core.raster.pieces import looked_up, pieces_of
+from fpnet_core.raster.morphology import closed, grown
+from fpnet_core.raster.pieces import filled, looked_up, pieces_of
 from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
 from fpnet_core.raster.windows import EVERY_SIDE, border_of
 from fpnet_core.segmentation import segment_unknown_scale
@@ -51,6 +51,7 @@ _SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for
 _SEEN_SHARE = 0.25  # of a space was seen as a room
 # The ground before an entrance has no walls around so much of it, and is as small beside rooms.
 _BARE_SHARE, _COURT_SHARE = 0.4, 0.6
+_GAP_DOORS = 2.0  # widths of doors are gaps in outer walls
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
 
@@ -262,12 +263,25 @@ def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationCo
         ends += np.bincount(labels[here][edge], minlength=len(size))
         edge &= cells[there] == UNKNOWN
         bare += np.bincount(labels[here][edge], minlength=len(size))
+    within = np.bincount(labels[_within_walls(found.segmentation)], minlength=len(size))
     is_court = (bare > _BARE_SHARE * ends) & (size < _COURT_SHARE * np.median(size[1:]))
+    # A room that was seen in part has no walls all around either, but lies within the building's.
+    is_court &= within < _BARE_SHARE * size
     is_court[0] = False
     if not is_court.any():
         return found
     gone = unblocked(is_court[labels[::-1]], _stride(found.cells), found.cells.shape)
     return _of_cells(np.where(gone, UNKNOWN, found.cells).astype(np.int8), seen, config)
+
+
+def _within_walls(segmentation: Segmentation) -> NDArray[np.bool_]:
+    """Return what (H, W) the walls shut in once gaps of twice a door's width are closed."""
+    walls = segmentation.grid.cells == OCCUPIED
+    widths = [portal.width_m for portal in segmentation.portals]
+    if not widths:
+        return np.ones_like(walls)
+    by = round(_GAP_DOORS * float(np.median(widths)) / segmentation.grid.resolution)
+    return filled(closed(np.pad(walls, by), 2 * (by // 2) + 1))[by:-by, by:-by]
 
 
 def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:

@@ -191,7 +191,7 @@ def _hollow_doorways(
             continue
         rows, cols = np.nonzero(spaces[window] == number)
         (col, row), size, angle = cv2.minAreaRect(np.column_stack([cols, rows]).astype(np.float32))
-        wide, long = sorted(side + 1.0 for side in size)
+        wide, long = min(size) + 1.0, max(size) + 1.0
         turn = np.radians(angle if size[0] >= size[1] else angle + 90.0)
         along = np.array([np.sin(turn), np.cos(turn)])
         middle = np.array([row + window[0].start, col + window[1].start])

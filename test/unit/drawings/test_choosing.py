@@ -72,6 +72,13 @@ def test_the_ground_before_an_entrance_is_no_room():
     assert len(found.segmentation.rooms) == 6
     assert len(kept.segmentation.rooms) == 5
     assert (kept.cells[:, 40:] == cells[:, 40:]).all()
+    cells[36:204, 36:270] = UNKNOWN
+    cells[36:60, 40:120] = FREE  # a corner of the hall, and the wall above it has a gap
+    cells[30:36, 140:160] = UNKNOWN
+    look, found = read(cells, ink)
+    kept = choosing._without_forecourts(found, look, CONFIG)
+    assert (kept.cells[36:60, 40:120] == FREE).all()
+
     assert choosing._without_forecourts(kept, look, CONFIG) is kept
 
 
