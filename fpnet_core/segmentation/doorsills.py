@@ -37,7 +37,8 @@ _WORK_M = 0.02
 # Numerical: lines are thinner than so many cells.
 _SIDES = (2, 3, 4, 6, 8)
 # Chosen, not measured:
-_LEAST_CELLS = 2.5  # numerical: thinner walls are not told from lines
+# Numerical: thinner walls are not told from lines, without a leaf and with one.
+_LEAST_CELLS, _LEAST_LEAFED_CELLS = 4.0, 2.5
 _LINE_M = 0.18  # and than this [m]
 _HOLLOW_M = 0.5  # narrower closed spaces are the inside of walls that are drawn as two lines [m]
 _PLAIN = 0.8  # of its rectangle does the inside of a doorway with two sills fill
@@ -156,7 +157,8 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
         if swing is not None and swing.has_arc:
             found |= _drawn(swing, ink.shape, pen) & ~grown(walls, 1)
         is_window = outer.count(many) > _WINDOWS * len(outer)
-        if inner and 0 < many <= _MOST_LINES and (swing is not None or not is_window):
+        is_plain = way.high - way.low >= _LEAST_CELLS and not is_window
+        if inner and 0 < many <= _MOST_LINES and (swing is not None or is_plain):
             found |= _inside(way, ink.shape)
     return found
 
@@ -178,7 +180,7 @@ def _depth(walls: Mask, ends: Array, along: Array, most: float) -> tuple[float, 
         row, col = end + 1.5 * sign * along
         low = max(low, -run_length(walls, False, row, col, along[1], -along[0], most))
         high = min(high, run_length(walls, False, row, col, -along[1], along[0], most))
-    return (low, high) if _LEAST_CELLS <= high - low < most else None
+    return (low, high) if _LEAST_LEAFED_CELLS <= high - low < most else None
 
 
 def _hollow_doorways(
@@ -221,7 +223,7 @@ def _lines(ink: Mask, way: _Doorway) -> int:
     starts = np.count_nonzero(np.diff(np.concatenate([[0], is_line.astype(np.int8)])) == 1)
     near = grown(is_line[:, None], round(1.0 / _STEP))[:, 0]
     is_cluttered = not near.all() and drawn[~near].mean() > _EMPTY
-    thickness = _STEP * drawn.mean() * len(offsets)
+    thickness = _STEP * len(offsets) * float(np.mean(drawn))
     is_thick = thickness > _THIN * (way.high - way.low) * max(1, starts)
     return 0 if is_cluttered or is_thick or is_line.all() else int(starts)
 
@@ -286,7 +288,7 @@ def _hypotheses(way: _Doorway) -> Array:
     """Return the leaves (N, 5) that there may be: length, hinge, side, face, how far open."""
     middle = 0.5 * (way.low + way.high)
     grids = np.meshgrid(
-        way.length * np.multiply.outer((1.0, 0.5), _LENGTHS),
+        way.length * np.multiply.outer(np.array([1.0, 0.5]), np.array(_LENGTHS)),
         (0.0, way.length), (-1.0, 1.0), (way.low, middle, way.high), _OPEN_RAD,
     )  # fmt: skip
     return np.stack([grid.ravel() for grid in grids], axis=1)
