@@ -224,7 +224,7 @@ def _lines(ink: Mask, way: _Doorway) -> int:
     near = grown(is_line[:, None], round(1.0 / _STEP))[:, 0]
     is_cluttered = not near.all() and drawn[~near].mean() > _EMPTY
     thickness = _STEP * len(offsets) * float(np.mean(drawn))
-    is_thick = thickness > _THIN * (way.high - way.low) * max(1, starts)
+    is_thick = thickness > _THIN * (way.high - way.low) * float(max(1, int(starts)))
     return 0 if is_cluttered or is_thick or is_line.all() else int(starts)
 
 
