@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 # Physical: doorways of a storey are so wide [m] and its walls at most so thick [m], at a scale
 # wrong by a half.
 _WIDTH_M, _THICKEST_M = (0.5, 3.0), 0.8
+# Physical: wider doorways have leaves, which are drawn then [m].
+_LEAFLESS_M = 1.5
 # Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.02
 # Numerical: lines are thinner than so many cells.
@@ -157,7 +159,8 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
         if swing is not None and swing.has_arc:
             found |= _drawn(swing, ink.shape, pen) & ~grown(walls, 1)
         is_window = outer.count(many) > _WINDOWS * len(outer)
-        is_plain = way.high - way.low >= _LEAST_CELLS and not is_window
+        is_narrow = way.length * cell_m <= _LEAFLESS_M
+        is_plain = is_narrow and way.high - way.low >= _LEAST_CELLS and not is_window
         if inner and 0 < many <= _MOST_LINES and (swing is not None or is_plain):
             found |= _inside(way, ink.shape)
     return found

@@ -25,7 +25,7 @@ def building(sill=True, doors=True):
         cells[36 + 43 * k : 75 + 43 * k, 276:374] = FREE
     ink = cells == OCCUPIED
     for k in range(4) if doors else ():
-        rows = slice(44 + 43 * k, 62 + 43 * k)
+        rows = slice(44 + 43 * k, 59 + 43 * k)
         cells[rows, 270:276] = FREE
         ink[rows, 270:276] = False
         if sill:
