@@ -6,22 +6,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.doubting import Doubts, doubts_of
 from fpnet_core.drawings.learned import SeenBuilding, see_building
-from fpnet_core.drawings.looking import Rival
-from fpnet_core.drawings.plausible import features, probability
+from fpnet_core.drawings.looking import Rival, view_reading
+from fpnet_core.drawings.plausible import features, findings, probability
 from fpnet_core.drawings.sheet import FRAME, find_building
 from fpnet_core.drawings.tones import Levels, colourfulness, ink_level, is_dark_ground
 from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.drawings.view import View, view_of
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import interpret
+from fpnet_core.raster.blocks import unblocked
+from fpnet_core.raster.morphology import closed, grown
+from fpnet_core.raster.pieces import filled, looked_up, pieces_of
 from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
+from fpnet_core.raster.windows import EVERY_SIDE, border_of
 from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation.doorsills import doorway_symbols
+from fpnet_core.segmentation.scale import estimate_metres_per_unit
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 NOMINAL_M = 0.05
@@ -39,6 +47,11 @@ _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
 _JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
 _ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
+_SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for walls
+_SEEN_SHARE = 0.25  # of a space was seen as a room
+# The ground before an entrance has no walls around so much of it, and is as small beside rooms.
+_BARE_SHARE, _COURT_SHARE = 0.4, 0.6
+_GAP_DOORS = 2.0  # widths of doors are gaps in outer walls
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
 
@@ -49,7 +62,8 @@ class Found:
 
     ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
     them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
-    ``dropped`` are in the drawing's pixels; ``rivals`` are other readings of it.
+    ``dropped`` are in the drawing's pixels; ``rivals`` are other readings of it; ``thought`` is
+    what was thought of it where that was asked for.
     """
 
     cells: NDArray[np.int8]
@@ -63,12 +77,18 @@ class Found:
     is_straightened: bool = False
     trust: Trust | None = None
     rivals: tuple[Rival, ...] = ()
+    thought: Doubts | None = None
 
     @property
     def H_plan_pixel(self) -> Array:
         """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
         to_plan = pixel_to_xy(self.segmentation.grid).matrix
         return np.asarray(to_plan @ shrinking(1.0 / _stride(self.cells)) @ self.H_cell_pixel)
+
+    @cached_property
+    def is_absurd(self) -> bool:
+        """Tell whether no building is like that, as one without doors."""
+        return bool(not self.segmentation.rooms or findings(self.segmentation))
 
     @property
     def as_rival(self) -> Rival:
@@ -87,22 +107,69 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     """
     pictures = _pictures(drawing.pixels)
     plain = None if options.storey else _best_plain(pictures, options, config)
-    if plain is not None and plain.probability > _SURE:
+    if plain is not None and _is_sure(plain):
         return plain
     known = [plain] if plain is not None else []
     for picture in pictures:
         seen = _seen(picture, options, config)
         known += [seen] if seen is not None else []
-        if seen is not None and seen.probability > _SURE:
+        if seen is not None and _is_sure(seen):
             break
     if not known:
         raise MapFormatError(
             f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
             f'with walls that stand out from the paper{"".join(f"; {n}" for n in drawing.notes)}'
         )
-    found = max(known, key=lambda reading: reading.probability)
+    return _likeliest(known, plain, drawing, config)
+
+
+def _likeliest(
+    known: list[Found], plain: Found | None, drawing: Drawing, config: SegmentationConfig
+) -> Found:
+    """
+    Return the reading that looks most like a building; what none is like is the last resort.
+
+    Of one that only looked so before its rooms were looked at, the rooms are.
+    """
+    kept = [reading for reading in known if not reading.is_absurd] or known
+    if len(kept) > 1 and plain is not None and plain in kept:
+        judged = [_judged(reading, known, drawing, config) for reading in kept]
+        return min(judged, key=lambda reading: reading.thought.wrong if reading.thought else 1.0)
+    found = max(kept, key=lambda reading: reading.probability)
+    return _with_rivals(found, known)
+
+
+def _with_rivals(found: Found, known: list[Found]) -> Found:
     others = tuple(reading.as_rival for reading in known if reading is not found)
     return replace(found, rivals=(*found.rivals, *others))
+
+
+def _judged(
+    found: Found, known: list[Found], drawing: Drawing, config: SegmentationConfig
+) -> Found:
+    """Return a reading with its rivals and with what is thought of it."""
+    found = _with_rivals(found, known)
+    return replace(found, thought=thought_of(found, drawing, config))
+
+
+def thought_of(found: Found, drawing: Drawing, config: SegmentationConfig) -> Doubts:
+    """Return whether to believe a reading."""
+    if found.thought is not None:
+        return found.thought
+    look = view_reading(
+        drawing.pixels,
+        found.segmentation,
+        found.H_plan_pixel,
+        found.probability,
+        found.rivals,
+        config,
+        found.trust,
+    )
+    return doubts_of(look)
+
+
+def _is_sure(reading: Found) -> bool:
+    return reading.probability > _SURE and not reading.is_absurd
 
 
 def all_readings(
@@ -141,7 +208,8 @@ def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> F
     seen = see_building(view, options.storey)
     if seen is None:
         return None
-    found = _of_cells(seen.cells, seen, config)
+    found = _with_doorways(_of_cells(seen.cells, seen, config), seen, config)
+    found = _without_forecourts(found, seen, config)
     rough = _of_cells(seen.rough_cells, seen, config)
     to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
     return replace(
@@ -160,6 +228,60 @@ def _of_cells(cells: NDArray[np.int8], seen: SeenBuilding, config: SegmentationC
     chance = probability(features(segmentation))
     how = 'walls as learned from drawings'
     return Found(cells, seen.H_cell_pixel, segmentation, chance, how)
+
+
+def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    """
+    Return a reading whose walls are open where the drawing shows but a door's symbols.
+
+    A space that walls shut in, and that was seen as a room in part, is one if a door leads there.
+    """
+    cell_m = NOMINAL_M * estimate_metres_per_unit(found.segmentation).factor
+    walls = seen.cells == OCCUPIED
+    spaces, count = pieces_of(~walls, connectivity=4)
+    size = np.bincount(spaces.ravel(), minlength=len(count))
+    free = np.bincount(spaces[seen.cells == FREE], minlength=len(count))
+    is_room = free > _SEEN_SHARE * size
+    is_room[np.unique(border_of(spaces))] = False
+    room = (seen.cells == FREE) | looked_up(spaces, is_room)
+    symbols = grown(doorway_symbols(seen.ink, room, cell_m), _SYMBOL_EDGE_PX)
+    if not symbols.any():
+        return found
+    is_room &= np.bincount(spaces[symbols], minlength=len(count)) > 0
+    is_free = looked_up(spaces, is_room) | (symbols & walls)
+    return _of_cells(np.where(is_free, FREE, seen.cells).astype(np.int8), seen, config)
+
+
+def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    """Return a reading without the ground before entrances: small, and not shut in by walls."""
+    labels = found.segmentation.labels
+    cells = found.segmentation.grid.cells
+    size = np.bincount(labels.ravel())
+    ends, bare = np.zeros(len(size)), np.zeros(len(size))
+    for here, there in EVERY_SIDE:
+        edge = (labels[here] > 0) & (labels[there] != labels[here])
+        ends += np.bincount(labels[here][edge], minlength=len(size))
+        edge &= cells[there] == UNKNOWN
+        bare += np.bincount(labels[here][edge], minlength=len(size))
+    within = np.bincount(labels[_within_walls(found.segmentation)], minlength=len(size))
+    is_court = (bare > _BARE_SHARE * ends) & (size < _COURT_SHARE * np.median(size[1:]))
+    # A room that was seen in part has no walls all around either, but lies within the building's.
+    is_court &= within < _BARE_SHARE * size
+    is_court[0] = False
+    if not is_court.any():
+        return found
+    gone = unblocked(is_court[labels[::-1]], _stride(found.cells), found.cells.shape)
+    return _of_cells(np.where(gone, UNKNOWN, found.cells).astype(np.int8), seen, config)
+
+
+def _within_walls(segmentation: Segmentation) -> NDArray[np.bool_]:
+    """Return what (H, W) the walls shut in once gaps of twice a door's width are closed."""
+    walls = segmentation.grid.cells == OCCUPIED
+    widths = [portal.width_m for portal in segmentation.portals]
+    if not widths:
+        return np.ones_like(walls)
+    by = round(_GAP_DOORS * float(np.median(widths)) / segmentation.grid.resolution)
+    return filled(closed(np.pad(walls, by), 2 * (by // 2) + 1))[by:-by, by:-by]
 
 
 def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:

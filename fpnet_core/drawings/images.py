@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
+from fpnet_core.drawings.pages import PALE
 from fpnet_core.drawings.types import Array, Drawing
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import check_size, opened_image
 
 _ORIENTATION = 0x0112  # given: the EXIF tag that says how a camera was held
-_PALE = 200  # chosen: what is nowhere darker on white paper was drawn to lie on dark one
 _LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 
@@ -81,7 +81,7 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
     if 'A' in image.getbands() or 'transparency' in image.info:
         opaque = image.convert('RGBA')
         shown = _on_paper(opaque, 'white')
-        if shown.min() > _PALE and (light := _on_paper(opaque, 'black')).any():
+        if shown.min() > PALE and (light := _on_paper(opaque, 'black')).any():
             return light
         return shown
     return np.array(image.convert('RGB'))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.halls import LIKELY, given_halls, halls_of
 from fpnet_core.drawings.plausible import wall_cells
-from fpnet_core.drawings.tones import ink_level
+from fpnet_core.drawings.tones import contrast, ink_level
 from fpnet_core.drawings.types import Array, Box, Chances, Trust
 from fpnet_core.drawings.view import View
 from fpnet_core.errors import MapFormatError
@@ -82,13 +82,14 @@ class SeenBuilding:
     A building as the network sees it.
 
     ``cells (H, W)`` with row 0 at the top, ``rough_cells (H, W)`` by the look at the whole sheet
-    alone; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
-    them; ``boxes`` are those of all buildings on the sheet in the view's pixels, ``chosen``
-    indexes them.
+    alone, ``ink (H, W)`` is what is drawn there; ``H_cell_pixel (3, 3)`` maps the drawing's
+    pixels to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
+    ``chosen`` indexes them.
     """
 
     cells: NDArray[np.int8]
     rough_cells: NDArray[np.int8]
+    ink: Mask
     H_cell_pixel: Array
     boxes: tuple[Box, ...]
     chosen: int
@@ -137,7 +138,8 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     if not (cells == FREE).any():
         return None
     rough = _alone(_cells(before, before, near))
-    return SeenBuilding(cells, rough, H_cell_pixel, in_view, chosen, _trust(fine, before, cells))
+    trust = _trust(fine, before, cells)
+    return SeenBuilding(cells, rough, _drawn(final), H_cell_pixel, in_view, chosen, trust)
 
 
 def _wider_looks(view: View, shape: tuple[int, ...]) -> list[Chances]:
@@ -161,6 +163,13 @@ def _ink(view: View, shape: tuple[int, ...]) -> Mask:
     level = ink_level(view.levels)
     levels = cv2.resize(view.levels, shape[:0:-1], interpolation=cv2.INTER_AREA)
     return np.asarray(levels > (np.inf if level is None else _INK_SHARE * level))
+
+
+def _drawn(picture: Pixels) -> Mask:
+    """Return where (H, W) a picture (H, W, 3) is drawn upon."""
+    levels = contrast(picture)
+    level = ink_level(levels)
+    return np.asarray(levels > (np.inf if level is None else level))
 
 
 def _surest_look(view: View, box: Box, longest: int) -> Chances:

@@ -31,6 +31,9 @@ MAX_POINTS = 3_000_000
 MAX_NESTED = 12
 """Numerical: blocks in blocks, forms in forms; some hold themselves, and end there."""
 
+PALE = 200
+"""Chosen: what is nowhere darker on white paper was drawn to lie on dark one."""
+
 NO_PAINT: Colour = (0, 0, 0, 0)  # given
 BLACK: Colour = (0, 0, 0, 255)  # given
 EVERYWHERE: Box = (-np.inf, -np.inf, np.inf, np.inf)
@@ -248,6 +251,20 @@ class PageBuilder:
             A_page_file=np.eye(2, 3) if A_page_file is None else A_page_file,
             notes=tuple(self.notes),
         )
+
+
+def darkened(page: VectorPage) -> VectorPage:
+    """
+    Return the page with its colours exchanged if nothing on it is darker than pale.
+
+    A page without a ground, under nothing but light lines, was drawn to lie on a dark one.
+    """
+    shown = [colour[colour[:, 3] > 0, :3] for colour in (page.fill, page.stroke)]
+    if page.pictures or not sum(map(len, shown)) or np.concatenate(shown).min() <= PALE:
+        return page
+    fill, stroke = page.fill.copy(), page.stroke.copy()
+    fill[:, :3], stroke[:, :3] = 255 - fill[:, :3], 255 - stroke[:, :3]
+    return replace(page, fill=fill, stroke=stroke)
 
 
 def bezier(controls: Sequence[Sequence[float]] | Array) -> Array:

@@ -36,6 +36,7 @@ FEATURES = (
 # Chosen, not measured:
 _GIANT_SHARE = 0.8  # of all area in one room, where there are others
 _FEW_ROOMS = 2
+_HALL_DOORS = 3  # rooms that open into a hall; paper and missed walls have fewer
 _MANY_SPECKS = 40.0  # per room
 _DOORED_SHARE = 0.4  # of a building's rooms have a door that was seen, where there are several
 _SEVERAL_ROOMS = 4
@@ -76,7 +77,9 @@ def findings(segmentation: Segmentation) -> list[str]:
     said = [
         (rooms < _FEW_ROOMS, 'Only one room was found: walls were missed, or it is no floorplan.'),
         (
-            rooms >= _FEW_ROOMS and figures['largest'] > _GIANT_SHARE,
+            rooms >= _FEW_ROOMS
+            and figures['largest'] > _GIANT_SHARE
+            and not _is_hall(segmentation),
             f'One room takes {100.0 * figures["largest"]:.0f} % of the area: walls were missed, '
             'or the paper was taken for a room.',
         ),
@@ -103,6 +106,13 @@ def findings(segmentation: Segmentation) -> list[str]:
         ),
     ]
     return [sentence for is_so, sentence in said if is_so]
+
+
+def _is_hall(segmentation: Segmentation) -> bool:
+    """Tell whether doors lead from several rooms into the largest one, as into a hall."""
+    largest = max(segmentation.rooms, key=lambda room: room.area_m2).id
+    beside = {room for p in segmentation.portals if largest in p.rooms for room in p.rooms}
+    return len(beside - {largest, None}) >= _HALL_DOORS
 
 
 def features(segmentation: Segmentation) -> Array:

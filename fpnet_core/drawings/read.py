@@ -9,9 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
-from fpnet_core.drawings.choosing import Found, choose
-from fpnet_core.drawings.doubting import doubts_of
-from fpnet_core.drawings.looking import view_reading
+from fpnet_core.drawings.choosing import Found, choose, thought_of
 from fpnet_core.drawings.opening import open_drawing
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
@@ -137,17 +135,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(drawing, options, found, config)
     grid = GridMap(found.cells[::-1], cell_m)
-    thought = doubts_of(
-        view_reading(
-            drawing.pixels,
-            found.segmentation,
-            found.H_plan_pixel,
-            found.probability,
-            found.rivals,
-            config,
-            found.trust,
-        )
-    )
+    thought = thought_of(found, drawing, config)
     return Reading(
         grid=grid,
         scale=scale,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fpnet_core.drawings.looking import WHAT_IFS, ReadingView
 from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.pieces import pieces_of
-from fpnet_core.raster.windows import NEIGHBOURS
+from fpnet_core.raster.windows import EVERY_SIDE
 from fpnet_core.types import OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 Array = NDArray[np.float64]
@@ -35,7 +35,6 @@ _UNREAD, _HALF_READ = 0.5, 0.25  # of the usual wall's contrast is ink that a re
 _NEAR_CELLS = 2  # ink as near to a wall is its edge
 _CORNER = 0.04  # of the root of a room's area may an outline be off to be the same
 _ASKEW_RAD = 0.14  # from the room's own sides, from which on an edge lies askew
-_EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
 
 
 def room_figures(look: ReadingView) -> Array:
@@ -109,7 +108,7 @@ def _edges(look: ReadingView) -> dict[str, Array]:
     )
     count = len(segmentation.rooms)
     met = np.zeros((count + 1, 6))
-    for here, there in _EVERY_SIDE:
+    for here, there in EVERY_SIDE:
         room, other = labels[here], labels[there]
         edge = (room > 0) & (other != room)
         np.add.at(met, (room[edge], kinds[there][edge]), 1.0)

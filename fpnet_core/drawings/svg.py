@@ -34,6 +34,7 @@ from fpnet_core.drawings.pages import (
     Paint,
     Ring,
     VectorPage,
+    darkened,
     narrowed,
     transformed,
 )
@@ -81,11 +82,12 @@ def read_svg(path: Path, options: ReadOptions) -> VectorPage:
         _add(builder, shape, clean, clips)
     if clean.dropped:
         builder.notes.append(f'left out: {", ".join(sorted(clean.dropped))}; nothing is fetched')
-    return builder.finish(
+    page = builder.finish(
         box=_sheet(shapes),
         paper_m=PIXEL_M if _is_physical(clean.root) else None,
         A_page_file=_affine(Matrix(shapes.viewbox_transform or '')),
     )
+    return darkened(page)
 
 
 def _affine(matrix: Any) -> Array:

@@ -18,6 +18,9 @@ _ALL, _HEAD, _TAIL = slice(None), slice(None, -1), slice(1, None)
 NEIGHBOURS = (((_ALL, _HEAD), (_ALL, _TAIL)), ((_HEAD, _ALL), (_TAIL, _ALL)))
 """Slices that put each cell beside its right and its upper neighbour."""
 
+EVERY_SIDE = (*NEIGHBOURS, *(pair[::-1] for pair in NEIGHBOURS))
+"""The same for all four neighbours."""
+
 
 def window_of(mask: Mask) -> Window | None:
     """Return the smallest window that holds all True cells of ``mask (H, W)``; None of none."""

@@ -13,15 +13,16 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.pieces import label_extents, label_figures
+from fpnet_core.raster.pieces import label_extents, label_figures, pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
+from fpnet_core.segmentation.doorsills import doorway_symbols
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.openings import Opening
 from fpnet_core.segmentation.rooms import MIN_ROOM_AREA_M2, MIN_ROOM_WIDTH_M, cut_rooms
 from fpnet_core.segmentation.scene import Scene
 from fpnet_core.segmentation.strokes import erase_door_symbols
-from fpnet_core.types import FREE, GridMap, Segmentation
+from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 
 # A closed space without a door that is smaller is no room;
 # fitted to furnished drawings of generated storeys (docs/segmentation.md).
@@ -78,6 +79,8 @@ def segment_floorplan(
     if free.all():
         return _empty(grid, 'the grid has no walls')
     is_default = config.method == 'default'
+    if is_default:
+        free = free | doorway_symbols(~free & ~_beyond(grid.cells), free, cell_m)
     scene = drawn_scene(free, cell_m, is_bare=not is_default)
     step = max(1, int(_CELL_M / cell_m))
     if step == 1:
@@ -100,6 +103,12 @@ def _cut(
     if is_default and openings:
         is_room &= ~_is_shut(full, openings, is_room, cell_m)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
+
+
+def _beyond(cells: NDArray[np.int8]) -> Mask:
+    """Return what (H, W) is unknown from the raster's edge on; within, it is inside of walls."""
+    pieces, _ = pieces_of(cells == UNKNOWN, connectivity=4)
+    return np.isin(pieces, np.unique(border_of(pieces))) & (pieces > 0)
 
 
 def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:

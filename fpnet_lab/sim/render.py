@@ -22,6 +22,7 @@ from fpnet_lab.sim.symbols import (
     Text,
     dimension_lines,
     door_marks,
+    door_sills,
     glazing,
     hatch,
     room_texts,
@@ -155,6 +156,7 @@ def _decorate(
         _draw_furniture(sheet, furnish_loosely(plan, rng).from_above())
     if style.doors != 'gap':
         sheet.stroke(door_marks(plan, wall_m, style.doors == 'arc'))
+    sheet.stroke(door_sills(plan, wall_m, style.sills))
     if style.text:
         _write(sheet, room_texts(plan, rng))
     if style.dimensions:

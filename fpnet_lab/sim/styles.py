@@ -14,6 +14,7 @@ from fpnet_core.config import Section
 
 Walls = Literal['solid', 'thin', 'thick', 'double']
 DoorMark = Literal['gap', 'leaf', 'arc']
+Sills = Literal[0, 1, 2]
 
 MAX_SEED = 2**31  # numerical
 
@@ -34,6 +35,7 @@ class DrawingStyle:
     dimensions : dimension lines along two sides of the building
     white_paper : the outside is as white as the rooms; otherwise it is unknown
     seed : names the furniture and the texts
+    sills : so many lines from jamb to jamb, in the middle of the wall or at its faces
     """
 
     walls: Walls = 'solid'
@@ -45,6 +47,7 @@ class DrawingStyle:
     dimensions: bool = False
     white_paper: bool = False
     seed: int = 0
+    sills: Sills = 0
 
 
 CLEAN = DrawingStyle()
@@ -56,13 +59,14 @@ STYLES: dict[str, DrawingStyle] = {
     'thick': DrawingStyle(walls='thick', doors='leaf'),
     'double': DrawingStyle(walls='double', windows=True),
     'sketch': DrawingStyle(walls='double', doors='arc', hatching=True, white_paper=True),
+    'sills': DrawingStyle(walls='thick', doors='arc', sills=1, windows=True),
     'furnished': DrawingStyle(furniture=True, windows=True),
     'lettered': DrawingStyle(walls='thin', doors='leaf', text=True, white_paper=True),
     'architect': DrawingStyle(
         'double', 'arc', windows=True, furniture=True, text=True, dimensions=True, white_paper=True
     ),
 }
-"""Named looks for the command line and the gallery."""
+"""Named looks for the command line and the gallery. Chosen."""
 
 
 class StyleConfig(Section):

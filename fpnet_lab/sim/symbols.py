@@ -92,6 +92,13 @@ def door_marks(plan: BuildingPlan, wall_m: float, with_arcs: bool) -> list[Array
     return list(lines.transpose(1, 0, 2))
 
 
+def door_sills(plan: BuildingPlan, wall_m: float, lines: int) -> list[Array]:
+    """Return lines (2, 2) [m] from jamb to jamb: one in mid-wall, or two at its faces."""
+    offsets = np.linspace(-0.5, 0.5, lines) if lines > 1 else np.zeros(lines)
+    doors = [door for door in plan.doors if not door.is_open]
+    return [door.ends + at * wall_m * door.normal for door in doors for at in offsets]
+
+
 def windows(rings: list[Array], depth_m: float, probe_m: float) -> tuple[Array, Array]:
     """
     Return the windows (E, 4, 2) that the walls around rooms may have.
