@@ -98,7 +98,7 @@ def _cut_submap(drive: RegisteredDrive, config: FpnetConfig) -> Answer:
 
 def sheet_cases(folder: Path) -> Iterator[RegressionCase]:
     """Yield drawings that are read as a user's are, vector files in this process, too."""
-    worker = importlib.import_module('fpnet_core.drawings.worker')
+    worker = importlib.import_module('fpnet_core.drawings.formats.worker')
     worker.read_apart = worker.read_here  # type: ignore[attr-defined]
     for number, (kind, file_format) in enumerate(SHEETS):
         sheet = draw_sheet(_SEED + number, SheetKind(kind))

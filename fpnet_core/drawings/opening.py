@@ -93,13 +93,13 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
     path = Path(path)
     kind = drawing_kind(path)
     if kind == 'image':
-        from fpnet_core.drawings.images import open_image
+        from fpnet_core.drawings.formats.images import open_image
 
         if options.layers:
             raise MapFormatError(f'{path} is an image, which has no layers; leave that out')
         drawing = open_image(path, options.page)
     else:
-        from fpnet_core.drawings.worker import read_apart
+        from fpnet_core.drawings.formats.worker import read_apart
 
         if options.page is not None and kind not in _PAGED:
             raise MapFormatError(f'{path} is {_worded(kind)}, which has no pages; leave that out')

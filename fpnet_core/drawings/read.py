@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
-from fpnet_core.drawings.choosing import Found, choose, thought_of
 from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.pictures.choosing import Found, choose, thought_of
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.types import (

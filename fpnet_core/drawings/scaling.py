@@ -8,7 +8,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig, parse_config
 from fpnet_core.drawings.annotations import annotated_scale
-from fpnet_core.drawings.choosing import NOMINAL_M, Found
+from fpnet_core.drawings.pictures.choosing import NOMINAL_M, Found
 from fpnet_core.drawings.types import Drawing, DrawingScale, Reading, ReadOptions, ScaleSource
 from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_core.segmentation import segment_unknown_scale

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.choosing import Found
-from fpnet_core.drawings.looking import Rival, view_reading
-from fpnet_core.drawings.room_figures import ROOM_FIGURES, best_overlap, room_figures
-from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES, whole_figures
+from fpnet_core.drawings.pictures.choosing import Found
+from fpnet_core.drawings.pictures.looking import Rival, view_reading
+from fpnet_core.drawings.pictures.room_figures import ROOM_FIGURES, best_overlap, room_figures
+from fpnet_core.drawings.pictures.sheet_figures import WHOLE_FIGURES, whole_figures
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.kept import make_once

@@ -21,8 +21,8 @@ from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import LogisticRegression
 from sklearn.metrics import roc_auc_score
 
-from fpnet_core.drawings.doubt_model import DOUBT_SCHEMA, NAMES, DoubtModel
-from fpnet_core.drawings.sheet_figures import sheet_evidence
+from fpnet_core.drawings.pictures.doubt_model import DOUBT_SCHEMA, NAMES, DoubtModel
+from fpnet_core.drawings.pictures.sheet_figures import sheet_evidence
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import write_weights
 from fpnet_core.small_networks import standardised
@@ -169,7 +169,7 @@ def fit_sheets(
 
 
 def _tensors(forest: ExtraTreesRegressor, usual: Array) -> dict[str, NDArray[Any]]:
-    """Return a forest as :class:`fpnet_core.drawings.doubt_model.DoubtModel` takes it."""
+    """Return a forest as :class:`fpnet_core.drawings.pictures.doubt_model.DoubtModel` takes it."""
     trees = [each.tree_ for each in forest.estimators_]
     most = max(tree.node_count for tree in trees)
 

@@ -18,9 +18,9 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import GroupKFold, cross_val_predict
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.choosing import all_readings
-from fpnet_core.drawings.images import open_image
-from fpnet_core.drawings.plausible import FEATURES, features, powers
+from fpnet_core.drawings.formats.images import open_image
+from fpnet_core.drawings.pictures.choosing import all_readings
+from fpnet_core.drawings.pictures.plausible import FEATURES, features, powers
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import map_points
@@ -134,7 +134,7 @@ def fit_readings(
 
     Parameters
     ----------
-    figures : (R, F), in the order of :data:`fpnet_core.drawings.plausible.FEATURES`
+    figures : (R, F), in the order of :data:`fpnet_core.drawings.pictures.plausible.FEATURES`
     is_right : (R,), whether the rooms agree with the truth
     sheets : (R,), which sheet a reading is of; folds do not share sheets
     seed : of the solver

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.choosing import Found, choose
 from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.pictures.choosing import Found, choose
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import growth_at

@@ -18,7 +18,7 @@ import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader, IterableDataset
 
-from fpnet_core.drawings.learned import BUILDING_PX, WALL_PX
+from fpnet_core.drawings.pictures.learned import BUILDING_PX, WALL_PX
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_core.io.weights import write_weights
 from fpnet_core.models.walls import (

@@ -203,6 +203,12 @@ def test_stages_of_a_tick_meet_in_values_only():
     assert sorted(found) == []
 
 
+def test_formats_of_drawings_and_the_reading_of_pictures_do_not_know_each_other():
+    formats, pictures = ['fpnet_core.drawings.formats'], ['fpnet_core.drawings.pictures']
+    assert offences(lambda m: within(m, formats), lambda n: within(n, pictures)) == []
+    assert offences(lambda m: within(m, pictures), lambda n: within(n, formats)) == []
+
+
 def test_no_circles_between_packages():
     graph = {part: set() for part in LEVEL}
     for module, names in IMPORTS.items():

@@ -40,7 +40,7 @@ _WAIT_LIMIT_S = 300.0  # by the clock, for a reader that waits for something
 _KNOWN = (*READERS, *MISBEHAVING.values())  # a worker finds its reader by the place in it
 _PLACE_SHARE = 0.03  # of the inputs are no file, another kind of file, or none
 _LONGEST_MESSAGE = 600  # characters, of an error that a person shall read
-DRAWING_READER = 'fpnet_core.drawings.worker'
+DRAWING_READER = 'fpnet_core.drawings.formats.worker'
 _EXECUTING = (
     'os.system', 'os.exec', 'os.fork', 'os.forkpty', 'os.posix_spawn', 'os.spawn',
     'subprocess.Popen', 'pickle.find_class', 'socket.connect', 'urllib.Request', 'webbrowser.open',

@@ -179,14 +179,14 @@ def _read_drawing(path: Path) -> object:
 
 def _read_drawing_here(path: Path) -> object:
     """Read a drawing in this process, where nothing hides what its reader raises."""
+    from fpnet_core.drawings.formats.vector import drawing_of
     from fpnet_core.drawings.opening import drawing_kind
     from fpnet_core.drawings.types import ReadOptions
-    from fpnet_core.drawings.vector import drawing_of
 
     kind = drawing_kind(path)
     if kind not in ('svg', 'dxf'):
         return _read_drawing(path)
-    module = importlib.import_module(f'fpnet_core.drawings.{kind}')
+    module = importlib.import_module(f'fpnet_core.drawings.formats.{kind}')
     page = getattr(module, f'read_{kind}')(path, ReadOptions())
     return drawing_of(page, path.name, kind, ReadOptions())
 

@@ -9,7 +9,7 @@ from PIL import Image
 from plan_files import write_dxf, write_svg
 import pytest
 
-from fpnet_core.drawings import worker
+from fpnet_core.drawings.formats import worker
 from fpnet_core.drawings.opening import drawing_kind, open_drawing
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
@@ -109,9 +109,9 @@ def test_a_wrong_name_is_no_obstacle(tmp_path):
 
 
 def test_a_drawing_survives_the_way_between_processes(tmp_path):
-    from fpnet_core.drawings.svg import read_svg
+    from fpnet_core.drawings.formats.svg import read_svg
+    from fpnet_core.drawings.formats.vector import drawing_of
     from fpnet_core.drawings.types import DrawingScale, ScaleSource
-    from fpnet_core.drawings.vector import drawing_of
 
     page = read_svg(write_svg(tmp_path / 'a.svg'), ReadOptions())
     drawing = dataclasses.replace(
@@ -160,9 +160,9 @@ def test_readers_cannot_do_harm(tmp_path, monkeypatch, act, message):
     package = tmp_path / 'extra'
     package.mkdir()
     (package / 'sitecustomize.py').write_text(
-        'import fpnet_core.drawings\n'
-        f'fpnet_core.drawings.__path__.append({str(package)!r})\n'
-        'import fpnet_core.drawings.worker as w\n'
+        'import fpnet_core.drawings.formats\n'
+        f'fpnet_core.drawings.formats.__path__.append({str(package)!r})\n'
+        'import fpnet_core.drawings.formats.worker as w\n'
     )
     (package / 'harm.py').write_text(READER.format(act=act))
     monkeypatch.setenv('PYTHONPATH', str(package))

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """From drawings to maps: tones, sheets, scale, plausibility, bad input."""
 
-from pathlib import Path
-import sys
-
 import cv2
 import numpy as np
 from PIL import Image
+from plan_pictures import PX_PER_M, ROOM_COUNT, WHITE, sheet, storey
 import pytest
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
@@ -19,9 +17,6 @@ from fpnet_core.io.maps import read_map, write_map
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE, GridMap
-
-sys.path.insert(0, str(Path(__file__).parent))
-from plan_pictures import PX_PER_M, ROOM_COUNT, WHITE, sheet, storey
 
 GOOD_F1 = 0.85
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fpnet_core.drawings.doubt_model import DOUBT_SCHEMA, model_of
-from fpnet_core.drawings.room_figures import ROOM_FIGURES
-from fpnet_core.drawings.sheet_figures import WHOLE_FIGURES
+from fpnet_core.drawings.pictures.doubt_model import DOUBT_SCHEMA, model_of
+from fpnet_core.drawings.pictures.room_figures import ROOM_FIGURES
+from fpnet_core.drawings.pictures.sheet_figures import WHOLE_FIGURES
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.weights import read_weights
 from fpnet_lab.training.doubt_trials import ReadingTrial

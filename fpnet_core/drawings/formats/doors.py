@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Doors of a vector drawing: the arc that a leaf sweeps, and the leaf.
+
+Arcs are told from their geometry: many programs write them as short straight pieces, on a coarse
+grid, and a few pieces to a path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.formats.pages import Array, OutlinePieces
+
+DOOR_WIDTHS_M = (0.55, 1.45)
+"""Physical: of the leaves of doors [m]: toilet cabins to hospital beds."""
+
+# Chosen, not measured:
+_MIN_RUN = 5  # pieces of an arc
+_MAX_TURN = np.radians(50.0)  # between pieces of an arc; more is a corner
+_EVEN = 4.0  # neighbouring pieces of an arc are at most so much longer or shorter
+_ROUND = 0.03  # of the radius, how far an arc's points may lie off its circle
+_SWEEP = (np.radians(25.0), np.radians(115.0))  # of a leaf that is drawn open
+_QUARTER = (np.radians(78.0), np.radians(102.0))
+_NEAR = 0.14  # of the radius: frames and thick leaves keep a leaf's end off the hinge
+_ALIKE = 1.8  # doors without a leaf are at most so much wider or narrower than those with one
+_SIZE_SHARE = (0.0005, 0.12)  # of the sheet's long side, for a radius while no scale is known
+
+
+@dataclass(frozen=True, eq=False)
+class DoorArcs:
+    """
+    Circular arcs.
+
+    ``centre (A, 2)``, ``radius (A,)``, ``sweep (A,)`` [rad], ``tips (A, 2, 2)``; ``arc (N,)`` is
+    the arc that each piece belongs to, -1 for those of none.
+    """
+
+    centre: Array
+    radius: Array
+    sweep: Array
+    tips: Array
+    arc: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Doors:
+    """``width (D,)`` of doors whose leaf is drawn; ``is_door (N,)``: pieces that draw doors."""
+
+    width: Array
+    is_door: NDArray[np.bool_]
+
+
+def find_arcs(pieces: OutlinePieces) -> DoorArcs:
+    """Return the runs of joined pieces that are parts of circles."""
+    first, last = _runs(pieces)
+    if not len(first):
+        return _no_arcs(len(pieces.ends))
+    size = last - first + 1
+    members = np.repeat(first - np.cumsum(size) + size, size) + np.arange(size.sum())
+    starts = np.cumsum(size) - size
+    points, tips = pieces.ends[members, 0], _tips(pieces, first, last)
+    centre, radius = _circles(points, starts, tips[:, 1], size)
+    off = np.abs(np.hypot(*(points - np.repeat(centre, size, axis=0)).T) - np.repeat(radius, size))
+    is_round = np.maximum.reduceat(off, starts) < _ROUND * radius
+    length = np.add.reduceat(pieces.length[members], starts)
+    chord = np.hypot(*(tips[:, 1] - tips[:, 0]).T)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        sweep = 2.0 * np.arcsin(np.minimum(chord / (2.0 * radius), 1.0))
+        # Pieces on a coarse grid are longer than the arc; only long arcs need their length.
+        sweep = np.where(length > 2.8 * radius, length / radius, sweep)
+    is_round &= np.isfinite(radius) & (sweep > _SWEEP[0])
+    number = np.where(is_round, np.cumsum(is_round) - 1, -1)
+    arc = np.full(len(pieces.ends), -1)
+    arc[members] = np.repeat(number, size)
+    return DoorArcs(centre[is_round], radius[is_round], sweep[is_round], tips[is_round], arc)
+
+
+def _runs(pieces: OutlinePieces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first and the last piece of each run that could be an arc."""
+    ends, length = pieces.ends, pieces.length
+    if len(ends) < 2:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    direction = ends[:, 1] - ends[:, 0]
+    cross = direction[:-1, 0] * direction[1:, 1] - direction[:-1, 1] * direction[1:, 0]
+    turn = np.abs(np.arctan2(cross, (direction[:-1] * direction[1:]).sum(axis=1)))
+    ratio = length[1:] / length[:-1]
+    joined = (ends[1:, 0] == ends[:-1, 1]).all(axis=1) & (turn < _MAX_TURN)
+    joined &= (ratio < _EVEN) & (ratio > 1.0 / _EVEN)
+    breaks = np.flatnonzero(~joined)
+    first = np.concatenate([[0], breaks + 1])
+    last = np.concatenate([breaks, [len(ends) - 1]])
+    is_long = last - first + 1 >= _MIN_RUN
+    return first[is_long], last[is_long]
+
+
+def _tips(pieces: OutlinePieces, first: NDArray[np.int64], last: NDArray[np.int64]) -> Array:
+    return np.stack([pieces.ends[first, 0], pieces.ends[last, 1]], axis=1)
+
+
+def _circles(
+    points: Array, starts: NDArray[np.int64], tip: Array, size: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """
+    Return the centres and radii of the circles that fit runs of points best.
+
+    The algebraic fit of Kasa (1976), all runs at once; straight runs get a huge radius.
+    """
+    middle = np.add.reduceat(points, starts) / size[:, None]
+    spread = np.maximum(np.hypot(*(tip - middle).T), 1e-12)
+    local = (points - np.repeat(middle, size, axis=0)) / np.repeat(spread, size)[:, None]
+    columns = np.column_stack([local, np.ones(len(local))])
+    squares = (local**2).sum(axis=1)
+    M = np.add.reduceat(columns[:, :, None] * columns[:, None, :], starts)
+    v = np.add.reduceat(columns * squares[:, None], starts)
+    solution = np.linalg.solve(M + 1e-12 * np.eye(3), v[..., None])[..., 0]
+    centre = 0.5 * solution[:, :2]
+    radius = np.sqrt(np.maximum(solution[:, 2] + (centre**2).sum(axis=1), 0.0))
+    return middle + centre * spread[:, None], radius * spread
+
+
+def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Doors:
+    """
+    Return the doors of a drawing.
+
+    Parameters
+    ----------
+    pieces : of all paths
+    unit_m : metres per unit; None where unknown
+    size : long side of the drawing in its units
+    """
+    arcs = find_arcs(pieces)
+    low, high = np.multiply(_SIZE_SHARE, size)
+    if unit_m is not None:
+        low, high = np.divide(DOOR_WIDTHS_M, unit_m)
+    fits = (arcs.radius > low) & (arcs.radius < high) & (arcs.sweep < _SWEEP[1])
+    is_door = np.zeros(len(pieces.ends), dtype=np.bool_)
+    if not fits.any():
+        return Doors(np.empty(0), is_door)
+    leaves, has_leaf = _leaves(arcs, fits, pieces)
+    is_quarter = fits & (arcs.sweep > _QUARTER[0]) & (arcs.sweep < _QUARTER[1])
+    if has_leaf.any():
+        typical = float(np.median(arcs.radius[has_leaf]))
+        alike = np.abs(np.log(arcs.radius / typical)) < np.log(_ALIKE)
+        drawn = has_leaf | (is_quarter & alike)
+    else:
+        drawn = is_quarter if unit_m is not None else np.zeros_like(is_quarter)
+    is_door[leaves] = True
+    is_door |= np.append(drawn, False)[arcs.arc]
+    return Doors(arcs.radius[has_leaf], is_door)
+
+
+def _leaves(
+    arcs: DoorArcs, fits: NDArray[np.bool_], pieces: OutlinePieces
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the straight pieces from the hinge to a tip of an arc, and which arcs have one."""
+    straight = np.flatnonzero(arcs.arc < 0)
+    has_leaf = np.zeros(len(arcs.radius), dtype=np.bool_)
+    if not len(straight):
+        return straight, has_leaf
+    points = pieces.ends[straight].reshape(-1, 2)
+    by_x = np.argsort(points[:, 0])
+    sorted_x = points[by_x, 0]
+    found = [np.empty(0, np.int64)]
+    for k in np.flatnonzero(fits):
+        reach = _NEAR * arcs.radius[k]
+        start, stop = np.searchsorted(sorted_x, arcs.centre[k, 0] + np.array([-reach, reach]))
+        beside = by_x[start:stop]
+        ends = beside[np.hypot(*(points[beside] - arcs.centre[k]).T) < reach]
+        other = pieces.ends[straight[ends // 2], 1 - ends % 2]
+        to_tip = np.hypot(*(other[:, None] - arcs.tips[k]).transpose(2, 0, 1))
+        leaf = ends[(to_tip < _NEAR * arcs.radius[k]).any(axis=1)] // 2
+        has_leaf[k] = len(leaf) > 0
+        found.append(straight[leaf])
+    return np.concatenate(found), has_leaf
+
+
+def _no_arcs(count: int) -> DoorArcs:
+    none = np.empty(0)
+    return DoorArcs(np.empty((0, 2)), none, none, np.empty((0, 2, 2)), np.full(count, -1))

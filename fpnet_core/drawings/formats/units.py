@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How long a unit of a CAD file is: what the file says, checked against doors, walls and size.
+
+Many files lie: a template's millimetres stay in the header of a drawing in metres. The units in
+use differ by 2.5 at least, so that few doors tell which it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+
+from fpnet_core.drawings.formats.doors import find_doors
+from fpnet_core.drawings.formats.pages import Array, OutlinePieces
+from fpnet_core.drawings.lengths import FOOT_M, INCH_M
+
+UNITS_M = {'mm': 0.001, 'cm': 0.01, 'm': 1.0, 'inch': INCH_M, 'foot': FOOT_M}
+"""Length of the units that buildings are drawn in [m]. Physical: by definition."""
+
+# Chosen, not measured:
+_PRIOR = {
+    'mm': 0.45,
+    'cm': 0.15,
+    'm': 0.25,
+    'inch': 0.1,
+    'foot': 0.05,
+}  # of files that say nothing
+_STATED = 0.9  # of files mean the unit that they state
+_SURE = 0.95  # probability at which a unit is believed
+# Typical length [m], spread of its logarithm, and nats that it may speak against a unit at most.
+_DOOR = (0.9, 0.22, 10.0)  # width of a leaf
+_WALL = (0.17, 0.55, 3.0)  # thickness of a wall
+_BUILDING = (40.0, 1.1, 6.0)  # long side of a building
+_IMPLAUSIBLE = 5.0  # nats against the best unit: the drawing is in none of them
+_MIN_DOORS = 2
+_LONGEST = 1500  # numerical: pieces that are compared for the thickness of walls
+_PARALLEL = math.radians(1.0)
+_MIN_PAIRED = 0.15  # of the lines' length has a parallel neighbour where walls are double lines
+
+
+@dataclass(frozen=True)
+class DrawingUnit:
+    """A unit of a drawing: ``length_m`` [m], None if unsure; ``stated_m`` by the file."""
+
+    length_m: float | None
+    why: str = ''
+    notes: tuple[str, ...] = ()
+    stated_m: float | None = None
+
+
+def resolve_unit(
+    pieces: OutlinePieces, walls: OutlinePieces, stated_m: float | None, size: float
+) -> DrawingUnit:
+    """
+    Return the unit of a CAD drawing; only doors speak for another one than the file states.
+
+    Parameters
+    ----------
+    pieces, walls : all lines, and those that may be walls
+    stated_m : the unit that the file states [m], None if it states none
+    size : long side of the drawing in its units
+    """
+    candidates = dict(_PRIOR)
+    stated = next((n for n, m in UNITS_M.items() if stated_m and math.isclose(m, stated_m)), None)
+    if stated is not None:
+        rest = 1.0 - candidates[stated]
+        candidates = {n: p * (1.0 - _STATED) / rest for n, p in candidates.items()}
+        candidates[stated] = _STATED
+    elif stated_m is not None:
+        return DrawingUnit(stated_m, 'its header')
+    doors = find_doors(pieces, None, size).width
+    evidence = [(size, _BUILDING)]
+    thickness = None
+    if len(doors) >= _MIN_DOORS:
+        evidence.append((float(np.median(doors)), _DOOR))
+    else:
+        thickness = wall_thickness(walls)
+    if thickness is not None:
+        evidence.append((thickness, _WALL))
+    logs = {n: math.log(p) + _support(UNITS_M[n], evidence) for n, p in candidates.items()}
+    top = max(logs.values())
+    total = sum(math.exp(value - top) for value in logs.values())
+    best = max(logs, key=lambda n: logs[n])
+    is_plausible = _support(UNITS_M[best], evidence) > -_IMPLAUSIBLE
+    unit = _worded(best, stated, 1.0 / total if is_plausible else 0.0, len(doors))
+    return replace(unit, stated_m=stated_m)
+
+
+def _worded(best: str, stated: str | None, probability: float, doors: int) -> DrawingUnit:
+    if probability < _SURE or (best != stated and doors < _MIN_DOORS):
+        said = (
+            f'states {stated}, which neither doors nor walls bear out'
+            if stated
+            else ('states no unit')
+        )
+        return DrawingUnit(None, '', (f'the file {said}: its scale is taken as unknown',))
+    if best == stated:
+        return DrawingUnit(UNITS_M[best], f'units are {best}, as the file states')
+    said = f'states {stated}' if stated else 'states no unit'
+    note = f'the file {said}, but {doors} doors say that a unit is one {best}'
+    return DrawingUnit(UNITS_M[best], f'units are {best}, by {doors} doors', (note,))
+
+
+def _support(unit_m: float, evidence: list[tuple[float, tuple[float, float, float]]]) -> float:
+    """Return the log-likelihood of lengths [units] under typical lengths and their spreads."""
+    support = 0.0
+    for length, (typical_m, spread, worst) in evidence:
+        if length > 0.0:
+            off = math.log(length * unit_m / typical_m) / spread
+            support -= min(0.5 * off**2, worst)
+    return support
+
+
+def wall_thickness(walls: OutlinePieces) -> float | None:
+    """
+    Return the median distance between neighbouring parallel lines, in the drawing's units.
+
+    None where walls are not drawn as double lines. Only the longest lines are compared.
+    """
+    order = np.argsort(walls.length)[::-1][:_LONGEST]
+    ends, length = walls.ends[order], walls.length[order]
+    if len(order) < 4:
+        return None
+    direction = (ends[:, 1] - ends[:, 0]) / length[:, None]
+    gaps = np.array([_gap(k, ends, direction, length) for k in range(len(order))])
+    paired = np.isfinite(gaps)
+    if length[paired].sum() < _MIN_PAIRED * length.sum():
+        return None
+    by_gap = np.argsort(gaps[paired])
+    share = np.cumsum(length[paired][by_gap])
+    return float(gaps[paired][by_gap][np.searchsorted(share, 0.5 * share[-1])])
+
+
+def _gap(k: int, ends: Array, direction: Array, length: Array) -> float:
+    """Return the distance from line ``k`` to the nearest parallel one beside it; inf if none."""
+    x, y = direction[k]
+    parallel = np.abs(direction @ np.array([-y, x])) < math.sin(_PARALLEL)
+    away = (ends - ends[k, 0]) @ np.array([[x, -y], [y, x]])  # along, across
+    low, high = away[..., 0].min(axis=1), away[..., 0].max(axis=1)
+    overlap = np.minimum(high, length[k]) - np.maximum(low, 0.0)
+    across = np.abs(away[..., 1].mean(axis=1))
+    beside = parallel & (overlap > 0.5 * np.minimum(length, length[k]))
+    beside &= (across > 1e-3 * length[k]) & (across < 0.5 * length[k])
+    return float(across[beside].min()) if beside.any() else float('inf')

@@ -1,0 +1,392 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The choice between readings: what a histogram reads well, else what the network sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.pictures.doubting import Doubts, doubts_of
+from fpnet_core.drawings.pictures.learned import SeenBuilding, see_building
+from fpnet_core.drawings.pictures.looking import Rival, view_reading
+from fpnet_core.drawings.pictures.plausible import features, findings, probability
+from fpnet_core.drawings.pictures.sheet import FRAME, find_building
+from fpnet_core.drawings.pictures.tones import Levels, colourfulness, ink_level, is_dark_ground
+from fpnet_core.drawings.pictures.view import View, view_of
+from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io.images import interpret
+from fpnet_core.raster.blocks import unblocked
+from fpnet_core.raster.morphology import closed, grown
+from fpnet_core.raster.pieces import filled, looked_up, pieces_of
+from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
+from fpnet_core.raster.windows import EVERY_SIDE, border_of
+from fpnet_core.segmentation import segment_unknown_scale
+from fpnet_core.segmentation.doorsills import doorway_symbols
+from fpnet_core.segmentation.scale import estimate_metres_per_unit
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
+
+NOMINAL_M = 0.05
+"""Edge of a cell where nothing is known of the scale; every figure is a ratio then. Chosen."""
+
+# Chosen, not measured:
+_SURE = 0.7  # a reading so plausible is taken without a look at others
+_PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
+_MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
+_MAX_DRAWN_PX = 3_000_000  # and so are larger ones without a level that means unknown
+_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
+_LEVELS_SHARE = 0.92  # of a clean picture has one of these
+_WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
+_COLOURED = 24  # levels between channels that a scanner's noise does not make
+_COLOUR_SHARE = 2e-3  # of a picture has colour
+_JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
+_ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
+_SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for walls
+_SEEN_SHARE = 0.25  # of a space was seen as a room
+# The ground before an entrance has no walls around so much of it, and is as small beside rooms.
+_BARE_SHARE, _COURT_SHARE = 0.4, 0.6
+_GAP_DOORS = 2.0  # widths of doors are gaps in outer walls
+_SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """
+    The reading that was chosen.
+
+    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
+    them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
+    ``dropped`` are in the drawing's pixels; ``rivals`` are other readings of it; ``thought`` is
+    what was thought of it where that was asked for.
+    """
+
+    cells: NDArray[np.int8]
+    H_cell_pixel: Array
+    segmentation: Segmentation
+    probability: float
+    how: str
+    storeys: tuple[Box, ...] = ()
+    chosen: int = 0
+    dropped: tuple[Dropped, ...] = ()
+    is_straightened: bool = False
+    trust: Trust | None = None
+    rivals: tuple[Rival, ...] = ()
+    thought: Doubts | None = None
+
+    @property
+    def H_plan_pixel(self) -> Array:
+        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
+        to_plan = pixel_to_xy(self.segmentation.grid).matrix
+        return np.asarray(to_plan @ shrinking(1.0 / _stride(self.cells)) @ self.H_cell_pixel)
+
+    @cached_property
+    def is_absurd(self) -> bool:
+        """Tell whether no building is like that, as one without doors."""
+        return bool(not self.segmentation.rooms or findings(self.segmentation))
+
+    @property
+    def as_rival(self) -> Rival:
+        """The reading as others of the same drawing see it."""
+        return Rival(self.segmentation, self.H_plan_pixel, self.probability)
+
+
+def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
+    """
+    Return the reading of ``drawing`` that looks most like a building.
+
+    Raises
+    ------
+    MapFormatError
+        If no reading shows one.
+    """
+    pictures = _pictures(drawing.pixels)
+    plain = None if options.storey else _best_plain(pictures, options, config)
+    if plain is not None and _is_sure(plain):
+        return plain
+    known = [plain] if plain is not None else []
+    for picture in pictures:
+        seen = _seen(picture, options, config)
+        known += [seen] if seen is not None else []
+        if seen is not None and _is_sure(seen):
+            break
+    if not known:
+        raise MapFormatError(
+            f'{drawing.name} shows no building: no lines enclose rooms; expected a floorplan '
+            f'with walls that stand out from the paper{"".join(f"; {n}" for n in drawing.notes)}'
+        )
+    return _likeliest(known, plain, drawing, config)
+
+
+def _likeliest(
+    known: list[Found], plain: Found | None, drawing: Drawing, config: SegmentationConfig
+) -> Found:
+    """
+    Return the reading that looks most like a building; what none is like is the last resort.
+
+    Of one that only looked so before its rooms were looked at, the rooms are.
+    """
+    kept = [reading for reading in known if not reading.is_absurd] or known
+    if len(kept) > 1 and plain is not None and plain in kept:
+        judged = [_judged(reading, known, drawing, config) for reading in kept]
+        return min(judged, key=lambda reading: reading.thought.wrong if reading.thought else 1.0)
+    found = max(kept, key=lambda reading: reading.probability)
+    return _with_rivals(found, known)
+
+
+def _with_rivals(found: Found, known: list[Found]) -> Found:
+    others = tuple(reading.as_rival for reading in known if reading is not found)
+    return replace(found, rivals=(*found.rivals, *others))
+
+
+def _judged(
+    found: Found, known: list[Found], drawing: Drawing, config: SegmentationConfig
+) -> Found:
+    """Return a reading with its rivals and with what is thought of it."""
+    found = _with_rivals(found, known)
+    return replace(found, thought=thought_of(found, drawing, config))
+
+
+def thought_of(found: Found, drawing: Drawing, config: SegmentationConfig) -> Doubts:
+    """Return whether to believe a reading."""
+    if found.thought is not None:
+        return found.thought
+    look = view_reading(
+        drawing.pixels,
+        found.segmentation,
+        found.H_plan_pixel,
+        found.probability,
+        found.rivals,
+        config,
+        found.trust,
+    )
+    return doubts_of(look)
+
+
+def _is_sure(reading: Found) -> bool:
+    return reading.probability > _SURE and not reading.is_absurd
+
+
+def all_readings(
+    pixels: Levels, options: ReadOptions, config: SegmentationConfig
+) -> Iterator[tuple[Segmentation, Array]]:
+    """
+    Read pixels (H, W, 3) in every way that :func:`choose` may choose from.
+
+    Yields the rooms in nominal metres and the map (3, 3) from pixels to those.
+    """
+    for picture in _pictures(pixels):
+        plain = _plain(picture, options, config)
+        if plain is not None:
+            yield plain.segmentation, plain.H_plan_pixel
+        seen = _seen(picture, options, config)
+        if seen is not None:
+            yield seen.segmentation, seen.H_plan_pixel
+
+
+def _pictures(pixels: Levels) -> list[Levels]:
+    """Return the pixels, of light lines on dark ground first with both exchanged."""
+    return [255 - pixels, pixels] if is_dark_ground(pixels) else [pixels]
+
+
+def _best_plain(
+    pictures: list[Levels], options: ReadOptions, config: SegmentationConfig
+) -> Found | None:
+    found = (_plain(picture, options, config) for picture in pictures)
+    known = [plain for plain in found if plain is not None]
+    return max(known, key=lambda plain: plain.probability, default=None)
+
+
+def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+    """Return the reading by the network; None where it sees no building."""
+    view = view_of(pixels, options.crop)
+    seen = see_building(view, options.storey)
+    if seen is None:
+        return None
+    found = _with_doorways(_of_cells(seen.cells, seen, config), seen, config)
+    found = _without_forecourts(found, seen, config)
+    rough = _of_cells(seen.rough_cells, seen, config)
+    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
+    return replace(
+        found,
+        storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
+        chosen=seen.chosen,
+        dropped=tuple(Dropped(d.what, _boxed(to_pixel, d.box)) for d in _beside(view, seen)),
+        is_straightened=view.is_straightened,
+        trust=seen.trust,
+        rivals=(rough.as_rival,),
+    )
+
+
+def _of_cells(cells: NDArray[np.int8], seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    segmentation, _ = _rooms_of(cells, NOMINAL_M, config)
+    chance = probability(features(segmentation))
+    how = 'walls as learned from drawings'
+    return Found(cells, seen.H_cell_pixel, segmentation, chance, how)
+
+
+def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    """
+    Return a reading whose walls are open where the drawing shows but a door's symbols.
+
+    A space that walls shut in, and that was seen as a room in part, is one if a door leads there.
+    """
+    cell_m = NOMINAL_M * estimate_metres_per_unit(found.segmentation).factor
+    walls = seen.cells == OCCUPIED
+    spaces, count = pieces_of(~walls, connectivity=4)
+    size = np.bincount(spaces.ravel(), minlength=len(count))
+    free = np.bincount(spaces[seen.cells == FREE], minlength=len(count))
+    is_room = free > _SEEN_SHARE * size
+    is_room[np.unique(border_of(spaces))] = False
+    room = (seen.cells == FREE) | looked_up(spaces, is_room)
+    symbols = grown(doorway_symbols(seen.ink, room, cell_m), _SYMBOL_EDGE_PX)
+    if not symbols.any():
+        return found
+    is_room &= np.bincount(spaces[symbols], minlength=len(count)) > 0
+    is_free = looked_up(spaces, is_room) | (symbols & walls)
+    return _of_cells(np.where(is_free, FREE, seen.cells).astype(np.int8), seen, config)
+
+
+def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
+    """Return a reading without the ground before entrances: small, and not shut in by walls."""
+    labels = found.segmentation.labels
+    cells = found.segmentation.grid.cells
+    size = np.bincount(labels.ravel())
+    ends, bare = np.zeros(len(size)), np.zeros(len(size))
+    for here, there in EVERY_SIDE:
+        edge = (labels[here] > 0) & (labels[there] != labels[here])
+        ends += np.bincount(labels[here][edge], minlength=len(size))
+        edge &= cells[there] == UNKNOWN
+        bare += np.bincount(labels[here][edge], minlength=len(size))
+    within = np.bincount(labels[_within_walls(found.segmentation)], minlength=len(size))
+    is_court = (bare > _BARE_SHARE * ends) & (size < _COURT_SHARE * np.median(size[1:]))
+    # A room that was seen in part has no walls all around either, but lies within the building's.
+    is_court &= within < _BARE_SHARE * size
+    is_court[0] = False
+    if not is_court.any():
+        return found
+    gone = unblocked(is_court[labels[::-1]], _stride(found.cells), found.cells.shape)
+    return _of_cells(np.where(gone, UNKNOWN, found.cells).astype(np.int8), seen, config)
+
+
+def _within_walls(segmentation: Segmentation) -> NDArray[np.bool_]:
+    """Return what (H, W) the walls shut in once gaps of twice a door's width are closed."""
+    walls = segmentation.grid.cells == OCCUPIED
+    widths = [portal.width_m for portal in segmentation.portals]
+    if not widths:
+        return np.ones_like(walls)
+    by = round(_GAP_DOORS * float(np.median(widths)) / segmentation.grid.resolution)
+    return filled(closed(np.pad(walls, by), 2 * (by // 2) + 1))[by:-by, by:-by]
+
+
+def _beside(view: View, seen: SeenBuilding) -> list[Dropped]:
+    """Return what lines show beside the buildings, as far as its shape tells what it is."""
+    level = ink_level(view.levels)
+    try:
+        found = () if level is None else find_building(view.levels > level).dropped
+    except MapFormatError:
+        return []
+    return [d for d in found if d.what == FRAME or not any(_meets(d.box, b) for b in seen.boxes)]
+
+
+def _meets(one: Box, other: Box) -> bool:
+    """Tell whether the middle of a box lies in another one."""
+    x, y = (one[0] + one[2]) / 2.0, (one[1] + one[3]) / 2.0
+    return other[0] <= x <= other[2] and other[1] <= y <= other[3]
+
+
+def _boxed(H: Array, box: Box) -> Box:
+    """Return the box around ``box`` mapped by ``H``."""
+    left, top, right, bottom = box
+    corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], float)
+    mapped = map_points(H, corners)
+    first, last = np.rint(mapped.min(axis=0)).astype(int), np.rint(mapped.max(axis=0)).astype(int)
+    return int(first[0]), int(first[1]), int(last[0]), int(last[1])
+
+
+def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
+    """Return what :func:`fpnet_core.io.images.interpret` reads, of a picture without a sheet."""
+    left, top, right, bottom = options.crop or (0, 0, *pixels.shape[1::-1])
+    grey = _grey(pixels[top:bottom, left:right])
+    if grey is None:
+        return None
+    try:
+        cells = interpret(grey, options.resolution_m or NOMINAL_M)
+        sheet = find_building(cells == OCCUPIED)
+    except MapFormatError:
+        return None
+    if len(sheet.boxes) > 1 or any(not _is_within(d.box, sheet.boxes[0]) for d in sheet.dropped):
+        return None
+    segmentation, factor = _rooms_of(cells, options.resolution_m or NOMINAL_M, config)
+    if options.resolution_m is None and abs(np.log(factor)) > _SAME_SCALE:
+        cells = interpret(grey, NOMINAL_M * factor)
+        segmentation, _ = _rooms_of(cells, NOMINAL_M * factor, config)
+    H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
+    chance = _PLAIN_ODDS * probability(features(segmentation))
+    chance /= chance + 1.0 - chance / _PLAIN_ODDS
+    return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
+
+
+def _rooms_of(
+    cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
+) -> tuple[Segmentation, float]:
+    """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
+    stride = _stride(cells)
+    rows, cols = (-(-side // stride) for side in cells.shape)
+    padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
+    padded[: cells.shape[0], : cells.shape[1]] = cells
+    blocks = padded.reshape(rows, stride, cols, stride)
+    wall, free = (blocks == OCCUPIED).any(axis=(1, 3)), (blocks == FREE).all(axis=(1, 3))
+    coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+    grid = GridMap(coarse[::-1], cell_m * stride)
+    segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
+    return segmentation, scale.factor
+
+
+def _stride(cells: NDArray[np.int8]) -> int:
+    """Return how many cells (H, W) of a reading are one of those that it is judged by."""
+    return int(-(-max(cells.shape) // _JUDGED_PX))
+
+
+def _grey(pixels: Levels) -> Levels | None:
+    """
+    Return the grey levels (H, W) of a picture that a histogram explains; None of any other.
+
+    Such pictures are grey, of modest size, and of a few levels: neither paper nor a photograph.
+    """
+    if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
+        return None
+    if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
+        return None
+    weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+    grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+    shares = _level_shares(grey)
+    is_map = any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
+    is_small = grey.size <= _MAX_DRAWN_PX or is_map
+    return grey if is_small and sum(share for _, share in shares) > _LEVELS_SHARE else None
+
+
+def _level_shares(grey: Levels) -> list[tuple[int, float]]:
+    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
+    count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
+    found = []
+    for _ in range(_LEVELS):
+        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
+        level = int(near.argmax())
+        found.append((level, float(near[level])))
+        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
+    return found
+
+
+def _is_within(inner: Box, outer: Box) -> bool:
+    return (
+        inner[0] >= outer[0]
+        and inner[1] >= outer[1]
+        and inner[2] <= outer[2]
+        and inner[3] <= outer[3]
+    )

@@ -1,0 +1,381 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The building on a sheet as a small network sees it, pixel by pixel.
+
+A look at the whole sheet says where the building is; a look at the building alone, as finely as
+the drawing allows, says what is wall, window, doorway and floor. Both looks must agree, and how
+far they do is a figure of trust.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
+from fpnet_core.drawings.pictures.plausible import wall_cells
+from fpnet_core.drawings.pictures.tones import contrast, ink_level
+from fpnet_core.drawings.pictures.view import View
+from fpnet_core.drawings.types import Array, Box, Chances, Trust
+from fpnet_core.errors import MapFormatError
+from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.raster.morphology import Mask, disc, grown, grown_by, opened_by, shrunk, square
+from fpnet_core.raster.pieces import longer_pieces, pieces_of
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.windows import window_of
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
+Pixels = NDArray[np.uint8]
+
+SHEET_PX = 1024
+"""The longer side of the picture in which the network looks for the building. Chosen."""
+
+WIDER_PX = (512, 341, 240)
+"""The same, of pictures in which it sees the walls of halls while in their middle. Chosen."""
+
+BUILDING_PX = (500, 1300)
+"""
+The longer side of the building in the picture that walls are read from, and between them. Chosen.
+"""
+
+WALL_PX = 6.0
+"""so large that its walls are as thick as this in the mean. Chosen."""
+
+FINAL_PX = 1600
+"""
+The longer side of the map at most: edges of walls are those of the drawing at this size. Chosen.
+"""
+
+# Chosen, not measured:
+_WING_SHARE = 0.03  # of the building's longer side: so far apart may its parts be
+_LINE_SHARE = 0.008  # of a picture's longer side: what is thinner encloses nothing
+_STOREY_SHARE = 0.3  # of the largest building's area: others are storeys
+_DOOR_SHARE = 0.35  # of the largest building's share of doors: what has fewer is a table
+_LEAST_SHARE = 0.002  # of the sheet is building, or it shows none
+_MARGIN = 0.04  # of the building's longer side is looked at around it
+_SPECK_SHARE = 0.006  # of the building's longer side: shorter pieces of wall are none
+_WALL_SHARE = 0.06  # of the building's longer side: what is further from any floor is no wall
+# Times as much as floor: a hole in a wall joins two rooms; fitted to ten wrong and ten right
+# sheets of the tune half (docs/drawings.md).
+_WALLS_COUNT = 2.5
+_SURELY, _HARDLY = 0.7, 0.2  # probabilities of pixels whose tones are compared
+_UNSURE = 0.8  # less probable classes are not sure
+_LEAKS = 0.12  # of a space is unlike the rest of it
+_SMALLER, _SURER = 0.7, 0.01  # a look at so much smaller a picture must be so much surer
+_LEAST_PX = 280  # the longer side of a picture in which buildings can be read
+_SHARP_PX = 2.0  # of the network's pixels: how far off its edges of walls may be
+_EDGE = 0.2  # of a picture's contrast: what changes less over that distance is no edge
+_SOLID_GAP, _SOLID_SPREAD = 0.15, 0.2  # walls of one tone are so much darker, and so even
+_LEAST = 1e-3  # numerical
+_INK_SHARE = 0.5  # of the contrast of ink is left of lines in a smaller picture
+_NEAR_PX = 3  # both looks may be off by so much at the edges of walls, in the finer one's pixels
+
+
+@dataclass(frozen=True, eq=False)
+class SeenBuilding:
+    """
+    A building as the network sees it.
+
+    ``cells (H, W)`` with row 0 at the top, ``rough_cells (H, W)`` by the look at the whole sheet
+    alone, ``ink (H, W)`` is what is drawn there; ``H_cell_pixel (3, 3)`` maps the drawing's
+    pixels to them; ``boxes`` are those of all buildings on the sheet in the view's pixels,
+    ``chosen`` indexes them.
+    """
+
+    cells: NDArray[np.int8]
+    rough_cells: NDArray[np.int8]
+    ink: Mask
+    H_cell_pixel: Array
+    boxes: tuple[Box, ...]
+    chosen: int
+    trust: Trust
+
+
+def see_building(view: View, storey: int | None) -> SeenBuilding | None:
+    """
+    Return the building of a view as the network sees it; None where it sees none.
+
+    ``storey`` is its number from 1, of several on a sheet; None takes the largest.
+
+    Raises
+    ------
+    MapFormatError
+        If there is no such storey.
+    """
+    shape = view.levels.shape
+    sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
+    first = _chances(sheet)
+    halls = halls_of([first, *_wider_looks(view, first.shape)], _ink(view, first.shape))
+    coarse = given_halls(first, *halls)
+    labels, boxes = _buildings(coarse[OUTSIDE] < LIKELY)
+    if not boxes:
+        return None
+    order = [k for k in _reading_order(boxes) if k == 0 or _has_doors(coarse, labels, k + 1)]
+    chosen = order.index(0) if storey is None else storey - 1
+    if not 0 <= chosen < len(order):
+        raise MapFormatError(f'storey {storey} is not on the sheet: expected 1 to {len(order)}')
+    S = view.H_view_pixel @ np.linalg.inv(H_sheet_pixel)
+    in_view = tuple(_mapped(S, boxes[k]) for k in order)
+    ground = labels == order[chosen] + 1
+    box = _widened(in_view[chosen], shape)
+    longest = _longest(first, ground, boxes[order[chosen]])
+    final, H_cell_pixel = view.shown(box, FINAL_PX)
+    fine = _enlarged(_surest_look(view, box, longest), final)
+    H_cell_sheet = H_cell_pixel @ np.linalg.inv(H_sheet_pixel)
+    size = (fine.shape[2], fine.shape[1])
+    grounds = _grown(ground, _WING_SHARE).astype(np.float32)
+    near = cv2.warpPerspective(grounds, H_cell_sheet, size) > LIKELY
+    earlier = [cv2.warpPerspective(each, H_cell_sheet, size) for each in coarse]
+    before = np.asarray(np.stack(earlier), np.float32)
+    there = (cv2.warpPerspective(m.view(np.uint8), H_cell_sheet, size) > 0 for m in halls)
+    fine = given_halls(fine, *there)
+    cells = _alone(_cells(fine, before, near))
+    if not (cells == FREE).any():
+        return None
+    rough = _alone(_cells(before, before, near))
+    trust = _trust(fine, before, cells)
+    return SeenBuilding(cells, rough, _drawn(final), H_cell_pixel, in_view, chosen, trust)
+
+
+def _wider_looks(view: View, shape: tuple[int, ...]) -> list[Chances]:
+    """
+    Return probabilities (K, H, W) = ``shape`` from looks at smaller pictures of the whole sheet.
+
+    The network sees as many pixels around each: in a smaller picture the walls of a larger hall.
+    """
+    height, width = view.levels.shape
+    found = []
+    for longest in WIDER_PX:
+        if longest < max(shape[1:]):
+            picture, _ = view.shown((0, 0, width, height), longest)
+            seen = [cv2.resize(each, shape[:0:-1]) for each in _chances(picture)]
+            found.append(np.asarray(np.stack(seen), np.float32))
+    return found
+
+
+def _ink(view: View, shape: tuple[int, ...]) -> Mask:
+    """Return where (H, W) = ``shape[1:]`` a view is drawn upon."""
+    level = ink_level(view.levels)
+    levels = cv2.resize(view.levels, shape[:0:-1], interpolation=cv2.INTER_AREA)
+    return np.asarray(levels > (np.inf if level is None else _INK_SHARE * level))
+
+
+def _drawn(picture: Pixels) -> Mask:
+    """Return where (H, W) a picture (H, W, 3) is drawn upon."""
+    levels = contrast(picture)
+    level = ink_level(levels)
+    return np.asarray(levels > (np.inf if level is None else level))
+
+
+def _surest_look(view: View, box: Box, longest: int) -> Chances:
+    """
+    Return the probabilities of a part of the view at the size at which the network is surest.
+
+    From ``longest`` on, smaller pictures are looked at as long as that makes it surer: walls of
+    two lines may have been taken for two walls, and then looked at too closely.
+    """
+    best = _chances(view.shown(box, longest)[0])
+    while longest * _SMALLER > _LEAST_PX:
+        longest = round(longest * _SMALLER)
+        other = _chances(view.shown(box, longest)[0])
+        if _certainty(other) < _certainty(best) + _SURER:
+            break
+        best = other
+    return best
+
+
+def _certainty(chances: Chances) -> float:
+    """Return the mean probability of the most probable class, over the building."""
+    built = chances[OUTSIDE] < LIKELY
+    return float(chances.max(axis=0)[built].mean()) if built.any() else 0.0
+
+
+def _enlarged(chances: Chances, picture: Pixels) -> Chances:
+    """Return the probabilities for each pixel of a larger ``picture (H, W, 3)``."""
+    size = (picture.shape[1], picture.shape[0])
+    factor = size[0] / chances.shape[2]
+    shown = [cv2.resize(each, size, interpolation=cv2.INTER_LINEAR) for each in chances]
+    found = np.asarray(np.stack(shown), np.float32)
+    solid = found[WALL] + found[WINDOW]
+    guide = np.asarray(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), np.float32) / 255.0
+    if not _are_solid(solid, guide):
+        return found
+    sharp = np.clip(_guided(solid, guide, max(1, round(_SHARP_PX * factor))), 0.0, 1.0)
+    rest = (1.0 - sharp) / np.maximum(1.0 - solid, _LEAST)
+    window = found[WINDOW] / np.maximum(solid, _LEAST) * sharp
+    found *= rest
+    found[WALL], found[WINDOW] = sharp - window, window
+    return found
+
+
+def _are_solid(solid: NDArray[np.float32], guide: NDArray[np.float32]) -> bool:
+    """Tell whether walls are areas of one tone, darker than what is beside them."""
+    wall = solid > _SURELY
+    core, beside = shrunk(wall, 1), grown(wall, 4) & (solid < _HARDLY)
+    if not core.any() or not beside.any():
+        return False
+    tone = float(np.median(guide[core]))
+    spread = float(np.median(np.abs(guide[core] - tone)))
+    gap = float(np.median(guide[beside])) - tone
+    return gap > _SOLID_GAP and spread < _SOLID_SPREAD * gap
+
+
+def _guided(
+    values: NDArray[np.float32], guide: NDArray[np.float32], radius: int
+) -> NDArray[np.float32]:
+    """Return values (H, W) smoothed but at the guide's edges (He et al., 2010, equations 5-8)."""
+    side = (2 * radius + 1, 2 * radius + 1)
+    mean, about = cv2.blur(guide, side), cv2.blur(values, side)
+    both = cv2.blur(guide * values, side) - mean * about
+    spread = cv2.blur(guide * guide, side) - mean * mean
+    slope = both / (spread + (_EDGE * float(guide.std())) ** 2)
+    offset = about - slope * mean
+    return np.asarray(cv2.blur(slope, side) * guide + cv2.blur(offset, side), np.float32)
+
+
+def _chances(pixels: NDArray[np.uint8]) -> Chances:
+    from fpnet_core.models.walls import classify, packaged_wall_network  # loads torch
+
+    return classify(packaged_wall_network(), pixels)
+
+
+def _buildings(inside: Mask) -> tuple[NDArray[np.int32], list[Box]]:
+    """Return labels (H, W), 1 and up, and boxes of the buildings, the largest first."""
+    longest = max(inside.shape)
+    side = 2 * round(0.5 * _LINE_SHARE * longest) + 1
+    inside = opened_by(inside, square(side))
+    _, stats = pieces_of(inside)
+    if len(stats) < 2:
+        return np.zeros(inside.shape, np.int32), []
+    largest = int(stats[1:, cv2.CC_STAT_AREA].argmax()) + 1
+    extent = int(stats[largest, 2:4].max())
+    joined = _grown(inside, _WING_SHARE * extent / longest / 2.0)
+    pieces, found = pieces_of(joined)
+    labels, count = np.where(inside, pieces, 0), len(found)
+    areas = np.bincount(labels.ravel(), minlength=count)[1:]
+    order = np.argsort(-areas, kind='stable')
+    least = max(_STOREY_SHARE * areas.max(), _LEAST_SHARE * inside.size)
+    kept = [int(k) + 1 for k in order if areas[k] >= least]
+    number = np.zeros(count, np.int32)
+    number[kept] = np.arange(1, len(kept) + 1)
+    return number[labels], [_box(labels == k) for k in kept]
+
+
+def _longest(chances: Chances, ground: Mask, box: Box) -> int:
+    """Return how long a building's picture should be, by its walls as seen on the sheet."""
+    thickness = wall_cells((chances[WALL] > LIKELY) & ground)
+    side = max(box[2] - box[0], box[3] - box[1])
+    wanted = side * WALL_PX / max(thickness, 1.0)
+    return round((1.0 + 2.0 * _MARGIN) * float(np.clip(wanted, *BUILDING_PX)))
+
+
+def _has_doors(chances: Chances, labels: NDArray[np.int32], label: int) -> bool:
+    """Tell whether doors take nearly as much of a building as of the largest one: tables lack."""
+    largest, other = (float(chances[DOOR][labels == k].mean()) for k in (1, label))
+    return other > _DOOR_SHARE * largest
+
+
+def _box(mask: Mask) -> Box:
+    window = window_of(mask)
+    assert window is not None, 'a building has cells'
+    rows, cols = window
+    return cols.start, rows.start, cols.stop, rows.stop
+
+
+def _reading_order(boxes: list[Box]) -> list[int]:
+    """Return the places of the boxes row by row; those that overlap in height are a row."""
+    left = sorted(range(len(boxes)), key=lambda k: boxes[k][1])
+    found: list[int] = []
+    while left:
+        bottom = boxes[left[0]][3]
+        row = [k for k in left if (boxes[k][1] + boxes[k][3]) / 2.0 < bottom]
+        found += sorted(row, key=lambda k: boxes[k][0])
+        left = [k for k in left if k not in row]
+    return found
+
+
+def _grown(mask: Mask, share: float) -> Mask:
+    """Return the mask dilated by a share of the picture's longer side."""
+    return grown_by(mask, disc(2 * max(1, round(share * max(mask.shape))) + 1))
+
+
+def _mapped(H: Array, box: Box) -> Box:
+    left, top, right, bottom = box
+    corners = np.array([[left, top], [right - 1.0, bottom - 1.0]])
+    (x0, y0), (x1, y1) = map_points(H, corners).tolist()
+    return round(x0), round(y0), round(x1) + 1, round(y1) + 1
+
+
+def _widened(box: Box, shape: tuple[int, ...]) -> Box:
+    left, top, right, bottom = box
+    by = round(_MARGIN * max(right - left, bottom - top)) + 1
+    return (
+        max(0, left - by),
+        max(0, top - by),
+        min(shape[1], right + by),
+        min(shape[0], bottom + by),
+    )
+
+
+def _cells(fine: Chances, before: Chances, near: Mask) -> NDArray[np.int8]:
+    """
+    Return cells (H, W) of the building within ``near (H, W)``.
+
+    Lines are as the ``fine`` look shows them; whether a space is a room is for both looks to say.
+    """
+    solid = _WALLS_COUNT * (fine[WALL] + fine[WINDOW])
+    is_wall = (solid > np.maximum(fine[FLOOR] + fine[DOOR], fine[OUTSIDE])) & near
+    is_shut = is_wall | (fine[DOOR] > LIKELY)
+    inside = _by_spaces(1.0 - 0.5 * (fine[OUTSIDE] + before[OUTSIDE]), is_shut) & near
+    is_free = inside & ~is_wall
+    reach = _WALL_SHARE * max(near.shape)
+    is_wall &= cells_to_nearest(is_free) <= reach
+    is_wall = longer_pieces(is_wall, _SPECK_SHARE * max(near.shape))
+    return np.select([is_wall, is_free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
+
+
+def _alone(cells: NDArray[np.int8]) -> NDArray[np.int8]:
+    """Return the cells without what stands apart from the building."""
+    labels, boxes = _buildings(cells != UNKNOWN)
+    if not boxes:
+        return np.full_like(cells, UNKNOWN)
+    return np.where(_grown(labels == 1, _LINE_SHARE), cells, UNKNOWN).astype(np.int8)
+
+
+def _by_spaces(inside: Chances, is_shut: Mask) -> Mask:
+    """
+    Return what is more inside than outside, of the probability ``inside (H, W)``.
+
+    A space that lines shut off is one or the other as a whole, unless it is much of both: then
+    it leaks.
+    """
+    spaces, found = pieces_of(~is_shut, connectivity=4)
+    count = len(found)
+    flat, likely = spaces.ravel(), (inside > LIKELY).ravel()
+    share = np.bincount(flat, likely, count) / np.maximum(np.bincount(flat, minlength=count), 1)
+    leaks = np.minimum(share, 1.0 - share) > _LEAKS
+    leaks[0] = True
+    return np.where(leaks[spaces], inside, share[spaces]) > LIKELY
+
+
+def _trust(fine: Chances, before: Chances, cells: NDArray[np.int8]) -> Trust:
+    built, walls = cells != UNKNOWN, cells == OCCUPIED
+    most = fine.max(axis=0)[built]
+    solid = fine[WALL] + fine[WINDOW]
+    earlier = (before[WALL] + before[WINDOW] > LIKELY) & built
+    return Trust(
+        certainty=float(most.mean()),
+        wall_certainty=float(solid[walls].mean()) if walls.any() else 0.0,
+        unsure=float((most < _UNSURE).mean()),
+        agreement=min(_covered(walls, earlier), _covered(earlier, walls)),
+    )
+
+
+def _covered(walls: Mask, by: Mask) -> float:
+    """Return the share of walls that others are near to."""
+    return float((grown(by, _NEAR_PX) & walls).sum() / max(walls.sum(), 1))

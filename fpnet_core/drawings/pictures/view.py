@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A drawing's contrast, straightened and at a workable size, with the way back to its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
+from fpnet_core.drawings.pictures.tones import Levels, contrast, sheet_outline
+from fpnet_core.drawings.types import Array, Box
+from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
+
+WORK_PX = 1800
+"""The longer side of the picture that a sheet is read in. Chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """
+    Contrast ``levels (H, W)`` and where they are from.
+
+    ``H_view_pixel (3, 3)`` maps the drawing's pixels to those of the view; ``is_straightened``
+    tells that it is more than a smaller picture. ``pixels (H, W, 3)`` are the drawing's, with
+    dark and light exchanged where it is light on dark.
+    """
+
+    levels: Levels
+    H_view_pixel: Array
+    pixels: Levels
+    is_straightened: bool
+
+    def shown(self, box: Box, longest: int) -> tuple[Levels, Array]:
+        """
+        Return the drawing's colours within ``box`` of the view, straightened like it.
+
+        Parameters
+        ----------
+        box : left, top, right, bottom in the view's pixels
+        longest : of the sides of what is returned; a drawing of fewer pixels is not enlarged
+
+        Returns
+        -------
+        picture : (H, W, 3)
+        H_picture_pixel : (3, 3), from the drawing's pixels
+        """
+        left, top, right, bottom = box
+        middle = np.array([left + right, top + bottom]) / 2.0
+        per_pixel = self._reduction(middle)
+        factor = min(longest / max(right - left, bottom - top), per_pixel)
+        size = [max(1, round(factor * side)) for side in (right - left, bottom - top)]
+        reduced = shrinking((size[0] / (right - left), size[1] / (bottom - top)))
+        H = reduced @ cut_from(left, top) @ self.H_view_pixel
+        H_pixel_picture = np.asarray(np.linalg.inv(H), np.float64)
+        source, H_source_pixel = _shrunk_part(
+            self.pixels, H_pixel_picture, size, per_pixel / factor
+        )
+        H_picture_source = H @ np.linalg.inv(H_source_pixel)
+        picture = cv2.warpPerspective(
+            source, H_picture_source, size, borderMode=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(picture, np.uint8), H
+
+    def _reduction(self, centre: Array) -> float:
+        """Return how many of the drawing's pixels are one of the view's, at a place."""
+        back = np.asarray(np.linalg.inv(self.H_view_pixel), np.float64)
+        return growth_at(back, centre)
+
+
+def _shrunk_part(
+    pixels: Levels, H_pixel_picture: Array, size: list[int], reduction: float
+) -> tuple[Levels, Array]:
+    """
+    Return what of ``pixels (H, W, 3)`` a picture shows, averaged to about its size.
+
+    ``reduction`` is how many pixels are one of the picture's, along a side. The second is the map
+    (3, 3) from pixels to what is returned.
+    """
+    corners = np.array([[0, 0], [size[0], 0], [size[0], size[1]], [0, size[1]]], float)
+    there = map_points(H_pixel_picture, corners)
+    limit = np.array(pixels.shape[1::-1])
+    left, top = np.clip(np.floor(there.min(axis=0)).astype(int) - 2, 0, limit - 1).tolist()
+    right, bottom = np.clip(np.ceil(there.max(axis=0)).astype(int) + 3, 1, limit).tolist()
+    part, move = pixels[top:bottom, left:right], cut_from(left, top)
+    if reduction < _WORTH_IT:
+        return part, move
+    small = [max(1, round(side / reduction)) for side in part.shape[1::-1]]
+    shown = np.asarray(cv2.resize(part, small, interpolation=cv2.INTER_AREA), np.uint8)
+    return shown, shrinking((small[0] / part.shape[1], small[1] / part.shape[0])) @ move
+
+
+_WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
+
+
+def view_of(pixels: Levels, crop: Box | None = None) -> View:
+    """
+    Return the view of a drawing with dark lines on a lighter ground, turn and perspective undone.
+
+    Parameters
+    ----------
+    pixels : (H, W, 3)
+    crop : what of it to look at, in pixels
+    """
+    left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
+    part = pixels[top:bottom, left:right]
+    factor = min(1.0, WORK_PX / max(part.shape[:2]))
+    size = [max(1, round(side * factor)) for side in part.shape[1::-1]]
+    small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
+    small = np.asarray(small, dtype=np.uint8)
+    levels = contrast(small)
+    scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ cut_from(left, top)
+    H = find_straightening(levels, sheet_outline(small))
+    is_straightened = not np.array_equal(H, np.eye(3))
+    if is_straightened:
+        levels = np.asarray(
+            cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
+        )
+    return View(levels, H @ scale, pixels, is_straightened)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Which reading is taken, and what doors and walls say of the spaces that a network saw."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.config import SegmentationConfig
+from fpnet_core.drawings.pictures import choosing
+from fpnet_core.drawings.pictures.learned import SeenBuilding
+from fpnet_core.drawings.pictures.plausible import findings
+from fpnet_core.drawings.types import Drawing, Trust
+from fpnet_core.segmentation import segment_floorplan
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+
+CONFIG = SegmentationConfig()
+
+
+def building(sill=True, doors=True):
+    """A hall of 12 m x 8 m and four rooms beside it, at 5 cm: cells, and what is drawn."""
+    cells = np.full((240, 440), UNKNOWN, np.int8)
+    cells[30:210, 30:380] = OCCUPIED
+    cells[36:204, 36:270] = FREE
+    for k in range(4):
+        cells[36 + 43 * k : 75 + 43 * k, 276:374] = FREE
+    ink = cells == OCCUPIED
+    for k in range(4) if doors else ():
+        rows = slice(44 + 43 * k, 59 + 43 * k)
+        cells[rows, 270:276] = FREE
+        ink[rows, 270:276] = False
+        if sill:
+            ink[rows, 272] = True
+            cells[rows, 272:275] = OCCUPIED
+    return cells, ink
+
+
+def seen(cells, ink):
+    trust = Trust(1.0, 1.0, 0.0, 1.0)
+    return SeenBuilding(cells, cells, ink, np.eye(3), ((0, 0, 1, 1),), 0, trust)
+
+
+def read(cells, ink):
+    look = seen(cells, ink)
+    return look, choosing._of_cells(cells, look, CONFIG)
+
+
+def test_sills_that_a_network_takes_for_walls_are_open():
+    look, found = read(*building())
+    assert not found.segmentation.portals
+    opened = choosing._with_doorways(found, look, CONFIG)
+    assert len(opened.segmentation.portals) == 4
+
+
+def test_a_hall_seen_in_part_is_a_room_where_doors_lead_into_it():
+    cells, ink = building()
+    cells[60:190, 80:240] = UNKNOWN
+    look, found = read(cells, ink)
+    opened = choosing._with_doorways(found, look, CONFIG)
+    assert (opened.cells[36:204, 36:270] == FREE).all()
+    shut = building(doors=False)[0]
+    shut[60:190, 80:240] = UNKNOWN
+    look, found = read(shut, shut == OCCUPIED)
+    assert (choosing._with_doorways(found, look, CONFIG).cells == shut).all()
+
+
+def test_the_ground_before_an_entrance_is_no_room():
+    cells, ink = building(sill=False)
+    cells[100:120, 30:36] = FREE
+    cells[90:135, 8:30] = FREE
+    look, found = read(cells, ink)
+    kept = choosing._without_forecourts(found, look, CONFIG)
+    assert len(found.segmentation.rooms) == 6
+    assert len(kept.segmentation.rooms) == 5
+    assert (kept.cells[:, 40:] == cells[:, 40:]).all()
+    cells[36:204, 36:270] = UNKNOWN
+    cells[36:60, 40:120] = FREE  # a corner of the hall, and the wall above it has a gap
+    cells[30:36, 140:160] = UNKNOWN
+    look, found = read(cells, ink)
+    kept = choosing._without_forecourts(found, look, CONFIG)
+    assert (kept.cells[36:60, 40:120] == FREE).all()
+
+    assert choosing._without_forecourts(kept, look, CONFIG) is kept
+
+
+def test_a_hall_into_which_rooms_open_is_no_giant():
+    cells, _ = building(sill=False)
+    segmentation = segment_floorplan(GridMap(np.pad(cells, 1), 0.05), CONFIG)
+    shut = segment_floorplan(GridMap(building(doors=False)[0], 0.05), CONFIG)
+    assert not [said for said in findings(segmentation) if 'One room' in said]
+    areas = sorted(room.area_m2 for room in shut.rooms)
+    assert areas[-1] / sum(areas) == pytest.approx(0.7, abs=0.15)
+
+
+def test_what_no_building_is_like_is_the_last_resort():
+    _, found = read(*building(sill=False))
+    _, shut = read(*building(doors=False))
+    likely = choosing.replace(shut, probability=0.6)
+    less = choosing.replace(found, probability=0.3)
+    drawing = Drawing(np.full((240, 440, 3), 255, np.uint8), 'a.png', 'png')
+    assert likely.is_absurd
+    assert not less.is_absurd
+    chosen = choosing._likeliest([likely, less], likely, drawing, CONFIG)
+    assert len(chosen.segmentation.portals) == 4
+    assert [rival.plausible for rival in chosen.rivals] == [0.6]

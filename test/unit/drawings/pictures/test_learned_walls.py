@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Walls as the network sees them: from probabilities to cells, and whole sheets."""
+
+from dataclasses import astuple
+from importlib import resources
+import json
+
+import cv2
+import numpy as np
+from plan_pictures import WHITE, sheet, storey
+import pytest
+
+from fpnet_core.drawings.pictures.learned import (
+    _buildings,
+    _by_spaces,
+    _cells,
+    _reading_order,
+    see_building,
+)
+from fpnet_core.drawings.pictures.view import view_of
+from fpnet_core.errors import MapFormatError, WeightsError
+from fpnet_core.io.pixel_classes import CLASSES, DOOR, FLOOR, OUTSIDE, WALL
+from fpnet_core.io.weights import read_weights
+from fpnet_core.models.walls import (
+    WALLS_NAME,
+    WALLS_SCHEMA,
+    WallNetwork,
+    WallNetworkConfig,
+    classify,
+    packaged_wall_network,
+    wall_network_of,
+)
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+
+
+def chances(classes, sure=0.9):
+    """Probabilities (K, H, W) of classes that are known but for a rest."""
+    rest = (1.0 - sure) / (len(CLASSES) - 1)
+    return np.stack([np.where(classes == k, sure, rest) for k in range(len(CLASSES))]).astype(
+        np.float32
+    )
+
+
+@pytest.fixture
+def building():
+    """Two rooms with a door between them and a gate to the outside, 120 by 80."""
+    classes = np.full((80, 120), OUTSIDE, np.uint8)
+    classes[10:70, 10:110] = WALL
+    classes[14:66, 14:58] = FLOOR
+    classes[14:66, 62:106] = FLOOR
+    classes[30:40, 58:62] = DOOR
+    classes[66:70, 20:30] = DOOR
+    return classes
+
+
+def test_classes_become_cells(building):
+    everywhere = np.ones(building.shape, np.bool_)
+    cells = _cells(chances(building), chances(building), everywhere)
+    np.testing.assert_array_equal(cells == OCCUPIED, building == WALL)
+    np.testing.assert_array_equal(cells == FREE, (building == FLOOR) | (building == DOOR))
+    left = _cells(chances(building), chances(building), np.indices(building.shape)[1] < 60)
+    assert (left[:, 60:] == UNKNOWN).all()
+
+
+def test_a_room_is_one_or_the_other_as_a_whole(building):
+    doubtful = building.copy()
+    doubtful[30:36, 20:40] = OUTSIDE  # a tenth of the left room
+    found = _cells(chances(doubtful), chances(doubtful), np.ones(building.shape, np.bool_))
+    assert (found[14:66, 14:58] == FREE).all()
+    open_ = building != WALL
+    inside = (building != OUTSIDE).astype(np.float32)
+    leaking = _by_spaces(inside, np.zeros(building.shape, np.bool_))
+    np.testing.assert_array_equal(leaking, inside > 0.5)  # nothing is shut: each pixel for itself
+    assert not _by_spaces(inside, ~open_ | (building == DOOR))[0, 0]
+
+
+def test_the_earlier_look_has_a_say_where_the_finer_one_is_lost(building):
+    lost = chances(building)
+    hall = np.s_[14:66, 62:106]
+    lost[OUTSIDE][hall], lost[FLOOR][hall] = 0.6, 0.3
+    cells = _cells(lost, chances(building), np.ones(building.shape, np.bool_))
+    assert (cells[hall] == FREE).all()
+
+
+def test_buildings_are_told_from_specks_and_wings():
+    inside = np.zeros((300, 500), np.bool_)
+    inside[20:120, 20:220] = True
+    inside[20:120, 223:300] = True  # a wing behind a gap
+    inside[180:260, 100:260] = True  # another storey
+    inside[150:160, 450:460] = True  # a north arrow
+    labels, boxes = _buildings(inside)
+    assert boxes == [(20, 20, 300, 120), (100, 180, 260, 260)]
+    assert (labels[20:120, 20:220] == 1).all()
+    assert (labels[20:120, 223:300] == 1).all()
+    assert labels[155, 455] == 0
+    assert _buildings(np.zeros((30, 30), np.bool_))[1] == []
+
+
+def test_storeys_are_numbered_row_by_row():
+    boxes = [(300, 20, 500, 200), (0, 0, 200, 180), (10, 300, 200, 500), (400, 310, 600, 480)]
+    assert _reading_order(boxes) == [1, 0, 2, 3]
+
+
+def test_what_is_shown_of_a_view_lies_where_it_says():
+    picture, _ = sheet(*storey())
+    view = view_of(picture)
+    shown, H = view.shown((100, 100, 500, 400), 200)
+    assert shown.shape == (150, 200, 3)
+    full, H_full = view.shown((100, 100, 500, 400), 4000)
+    assert full.shape == (300, 400, 3)  # no more than the drawing has
+    np.testing.assert_array_equal(full, picture[100:400, 100:500])
+    corner = np.array([[99.5, 99.5], [499.5, 399.5]])
+    np.testing.assert_allclose(map_points(H, corner), [[-0.5, -0.5], [199.5, 149.5]])
+    np.testing.assert_allclose(map_points(H_full, corner), [[-0.5, -0.5], [399.5, 299.5]])
+
+
+def test_the_packaged_weights_are_those_of_their_manifest():
+    weights = read_weights(None, WALLS_SCHEMA, WALLS_NAME)
+    assert weights.manifest['network']['classes'] == list(CLASSES)
+    assert weights.manifest['data']['command'].startswith('fpnet train-walls')
+    assert weights.manifest['figures']['iou']['all']['wall'] > 0.5
+    file = resources.files('fpnet_core.weights') / WALLS_NAME
+    assert len(file.read_bytes()) < 3_000_000
+    assert json.loads((file.parent / 'walls.json').read_text())['sha256']
+
+
+def test_weights_for_other_classes_are_refused():
+    weights = read_weights(None, WALLS_SCHEMA, WALLS_NAME)
+    weights.manifest['network']['classes'] = ['wall', 'floor']
+    with pytest.raises(WeightsError, match='train-walls'):
+        wall_network_of(weights)
+
+
+def test_folding_the_normalisation_changes_nothing():
+    network = WallNetwork(WallNetworkConfig(widths=(4, 8, 8, 8, 8))).eval()
+    for module in network.modules():
+        if hasattr(module, 'running_var'):
+            module.running_var.uniform_(0.5, 2.0)
+            module.running_mean.uniform_(-0.5, 0.5)
+    pixels = np.random.default_rng(3).integers(0, 256, (70, 45, 3)).astype(np.uint8)
+    before = classify(network, pixels)
+    assert before.shape == (len(CLASSES), 70, 45)
+    np.testing.assert_allclose(before.sum(axis=0), 1.0, atol=1e-5)
+    np.testing.assert_allclose(classify(network.fused(), pixels), before, atol=1e-4)
+
+
+@pytest.mark.parametrize('quarters', [0, 1])
+@pytest.mark.parametrize('colours', [(0, WHITE), ((150, 40, 30), WHITE), (90, 215)])
+def test_rooms_are_seen_whatever_the_ink(colours, quarters):
+    wall, paper = colours
+    picture, labels = storey(wall=wall, paper=paper)
+    picture, labels = np.rot90(picture, quarters), np.rot90(labels, quarters)
+    seen = see_building(view_of(np.ascontiguousarray(picture)), None)
+    truth = cv2.warpPerspective(
+        np.ascontiguousarray(labels).astype(np.uint8), seen.H_cell_pixel, seen.cells.shape[::-1],
+        flags=cv2.INTER_NEAREST,
+    )  # fmt: skip
+    # True rooms reach to the middle of walls.
+    assert (seen.cells[truth > 0] == FREE).mean() > 0.85
+    assert (seen.cells[truth == 0] != FREE).mean() > 0.9
+    assert all(
+        0.5 < figure <= 1.0 for figure in astuple(seen.trust) if figure != seen.trust.unsure
+    )
+
+
+def test_a_storey_that_is_not_there_is_said_so():
+    picture, _ = storey()
+    with pytest.raises(MapFormatError, match='expected 1 to 1'):
+        see_building(view_of(picture), 2)
+
+
+def test_an_empty_sheet_shows_no_building():
+    assert see_building(view_of(np.full((200, 300, 3), WHITE, np.uint8)), None) is None
+
+
+def test_the_network_is_read_once():
+    assert packaged_wall_network() is packaged_wall_network()
