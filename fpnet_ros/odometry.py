@@ -22,7 +22,7 @@ from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
-from fpnet_core.odometry_check import Consistency, GuidedOdometry
+from fpnet_core.odometry import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LARGE_CLOUDS, LOST
 from fpnet_ros.lasers import LaserInput

@@ -31,7 +31,7 @@ from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import Replay, ReplayResult
 from fpnet_core.localizer.diagnosis import explain_run
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_core.odometry_check import GuidedOdometry
+from fpnet_core.odometry import GuidedOdometry
 from fpnet_core.sites import Site, Storey
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.trajectory import PlanarTrajectory

@@ -17,8 +17,7 @@ LAYERS = {
         {'arguments', 'errors', 'frozen', 'geometry', 'matches', 'types', 'config', 'config_docs'}
         | {'plain_yaml', 'small_networks', 'spread', 'stamps', 'trajectory', 'kernel_cache'},
         {'raster'},
-        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'odometry_check'}
-        | {'accuracy', 'registration', 'turning_sweeps'},
+        {'io', 'submaps', 'segmentation', 'graphs', 'odometry', 'accuracy'},
         {'models', 'matching', 'pose', 'judging', 'drawings', 'doctor'},
         {'localizer'},
         {'plan_check', 'sites', 'differences', 'library'},

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from fpnet_core.config import OdometryConfig
 from fpnet_core.errors import CloudFormatError, OdometryError
 from fpnet_core.io.scans import Scan
-from fpnet_core.odometry import STALE_BEFORE_RESTART, KissOdometry
-from fpnet_core.registration import MIN_POINTS, levelled
+from fpnet_core.odometry.kiss import STALE_BEFORE_RESTART, KissOdometry
+from fpnet_core.odometry.registration import MIN_POINTS, levelled
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.2)
 

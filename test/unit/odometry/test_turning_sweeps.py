@@ -9,7 +9,7 @@ import pytest
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.odometry import KissOdometry
-from fpnet_core.turning_sweeps import turn_shares
+from fpnet_core.odometry.turning_sweeps import turn_shares
 
 BEAMS, COLUMNS, SWEEPS = 16, 600, 70
 SIZE = np.array([11.0, 7.0, 2.7])  # of a bare room [m]

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fpnet_core.geometry.motion import carried
-from fpnet_core.registration import upright
+from fpnet_core.odometry.registration import upright
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import pytest
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
-from fpnet_core.odometry_check import Consistency, GuidedOdometry
+from fpnet_core.odometry import Consistency, GuidedOdometry
 
 CONFIG = OdometryConfig(max_range=20.0, min_range=0.5, voxel_size=0.4)
 S, PERIOD_NS = 10**9, 10**8

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from fpnet_core.config import OdometryConfig
 from fpnet_core.geometry.pose_track import impossible_turn_rad
-from fpnet_core.odometry import KissOdometry
+from fpnet_core.odometry.kiss import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from fpnet_core.errors import CloudFormatError
 from fpnet_core.geometry.motion import carried
 from fpnet_core.geometry.voxels import voxel_means
 from fpnet_core.io.scans import RegisteredSweep
-from fpnet_core.registration import MIN_POINTS, register_planar, register_sweep
+from fpnet_core.odometry.registration import MIN_POINTS, register_planar, register_sweep
+from fpnet_core.odometry.turning_sweeps import TurningSweeps, turn_shares
 from fpnet_core.stamps import NS_PER_S, ClockGuard
-from fpnet_core.turning_sweeps import TurningSweeps, turn_shares
 
 if TYPE_CHECKING:
     from fpnet_core.io.scans import Scan
@@ -54,8 +54,8 @@ class KissOdometry:
     at.
     What is flat stays so: no motion out of the plane brings flat sweeps nearer to a flat map.
     Of other sweeps, what stands tells the place and what lies the level: see
-    :mod:`fpnet_core.registration`. Those without times are deskewed to their middle if the map
-    says that they need it: see :mod:`fpnet_core.turning_sweeps`.
+    :mod:`fpnet_core.odometry.registration`. Those without times are deskewed to their middle if
+    the map says that they need it: see :mod:`fpnet_core.odometry.turning_sweeps`.
 
     All others are deskewed by the motion since the last sweep's stamp, for the share of that time
     that a point was seen before the end: a scanner of 270 degrees fires during three quarters of
