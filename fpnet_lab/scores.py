@@ -71,18 +71,21 @@ class Score:
     """
     What was measured: a number, a text that stands for itself, or None where nothing was.
 
-    ``aim`` is what it should be at most, no aim for None.
+    ``aim`` is what it should be at most, or at least where it ``is_floor``; no aim for None.
     """
 
     name: str
     value: Any
     unit: Unit = Units.COUNT
     aim: float | None = None
+    is_floor: bool = False
 
     @property
     def is_met(self) -> bool:
         """Tell whether the aim is met, as it is where there is none; what is unknown is not."""
-        return self.aim is None or (self.value is not None and self.value <= self.aim)
+        if self.aim is None or self.value is None:
+            return self.aim is None
+        return bool(self.value >= self.aim if self.is_floor else self.value <= self.aim)
 
     def __str__(self) -> str:
         """Return the value with its unit."""
@@ -128,6 +131,20 @@ class Table:
         """Return scores, the same ones in each row, which is at least one."""
         titles = [score.unit.title(score.name) for score in rows[0]]
         return cls(titles, [[str(score) for score in row] for row in rows])
+
+    @classmethod
+    def of_aims(cls, scores: Sequence[Score]) -> Self:
+        """Return scores one below the other, each with its aim and whether that is met."""
+        rows = [
+            [
+                score.name,
+                str(score),
+                score.unit.text(score.aim),
+                'met' if score.is_met else 'missed',
+            ]
+            for score in scores
+        ]
+        return cls(('what', 'measured', 'aim', ''), rows)
 
     def markdown(self) -> str:
         """Return it as pages have it."""

@@ -32,14 +32,16 @@ Array = NDArray[np.float64]
 # Physical: doorways of a storey are so wide [m] and its walls at most so thick [m], at a scale
 # wrong by a half.
 _WIDTH_M, _THICKEST_M = (0.5, 3.0), 0.8
-# Physical: wider doorways have leaves, which are drawn then [m].
+# Fitted by hand to the tune half's plans (docs/segmentation.md): wider doorways have leaves, which
+# are drawn then [m].
 _LEAFLESS_M = 1.5
 # Numerical: symbols are looked for at cells of about this size [m].
 _WORK_M = 0.02
 # Numerical: lines are thinner than so many cells.
 _SIDES = (2, 3, 4, 6, 8)
 # Chosen, not measured:
-# Numerical: thinner walls are not told from lines, without a leaf and with one.
+# Fitted by hand to the tune half's plans (docs/segmentation.md): thinner walls are not told from
+# lines, without a leaf and with one.
 _LEAST_CELLS, _LEAST_LEAFED_CELLS = 4.0, 2.5
 _LINE_M = 0.18  # and than this [m]
 _HOLLOW_M = 0.5  # narrower closed spaces are the inside of walls that are drawn as two lines [m]
@@ -113,18 +115,20 @@ def doorway_symbols(ink: Mask, room: Mask, cell_m: float) -> Mask:
 
 
 def _symbols(ink: Mask, room: Mask, cell_m: float) -> Mask:
-    found = np.zeros(ink.shape, np.bool_)
+    strokes, filled = np.zeros(ink.shape, np.bool_), np.zeros(ink.shape, np.uint8)
     pen = max(1, round(_LOOSE_M / cell_m))
     near = grown(ink, pen)
     spaces, is_hollow = _hollows(ink, cell_m)
     hollow = looked_up(spaces, is_hollow)
+    found = np.zeros(ink.shape, np.bool_)
     for walls in _wall_masks(ink, hollow, cell_m):
         found |= _in_gaps(ink, near, walls, room, cell_m, pen)
     for way in _hollow_doorways(spaces, is_hollow, cell_m):
         swing = _swing(near, way) if _is_between(room, way, cell_m) else None
         if swing is not None and swing.has_arc:
-            found |= _drawn(swing, ink.shape, pen) | _inside(way, ink.shape)
-    return found
+            strokes[cells_at(swing.places, ink.shape)] = True
+            _fill(way, filled)
+    return found | grown(strokes, pen) | (filled > 0)
 
 
 def _hollows(ink: Mask, cell_m: float) -> tuple[NDArray[np.int32], Mask]:
@@ -149,7 +153,7 @@ def _wall_masks(ink: Mask, hollow: Mask, cell_m: float) -> Iterator[Mask]:
 
 def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen: int) -> Mask:
     """Return what (H, W) is drawn in and before the gaps of ``walls (H, W)``."""
-    found = np.zeros(ink.shape, np.bool_)
+    strokes, filled = np.zeros(ink.shape, np.bool_), np.zeros(ink.shape, np.uint8)
     ways = list(_gap_doorways(walls, cell_m))
     lines = [_lines(ink, way) for way in ways]
     is_inner = [_is_between(room, way, cell_m) for way in ways]
@@ -157,13 +161,14 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
     for way, many, inner in zip(ways, lines, is_inner, strict=True):
         swing = _swing(near, way)
         if swing is not None and swing.has_arc:
-            found |= _drawn(swing, ink.shape, pen) & ~grown(walls, 1)
+            strokes[cells_at(swing.places, ink.shape)] = True
         is_window = outer.count(many) > _WINDOWS * len(outer)
         is_narrow = way.length * cell_m <= _LEAFLESS_M
         is_plain = is_narrow and way.high - way.low >= _LEAST_CELLS and not is_window
         if inner and 0 < many <= _MOST_LINES and (swing is not None or is_plain):
-            found |= _inside(way, ink.shape)
-    return found
+            _fill(way, filled)
+    # A pen covers the lines of leaves and arcs; walls that they touch stay.
+    return (grown(strokes, pen) & ~grown(walls, 1)) | (filled > 0)
 
 
 def _gap_doorways(walls: Mask, cell_m: float) -> Iterator[_Doorway]:
@@ -307,18 +312,9 @@ def _best(swept: Array, is_whole: Mask, is_first: Mask) -> list[int]:
     return []
 
 
-def _drawn(swing: _Swing, shape: tuple[int, ...], pen: int) -> Mask:
-    """Return where (H, W) leaves and arcs are, with a pen that covers their lines."""
-    is_drawn = np.zeros(shape, np.bool_)
-    is_drawn[cells_at(swing.places, shape)] = True
-    return grown(is_drawn, pen)
-
-
-def _inside(way: _Doorway, shape: tuple[int, ...]) -> Mask:
-    """Return the cells (H, W) between the jambs of a doorway."""
+def _fill(way: _Doorway, filled: NDArray[np.uint8]) -> None:
+    """Mark the cells of ``filled (H, W)`` between the jambs of a doorway."""
     along = np.array([1.0, way.length - 1.0, way.length - 1.0, 1.0])
     across = np.array([way.low - 1.0, way.low - 1.0, way.high + 1.0, way.high + 1.0])
     corners = np.rint(way.at(along, across)[:, ::-1]).astype(np.int32)
-    filled = np.zeros(shape, np.uint8)
     cv2.fillConvexPoly(filled, corners, 1)
-    return filled > 0

@@ -14,7 +14,7 @@ from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
 from fpnet_core.raster.pieces import label_extents, label_figures, pieces_of
-from fpnet_core.raster.windows import border_of
+from fpnet_core.raster.windows import Window, border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
 from fpnet_core.segmentation.doorsills import doorway_symbols
 from fpnet_core.segmentation.furniture import furniture_cells
@@ -27,6 +27,8 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 # A closed space without a door that is smaller is no room;
 # fitted to furnished drawings of generated storeys (docs/segmentation.md).
 _MIN_SHUT_AREA_M2 = 3.0
+# Doors of shut rooms, their leaves and windows beside them lie within [m]. Chosen.
+_NEAR_SHUT_M = 2.0
 # Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
 _MAX_CELLS = 64_000_000
 _CELL_M = 0.05
@@ -79,17 +81,52 @@ def segment_floorplan(
     if free.all():
         return _empty(grid, 'the grid has no walls')
     is_default = config.method == 'default'
-    if is_default:
-        free = free | doorway_symbols(~free & ~_beyond(grid.cells), free, cell_m)
-    scene = drawn_scene(free, cell_m, is_bare=not is_default)
     step = max(1, int(_CELL_M / cell_m))
+    scene = drawn_scene(free, cell_m, is_bare=not is_default)
+    coarse = scene.coarser(step)
+    if is_default and (shut := _shut_rooms(coarse, on_paper)) is not None:
+        symbols = _symbols_around(shut, grid.cells, cell_m, step)
+        if symbols.any():
+            scene = drawn_scene(free | symbols, cell_m)
+            coarse = scene.coarser(step)
     if step == 1:
         return _cut(grid, scene, config, on_paper, metres_per_unit)
     cells = np.zeros([-(-side // step) for side in grid.shape], dtype=np.int8)
-    coarse = replace(grid, cells=cells, resolution=step * grid.resolution)
-    found = _cut(coarse, scene.coarser(step), config, on_paper, metres_per_unit)
+    blocks = replace(grid, cells=cells, resolution=step * grid.resolution)
+    found = _cut(blocks, coarse, config, on_paper, metres_per_unit)
     labels = upsample_labels(np.asarray(found.labels), step, scene.free)
     return replace(found, grid=grid, labels=labels)
+
+
+def _shut_rooms(scene: Scene, on_paper: bool) -> Window | None:
+    """
+    Return the window around all spaces of a room's size that no door leads to, with what is near.
+
+    None where one space is all: doors lead from the largest to all others.
+    """
+    spaces, figures = pieces_of(scene.free, connectivity=4)
+    is_room = _is_room(spaces, scene.clearance, scene.cell_m, on_paper)
+    sizes = figures[:, 4]
+    is_room &= sizes >= _MIN_SHUT_AREA_M2 / scene.cell_m**2
+    is_room[np.argmax(np.where(is_room, sizes, 0))] = False
+    if not is_room.any():
+        return None
+    near = round(_NEAR_SHUT_M / scene.cell_m)
+    left, top, width, height, _ = figures[is_room].T
+    return (
+        slice(max(0, int(top.min()) - near), int((top + height).max()) + near),
+        slice(max(0, int(left.min()) - near), int((left + width).max()) + near),
+    )
+
+
+def _symbols_around(shut: Window, cells: NDArray[np.int8], cell_m: float, step: int) -> Mask:
+    """Return the symbols (H, W) that close doorways in a window of blocks of ``cells (H, W)``."""
+    rows, cols = (slice(side.start * step, side.stop * step) for side in shut)
+    free = cells == FREE
+    ink = ~free & ~_beyond(cells)
+    symbols = np.zeros_like(free)
+    symbols[rows, cols] = doorway_symbols(ink[rows, cols], free[rows, cols], cell_m)
+    return symbols
 
 
 def _cut(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import Mask, is_peak
+from fpnet_core.segmentation.furniture import free_standing
 from fpnet_core.types import FREE, Segmentation
 
 Array = NDArray[np.float64]
@@ -83,6 +84,8 @@ def scale_figures(segmentation: Segmentation, metres_per_unit: float = 1.0) -> S
     """
     cell_m = segmentation.grid.resolution * metres_per_unit
     free = (segmentation.grid.cells == FREE) | (segmentation.labels > 0)
+    # Rooms keep what may be a piece of wall between doorways; dirt and chairs can stand like one.
+    free |= free_standing(free, cell_m)
     if not free.any() or free.all():
         return ScaleFigures(np.full(len(FIGURES), np.nan), None)
     clearance = np.maximum(cells_to_nearest(~free) - 0.5, 0.5) * cell_m

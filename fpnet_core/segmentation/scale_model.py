@@ -26,7 +26,7 @@ from fpnet_core.small_networks import silu, standardised
 Array = NDArray[np.float64]
 Side = Literal['plan', 'map']
 
-SCALE_SCHEMA = 1
+SCALE_SCHEMA = 2
 """Given: grows when a figure changes its meaning."""
 
 SCALE_NAME = 'scale.safetensors'

@@ -11,17 +11,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import show, write_report
-from fpnet_lab.scores import Column, Table, Units, columns, named
-
-_COLUMNS = (
-    Column('drawings', 'name'),
-    Column('n', 'estimates'),
-    *columns(Units.SHARE, {'within_10': 'within 10 %', 'held': '90 % holds'}),
-    *columns(Units.SHARE, {'sure': 'sure', 'sure_wrong': 'sure, wrong'}),
-    Column('high / low', 'spread', Units.NUMBER),
-    Column('a drawing', 'ms_per_drawing', Units.MS),
-)
+from fpnet_lab.cli.reports import finish
 
 
 def command(
@@ -49,5 +39,4 @@ def command(
 
     with progress('drawings', count_drawings(limit)) as advance:
         report = bench_scale(data, limit, tree.segmentation, advance)
-    show(Table.of(_COLUMNS, named(report['groups'])), json_path)
-    write_report(json_path, report)
+    finish('scale', json_path, report)

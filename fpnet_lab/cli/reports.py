@@ -50,9 +50,14 @@ def show(
 
 def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
     """Write a benchmark's report as ``--json``, and print the tables that pages have of it."""
+    write_report(path, report)
+    say_tables(name, path, report)
+
+
+def say_tables(name: str, path: Path | None, report: dict[str, Any]) -> None:
+    """Print the tables that pages have of a benchmark's report."""
     from fpnet_lab.evaluation.published import figures_of
 
-    write_report(path, report)
     for table in figures_of(name, report)[0].values():
         common.say(f'\n{table.markdown()}', path)
 

@@ -10,6 +10,7 @@ from itertools import product
 import math
 
 from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation import published_rooms as rooms
 from fpnet_lab.evaluation import published_runs as runs
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
@@ -176,6 +177,10 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'carried_off': runs.carried_off,
     'speed': runs.speed,
     'sites': sites,
+    'segmentation': rooms.segmentation,
+    **dict.fromkeys(('submaps', 'submaps_3000'), rooms.submaps),
+    'scale': rooms.scale,
+    **rooms.MATCHES,
     'wirings': wirings,
     **dict.fromkeys(('node_load', 'node_load_kiss'), node_load),
 }

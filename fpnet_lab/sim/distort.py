@@ -53,6 +53,10 @@ _ITERATIONS = 8  # numerical: of the inverse of a distortion that is small besid
 _FITTED_EVERY = 20  # numerical: one in so many free cells tells where places lie in the mean
 _STRIDE = 8  # numerical: cells between samples of a smooth distortion
 
+# Chosen to span from a few stains to what a neglected scan shows, evenly in the logarithm:
+_LITTER_PER_M2 = (0.2, 4.0)
+_LEAST_LITTER_M, _MOST_LITTER_M = 0.04, (0.1, 0.5)  # sides of the smallest and the largest piece
+
 
 @dataclass(frozen=True, eq=False)
 class DrawnPlan:
@@ -70,6 +74,21 @@ def laid_elsewhere(
     T_plan_sheet = SE2.from_xy_yaw(x, y, float(rng.uniform(-np.pi, np.pi)))
     grid = replace(sheet, T_frame_grid=T_plan_sheet @ sheet.T_frame_grid)
     return DrawnPlan(grid, T_plan_sheet @ A_sheet_building)
+
+
+def littered(grid: GridMap, rng: np.random.Generator) -> GridMap:
+    """Return a drawing with stains, symbols and small things all over its floor."""
+    cells, cell_m = grid.cells.copy(), grid.resolution
+    free = np.argwhere(cells == FREE)
+    per_m2 = float(np.exp(rng.uniform(*np.log(_LITTER_PER_M2))))
+    most_m = float(rng.uniform(*_MOST_LITTER_M))
+    count = int(per_m2 * len(free) * cell_m**2)
+    for row, col in free[rng.integers(len(free), size=count)].tolist():
+        sides = np.rint(rng.uniform(_LEAST_LITTER_M, most_m, 2) / cell_m)
+        rows, cols = np.maximum(1, sides).astype(int).tolist()
+        piece = cells[row : row + rows, col : col + cols]
+        piece[piece == FREE] = OCCUPIED
+    return replace(grid, cells=cells)
 
 
 def renovated(

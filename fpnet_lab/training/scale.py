@@ -37,7 +37,7 @@ from fpnet_lab.evaluation.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
 from fpnet_lab.sim.floors import TUNE_FLOORS
 from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
-from fpnet_lab.training.scale_samples import SHEET, ScaleSamples
+from fpnet_lab.training.scale_samples import HOME, HOUSE, PRACTICE, SHEET, ScaleSamples
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ class ScaleTraining(MemberTraining):
     show too little of how much rooms differ between buildings."""
     copies: int = 2
     """Of each sample, all but the first with other rooms."""
-    real_weight: float = 16.0
+    real_weight: float = 32.0
     """A real architect over a generated building."""
     tail_share: tuple[float, float] = (0.25, 0.25)
     """Of the densities of drawings and of robots' maps: smeared out for what is unlike any."""
@@ -202,14 +202,19 @@ def held_back_figures(samples: ScaleSamples, errors: Array) -> dict[str, dict[st
     """Return figures of the samples' last rounds by what they show; buildings weigh the same."""
     floors = np.isin(samples.building, TUNE_FLOORS)
     plan = samples.side == 'plan'
-    of_sheets = np.char.startswith(samples.building, SHEET)
+    named = {
+        name: ~samples.real & np.char.startswith(samples.building, name)
+        for name in (SHEET, HOME, PRACTICE, HOUSE)
+    }
+    others = ~samples.real & ~np.any(list(named.values()), axis=0)
     groups = {
         'bormann': plan & floors,
         'drawings': plan & samples.real,
-        'generated': plan & ~samples.real & ~of_sheets,
-        'sheets': of_sheets,
+        'generated': plan & others,
+        **{f'{name}s': plan & of_name for name, of_name in named.items()},
         'robot_maps': ~plan & samples.real,
-        'generated_maps': ~plan & ~samples.real,
+        'generated_maps': ~plan & others,
+        'home_maps': ~plan & named[HOME],
     }
     weight = sample_weights(samples, 1.0)
     return {

@@ -4,11 +4,12 @@
 What the scale model learns from: maps of known scale, segmented as if they had another one.
 
 Drawings are those of real buildings of the tune half, redrawn with other cells, walls and turns,
-of generated ones in many styles, and sheets that were read from files as users' are, with what
-their readers got wrong. Robots' maps are real ones, drawings made into such, and
-parts of both. Storeys of simulated worlds that were raised from drawings (``priormaps``) are left
-out: nobody has measured them. Each is segmented at the first guess of its scale, and at scales
-far and near to the true one, as the estimate's rounds will do.
+of generated ones in many styles, homes, small offices and houses of large rooms among them, and
+sheets that were read from files as users' are, with what their readers got wrong. Robots' maps
+are real ones, drawings made into such, and parts of both. Storeys of simulated worlds that were
+raised from drawings (``priormaps``) are left out: nobody has measured them. Each is segmented at
+the first guess of its scale, and at scales far and near to the true one, as the estimate's rounds
+will do.
 """
 
 from __future__ import annotations
@@ -33,11 +34,19 @@ from fpnet_core.types import UNKNOWN, GridMap, Submap
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.distort import redrawn, rewalled, warp_map
+from fpnet_lab.sim.distort import littered, redrawn, rewalled, warp_map
 from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.sim.plan_sources import GeneratedPlans
 from fpnet_lab.sim.rough import robot_map_of
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.styled import draw_cell_m, styled_drawing
+from fpnet_lab.sim.styled import (
+    HOMES,
+    HOUSES,
+    PRACTICES,
+    STOREYS,
+    draw_cell_m,
+    styled_drawing,
+)
 from fpnet_lab.training.gathering import Columns, Counts, MapTask
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
@@ -46,6 +55,7 @@ Array = NDArray[np.float64]
 # Chosen to span what drawings and robots' maps are like:
 _FINER = 0.6  # a raster is not redrawn with cells of less than this share of its own
 _TURNED = 0.3  # share of real drawings at any angle
+_LITTERED = 0.5  # share of drawings of homes, small offices and houses
 _SHARES = ((1.0, 1.0), (0.5, 1.0), (0.35, 0.5), (0.2, 0.35), (0.1, 0.2))  # of robots' maps
 _OFF = (0.25, 0.1)  # standard deviations of the scales that maps are segmented at besides
 _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds need
@@ -53,8 +63,9 @@ _MOST_OFF = 1.0  # samples further off teach nothing that the estimate's rounds 
 FIRST_SHEET = 5000
 """Given: seed of the first sheet, of the tune half, beyond those of benchmark and doubts."""
 
-SHEET = 'sheet'
-"""What the names of sheets begin with."""
+SHEET, HOME, PRACTICE, HOUSE = 'sheet', 'home', 'practice', 'house'
+"""Given: what the names begin with of sheets, and of generated homes, small offices and houses of
+large rooms."""
 
 _LEAST_F1 = 0.5  # chosen: with fewer right rooms nobody takes the reading
 
@@ -92,6 +103,10 @@ class ScaleAmounts(Counts):
     generated: int = 300
     generated_maps: int = 150
     sheets: int = 150
+    homes: int = 100
+    practices: int = 75
+    houses: int = 75
+    home_maps: int = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +191,18 @@ def scale_tasks(
         yield MapTask(
             partial(_read_sheet, number, config), f'{SHEET} {number}', 'plan', False, key
         )
+    of_families = (
+        (HOME, HOMES, amounts.homes),
+        (PRACTICE, PRACTICES, amounts.practices),
+        (HOUSE, HOUSES, amounts.houses),
+    )
+    for kind, (name, source, count) in enumerate(of_families, 6):
+        drawing = partial(_family_drawing, source)
+        for number in range(count):
+            yield MapTask(drawing, f'{name} {number}', 'plan', False, (seed, kind, number))
+    home_map = partial(_generated_map, source=HOMES)
+    for number in range(amounts.home_maps):
+        yield MapTask(home_map, f'{HOME} map {number}', 'map', False, (seed, 9, number))
 
 
 def _samples(task: ScaleTask, config: SegmentationConfig) -> ScaleSamples:
@@ -271,8 +298,14 @@ def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator)
     return read.in_true_metres if rooms.f1 >= _LEAST_F1 else None
 
 
-def _generated_map(rng: np.random.Generator) -> Submap:
-    return _part(robot_map_of(styled_drawing(rng), rng), rng)
+def _family_drawing(source: GeneratedPlans, rng: np.random.Generator) -> GridMap:
+    """Return a drawing of a family's storey, many with litter, which must change no scale."""
+    grid = styled_drawing(rng, source)
+    return littered(grid, rng) if rng.random() < _LITTERED else grid
+
+
+def _generated_map(rng: np.random.Generator, source: GeneratedPlans = STOREYS) -> Submap:
+    return _part(robot_map_of(styled_drawing(rng, source), rng), rng)
 
 
 def _part(grid: GridMap, rng: np.random.Generator) -> Submap:

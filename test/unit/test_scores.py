@@ -132,3 +132,18 @@ def test_rows_are_printed_as_they_come(capsys):
     assert items == [1.0, None]
     assert lines == [[], ['| took |', '| --- |', '| 1.0 s |']]
     assert capsys.readouterr().out == '| - |\n'
+
+
+@pytest.mark.parametrize(
+    ('value', 'is_floor', 'is_met'),
+    [(0.94, True, True), (0.93, True, False), (0.95, False, False), (0.94, False, True)],
+)
+def test_an_aim_is_a_ceiling_or_a_floor(value, is_floor, is_met):
+    score = Score('doors', value, Units.SHARE, 0.94, is_floor)
+    assert score.is_met == is_met
+    assert Table.of_aims([score]).rows[0][3] == ('met' if is_met else 'missed')
+
+
+def test_what_is_unknown_meets_no_floor():
+    assert not Score('doors', None, Units.SHARE, 0.94, is_floor=True).is_met
+    assert Score('doors', None).is_met

@@ -20,6 +20,7 @@ from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
 from fpnet_lab.evaluation.plan_library import LibraryAnswer, figures_by_group
 from fpnet_lab.evaluation.published import MAKERS, published
+from fpnet_lab.evaluation.published_rooms import MATCHES
 from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
 from fpnet_lab.evaluation.site_drives import SiteRun, site_report
 from fpnet_lab.provenance import Provenance, machine
@@ -182,7 +183,52 @@ def site_figures():
     return {'sites': sites, 'one': one, 'differences': differences, 'library': library}
 
 
+FOUND = {
+    'precision': 0.985,
+    'recall': 0.97,
+    'f1': 0.958,
+    'doors_precision': 0.9594,
+    'doors_recall': 0.92,
+    'seconds_per_map_median': 0.051,
+}
+PLANS = {'clean': FOUND, 'furnished': FOUND}
+MAPS = {'default': FOUND, 'morphological': FOUND, 'distance': FOUND, 'tune': FOUND}
+DRIVES = {
+    'room_iou_mean': 0.921,
+    'rooms_over_iou50': 0.975,
+    'doors_precision': 0.915,
+    'doors_recall': 0.94,
+    'rooms': 80,
+    'recordings': 15,
+}
+SEGMENTATION = {
+    **PLANS,
+    'baselines': {'morphological': PLANS, 'distance': PLANS},
+    'plans': 10,
+    'robot_maps': {**MAPS, 'report': FOUND | {'f1': 0.699}, 'maps': 15, 'left_out': ['lab_x']},
+    'submap': DRIVES
+    | {'by_sensor': {'beams16': DRIVES, 'planar': DRIVES | {'room_iou_mean': 0.86}}},
+}
+TOLD = {
+    'estimates': 10,
+    'within_10': 0.4,
+    'held': 0.7,
+    'spread': 1.636,
+    'sure': 0.0,
+    'sure_wrong': 0.0,
+    'ms_per_drawing': 90.0,
+}
+FACTORS = [{'group': 'homes', 'factor': factor} for factor in (1.2, 1.42, 1.5)]
+SCALES_TOLD = {
+    'groups': {'report bare': TOLD, 'homes': TOLD | {'held': 0.27}, 'generated': TOLD},
+    'drawings': [*FACTORS, {'group': 'report bare', 'factor': 0.9}],
+}
+MATCHED = {'ts': 0.918, 'ms': 0.9, 'auc10': 0.877, 'recall_1m_10deg': 0.92}
+
 REPORTS = {
+    **dict.fromkeys(('segmentation', 'submaps', 'submaps_3000'), lambda: SEGMENTATION),
+    'scale': lambda: SCALES_TOLD,
+    **dict.fromkeys(MATCHES, lambda: {'methods': {'fpnet': MATCHED}, 'pairs': 500}),
     'sites': site_figures,
     'localization': localization,
     'peers': peers,
@@ -415,6 +461,74 @@ def test_figures_of_demos_and_logs():
     logs = rows(published('real_logs', REPORTS['real_logs'](), MADE)['real_logs'])
     assert logs[2][2:] == ['localized', 'after 2 s, 0 m', '800', '0', '0.11 m, 0.3 deg']
     assert logs[3] == ['intel', 'unknown', 'searching', 'none', '0', '0', '']
+
+
+def test_rooms_and_doors_say_themselves_which_aims_they_miss():
+    figures = published('segmentation', SEGMENTATION, MADE)
+    plans = rows(figures['segmentation'])[2:]
+    assert plans[0] == [
+        *('default', 'clean', '98.5 %', '97.0 %', '95.8 %', '95.9 %', '92.0 %', '0.05 s')
+    ]
+    assert [row[:2] for row in plans[2:4]] == [
+        ['morphological', 'clean'],
+        ['morphological', 'furnished'],
+    ]
+    maps = rows(figures['segmentation.maps'])[2:]
+    assert [row[:2] for row in maps[:3]] == [
+        ['default', 'tune half'],
+        ['default', 'report half'],
+        ['default', 'all 15'],
+    ]
+    assert 'Left out: lab_x.' in figures['segmentation.maps']
+    aims = {row[0]: row[1:] for row in rows(figures['segmentation.aims'])[2:]}
+    assert aims['clean, door P'] == ['95.9 %', '96.0 %', 'missed']
+    assert aims['clean, door R'] == ['92.0 %', '92.0 %', 'met']
+    assert aims["robots' maps of the report half, F1"] == ['69.9 %', '70.0 %', 'missed']
+    assert len(aims) == 7
+    alone = {**SEGMENTATION, 'robot_maps': {**MAPS, 'maps': 1, 'left_out': []}}
+    unknown = rows(published('segmentation', alone, MADE)['segmentation.aims'])[-1]
+    assert unknown[1:] == ['', '70.0 %', 'missed'], 'what was not measured is not met'
+
+
+def test_submaps_have_an_aim_for_each_sensor():
+    figures = published('submaps', SEGMENTATION, MADE)
+    sensor, planar, everything = rows(figures['submaps'])[2:]
+    assert sensor == ['16 beams, ±15°', '15', '80', '0.92', '0.97', '0.92', '0.94']
+    assert (planar[0], planar[3], everything[0]) == ('planar', '0.86', 'all')
+    aims = {row[0]: row[1:] for row in rows(figures['submaps.aims'])[2:]}
+    assert aims == {
+        'room IoU, mean': ['0.921', '0.920', 'met'],
+        'doors P': ['0.915', '0.940', 'missed'],
+        'doors R': ['0.940', '0.940', 'met'],
+        'rooms found': ['97.5 %', '97.0 %', 'met'],
+        'room IoU, 16 beams': ['0.921', '0.880', 'met'],
+        'room IoU, planar': ['0.860', '0.860', 'met'],
+    }
+    without = {key: value for key, value in SEGMENTATION.items() if key != 'submap'}
+    with pytest.raises(ConfigError, match='submap'):
+        published('submaps', without, MADE)
+
+
+def test_scales_of_homes_are_named():
+    figures = published('scale', SCALES_TOLD, MADE)
+    assert figures['scale.homes_times'] == '1.4'
+    assert (figures['scale.homes_held'], figures['scale.report_held']) == ('27 %', '70 %')
+    bare = rows(figures['scale'])[2]
+    assert bare == ['report half', '10', '40 %', '70 %', '1.64', '0 %', '0 %', '90 ms']
+
+
+def test_matches_of_each_set_have_their_own_aims():
+    report = {'methods': {'fpnet': MATCHED}, 'pairs': 500}
+    real = rows(published('matching_real', report, MADE)['matching_real'])
+    assert real[0][0] == '`real`, 500 pairs'
+    assert real[2:] == [
+        ['TS', '91.8 %', '97.0 %', 'missed'],
+        ['MS', '90.0 %', '82.0 %', 'met'],
+        ['AUC@10', '87.7 %', '86.0 %', 'met'],
+        ['1 m, 10°', '92.0 %', '', ''],
+    ]
+    tours = rows(published('matching_tours', report, MADE)['matching_tours'])[2:]
+    assert all(row[2:] == ['', ''] for row in tours)
 
 
 def test_figures_of_robots_maps():

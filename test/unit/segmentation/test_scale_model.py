@@ -69,6 +69,19 @@ def test_lengths_are_measured_in_metres():
     assert figures.values[FIGURES.index('log_doors')] == pytest.approx(np.log(3.0))
 
 
+def test_what_stands_in_a_room_like_a_piece_of_wall_changes_no_length():
+    """Rooms keep it for one; a chain of dirt in their middles must not make them narrow."""
+    bare = two_rooms()
+    cells, labels = bare.grid.cells.copy(), bare.labels.copy()
+    for row, col in ((16, 16), (18, 40), (28, 28), (40, 15), (41, 43), (19, 72), (38, 78)):
+        cells[row : row + 3, col : col + 9] = OCCUPIED
+        labels[row : row + 3, col : col + 9] = 0
+    dirty = replace(bare, grid=replace(bare.grid, cells=cells), labels=labels)
+    clean, found = scale_figures(bare), scale_figures(dirty)
+    assert found.reference == pytest.approx(clean.reference)
+    np.testing.assert_allclose(found.values, clean.values)
+
+
 def test_lines_of_a_cell_say_nothing_of_walls():
     figures = scale_figures(two_rooms(wall_cells=1))
     assert np.isnan(figures.values[FIGURES.index('wall_50')])

@@ -8,7 +8,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
-from fpnet_lab.sim.distort import rough_drawing
+from fpnet_lab.sim.distort import littered, rough_drawing
 from fpnet_lab.sim.rough import robot_map_of
 
 SEEDS = range(6)
@@ -24,6 +24,16 @@ def test_walls_are_where_the_truth_says_they_moved_to(seed):
     off = distance_transform_edt(rough.grid.cells != OCCUPIED)[tuple(there[inside].T)]
     # A few pieces of wall are left out on purpose.
     assert np.mean(off <= 2.0) > 0.8
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_litter_covers_some_of_the_floor_and_no_wall_goes(seed):
+    grid = plan_grid()
+    found = littered(grid, np.random.default_rng(seed))
+    changed = found.cells != grid.cells
+    assert 0.0 < changed.sum() < 0.35 * (grid.cells == FREE).sum()
+    assert (grid.cells[changed] == FREE).all()
+    assert (found.cells[changed] == OCCUPIED).all()
 
 
 def test_drawings_are_off_by_decimetres_to_metres_and_not_by_one_affine():
