@@ -124,7 +124,7 @@ def _symbols_around(shut: Window, cells: NDArray[np.int8], cell_m: float, step: 
     rows, cols = (slice(side.start * step, side.stop * step) for side in shut)
     free = cells == FREE
     ink = ~free & ~_beyond(cells)
-    symbols = np.zeros_like(free)
+    symbols = np.zeros(free.shape, np.bool_)
     symbols[rows, cols] = doorway_symbols(ink[rows, cols], free[rows, cols], cell_m)
     return symbols
 
