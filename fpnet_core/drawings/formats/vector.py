@@ -50,7 +50,7 @@ LONG_SIDE_PX = 3_000
 _MAX_SIDE_PX = 10_000  # numerical
 _MIN_SIDE_PX = 400  # numerical
 # Chosen, not measured:
-_MARGIN = 0.02  # of the long side, white around what is drawn
+_MARGIN = 0.06  # of the long side, white around what is drawn
 _CORE = (0.01, 0.99)  # share of the lines' length between which the drawing certainly is
 _REACH = 0.6  # of the core's size that the drawing may reach on either side; beyond are strays
 _WALL_SHARE = 0.03  # of all lines' length, for layers named after walls to be believed
