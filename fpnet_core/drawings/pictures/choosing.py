@@ -18,7 +18,7 @@ from fpnet_core.drawings.pictures.looking import Rival, view_reading
 from fpnet_core.drawings.pictures.plausible import features, findings, probability
 from fpnet_core.drawings.pictures.sheet import FRAME, find_building
 from fpnet_core.drawings.pictures.tones import Levels, colourfulness, ink_level, is_dark_ground
-from fpnet_core.drawings.pictures.view import View, view_of
+from fpnet_core.drawings.pictures.view import View, on_paper, view_of
 from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.images import interpret
@@ -204,14 +204,16 @@ def _best_plain(
 
 def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
     """Return the reading by the network; None where it sees no building."""
-    view = view_of(pixels, options.crop)
+    part, H_part_pixel = on_paper(pixels, options.crop)
+    view = view_of(part)
     seen = see_building(view, options.storey)
     if seen is None:
         return None
+    seen = replace(seen, H_cell_pixel=seen.H_cell_pixel @ H_part_pixel)
     found = _with_doorways(_of_cells(seen.cells, seen, config), seen, config)
     found = _without_forecourts(found, seen, config)
     rough = _of_cells(seen.rough_cells, seen, config)
-    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel), np.float64)
+    to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel @ H_part_pixel), np.float64)
     return replace(
         found,
         storeys=tuple(_boxed(to_pixel, box) for box in seen.boxes),
@@ -236,7 +238,9 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
 
     A space that walls shut in, and that was seen as a room in part, is one if a door leads there.
     """
-    cell_m = NOMINAL_M * estimate_metres_per_unit(found.segmentation).factor
+    scale = estimate_metres_per_unit(found.segmentation)
+    # Where all doors are shut rooms alone tell the scale, and doorways may be half as wide.
+    factors = (scale.factor,) if found.segmentation.portals else (scale.factor, scale.low)
     walls = seen.cells == OCCUPIED
     spaces, count = pieces_of(~walls, connectivity=4)
     size = np.bincount(spaces.ravel(), minlength=len(count))
@@ -244,7 +248,8 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
     is_room = free > _SEEN_SHARE * size
     is_room[np.unique(border_of(spaces))] = False
     room = (seen.cells == FREE) | looked_up(spaces, is_room)
-    symbols = grown(doorway_symbols(seen.ink, room, cell_m), _SYMBOL_EDGE_PX)
+    shown = [doorway_symbols(seen.ink, room, NOMINAL_M * factor) for factor in factors]
+    symbols = grown(np.logical_or.reduce(shown), _SYMBOL_EDGE_PX)
     if not symbols.any():
         return found
     is_room &= np.bincount(spaces[symbols], minlength=len(count)) > 0

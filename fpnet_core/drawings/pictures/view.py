@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
 from fpnet_core.drawings.pictures.tones import Levels, contrast, sheet_outline
@@ -16,6 +17,12 @@ from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
 """The longer side of the picture that a sheet is read in. Chosen."""
+
+# Chosen, not measured:
+_NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: what is drawn as near is given paper
+_UNLIKE_PAPER = 48  # levels between paper and what is drawn upon it
+_BESIDE_SHARE = 0.25  # of the edge is unlike paper where a table lies around it
+_SAMPLES = 30_000  # numerical: pixels whose median is the paper
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,23 +102,54 @@ def _shrunk_part(
 _WORTH_IT = 1.2  # a picture that is reduced by less loses nothing without averaging; chosen
 
 
-def view_of(pixels: Levels, crop: Box | None = None) -> View:
+def on_paper(pixels: Levels, crop: Box | None = None) -> tuple[Levels, Array]:
     """
-    Return the view of a drawing with dark lines on a lighter ground, turn and perspective undone.
+    Return what of a drawing is looked at, with more paper around it where that was cut away.
+
+    The network has learned from sheets, and takes rooms at the edge of a picture for outside.
 
     Parameters
     ----------
     pixels : (H, W, 3)
     crop : what of it to look at, in pixels
+
+    Returns
+    -------
+    part : (H, W, 3)
+    H_part_pixel : (3, 3), from the drawing's pixels
     """
     left, top, right, bottom = crop or (0, 0, pixels.shape[1], pixels.shape[0])
     part = pixels[top:bottom, left:right]
-    factor = min(1.0, WORK_PX / max(part.shape[:2]))
-    size = [max(1, round(side * factor)) for side in part.shape[1::-1]]
-    small = cv2.resize(part, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else part
+    long_side = max(part.shape[:2])
+    paper = np.median(part.reshape(-1, 3)[:: max(1, part.size // _SAMPLES)], axis=0)
+    is_drawn = np.abs(part.astype(np.int16) - paper.astype(np.int16)).max(axis=2) > _UNLIKE_PAPER
+    is_cut = np.count_nonzero(is_drawn[_rim(is_drawn.shape, 1)]) > _BESIDE_SHARE * 4 * long_side
+    if is_cut or not is_drawn[_rim(is_drawn.shape, round(_NEAR_SHARE * long_side))].any():
+        return part, cut_from(left, top)
+    by = round(_PAPER_SHARE * long_side)
+    framed = cv2.copyMakeBorder(part, by, by, by, by, cv2.BORDER_CONSTANT, value=paper.tolist())
+    return np.asarray(framed, np.uint8), cut_from(left - by, top - by)
+
+
+def _rim(shape: tuple[int, ...], by: int) -> NDArray[np.bool_]:
+    """Return what (H, W) is less than ``by`` pixels from the edge of a picture."""
+    rim = np.ones(shape, np.bool_)
+    rim[by : shape[0] - by, by : shape[1] - by] = False
+    return rim
+
+
+def view_of(pixels: Levels) -> View:
+    """
+    Return the view of a drawing with dark lines on a lighter ground, turn and perspective undone.
+
+    ``pixels (H, W, 3)`` are those that are looked at.
+    """
+    factor = min(1.0, WORK_PX / max(pixels.shape[:2]))
+    size = [max(1, round(side * factor)) for side in pixels.shape[1::-1]]
+    small = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if factor < 1.0 else pixels
     small = np.asarray(small, dtype=np.uint8)
     levels = contrast(small)
-    scale = shrinking((size[0] / part.shape[1], size[1] / part.shape[0])) @ cut_from(left, top)
+    scale = shrinking((size[0] / pixels.shape[1], size[1] / pixels.shape[0]))
     H = find_straightening(levels, sheet_outline(small))
     is_straightened = not np.array_equal(H, np.eye(3))
     if is_straightened:
