@@ -39,10 +39,10 @@ _LEAFLESS_M = 1.5
 _WORK_M = 0.02
 # Numerical: lines are thinner than so many cells.
 _SIDES = (2, 3, 4, 6, 8)
-# Chosen, not measured:
 # Fitted by hand to the tune half's plans (docs/segmentation.md): thinner walls are not told from
 # lines, without a leaf and with one.
 _LEAST_CELLS, _LEAST_LEAFED_CELLS = 4.0, 2.5
+# Chosen, not measured:
 _LINE_M = 0.18  # and than this [m]
 _HOLLOW_M = 0.5  # narrower closed spaces are the inside of walls that are drawn as two lines [m]
 _PLAIN = 0.8  # of its rectangle does the inside of a doorway with two sills fill
