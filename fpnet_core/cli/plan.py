@@ -73,10 +73,10 @@ def _faults(reading: Reading, segmentation: Segmentation, tree: FpnetConfig) -> 
     """Return what speaks against a scale that was stated, as a check of the plan says it."""
     if not (reading.scale.is_known and segmentation.rooms) or reading.doubts:
         return ()
-    from fpnet_core.plan_check.check import told_scale
     from fpnet_core.plan_check.gate import scale_faults
+    from fpnet_core.segmentation import told_scale
 
-    told = told_scale(reading.grid, segmentation, tree)
+    told = told_scale(reading.grid, segmentation, tree.segmentation)
     return scale_faults(reading.scale, segmentation, told)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.judging.judge import Verdict
 from fpnet_core.judging.reasons import AT_EDGE, EXPLAINED_WELL, FEW_WALLS_M, metres, percent
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import Cause, CauseKind
 
 _PROVED, _LIKELY, _POSSIBLE = 0.9, 0.5, 0.1
@@ -144,6 +145,7 @@ class Findings:
     contradictions : looks at which the newest walls did not fit a claim
     restarts : times that the submap began anew, those of contradictions among them
     is_blind : scans have come, and none of them has shown a wall
+    denial : what the drawing's rooms, doors and walls say where they deny the scale stated
     says_scale : the drawing's resolution can be told from what was found: the robot's map is
         in metres
     """
@@ -166,6 +168,7 @@ class Findings:
     contradictions: int = 0
     restarts: int = 0
     is_blind: bool = False
+    denial: ScaleEstimate | None = None
     says_scale: bool = True
 
     @property
@@ -208,10 +211,17 @@ def _drawing(found: Findings, asked: Asked) -> _Weighed:
 def _scale(found: Findings, asked: Asked) -> _Weighed:
     fit = found.rescaled
     low, high = found.scales
-    if fit is not None:
+    if found.denial is not None and (fit is None or fit.probability < _PROVED):
+        evidence = (
+            f'{found.denial.said_at(found.resolution_m)}; {found.resolution_m:.3g} was taken'
+        )
+        once = asked.again('--set', 'localizer.scale_policy=unknown')
+        yield _TESTED, Cause(CauseKind.SCALE, evidence, once)
+    elif fit is not None:
         is_outside = not low * (1.0 - _SAME_SCALE) <= fit.scale <= high * (1.0 + _SAME_SCALE)
         if is_outside and fit.probability >= _POSSIBLE and _explains_more(fit, found):
             yield _tested(fit.probability), _scale_found(found, fit, asked)
+    if found.denial is not None or fit is not None:
         return
     best, edge = found.best, 1.0 + AT_EDGE
     if best is None or not 0.0 < low * edge**2 < high < math.inf:

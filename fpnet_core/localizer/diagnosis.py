@@ -22,16 +22,17 @@ from fpnet_core.judging.causes import Asked, Findings, Fit, alike, causes_of
 from fpnet_core.judging.reasons import CONTRADICTED
 from fpnet_core.localizer.drift import drift_of
 from fpnet_core.localizer.finder import Finder, Question
-from fpnet_core.localizer.floorplan import Floorplan
+from fpnet_core.localizer.floorplan import Floorplan, denied_scale
 from fpnet_core.localizer.maps import MapMatch
 from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
 from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, prepare_submap
 from fpnet_core.matching import RegionMatcher
-from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
 _FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
-_WIDEST = 2.0  # numerical: scales from a third to three times what was taken; beyond is no plan
+# Numerical: scales from a third to three times what was taken, or what rooms tell instead.
+_WIDEST = 2.0
 
 
 def explain_run(
@@ -70,6 +71,7 @@ def explain_run(
         found = replace(found, drift=drift_of(outputs), is_blind=_is_blind(seen[-1]))
         estimate = None if reading is None else reading.estimate
         floorplan = Floorplan.prepared(plan, config, estimate)
+        found = replace(found, denial=floorplan.denial)
         found = _looked_at(found, largest, floorplan, matcher, config)
     return causes_of(_of_reading(found, reading, storey), asked)
 
@@ -84,19 +86,31 @@ def explain_match(
 ) -> tuple[Cause, ...]:
     """Return the likely causes of a match's having no answer; parameters as of a run."""
     finder = Finder(matcher, Judge.configured(config.localizer), config)
-    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated)
+    denial = None
+    if reading is not None and reading.scale.is_known:
+        denial = denied_scale(match.plan, config)
+    found = Findings(0.0, 0.0, says_scale=match.sub_is_stated, denial=denial)
     question = Question(match.plan, match.sub, match.area_m2, match.search)
     found = _of_tests(found, question, match.comparison.verdict, finder)
     return causes_of(_of_reading(found, reading, storey), asked)
 
 
 def causes_of_look(
-    question: Question, verdict: Verdict, status: Status, is_mirrored: bool
+    question: Question,
+    verdict: Verdict,
+    status: Status,
+    is_mirrored: bool,
+    denial: ScaleEstimate | None = None,
 ) -> tuple[Cause, ...]:
-    """Return the likely causes as far as one look tells; none where something is claimed."""
+    """
+    Return the likely causes as far as one look tells; none where something is claimed.
+
+    ``denial`` is what the plan's rooms say of its scale where they deny it.
+    """
     if status is Status.LOCALIZED:
         return ()
-    return causes_of(_of_look(Findings(0.0, 0.0, is_mirrored=is_mirrored), question, verdict))
+    found = Findings(0.0, 0.0, is_mirrored=is_mirrored, denial=denial)
+    return causes_of(_of_look(found, question, verdict))
 
 
 def causes_of_waiting(
@@ -164,7 +178,7 @@ def _of_look(found: Findings, question: Question, verdict: Verdict) -> Findings:
 def _of_tests(found: Findings, question: Question, verdict: Verdict, finder: Finder) -> Findings:
     """Return ``found`` with what a look, wider scales and the mirror image lead to."""
     found = _of_look(found, question, verdict)
-    factors = allowed_scales(_WIDEST)
+    factors = allowed_scales(_WIDEST) / (found.denial.factor if found.denial else 1.0)
     wide = ScaleSearch.of_factors(factors, finder.config.pose.strain_sigma)
     mirror = plan_side(mirrored_rooms(question.plan.segmentation))
     rescaled = finder.find(replace(question, search=wide), StageTimer()).verdict

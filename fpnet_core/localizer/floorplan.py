@@ -27,7 +27,12 @@ from fpnet_core.localizer.sides import (
     rescaled_rooms,
 )
 from fpnet_core.pose import MapSide
-from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate, segment_unknown_scale
+from fpnet_core.segmentation import (
+    STATED_SCALE,
+    ScaleEstimate,
+    segment_unknown_scale,
+    told_scale,
+)
 from fpnet_core.spread import PoseSpread
 from fpnet_core.types import GridMap, PlanScale, Status
 
@@ -40,8 +45,10 @@ class Floorplan:
     ``given`` is the drawing as it came, ``nominal`` is for drawing, ``working`` for comparing; the
     rooms and doors of the last two are the same ones, in the same order. Where the scale is stated
     both are one. ``factor`` is working metres per nominal metre, ``mirror`` the working side of
-    the drawing's mirror image, None until somebody has looked at it. On a site, ``name`` is that
-    of the storey, and ``log_prior`` how probable that is before looking, as a logarithm.
+    the drawing's mirror image, None until somebody has looked at it. ``denial`` is what rooms,
+    doors and walls say where that is beyond doubt another scale than was stated. On a site,
+    ``name`` is that of the storey, and ``log_prior`` how probable that is before looking, as a
+    logarithm.
     """
 
     given: GridMap
@@ -50,6 +57,7 @@ class Floorplan:
     factor: float
     scale: ScaleHistory
     mirror: MapSide | None = None
+    denial: ScaleEstimate | None = None
     name: str = ''
     log_prior: float = 0.0
 
@@ -85,7 +93,8 @@ class Floorplan:
             given = replace(grid, cells=rooms.grid.cells)  # its pose not off by a rounding
             nominal = plan_side(replace(rooms, grid=given))
         scale = ScaleHistory.begun(policy, config.pose, estimate)
-        return cls(grid, nominal, working, factor, scale)
+        denial = None if policy == 'unknown' else denied_scale(working, config)
+        return cls(grid, nominal, working, factor, scale, denial=denial)
 
     @property
     def half_area_m2(self) -> float:
@@ -146,3 +155,10 @@ class Floorplan:
         """Return what is known of the scale, nominal metres per true metre."""
         found = self.scale.estimate
         return found and replace(found, stretch=found.stretch / self.factor)
+
+
+def denied_scale(plan: MapSide, config: FpnetConfig) -> ScaleEstimate | None:
+    """Return what a plan's rooms, doors and walls say of its scale where they deny it, or None."""
+    rooms = plan.segmentation
+    told = told_scale(rooms.grid, rooms, config.segmentation)
+    return told if told.is_denial else None

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+import logging
 import math
 
 import numpy as np
@@ -29,6 +30,8 @@ from fpnet_core.localizer.sides import RobotXY, StageTimer
 from fpnet_core.pose import MapSide
 from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import GridMap, Submap
+
+logger = logging.getLogger(__name__)
 
 # Chosen, not measured:
 _SEARCHED_A_TICK = 1  # other storeys; a search of one takes half of a tick
@@ -73,7 +76,20 @@ def prepared_storeys(storeys: Sequence[StoreyPlan], config: FpnetConfig) -> list
                 f'storey {each.name!r}: {error}' if each.name else error
             ) from None
         plans.append(replace(plan, name=each.name))
+        if plan.denial is not None:
+            _warn_of(plan.denial, each)
     return plans
+
+
+def _warn_of(denial: ScaleEstimate, storey: StoreyPlan) -> None:
+    stated_m = storey.grid.resolution
+    logger.warning(
+        '%s: %s, and %.3g is stated; measure one length of it, or have its scale estimated '
+        '(localizer.scale_policy: unknown)',
+        f'storey {storey.name!r}' if storey.name else 'the floorplan',
+        denial.said_at(stated_m),
+        stated_m,
+    )
 
 
 def check_weights(weights: Mapping[str, float], plans: Sequence[Floorplan]) -> None:

@@ -18,15 +18,9 @@ from fpnet_core.errors import ConfigError
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import create_finder
 from fpnet_core.localizer.sides import plan_side
-from fpnet_core.plan_check.gate import Refusal, is_misstated, refusals_of
+from fpnet_core.plan_check.gate import Refusal, refusals_of
 from fpnet_core.plan_check.self_similarity import SelfSimilarity, self_similarity
-from fpnet_core.segmentation import (
-    STATED_SCALE,
-    ScaleEstimate,
-    estimate_metres_per_unit,
-    segment_floorplan,
-    segment_unknown_scale,
-)
+from fpnet_core.segmentation import ScaleEstimate, segment_floorplan, told_scale
 from fpnet_core.types import GridMap, Segmentation
 
 # Chosen, not measured:
@@ -144,7 +138,7 @@ def check_plan(
 
     """
     segmentation = segment_floorplan(reading.grid, config.segmentation)
-    told = told_scale(reading.grid, segmentation, config)
+    told = told_scale(reading.grid, segmentation, config.segmentation)
     refusals = refusals_of(reading, segmentation, asked or Asked(), told)
     check = PlanCheck(
         segmentation,
@@ -160,18 +154,6 @@ def check_plan(
         on_step(1.0)
         check = _driven(check, lambda seed: drive(reading.grid, config, seed), seeds, on_step)
     return replace(check, advice=tuple(_advice(check)))
-
-
-def told_scale(grid: GridMap, segmentation: Segmentation, config: FpnetConfig) -> ScaleEstimate:
-    """
-    Return what rooms, doors and walls say of a plan's scale; nothing where there are none.
-
-    Rooms that were cut at a scale that is far off say little of the true one.
-    """
-    if not segmentation.rooms:
-        return STATED_SCALE
-    told = estimate_metres_per_unit(segmentation)
-    return segment_unknown_scale(grid, config.segmentation)[1] if is_misstated(told) else told
 
 
 def _driven(

@@ -34,10 +34,6 @@ _UNSURE = 2.25
 `unknown_scale`, nominal metres off by a factor of 0.67 to 1.5, and where every robot is found.
 Of sheets that were read rightly it is 1.5 to 2.2; what is less sure may be any building."""
 
-_MISSTATED = 2.0
-"""Chosen: a stated scale that is off by more, at either end of the interval that rooms and
-doors tell, is a slip of the pen."""
-
 
 @dataclass(frozen=True)
 class Refusal:
@@ -89,11 +85,6 @@ def is_unsure(scale: DrawingScale) -> bool:
     return not scale.is_known and scale.high_m > _UNSURE * scale.low_m
 
 
-def is_misstated(told: ScaleEstimate) -> bool:
-    """Tell whether rooms, doors and walls are beyond doubt those of another scale."""
-    return told.low > _MISSTATED or told.high < 1.0 / _MISSTATED
-
-
 def _implausible(segmentation: Segmentation) -> Iterator[str]:
     rooms = segmentation.rooms
     if not rooms:
@@ -132,13 +123,8 @@ def _mismeasured(segmentation: Segmentation) -> Iterator[str]:
 
 def _misstated(scale: DrawingScale, told: ScaleEstimate) -> Iterator[str]:
     """Say by how much a stated scale is off, where that is beyond doubt."""
-    if scale.is_known and is_misstated(told):
-        yield (
-            f'its rooms, doors and walls are those of a building at '
-            f'{told.factor * scale.resolution_m:.3g} m per pixel '
-            f'({told.low * scale.resolution_m:.3g} to {told.high * scale.resolution_m:.3g}), and '
-            f'{said_of_scale(scale)}'
-        )
+    if scale.is_known and told.is_denial:
+        yield f'{told.said_at(scale.resolution_m)}, and {said_of_scale(scale)}'
 
 
 def _unknown_share(segmentation: Segmentation) -> float:

@@ -9,6 +9,7 @@ from fpnet_core.segmentation.scale import (
     ScaleEstimate,
     estimate_metres_per_unit,
     segment_unknown_scale,
+    told_scale,
 )
 from fpnet_core.segmentation.submap import segment_submap
 
@@ -20,4 +21,5 @@ __all__ = [
     'segment_floorplan',
     'segment_submap',
     'segment_unknown_scale',
+    'told_scale',
 ]

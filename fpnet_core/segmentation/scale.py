@@ -31,6 +31,9 @@ _STATED = (0.05, 0.5, 0.95)
 _SPACIOUS_SHARE, _SPACIOUS_M = 0.2, 1.2
 # Clutter: pieces that extend over less than this share of the map's diagonal.
 _SPECK_SHARE = 0.02
+# A stated scale that is off by more, at either end of the interval that rooms, doors and walls
+# tell, is a slip of the pen.
+_MISSTATED = 2.0
 # Numerical: the loop of scale and segmentation stops below this relative change, which is far less
 # than the segmentation's thresholds notice, or after so many rounds.
 _CONVERGED = 0.1
@@ -49,6 +52,20 @@ class ScaleEstimate:
     def is_sure(self) -> bool:
         """Tell whether the interval lies within ten per cent of the estimate."""
         return self.high <= self.factor * SURE_FACTOR and self.low >= self.factor / SURE_FACTOR
+
+    @property
+    def is_denial(self) -> bool:
+        """Tell whether rooms, doors and walls are beyond doubt those of another scale."""
+        return self.low > _MISSTATED or self.high < 1.0 / _MISSTATED
+
+    def said_at(self, resolution_m: float) -> str:
+        """Return in words what rooms, doors and walls tell of pixels that were to be so large."""
+        sizes = (each * resolution_m for each in (self.factor, self.low, self.high))
+        middle, low, high = (f'{size:.3g}' for size in sizes)
+        return (
+            f'its rooms, doors and walls are those of a building at {middle} m per pixel '
+            f'({low} to {high})'
+        )
 
 
 STATED_SCALE = ScaleEstimate(1.0, 1.0, 1.0)
@@ -93,6 +110,20 @@ def segment_unknown_scale(
             break
         factor = estimate.factor
     return segmentation, estimate
+
+
+def told_scale(
+    grid: GridMap, segmentation: Segmentation, config: SegmentationConfig
+) -> ScaleEstimate:
+    """
+    Return what rooms, doors and walls say of a stated scale; nothing where there are none.
+
+    Rooms that were cut at a scale that is far off say little of the true one.
+    """
+    if not segmentation.rooms:
+        return STATED_SCALE
+    told = estimate_metres_per_unit(segmentation)
+    return segment_unknown_scale(grid, config)[1] if told.is_denial else told
 
 
 def segment_at(

@@ -14,6 +14,7 @@ from fpnet_core.judging.causes import (
     TurningWalls,
     causes_of,
 )
+from fpnet_core.segmentation import ScaleEstimate
 from fpnet_core.types import CauseKind
 
 ASKED = Asked(('fpnet', 'localize', 'my drive', '--floorplan'), 'plan.png', (('--page', '2'),))
@@ -70,6 +71,21 @@ def test_two_maps_without_a_scale_tell_none():
 
 def test_a_scale_that_was_searched_is_no_cause():
     assert CauseKind.SCALE not in kinds(replace(TRIED, rescaled=Fit(0.99, 0.86, 1.08)))
+
+
+def test_rooms_that_deny_a_scale_leave_nothing_for_guesses():
+    found = replace(TRIED, denial=ScaleEstimate(0.1, 0.08, 0.13))
+    assert kinds(found) == [CauseKind.SCALE]
+    assert first(found).evidence == (
+        'its rooms, doors and walls are those of a building at 0.005 m per pixel (0.004 to '
+        '0.0065); 0.05 was taken'
+    )
+    assert first(found).next.endswith('--set localizer.scale_policy=unknown')
+
+
+def test_a_scale_that_fits_is_worth_more_than_what_rooms_tell():
+    found = replace(TRIED, rescaled=Fit(0.99, 0.86, 1.6), denial=ScaleEstimate(0.4, 0.3, 0.45))
+    assert '0.0312 m per pixel would fit' in first(found).evidence
 
 
 def test_the_edge_of_what_was_searched_is_a_hint_only():

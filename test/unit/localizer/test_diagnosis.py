@@ -4,6 +4,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+import re
 
 import numpy as np
 from planted import plan_grid
@@ -85,6 +86,30 @@ def test_a_plan_at_another_scale(matcher, factor):
     *_, metres = causes[0].next.split()
     assert float(metres) == pytest.approx(plan_grid().resolution, rel=0.03)
     assert causes[0].next == f'fpnet localize drive --floorplan plan.png --resolution {metres}'
+
+
+@pytest.mark.parametrize('factor', [4.0, 10.0])  # a slip of the pen: beyond all that is searched
+def test_a_plan_whose_rooms_deny_its_scale(matcher, caplog, factor):
+    plan = rescaled(plan_grid(), factor)
+    run = drive_on(plan, matcher)
+    told = [record.message for record in caplog.records if 'is stated' in record.message]
+    assert len(told) == 1
+    causes = explained(run, plan, matcher)
+    live = run.outputs[-1].causes
+    assert [cause.kind for cause in live] == [CauseKind.SCALE]
+    assert live[0].evidence.endswith(f'; {plan.resolution:.3g} was taken')
+    low, high = re.search(r'\((\S+) to (\S+)\)', live[0].evidence).groups()
+    assert float(low) < plan_grid().resolution < float(high)
+    assert live[0].next.endswith('--set localizer.scale_policy=unknown')
+    # Looked at once more, the walls themselves tell which scale it is.
+    assert [cause.kind for cause in causes] == [CauseKind.SCALE]
+    *_, metres = causes[0].next.split()
+    assert float(metres) == pytest.approx(plan_grid().resolution, rel=0.03)
+
+
+def test_a_plan_at_its_scale_is_not_denied(matcher, caplog):
+    drive_on(plan_grid(), matcher, recorded()[:2])
+    assert not [record for record in caplog.records if 'is stated' in record.message]
 
 
 def test_a_drawing_with_doubts(matcher):
