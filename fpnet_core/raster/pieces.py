@@ -16,6 +16,8 @@ from fpnet_core.raster.windows import Window, framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 
+_FLOODED = 2  # numerical: marks what a flood has reached
+
 
 def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """
@@ -38,6 +40,14 @@ def filled(mask: Mask) -> Mask:
     whole = np.zeros(mask.shape, dtype=np.uint8)
     cv2.drawContours(whole, contours, -1, 1, -1)
     return whole.view(np.bool_)
+
+
+def reached_from_edge(mask: Mask) -> Mask:
+    """Return what of ``mask (H, W)`` hangs together with its outermost cells, across sides."""
+    # A frame joins whatever lies at the edge: one flood is far cheaper than all pieces.
+    flooded = framed(mask, (1, 1), (1, 1), True).view(np.uint8)
+    cv2.floodFill(flooded, None, (0, 0), _FLOODED)
+    return np.ascontiguousarray(flooded[1:-1, 1:-1] == _FLOODED)
 
 
 def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
