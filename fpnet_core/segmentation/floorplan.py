@@ -211,7 +211,7 @@ def _is_shut(
     """
     is_shut = np.ones(len(is_room), dtype=np.bool_)
     is_shut[[room for opening in openings for room in opening.rooms]] = False
-    ends, sizes = label_extents(labels, len(is_room))
+    ends, sizes, _ = label_extents(labels, len(is_room))
     is_small = sizes < _MIN_SHUT_AREA_M2 / cell_m**2
     inner = ends[is_room & ~is_shut]
     is_around = (ends[:, :2] < inner[:, :2].min(axis=0, initial=labels.size)).all(axis=1)
