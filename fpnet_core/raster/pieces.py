@@ -165,9 +165,11 @@ def label_extents(
     First row and column, and those after the last; cells (count,); mean row and column (count, 2).
     A label without cells has zeros.
     """
-    ends = _label_ends(labels, count)
-    cells = ends[:, 4]
-    return ends[:, :4], cells, ends[:, 5:] / np.maximum(cells, 1)[:, None]
+    found = _label_ends(labels, count)
+    ends, cells, first = found[:, :4], found[:, 4], found[:, :2]
+    # Counted from where a label begins: what it is does not hang on where the raster does.
+    sums = found[:, 5:] - first * cells[:, None]
+    return ends, cells, sums / np.maximum(cells, 1)[:, None] + first
 
 
 def cell_corners(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, shrunk, spread, square
-from fpnet_core.raster.pieces import label_extents, label_windows, looked_up, pieces_of
+from fpnet_core.raster.pieces import label_extents, label_windows, looked_up
 from fpnet_core.raster.windows import Window, cells_of, cropped
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
@@ -280,10 +280,18 @@ def _hidden(
     inner = slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
     box = np.zeros((inner[0].stop - inner[0].start, inner[1].stop - inner[1].start), np.uint8)
     cv2.fillConvexPoly(box, (corners + corner - low).astype(np.int32), 1)
-    pieces, figures = pieces_of(box.view(np.bool_) & cropped(unseen, inner, True))
+    box &= cropped(unseen, inner, True).view(np.uint8)
     is_within = ((reached >= low[::-1]) & (reached < high[::-1])).all(axis=1)
-    numbers = np.unique(pieces[tuple((reached[is_within] - low[::-1]).T)])
-    return int(figures[numbers[numbers > 0], cv2.CC_STAT_AREA].sum())
+    return _flooded(box, reached[is_within] - low[::-1])
+
+
+def _flooded(cells: NDArray[np.uint8], starts: NDArray[np.int64]) -> int:
+    """Count the ones of ``cells (H, W)`` that hang together with ``starts (K, 2)``; they go."""
+    count, left = 0, starts
+    while len(left := left[cells[tuple(left.T)] > 0]):
+        row, col = left[0].tolist()
+        count += cv2.floodFill(cells, None, (col, row), 0, flags=8)[0]
+    return count
 
 
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
@@ -311,7 +319,7 @@ def _has_squares(
     for first in range(rows.start, rows.stop, _STRIP_CELLS):
         near = slice(first - reach, first + _STRIP_CELLS + reach)
         room = cropped(labels, (near, slice(cols.start - 1, cols.stop + 1)), 0) == label
-        count += np.count_nonzero(shrunk(room, reach)[reach:-reach or None])
+        count += np.count_nonzero(shrunk(room, reach)[reach : -reach or None])
         if count >= least:
             return True
     return False
