@@ -32,6 +32,7 @@ from rclpy.qos import (
 
 from fpnet_core import kernel_cache
 from fpnet_core.errors import ConfigError, FpnetError
+from fpnet_core.freed_memory import keep_freed_memory
 from fpnet_core.kernel_cache import is_writable
 from fpnet_core.types import Status
 from fpnet_ros.known_parameters import refuse_unknown
@@ -168,6 +169,7 @@ def _enter_ros(arguments: Sequence[str] | None) -> None:
         if said:
             get_logger('fpnet_ros').warning(said)
     sys.setswitchinterval(_SWITCH_S)
+    keep_freed_memory()
 
 
 def _keep_logs_where_possible() -> str:

@@ -49,6 +49,7 @@ from typing import Any
 import typer
 
 from fpnet_core.errors import FpnetError, said_of_system
+from fpnet_core.freed_memory import keep_freed_memory
 
 INTERRUPTED = 130
 """Given: by shells, exit status after Ctrl-C."""
@@ -167,6 +168,7 @@ def _run(arguments: Sequence[str]) -> None:
     try:
         command = typer.main.get_command(build_app(subcommand))
         if subcommand is not None:
+            keep_freed_memory()
             import_module('fpnet_core.cli.outputs').look_first(command)
         command(args=arguments, prog_name='fpnet')
     except ModuleNotFoundError as error:

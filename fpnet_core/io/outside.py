@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fpnet_core.raster.blocks import block_any, unblocked
 from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.raster.morphology import cross, grown_by, spread
-from fpnet_core.raster.pieces import pieces_of
+from fpnet_core.raster.pieces import looked_up, pieces_of
 from fpnet_core.raster.windows import border_of
 from fpnet_core.types import FREE, UNKNOWN
 
@@ -69,7 +69,7 @@ def _outside_of(free: Mask, coarse: Mask, inside: Mask, step: int) -> Mask:
     """Return what of ``free (H, W)`` is outside, as its blocks ``(h, w)`` and those beside are."""
     if step == 1:
         return free & ~inside
-    sides = np.where(coarse, np.where(inside, 1, 2), 0).astype(np.int32)
+    sides = 2 * coarse.view(np.uint8) - inside
     return np.asarray(spread(unblocked(sides, step, free.shape), free, cross(), step) == 2)
 
 
@@ -81,14 +81,15 @@ def _inside_of(free: Mask, reach_px: float) -> Mask | None:
     """
     # One free pixel all around joins what the building's walls cut off at the image's edge.
     padded = np.pad(free, 1, constant_values=True)
-    clearance = cells_to_nearest(~np.pad(padded, int(reach_px) + 1, mode='edge'))
+    blocked = ~np.pad(padded, int(reach_px) + 1, mode='edge')
+    clearance = cells_to_nearest(blocked, most=reach_px)
     core = (clearance > reach_px).astype(np.uint8)
     if core[0, 0] == 0:
         return None
     cv2.floodFill(core, None, (0, 0), _CORE)  # across sides, not corners
     margin = int(reach_px) + 2
-    to_core = cells_to_nearest(core == _CORE)[margin:-margin, margin:-margin]
-    outside = to_core <= reach_px + 1.0
+    to_core = cells_to_nearest(core == _CORE, most=reach_px + 1.0)
+    outside = to_core[margin:-margin, margin:-margin] <= reach_px + 1.0
     inside = free & ~outside
     return inside & ~_crumbs(
         inside, free & outside, clearance[margin:-margin, margin:-margin], reach_px
@@ -101,4 +102,4 @@ def _crumbs(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     is_niche = np.zeros(len(figures), dtype=np.bool_)
     is_niche[pieces[grown_by(outside, cross()) & inside]] = True
     is_niche[pieces[(clearance > reach_px) & inside]] = False
-    return np.asarray(is_niche[pieces])
+    return looked_up(pieces, is_niche)

@@ -85,15 +85,21 @@ def _unblocked(blocks, side, rows, cols):  # type: ignore[no-untyped-def]
     """Return what :func:`unblocked` does."""
     raster, whole = np.empty((rows, cols), blocks.dtype), cols // side
     for first in range(0, rows, side):
-        k = first // side
-        for block in range(whole):  # dividing every column would take most of the time
-            value = blocks[k, block]
+        k, own = first // side, raster[first]
+        # No column is divided, and no loop has a loop in it: several are written at once then.
+        if side == 2:
+            for block in range(whole):
+                own[2 * block] = blocks[k, block]
+                own[2 * block + 1] = blocks[k, block]
+        else:
             for offset in range(side):
-                raster[first, block * side + offset] = value
+                every = own[offset : whole * side : side]
+                for block in range(whole):
+                    every[block] = blocks[k, block]
         for col in range(whole * side, cols):
-            raster[first, col] = blocks[k, whole]
+            own[col] = blocks[k, whole]
         for row in range(first + 1, min(first + side, rows)):
-            raster[row] = raster[first]
+            raster[row] = own
     return raster
 
 

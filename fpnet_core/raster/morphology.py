@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 from numba import njit
@@ -15,6 +15,7 @@ from fpnet_core.raster.windows import framed
 
 Mask = NDArray[np.bool_]
 Kernel = NDArray[np.uint8]
+Label = TypeVar('Label', np.int32, np.uint8)
 
 
 def square(side: int) -> Kernel:
@@ -81,7 +82,7 @@ def is_peak(values: NDArray[Any], side: int) -> Mask:
     return np.asarray(values >= cv2.dilate(values, square(side)))
 
 
-def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) -> NDArray[np.int32]:
+def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> NDArray[Label]:
     """
     Return ``labels (H, W)``, changed in place by so many steps into unlabelled cells of a mask.
 
@@ -93,10 +94,10 @@ def spread(labels: NDArray[np.int32], into: Mask, kernel: Kernel, steps: int) ->
 
 
 @njit(cache=True, nogil=True)
-def _spread(found: NDArray[np.int32], left: NDArray[np.int64], kernel: Kernel, steps: int) -> None:
+def _spread(found: NDArray[Label], left: NDArray[np.int64], kernel: Kernel, steps: int) -> None:
     """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
     cols, count = found.shape[1], len(left)
-    values, flat = np.empty(count, np.int32), found.reshape(-1)
+    values, flat = np.empty(count, found.dtype), found.reshape(-1)
     for _ in range(steps):
         for k in range(count):
             values[k] = _largest_beside(found, kernel, left[k] // cols, left[k] % cols)
@@ -109,10 +110,10 @@ def _spread(found: NDArray[np.int32], left: NDArray[np.int64], kernel: Kernel, s
 
 @njit(cache=True, nogil=True, inline='always')
 def _largest_beside(  # type: ignore[no-untyped-def]
-    found: NDArray[np.int32], kernel: Kernel, row: int, col: int
+    found: NDArray[Label], kernel: Kernel, row: int, col: int
 ):
     """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers around a cell."""
-    largest = np.int32(0)
+    largest = found[row, col]
     for r in range(max(row - 1, 0), min(row + 2, found.shape[0])):
         for c in range(max(col - 1, 0), min(col + 2, found.shape[1])):
             if kernel[r - row + 1, c - col + 1]:

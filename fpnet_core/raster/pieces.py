@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.windows import Window, framed
+from fpnet_core.raster.windows import Window, cells_of, framed
 
 Scalar = TypeVar('Scalar', bound=np.generic)
+
+_FLOODED = 2  # numerical: marks what a flood has reached
 
 
 def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
@@ -28,7 +30,7 @@ def pieces_of(mask: Mask, connectivity: int = 8) -> tuple[NDArray[np.int32], NDA
     # OpenCV's own figures take five times as long as all else.
     count, found = cv2.connectedComponents(mask.view(np.uint8), connectivity=connectivity)
     labels = np.asarray(found, np.int32)
-    top, left, bottom, right, area = _label_ends(labels, count).astype(np.int32).T
+    top, left, bottom, right, area = _label_ends(labels, count)[:, :5].astype(np.int32).T
     return labels, np.stack([left, top, right - left, bottom - top, area], axis=1)
 
 
@@ -40,6 +42,14 @@ def filled(mask: Mask) -> Mask:
     return whole.view(np.bool_)
 
 
+def reached_from_edge(mask: Mask) -> Mask:
+    """Return what of ``mask (H, W)`` hangs together with its outermost cells, across sides."""
+    # A frame joins whatever lies at the edge: one flood is far cheaper than all pieces.
+    flooded = framed(mask, (1, 1), (1, 1), True).view(np.uint8)
+    cv2.floodFill(flooded, None, (0, 0), _FLOODED)
+    return np.ascontiguousarray(flooded[1:-1, 1:-1] == _FLOODED)
+
+
 def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """
     Return the True cells (K, 2) of ``mask (H, W)``, row by row, and the piece (K,) of each.
@@ -47,7 +57,7 @@ def pieces_of_few(mask: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     Diagonal neighbours join. Pieces are numbered from 0 on, in the order of :func:`pieces_of`,
     which takes far longer where cells are few.
     """
-    cells = np.ascontiguousarray(np.argwhere(mask))
+    cells = cells_of(mask)
     root = _joined(cells)
     # OpenCV meets pieces block by block of two cells a side.
     blocks = (cells[:, 0] // 2) * mask.shape[1] + cells[:, 1] // 2
@@ -101,8 +111,10 @@ def looked_up(labels: NDArray[np.int32], values: NDArray[Scalar]) -> NDArray[Sca
 def look_up(labels, values, found):  # type: ignore[no-untyped-def]
     """Write what :func:`looked_up` returns to ``found (H, W)``, which may be the labels."""
     for row in range(labels.shape[0]):
-        for col in range(labels.shape[1]):
-            found[row, col] = values[labels[row, col]]
+        own, to = labels[row], found[row]
+        for col in range(len(own)):
+            # A number that cannot be negative is not counted from the end.
+            to[col] = values[np.uint32(own[col])]
 
 
 @njit(cache=True, nogil=True)
@@ -134,21 +146,30 @@ def shared_cells(
     """
     shared = np.zeros((most_ours + 1, most_theirs + 1), np.int64)
     for row in range(ours.shape[0]):
-        for col in range(ours.shape[1]):
-            shared[ours[row, col], theirs[row, col]] += 1
+        a, b, first = ours[row], theirs[row], 0
+        for col in range(1, len(a)):
+            # Most cells share what those before them do.
+            if a[col] != a[first] or b[col] != b[first]:
+                shared[a[first], b[first]] += col - first
+                first = col
+        shared[a[first], b[first]] += len(a) - first
     return shared[1:, 1:]
 
 
 def label_extents(
     labels: NDArray[np.int32], count: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """
-    Return where labels (H, W) begin and end (count, 4), and their numbers of cells (count,).
+    Return where labels (H, W) begin and end (count, 4), how many cells they have and their middle.
 
-    First row and column, and those after the last; a label without cells has zeros.
+    First row and column, and those after the last; cells (count,); mean row and column (count, 2).
+    A label without cells has zeros.
     """
-    ends = _label_ends(labels, count)
-    return ends[:, :4], ends[:, 4]
+    found = _label_ends(labels, count)
+    ends, cells, first = found[:, :4], found[:, 4], found[:, :2]
+    # Counted from where a label begins: what it is does not hang on where the raster does.
+    sums = found[:, 5:] - first * cells[:, None]
+    return ends, cells, sums / np.maximum(cells, 1)[:, None] + first
 
 
 def cell_corners(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -164,7 +185,7 @@ def cell_corners(mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:
     """Return the window of each label (H, W) that has cells, in the order of the labels, not 0."""
-    ends = _label_ends(labels, int(labels.max(initial=0)) + 1).tolist()
+    ends = _label_ends(labels, int(labels.max(initial=0)) + 1)[:, :5].tolist()
     return {
         label: (slice(r0, r1), slice(c0, c1))
         for label, (r0, c0, r1, c1, _) in enumerate(ends)
@@ -175,11 +196,11 @@ def label_windows(labels: NDArray[np.int32]) -> dict[int, Window]:
 @njit(cache=True, nogil=True)
 def _label_ends(labels: NDArray[np.int32], count: int) -> NDArray[np.int64]:
     """
-    Return first row and column, those after the last, and the number of cells (count, 5).
+    Return first row and column, those after the last, cells, and sums of their places (count, 7).
 
-    A label without cells has zeros.
+    The sums are of rows and of columns; a label without cells has zeros.
     """
-    ends = np.zeros((count, 5), np.int64)
+    ends = np.zeros((count, 7), np.int64)
     rows, cols = labels.shape
     for row in range(rows):
         col = 0
@@ -192,6 +213,8 @@ def _label_ends(labels: NDArray[np.int32], count: int) -> NDArray[np.int64]:
                 end[0], end[1] = row, first
             end[1], end[2], end[3] = min(end[1], first), row + 1, max(end[3], col)
             end[4] += col - first
+            end[5] += row * (col - first)
+            end[6] += (first + col - 1) * (col - first) // 2
     return ends
 
 

@@ -61,12 +61,6 @@ def outline(mask: Mask) -> NDArray[np.float64] | None:
     return np.asarray(simple - 0.5, dtype=np.float64)
 
 
-def _middle(mask: Mask) -> NDArray[np.float64]:
-    """Return the mean row and column (2,) of the True cells of ``mask (H, W)``."""
-    counts = np.count_nonzero(mask, axis=1), np.count_nonzero(mask, axis=0)
-    return np.array([count @ np.arange(len(count)) / count.sum() for count in counts])
-
-
 def _signed_area(ring: NDArray[np.float64]) -> float:
     x, y = ring[:, -1], ring[:, 0]
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
@@ -111,7 +105,7 @@ def _rooms(
 ) -> tuple[dict[int, int], list[Region], NDArray[np.int32]]:
     """Return ids by label, room regions (largest first) and labels renumbered to id + 1."""
     lut = np.zeros(int(labels.max(initial=0)) + 1, dtype=np.int32)
-    extents, counts = label_extents(labels, len(lut))
+    extents, counts, middles = label_extents(labels, len(lut))
     ids: dict[int, int] = {}
     rooms: list[Region] = []
     largest_first = np.argsort(-counts[1:], kind='stable') + 1
@@ -133,7 +127,7 @@ def _rooms(
                 id=len(rooms),
                 label=RegionLabel.ROOM,
                 polygon=polygon,
-                centroid=grid.rc_to_xy(_middle(mask) + corner),
+                centroid=grid.rc_to_xy(middles[label]),
                 area_m2=float(counts[label]) * grid.resolution**2,
                 observed_fraction=score.observed_fraction,
                 frontier_fraction=score.frontier_fraction,

@@ -13,7 +13,13 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.outside import is_on_paper, outside_as_unknown
 from fpnet_core.raster.morphology import Mask
-from fpnet_core.raster.pieces import label_extents, label_figures, pieces_of
+from fpnet_core.raster.pieces import (
+    label_extents,
+    label_figures,
+    looked_up,
+    pieces_of,
+    reached_from_edge,
+)
 from fpnet_core.raster.windows import Window, border_of
 from fpnet_core.segmentation.assemble import assemble, upsample_labels
 from fpnet_core.segmentation.doorsills import doorway_symbols
@@ -122,10 +128,10 @@ def _shut_rooms(scene: Scene, on_paper: bool) -> Window | None:
 def _symbols_around(shut: Window, cells: NDArray[np.int8], cell_m: float, step: int) -> Mask:
     """Return the symbols (H, W) that close doorways in a window of blocks of ``cells (H, W)``."""
     rows, cols = (slice(side.start * step, side.stop * step) for side in shut)
-    free = cells == FREE
-    ink = ~free & ~_beyond(cells)
-    symbols = np.zeros(free.shape, np.bool_)
-    symbols[rows, cols] = doorway_symbols(ink[rows, cols], free[rows, cols], cell_m)
+    free = cells[rows, cols] == FREE
+    ink = ~free & ~reached_from_edge(cells == UNKNOWN)[rows, cols]
+    symbols = np.zeros(cells.shape, np.bool_)
+    symbols[rows, cols] = doorway_symbols(ink, free, cell_m)
     return symbols
 
 
@@ -140,12 +146,6 @@ def _cut(
     if is_default and openings:
         is_room &= ~_is_shut(full, openings, is_room, cell_m)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
-
-
-def _beyond(cells: NDArray[np.int8]) -> Mask:
-    """Return what (H, W) is unknown from the raster's edge on; within, it is inside of walls."""
-    pieces, _ = pieces_of(cells == UNKNOWN, connectivity=4)
-    return np.isin(pieces, np.unique(border_of(pieces))) & (pieces > 0)
 
 
 def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
@@ -211,7 +211,7 @@ def _is_shut(
     """
     is_shut = np.ones(len(is_room), dtype=np.bool_)
     is_shut[[room for opening in openings for room in opening.rooms]] = False
-    ends, sizes = label_extents(labels, len(is_room))
+    ends, sizes, _ = label_extents(labels, len(is_room))
     is_small = sizes < _MIN_SHUT_AREA_M2 / cell_m**2
     inner = ends[is_room & ~is_shut]
     is_around = (ends[:, :2] < inner[:, :2].min(axis=0, initial=labels.size)).all(axis=1)
@@ -222,4 +222,4 @@ def _is_shut(
 def _only(labels: NDArray[np.int32], is_kept: Mask) -> NDArray[np.int32]:
     """Return ``labels`` (H, W) that are kept, 0 in place of the others."""
     numbers = np.where(is_kept, np.arange(len(is_kept)), 0).astype(np.int32)
-    return numbers[labels]
+    return looked_up(labels, numbers)

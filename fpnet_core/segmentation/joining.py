@@ -113,16 +113,24 @@ def joining_stages(
 ) -> Iterator[NDArray[np.int64]]:
     """Yield what :func:`join_pieces` has joined so far, each time that something has."""
     target = np.arange(len(pieces.peak))
+    probability = np.zeros(len(lines.width_m))
+    before = np.full((len(lines.width_m), lines.figures.shape[1] + len(ROOM_FIGURES)), np.nan)
     while True:
         pair = target[lines.pieces]
         live = np.flatnonzero(pair[:, 0] != pair[:, 1])
         if not len(live):
             return
         pair = pair[live]
-        probability = is_one(figures_now(pieces.joined(target), pair, lines, live))
+        figures = figures_now(pieces.joined(target), pair, lines, live)
+        # Of most lines nothing has changed since they were judged last.
+        is_new = (figures != before[live]).any(axis=1)
+        if is_new.any():
+            probability[live[is_new]] = is_one(figures[is_new])
+            before[live] = figures
+        now = probability[live]
         best = np.zeros(len(target))
-        np.maximum.at(best, pair.ravel(), np.repeat(probability, 2))
-        chosen = (probability > _EVEN) & (probability >= best[pair].max(axis=1))
+        np.maximum.at(best, pair.ravel(), np.repeat(now, 2))
+        chosen = (now > _EVEN) & (now >= best[pair].max(axis=1))
         if not chosen.any():
             return
         target = target.copy()

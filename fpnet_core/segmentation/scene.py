@@ -61,7 +61,8 @@ class Scene:
         clearance = clearance_m(self.solid, self.cell_m, where)
         if self.unseen is not None:
             roomy = clearance > _UNSEEN_CREDIT_M  # nowhere else can unseen space be nearer
-            beyond = clearance_m(self.unseen, self.cell_m, roomy, _UNSEEN_CREDIT_M)
+            most_m = float(clearance.max()) - _UNSEEN_CREDIT_M  # what is farther limits nothing
+            beyond = clearance_m(self.unseen, self.cell_m, roomy, _UNSEEN_CREDIT_M, most_m)
             np.minimum(clearance, beyond, out=clearance)
         return clearance
 
@@ -111,14 +112,19 @@ class WorkRaster:
 
 
 def clearance_m(
-    blocked: Mask, cell_m: float, where: Mask | None = None, credit_m: float = 0.0
+    blocked: Mask,
+    cell_m: float,
+    where: Mask | None = None,
+    credit_m: float = 0.0,
+    most_m: float = np.inf,
 ) -> NDArray[np.float32]:
     """
     Return the distance (H, W) float32 from each cell to the nearest blocked cell's face.
 
-    Where ``where`` is given and False it says nothing; ``credit_m`` is added.
+    Where ``where`` is given and False it says nothing; ``credit_m`` is added. Of what is farther
+    than ``most_m`` it is only said that it is.
     """
-    cells = cells_to_nearest(blocked, where=where)
+    cells = cells_to_nearest(blocked, where=where, most=most_m / cell_m + 1.0)
     _to_metres(cells, np.float32(cell_m), np.float32(credit_m))
     return cells
 

@@ -14,6 +14,7 @@ from fpnet_core.raster.blocks import block_any, unblocked
 from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
+from fpnet_core.raster.windows import cells_of
 
 # Chosen, not measured:
 # Lines are about as thin as this [m] or one cell; filled walls are thicker.
@@ -78,7 +79,7 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     margin = last + int(np.ceil(_FLANK)) + 1
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
-    tips = np.ascontiguousarray(np.argwhere(lines))
+    tips = cells_of(lines)
     arc = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
     found = _search(near_lines, near_ink, tips, margin, arc, first, blanks)
     # Tips are searched one by one, which is gentle to the cache, and listed by direction.

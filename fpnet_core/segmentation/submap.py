@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.morphology import Mask, closed, grown, opened, shrunk, spread, square
-from fpnet_core.raster.pieces import label_windows, looked_up, pieces_of
-from fpnet_core.raster.windows import Window, cropped, framed
+from fpnet_core.raster.pieces import label_extents, label_windows, looked_up
+from fpnet_core.raster.windows import Window, cells_of, cropped
 from fpnet_core.segmentation.assemble import RoomScore, assemble
 from fpnet_core.segmentation.furniture import furniture_cells
 from fpnet_core.segmentation.lintels import Doorway, find_lintels
@@ -38,6 +38,8 @@ _JAMB_REACH_M = 0.2
 _MIN_DOOR_M = 0.3
 # Numerical: margin of unseen space around the grid in which rooms may go on [cells].
 _BEYOND_CELLS = 40
+# Numerical: a room is looked at in strips so high until enough of it is found to be wide [cells].
+_STRIP_CELLS = 64
 # Rays prove nothing on their last stretch: a rim of unknown cells up to so wide is free [m].
 _RIM_M = 0.2
 # Of that rim, what lies so near to returns: farther from any it may be a wall that no ray met [m].
@@ -249,7 +251,7 @@ def _score(
     room = cropped(labels, near, 0) == label
     rim = grown(room, 1) & ~room
     frontier = rim & cropped(unseen, near, True)
-    reached = np.argwhere(frontier) + np.array([near[0].start, near[1].start])
+    reached = cells_of(frontier) + np.array([near[0].start, near[1].start])
     seen = float(np.count_nonzero(room))
     hidden = float(_hidden(room, near, unseen, wide, reached)) if len(reached) else 0.0
     return RoomScore(
@@ -278,30 +280,46 @@ def _hidden(
     inner = slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
     box = np.zeros((inner[0].stop - inner[0].start, inner[1].stop - inner[1].start), np.uint8)
     cv2.fillConvexPoly(box, (corners + corner - low).astype(np.int32), 1)
-    pieces, figures = pieces_of(box.view(np.bool_) & cropped(unseen, inner, True))
+    box &= cropped(unseen, inner, True).view(np.uint8)
     is_within = ((reached >= low[::-1]) & (reached < high[::-1])).all(axis=1)
-    numbers = np.unique(pieces[tuple((reached[is_within] - low[::-1]).T)])
-    return int(figures[numbers[numbers > 0], cv2.CC_STAT_AREA].sum())
+    return _flooded(box, reached[is_within] - low[::-1])
 
 
-def _is_wide(room: Mask, cell_m: float) -> bool:
-    """Tell whether enough of ``room (H, W)`` is as wide as a room."""
-    least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
-    side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
-    # Squares are far quicker than discs, and where they fit so do discs: enough for most rooms.
-    if np.count_nonzero(shrunk(framed(room, (1, 1), (1, 1)), side // 2)) >= least:
-        return True
-    wide = np.count_nonzero(opened(room, side))
-    return bool(wide * cell_m**2 >= _MIN_SUBMAP_ROOM_AREA_M2)
+def _flooded(cells: NDArray[np.uint8], starts: NDArray[np.int64]) -> int:
+    """Count the ones of ``cells (H, W)`` that hang together with ``starts (K, 2)``; they go."""
+    count, left = 0, starts
+    while len(left := left[cells[tuple(left.T)] > 0]):
+        row, col = left[0].tolist()
+        count += cv2.floodFill(cells, None, (col, row), 0, flags=8)[0]
+    return count
 
 
 def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32]:
-    """Return ``labels`` without rooms whose wide part is no room's."""
-    keep = np.zeros(int(labels.max(initial=0)) + 1, np.int32)
+    """Return ``labels (H, W)`` without rooms whose wide part is no room's."""
     least = _MIN_SUBMAP_ROOM_AREA_M2 / cell_m**2
-    for label, window in label_windows(labels).items():
-        room = labels[window] == label
-        if np.count_nonzero(room) < least:  # so is any part of it
-            continue
-        keep[label] = label * _is_wide(room, cell_m)
+    side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
+    ends, sizes, _ = label_extents(labels, int(labels.max(initial=0)) + 1)
+    keep = np.zeros(len(sizes), np.int32)
+    for label in np.flatnonzero(sizes[1:] >= least) + 1:  # of no other is any part as large
+        r0, c0, r1, c1 = ends[label].tolist()
+        window = slice(r0, r1), slice(c0, c1)
+        # Squares are far quicker than discs, and where they fit so do discs: enough for most.
+        keep[label] = label * (
+            _has_squares(labels, label, window, side, least)
+            or np.count_nonzero(opened(labels[window] == label, side)) >= least
+        )
     return looked_up(labels, keep)
+
+
+def _has_squares(
+    labels: NDArray[np.int32], label: int, window: Window, side: int, least: float
+) -> bool:
+    """Tell whether squares of ``side`` cells fit around so many cells of a room in a window."""
+    (rows, cols), reach, count = window, side // 2, 0
+    for first in range(rows.start, rows.stop, _STRIP_CELLS):
+        near = slice(first - reach, first + _STRIP_CELLS + reach)
+        room = cropped(labels, (near, slice(cols.start - 1, cols.stop + 1)), 0) == label
+        count += np.count_nonzero(shrunk(room, reach)[reach : -reach or None])
+        if count >= least:
+            return True
+    return False

@@ -13,6 +13,7 @@ import numpy as np
 
 from fpnet_core.config import load_config
 from fpnet_core.errors import FpnetError
+from fpnet_core.freed_memory import keep_freed_memory
 from fpnet_core.judging import Judge
 from fpnet_core.localizer import Finder
 from fpnet_core.localizer.floorplan import Floorplan
@@ -122,6 +123,7 @@ def _walked(plan: BuildingPlan, area_m2: float, rng: np.random.Generator) -> lis
 def _measured(area_m2: float, grid: GridMap, submap: Submap) -> Grown:
     """Localize once to compile, then time; all that this process has loaded is the product."""
     cv2.setNumThreads(1)
+    keep_freed_memory()  # as nodes and commands do
     config = load_config(None, {'localizer.search_every_ticks': 1})
     finder = Finder(LearnedMatcher(config.matcher), Judge.configured(config.localizer), config)
     _timed_tick(finder, Floorplan.prepared(_corner(grid), config).with_mirror(), submap)
