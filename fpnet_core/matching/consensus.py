@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.matches import LEAST_DECADES, WELL_SEEN
 from fpnet_core.matching.alignment import GLIMPSED_WEIGHT, aligned
+from fpnet_core.matching.anchors import anchored
 from fpnet_core.matching.geometry import GraphGeometry
 from fpnet_core.matching.kernels import (
     first_distinct,
@@ -28,6 +29,7 @@ from fpnet_core.matching.kernels import (
     nearest_regions,
     propose_similarities,
 )
+from fpnet_core.matching.outlines import EXPLAINED, explained, walls_apart
 from fpnet_core.small_networks import product
 
 Array = NDArray[np.float64]
@@ -49,13 +51,24 @@ EVIDENCE = (
     'glimpses_apart',
     'mean_doors_apart',
     'mean_rooms_apart',
+    'doors_scatter',
+    *EXPLAINED,
 )
-"""Kinds of evidence in the order of the model's weights: sums, a share and means over regions."""
+"""
+Kinds of evidence in the order of the model's weights: sums, a share and means over regions, and
+what the plan explains of the walls and floors that were seen.
+"""
 
 CANDIDATES_PER_REGION = 8  # numerical: likely plan regions that each submap region brings in
 NEIGHBOURS = 6  # numerical: other regions that each submap region is paired with
 MAX_PROPOSALS = 200  # numerical: placements of which the fit is computed
 MAX_REFINED = 24  # numerical: distinct placements that are refined and judged
+
+ANCHORED_REGIONS = 8
+"""
+Submaps of at most so many regions are placed by single regions, too; larger ones hardly gain.
+Chosen.
+"""
 
 _REFINEMENTS = 2  # numerical
 _LEAST_SPREAD = 1e-3  # numerical: square units, of regions that tell a turn
@@ -64,6 +77,8 @@ _DISTINCT_UNITS = 1.0  # placements that move the submap's corners by less are o
 _NEGLIGIBLE = 1e-5  # numerical: likelihoods below this share of a region's best are not tried
 _FLOOR = -5.0  # numerical: least log-likelihood of a partner against the region's best one
 _LOG_WINDOW = 0.7  # plan units per submap unit are tried so far from one, as a logarithm
+_DOUBT = np.array([1.0, 0.0, 0.0, 4.0, 1.0])  # weights of ``EXPLAINED`` before evidence counts
+_LEAST_APART = 0.05  # how far doorways are off their partners' at best, as in ``doors_apart``
 _SCALE_WIDTH = 0.15  # spread of the log ratio between both graphs' units
 _UNLIKELY_WEIGHT = (
     0.3  # of a region's least likely partners beside its likeliest one, which is 1.3
@@ -147,10 +162,29 @@ def find_assignments(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> A
     # What refinement has brought together is one placement: the best fit stays.
     order = np.argsort(-fit.sum(axis=1), kind='stable')
     order = order[_distinct_index(similarity[order], sub, MAX_REFINED)]
-    partner, fit = partner[order], fit[order]
-    similarity, apart = aligned(similarity[order], partner, fit, plan, sub)
+    similarity, partner, fit = similarity[order], partner[order], fit[order]
+    if 1 < len(sub) <= ANCHORED_REGIONS:
+        similarity, partner, fit = _with_anchored(plan, sub, similarity, relative, weight)
+    similarity, apart = aligned(similarity, partner, fit, plan, sub)
     evidence = _evidence(plan, sub, similarity, partner, fit, apart, relative)
     return Assignments(similarity, partner, fit, evidence)
+
+
+def _with_anchored(
+    plan: GraphGeometry, sub: GraphGeometry, similarity: Array, relative: Array, weight: Array
+) -> tuple[Array, NDArray[np.int64], Array]:
+    """Add the placements by single regions that explain best what was seen; fitted, distinct."""
+    single = anchored(plan, sub, _likely_partners(relative), _LOG_WINDOW)
+    few = sub.seen.thinned()
+    doubt = walls_apart(single, plan.painted, few) + _scale_doubt(single)
+    single = single[np.argsort(doubt, kind='stable')[:MAX_PROPOSALS]]
+    similarity = np.concatenate([similarity, single])
+    doubt = explained(similarity, plan.painted, few) @ _DOUBT + _scale_doubt(similarity)
+    similarity = similarity[np.argsort(doubt, kind='stable')]
+    similarity = similarity[_distinct_index(similarity, sub, 2 * MAX_REFINED)]
+    partner, fit = _fit(plan, sub, similarity, weight)
+    keep_one_per_plan_region(partner, fit, len(plan))
+    return similarity, partner, fit
 
 
 def rank(assignments: Assignments, model: EvidenceModel) -> tuple[Assignments, Array]:
@@ -198,8 +232,28 @@ def _evidence(
             (apart * (room & ~well_seen)).sum(axis=1),
             doors_apart / doors,
             rooms_apart / rooms,
+            _scatter(doors_apart, (matched & door).sum(axis=1)),
+            explained(similarity, plan.painted, sub.seen),
         ]
     ).astype(np.float64)
+
+
+def _scale_doubt(similarity: Array) -> Array:
+    """Return how much the scale of placements speaks against them, on the scale of ``_DOUBT``."""
+    log_scale = 0.5 * np.log((similarity[:, :2] ** 2).sum(axis=1))
+    doubt: Array = 0.5 * np.log1p((log_scale / _SCALE_WIDTH) ** 2)
+    return doubt
+
+
+def _scatter(apart: Array, count: NDArray[np.int64]) -> Array:
+    """
+    Return minus the log-likelihood of ``count (C,)`` gaps of unknown spread.
+
+    What is far off where drawings are rough is near where they are exact: each placement brings
+    the spread under which its gaps, ``apart (C,)`` in sum, are most likely.
+    """
+    scatter: Array = count * np.log(apart / count.clip(1) + _LEAST_APART)
+    return scatter
 
 
 def _relative(plan: GraphGeometry, sub: GraphGeometry, log_p: Array) -> Array:

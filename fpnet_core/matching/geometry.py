@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.graphs.invariant import door_mask, enclosing_rectangles, length_unit
+from fpnet_core.matching.outlines import Painted, Surfaces, painted, seen
 from fpnet_core.types import RegionGraph
 
 Array = NDArray[np.float64]
@@ -23,7 +25,8 @@ class GraphGeometry:
     ``point (R, 2)`` is a door's middle or a room's centroid; ``box (R, 5)`` the enclosing
     rectangle: centre, half long side, half short side, angle of the long side [rad], which for a
     door is that of its opening line. ``unit`` and ``origin (2,)`` lead back to the graph's frame.
-    ``linked (R, R)`` tells which regions are joined by an edge.
+    ``linked (R, R)`` tells which regions are joined by an edge. ``outlines`` are ``R`` polygons
+    ``(V, 2)``, and ``unseen (R,)`` is the share of each that borders on what is unknown.
     """
 
     point: Array
@@ -33,6 +36,18 @@ class GraphGeometry:
     linked: NDArray[np.bool_]
     unit: float
     origin: Array
+    outlines: tuple[Array, ...]
+    unseen: Array
+
+    @cached_property
+    def painted(self) -> Painted:
+        """The free space as a raster, which a plan is asked for."""
+        return painted(self.outlines, self.is_door)
+
+    @cached_property
+    def seen(self) -> Surfaces:
+        """Points on walls and floors, which a submap is asked for."""
+        return seen(self.outlines, self.is_door, self.box, self.unseen)
 
     def __len__(self) -> int:
         """Count the regions."""
@@ -56,4 +71,6 @@ def graph_geometry(graph: RegionGraph) -> GraphGeometry:
         linked=linked | linked.T,
         unit=unit,
         origin=origin,
+        outlines=tuple((region.polygon - origin) / unit for region in graph.regions),
+        unseen=np.array([region.frontier_fraction for region in graph.regions]),
     )

@@ -17,9 +17,8 @@ from fpnet_core.matching.geometry import graph_geometry
 from fpnet_core.matching.kernels import nearest_regions
 from fpnet_core.matching.marginals import hypotheses_of, pair_probability
 
-MODEL = EvidenceModel(
-    np.array([1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7] + 6 * [0.0]), 3.0
-)
+KNOWN = [1.5, -0.7, 0.8, -0.8, 0.25, 0.2, -0.6, -0.7, -0.15, -0.7]
+MODEL = EvidenceModel(np.array(KNOWN + (len(EVIDENCE) - len(KNOWN)) * [0.0]), 3.0)
 
 
 def settled(plan, sub, log_p):

@@ -20,6 +20,8 @@ def geometry(boxes, is_door, observed=None):
         linked=np.zeros((count, count), dtype=np.bool_),
         unit=1.0,
         origin=np.zeros(2),
+        outlines=(),
+        unseen=np.zeros(count),
     )
 
 

@@ -60,7 +60,8 @@ def test_placements_are_judged_in_the_graphs_own_units():
         nothing = np.zeros((1, 2))
         box = np.zeros((1, 5))
         mask = np.zeros(1, dtype=bool)
-        return GraphGeometry(nothing, box, mask, np.ones(1), np.zeros((1, 1), bool), unit, origin)
+        links = np.zeros((1, 1), bool)
+        return GraphGeometry(nothing, box, mask, np.ones(1), links, unit, origin, (), np.zeros(1))
 
     plan, sub = side(0.9, np.array([5.0, 6.0])), side(1.3, np.array([-2.0, 1.0]))
     a, b = truth.linear[:, 0] * sub.unit / plan.unit

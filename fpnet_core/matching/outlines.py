@@ -1,0 +1,269 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a submap has seen against what the plan draws, region by region and point by point.
+
+The plan's rooms are painted once; points on the walls and floors of a submap are then looked up
+under each placement. Rectangles tell rooms apart that differ in size, outlines those that differ
+in shape, and they count for rooms that were seen in part, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+EXPLAINED = ('walls_apart', 'total_walls_apart', 'walls_met', 'floor_outside', 'rooms_mixed')
+"""What :func:`explained` tells of a placement."""
+
+_CELL = 0.1  # numerical: edge of a cell of the painted plan, in its units, or more where...
+_MOST_CELLS = 2_000_000  # numerical: ...so many would be exceeded
+_FAR = 1.0  # numerical: plan units; depths beyond are as good as this
+_SHIFT = 4  # numerical: binary places of fractions of a cell in outlines that are painted
+_WALL_STEP, _FLOOR_STEP = 0.35, 0.5  # numerical: units between points on walls and on floors
+_FLOOR_FINER = 5  # numerical
+_MOST_POINTS = 400  # numerical: on the walls of one map, and about as many on its floors
+_FEW_POINTS = 48  # numerical: about so many where many placements are compared
+_AT_DOOR = 0.25  # chosen: units; points on walls nearer to a doorway than this tell nothing
+# Chosen, not measured:
+_SPREAD = 0.2  # walls further apart than this, in plan units, count less and less
+_OUTSIDE = 0.5  # floor so far from the plan's, in plan units, counts in full
+
+
+@dataclass(frozen=True, eq=False)
+class Painted:
+    """
+    The free space of a graph as rasters ``(H, W)`` from ``low (2,)`` on, row 0 at the lowest y.
+
+    ``cell`` is the edge of a cell, ``depth`` the distance to the nearest wall, negative outside
+    of rooms and doorways, at most 1; ``room`` is a room's index plus one, and 0 elsewhere. Units
+    are the graph's.
+    """
+
+    low: Array
+    cell: float
+    depth: NDArray[np.float32]
+    room: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """
+    Points on the walls ``(P, 2)`` and floors ``(Q, 2)`` of a graph's rooms, in the graph's units.
+
+    ``length (P,)`` is what a point on a wall stands for, less where the room borders on what is
+    unknown; ``room (Q,)`` the room of a point on a floor, in ascending order.
+    """
+
+    wall: Array
+    length: Array
+    floor: Array
+    room: NDArray[np.int64]
+
+    def thinned(self) -> Surfaces:
+        """Return a few of the points, where many placements are compared."""
+        wall, floor = (1 + len(points) // _FEW_POINTS for points in (self.wall, self.floor))
+        parts = self.wall[::wall], self.length[::wall], self.floor[::floor], self.room[::floor]
+        return Surfaces(*(np.ascontiguousarray(part) for part in parts))  # one kind of array
+
+
+def painted(outlines: Sequence[Array], is_door: NDArray[np.bool_]) -> Painted:
+    """Paint the regions with these ``outlines (V, 2)``; walls between rooms are kept."""
+    extent = np.ptp(np.concatenate(outlines), axis=0) + 2.0 * _FAR
+    cell = max(_CELL, float(np.sqrt(extent.prod() / _MOST_CELLS)))
+    low, shape = _frame(outlines, _FAR + 2.0 * cell, cell)
+    free, room = np.zeros(shape, np.uint8), np.zeros(shape, np.int32)
+    rings = [_pixels(ring, low, cell) for ring in outlines]
+    rooms = np.flatnonzero(~is_door).tolist()
+    for index in rooms:
+        cv2.fillPoly(free, [rings[index]], (1,), shift=_SHIFT)
+        cv2.fillPoly(room, [rings[index]], (index + 1,), shift=_SHIFT)
+    for index in rooms:
+        cv2.polylines(free, [rings[index]], True, (0,), 1, shift=_SHIFT)
+    for index in np.flatnonzero(is_door).tolist():
+        cv2.fillPoly(free, [rings[index]], (1,), shift=_SHIFT)
+    inside, outside = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (free, 1 - free))
+    depth = np.clip((inside - outside) * cell, -_FAR, _FAR)
+    return Painted(low, cell, depth.astype(np.float32), room)
+
+
+def seen(
+    outlines: Sequence[Array], is_door: NDArray[np.bool_], box: Array, unseen: Array
+) -> Surfaces:
+    """
+    Sample the walls and floors of the regions with these ``outlines (V, 2)``.
+
+    ``box (R, 5)`` as in :class:`fpnet_core.matching.geometry.GraphGeometry`; ``unseen (R,)`` is
+    the share of each outline that borders on what is unknown.
+    """
+    rooms = np.flatnonzero(~is_door)
+    if not len(rooms):
+        nothing = np.zeros((0, 2))
+        return Surfaces(nothing, np.zeros(0), nothing, np.zeros(0, np.int64))
+    rings = [outlines[index] for index in rooms.tolist()]
+    start = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    room = np.repeat(rooms, [len(ring) for ring in rings])
+    long = np.linalg.norm(end - start, axis=1)
+    count = np.maximum(1, np.round(long / max(_WALL_STEP, long.sum() / _MOST_POINTS)))
+    side = np.repeat(np.arange(len(long)), count.astype(np.int64))
+    first = np.concatenate([[0.0], np.cumsum(count)[:-1]])
+    share = (np.arange(len(side)) - first[side] + 0.5) / count[side]
+    wall = start[side] + share[:, None] * (end - start)[side]
+    length = ((1.0 - unseen[room]) * long / count)[side]
+    away = _away_from(wall, box[is_door, :2], box[is_door, 2] + _AT_DOOR)
+    return Surfaces(wall[away], length[away], *_floor(rings, rooms))
+
+
+def explained(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
+    """
+    Tell how well the plan explains what was seen under each of ``similarity (C, 4)``.
+
+    Returns
+    -------
+    ``(C, 5)``, as in :data:`EXPLAINED`: the mean over walls of ``log(1 + (gap / spread)^2)``, the
+    same as a sum over their length in the plan, the share of walls that lie on the plan's, how far
+    floors lie outside of the plan's, and the share of floors outside of the plan's room that most
+    of their room falls on.
+    """
+    found = np.zeros((len(similarity), len(EXPLAINED)))
+    similarity = np.ascontiguousarray(similarity)
+    raster = plan.depth, plan.low, plan.cell
+    _walls(similarity, *raster, sub.wall, sub.length, found)
+    _floors(similarity, *raster, plan.room, sub.floor, sub.room, found)
+    return found
+
+
+def walls_apart(similarity: Array, plan: Painted, sub: Surfaces) -> Array:
+    """Return the first column of :func:`explained`, ``(C,)``."""
+    found = np.zeros((len(similarity), 3))
+    raster = plan.depth, plan.low, plan.cell
+    _walls(np.ascontiguousarray(similarity), *raster, sub.wall, sub.length, found)
+    apart: Array = found[:, 0]
+    return apart
+
+
+def _frame(rings: Sequence[Array], margin: float, cell: float) -> tuple[Array, tuple[int, int]]:
+    """Return the lower corner of a raster around all ``rings`` and its rows and columns."""
+    points = np.concatenate(rings)
+    low = points.min(axis=0) - margin
+    columns, rows = np.ceil((points.max(axis=0) + margin - low) / cell).astype(int).tolist()
+    return low, (rows, columns)
+
+
+def _pixels(ring: Array, low: Array, cell: float) -> NDArray[np.int32]:
+    """Return points as OpenCV wants them: fractions of cells, whose middles are integers."""
+    return np.asarray(np.round(((ring - low) / cell - 0.5) * 2**_SHIFT), dtype=np.int32)
+
+
+def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Return points inside ``rings`` and the ``index`` of each one's ring, ascending."""
+    extent = np.ptp(np.concatenate(rings), axis=0)
+    step = max(_FLOOR_STEP, float(np.sqrt(extent.prod() / _MOST_POINTS)))
+    # Painted finer than they are taken: a cell that an outline touches is painted as a whole.
+    cell = step / _FLOOR_FINER
+    low, shape = _frame(rings, step, cell)
+    room = np.full(shape, -1, np.int32)
+    for ring, number in zip(rings, index.tolist(), strict=True):
+        cv2.fillPoly(room, [_pixels(ring, low, cell)], (number,), shift=_SHIFT)
+    room = room[::_FLOOR_FINER, ::_FLOOR_FINER]
+    row, column = np.nonzero(room >= 0)
+    order = np.argsort(room[row, column], kind='stable')
+    row, column = row[order], column[order]
+    floor = low + (np.stack([column, row], axis=1) * _FLOOR_FINER + 0.5) * cell
+    return floor, room[row, column].astype(np.int64)
+
+
+@numba.njit(cache=True, nogil=True)
+def _away_from(point: Array, middle: Array, reach: Array) -> NDArray[np.bool_]:
+    """Tell which ``point (P, 2)`` lies within ``reach (D,)`` of none of ``middle (D, 2)``."""
+    away = np.ones(len(point), dtype=np.bool_)
+    for k in range(len(point)):
+        for d in range(len(middle)):
+            x, y = point[k, 0] - middle[d, 0], point[k, 1] - middle[d, 1]
+            if x * x + y * y < reach[d] * reach[d]:
+                away[k] = False
+                break
+    return away
+
+
+@numba.njit(cache=True, nogil=True)
+def _depth_at(depth: NDArray[np.float32], u: float, v: float) -> float:
+    """Return the depth between the middles of four cells; ``u, v`` in cells from the corner."""
+    u, v = u - 0.5, v - 0.5
+    if u < 0.0 or v < 0.0 or u >= depth.shape[1] - 1 or v >= depth.shape[0] - 1:
+        return -_FAR
+    i, k = int(u), int(v)
+    u, v = u - i, v - k
+    lower = depth[k, i] * (1.0 - u) + depth[k, i + 1] * u
+    upper = depth[k + 1, i] * (1.0 - u) + depth[k + 1, i + 1] * u
+    return float(lower * (1.0 - v) + upper * v)
+
+
+@numba.njit(cache=True, nogil=True)
+def _walls(
+    similarity: Array,
+    depth: NDArray[np.float32],
+    low: Array,
+    cell: float,
+    wall: Array,
+    length: Array,
+    found: Array,
+) -> None:
+    """Fill the first three columns of ``found``, which has a row for each similarity."""
+    for c in range(len(similarity)):
+        a, b, x0, y0 = similarity[c]
+        apart = met = total = 0.0
+        for k in range(len(wall)):
+            x = a * wall[k, 0] - b * wall[k, 1] + x0
+            y = b * wall[k, 0] + a * wall[k, 1] + y0
+            gap = _depth_at(depth, (x - low[0]) / cell, (y - low[1]) / cell)
+            apart += length[k] * np.log1p((gap / _SPREAD) ** 2)
+            met += length[k] * (abs(gap) < _SPREAD)
+            total += length[k]
+        found[c, 0], found[c, 2] = apart / max(total, 1e-9), met / max(total, 1e-9)
+        found[c, 1] = apart * np.sqrt(a * a + b * b)
+
+
+@numba.njit(cache=True, nogil=True)
+def _floors(
+    similarity: Array,
+    depth: NDArray[np.float32],
+    low: Array,
+    cell: float,
+    room: NDArray[np.int32],
+    floor: Array,
+    index: NDArray[np.int64],
+    found: Array,
+) -> None:
+    """Fill the last two columns of ``found (C, 5)``."""
+    count = np.zeros(room.max() + 1, dtype=np.int64)
+    label = np.empty(len(floor), dtype=np.int64)
+    for c in range(len(similarity)):
+        a, b, x0, y0 = similarity[c]
+        outside, pure, first = 0.0, 0, 0
+        for k in range(len(floor)):
+            u = (a * floor[k, 0] - b * floor[k, 1] + x0 - low[0]) / cell
+            v = (b * floor[k, 0] + a * floor[k, 1] + y0 - low[1]) / cell
+            outside += min(max(0.0, -_depth_at(depth, u, v)), _OUTSIDE) / _OUTSIDE
+            is_on = 0.0 <= u < room.shape[1] and 0.0 <= v < room.shape[0]
+            label[k] = room[int(v), int(u)] if is_on else 0
+            count[label[k]] += 1
+            if k + 1 < len(floor) and index[k + 1] == index[k]:
+                continue
+            # The room ends here: which of the plan's has most of it?
+            count[0], most = 0, 0
+            for m in range(first, k + 1):
+                most = max(most, count[label[m]])
+            for m in range(first, k + 1):
+                count[label[m]] = 0
+            pure, first = pure + most, k + 1
+        found[c, 3] = outside / max(len(floor), 1)
+        found[c, 4] = 1.0 - pure / max(len(floor), 1)
