@@ -33,6 +33,9 @@ _SKIP_M = 0.15
 # Where a wall ends its outline turns by more than this [rad].
 _TURN_RAD = math.radians(40.0)
 _BACK_RAD = math.radians(175.0)
+# Where it turns by less the wall does not end but bends, as halls with cut-off corners do: square
+# to the wall beyond the bend the gap is narrower than straight on [rad].
+_BEND_RAD = math.radians(65.0)
 # The face that is continued is at least so long, and so much wall lies behind its end [m].
 _FACE_M = 0.3
 # The face is continued from so far inside the wall, to meet the wall on the other side [m].
@@ -90,35 +93,35 @@ def _gaps_from(
     """
     Continue walls' faces to the next wall; write the gaps' ends to ``found (S, 4)``, count them.
 
-    ``starts (S, 6)`` is a corner (row, col), the direction of the face that ends there and the
-    direction into the wall.
+    ``starts (S, 8)`` is a corner (row, col), the direction of the face that ends there, the
+    direction into the wall and the direction in which the gap is looked for.
     """
     inset, face = _INSET_M / cell_m, _FACE_M / cell_m
     depth, wider = _DEPTH_M / cell_m, _WIDER_M / cell_m
     count = 0
     for k in range(len(starts)):
-        row, col, d_row, d_col, n_row, n_col = starts[k]
+        row, col, d_row, d_col, n_row, n_col, g_row, g_col = starts[k]
         r, c = row + inset * (n_row - d_row), col + inset * (n_col - d_col)
         if not is_inside(solid, r, c, True):
             r, c = row - inset * d_row, col - inset * d_col
         if run_length(solid, True, r, c, -d_row, -d_col, face - inset) < face - inset:
             continue
-        skin = run_length(solid, True, r, c, d_row, d_col, 4.0 * inset + 2.0)
-        r, c = r + skin * d_row, c + skin * d_col
-        length = run_length(free, False, r, c, d_row, d_col, longest + 1.0)
+        skin = run_length(solid, True, r, c, g_row, g_col, 4.0 * inset + 2.0)
+        r, c = r + skin * g_row, c + skin * g_col
+        length = run_length(free, False, r, c, g_row, g_col, longest + 1.0)
         if length * cell_m < MIN_DOOR_WIDTH_M or length > longest:
             continue
-        far_r, far_c = r + length * d_row, c + length * d_col
+        far_r, far_c = r + length * g_row, c + length * g_col
         if not is_inside(solid, far_r, far_c, True):
             continue
         mid_r, mid_c = 0.5 * (r + far_r), 0.5 * (c + far_c)
-        along, across = (d_row, d_col), (n_row, n_col)
+        along, across = (g_row, g_col), (-g_col, g_row)
         if _open_corners(free, mid_r, mid_c, along, across, length, depth, wider) < (
             _MIN_OPEN_CORNERS
         ):
             continue
-        found[count, 0], found[count, 1] = r - 0.5 * d_row, c - 0.5 * d_col
-        found[count, 2], found[count, 3] = far_r - 0.5 * d_row, far_c - 0.5 * d_col
+        found[count, 0], found[count, 1] = r - 0.5 * g_row, c - 0.5 * g_col
+        found[count, 2], found[count, 3] = far_r - 0.5 * g_row, far_c - 0.5 * g_col
         count += 1
     return count
 
@@ -152,11 +155,11 @@ def find_gaps(free: Mask, solid: Mask, cell_m: float) -> list[NDArray[np.float64
 
 
 def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
-    """Return corner, face direction and inward direction (S, 6) of the outlines' wall ends."""
+    """Return the rows (S, 8) that :func:`_gaps_from` starts at: the outlines' wall ends."""
     blocked = np.pad((~free).astype(np.uint8), 1, constant_values=1)
     contours, _ = cv2.findContours(blocked, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     epsilon = max(1.0, _STRAIGHTEN_M / cell_m)
-    starts = [np.zeros((0, 6))]
+    starts = [np.zeros((0, 8))]
     for contour in contours:
         corners = cv2.approxPolyDP(contour, epsilon, closed=True)
         if len(corners) >= 2:
@@ -190,7 +193,7 @@ def _ends_of_faces(
         lengths[k] = np.hypot(edge[0], edge[1])
         # A thin spur's outline may visit a cell twice: such a face has no length and no direction.
         faces[k] = _line(outline, places[k], places[k + 1], skip, edge / max(lengths[k], 1.0))
-    rows = np.empty((2 * count, 6))
+    rows = np.empty((2 * count, 8))
     found = 0
     for k in range(count):
         behind, ahead = faces[k - 1, 2:], faces[k, 2:]
@@ -207,6 +210,10 @@ def _ends_of_faces(
                 rows[found, :2] = centre + (ring[k] - centre) @ along * along
                 rows[found, 2:4] = along
                 rows[found, 4], rows[found, 5] = -sign * along[1], sign * along[0]
+                rows[found, 6:] = along
+                beyond = k if face == k - 1 else k - 1
+                if 0.0 < turn < _BEND_RAD and lengths[beyond] >= least_face:
+                    rows[found, 6], rows[found, 7] = faces[beyond, 3], -faces[beyond, 2]
                 found += 1
     return rows[:found]
 

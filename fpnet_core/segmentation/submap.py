@@ -118,6 +118,7 @@ def segment_part(
     full = _drop_glimpses(full, cell_m)
     rooms = set(label_windows(full))
     openings = [door for door in openings if _leads_somewhere(door, rooms, cell_m)]
+    openings = _without_holes(openings, scene.sees_lintels, cell_m)
     if has_scans:
         full = _to_faces(full, grid.cells, held, cell_m)
     return assemble(grid, full, openings, metres_per_unit, _scores(full, scene.unseen))
@@ -170,6 +171,30 @@ def _leads_somewhere(opening: Opening, rooms: set[int], cell_m: float) -> bool:
     if opening.has_lintel or _width_m(opening, cell_m) >= MIN_DOOR_WIDTH_M:
         return True
     return rooms.issuperset(opening.rooms)
+
+
+def _without_holes(openings: list[Opening], sees_lintels: bool, cell_m: float) -> list[Opening]:
+    """
+    Return ``openings`` without holes that scans have left in the wall beside a door.
+
+    Two rooms have seldom more than one door. A second opening between them without a lintel is a
+    hole where lintels are seen, and elsewhere where it is narrower than a door; the widest stays.
+    """
+
+    def rank(opening: Opening) -> tuple[bool, float]:
+        return opening.has_lintel, _width_m(opening, cell_m)
+
+    best: dict[tuple[int, int], Opening] = {}
+    for opening in openings:
+        best[opening.rooms] = max(best.get(opening.rooms, opening), opening, key=rank)
+    return [
+        opening
+        for opening in openings
+        if opening.has_lintel
+        or opening is best[opening.rooms]
+        or min(opening.rooms) == 0  # what lies behind may be several rooms
+        or not (sees_lintels or _width_m(opening, cell_m) < MIN_DOOR_WIDTH_M)
+    ]
 
 
 def _width_m(opening: Opening, cell_m: float) -> float:

@@ -70,6 +70,24 @@ def test_cubicles_open_to_the_room_in_front(angle_deg):
     assert all(0 in portal.rooms for portal in segmentation.portals)
 
 
+# A hall with cut-off corners, from one of which a corridor 2 m wide leads away [m].
+BENT = [(-1.0, 6.0), (-1.0, 2.0), (-5.0, -2.0), (-5.0, -6.0), (5.0, -6.0), (5.0, -2.0), (1.0, 2.0)]
+
+
+@pytest.mark.parametrize('angle_deg', ANGLES)
+def test_a_gap_is_square_to_the_corridor_that_a_bent_wall_opens_to(angle_deg):
+    angle = np.deg2rad(angle_deg)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    ring, mouth = np.array([*BENT, (1.0, 6.0)]) @ turn.T + 10.0, turn @ (0.0, 2.0) + 10.0
+    free = np.zeros((400, 400), dtype=np.uint8)
+    cv2.fillPoly(free, [np.rint((ring / CELL_M - 0.5) * 16).astype(np.int32)], 1, shift=4)
+    gaps_found = np.array(find_gaps(free == 1, free == 0, CELL_M))
+    lengths = np.hypot(*(gaps_found[:, 1] - gaps_found[:, 0]).T) * CELL_M
+    middles = (gaps_found.mean(axis=1)[:, ::-1] + 0.5) * CELL_M
+    assert lengths == pytest.approx(2.0, abs=0.15)
+    assert np.hypot(*(middles - mouth).T) == pytest.approx(0.0, abs=0.15)
+
+
 def test_an_opening_wider_than_any_gap_joins(monkeypatch):
     monkeypatch.setattr(gaps, 'GAP_WIDTH_M', 2.0)
     free = drawing(WIDE, 21.7)
