@@ -157,7 +157,7 @@ def drawn_scene(free: Mask, cell_m: float, is_bare: bool = False) -> Scene:
     bare = free
     if not is_bare:
         bare = erase_door_symbols(free, cell_m)
-        bare = bare | furniture_cells(bare, cell_m)
+        bare = bare | furniture_cells(bare, cell_m, is_drawn=True)
     blocked = ~bare if is_on_paper(free) else _framed(~bare)
     return Scene(bare, np.zeros_like(bare), blocked, cell_m, furniture=bare & ~free)
 

@@ -127,7 +127,10 @@ def cleaned(root: ElementTree.Element, name: str) -> Clean:
     if _local(root) != 'svg':
         raise MapFormatError(f'{name} is XML, but no SVG: its root is {_local(root)[:40]!a}')
     clean = Clean(root)
-    clean.by_id = {element.get('id', ''): element for element in root.iter()}
+    for element in root.iter():
+        clean.by_id[element.get('id', '')] = element
+        if _local(element) == 'path':
+            element.attrib.setdefault('d', '')  # letters for a space have none; libraries need one
     _clean_element(clean, root, '', ())
     _refuse_growth(root, name)
     return clean

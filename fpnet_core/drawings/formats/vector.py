@@ -211,7 +211,9 @@ def choose_paths(page: VectorPage, pieces: OutlinePieces, options: ReadOptions) 
             )
         return Choice(chosen[page.layer] & solid)
     roles = np.array([layer_role(layer) for layer in page.layers], dtype=object)
-    length = np.bincount(page.layer[pieces.path], pieces.length, len(page.layers))
+    length = np.bincount(
+        page.layer[pieces.path], pieces.length * _is_seen(page)[pieces.path], len(page.layers)
+    )
     is_wall = roles == LayerRole.WALL
     if length[is_wall].sum() >= _WALL_SHARE * length.sum() > 0.0:
         kept = is_wall | (roles == LayerRole.WINDOW)
@@ -222,7 +224,7 @@ def choose_paths(page: VectorPage, pieces: OutlinePieces, options: ReadOptions) 
             notes.append(f'left out, as their names say nothing: {_listed(unknown)}')
         return Choice(kept[page.layer] & solid, tuple(notes))
     kept = (roles == LayerRole.UNKNOWN) | is_wall | (roles == LayerRole.WINDOW)
-    if not length[kept].any():
+    if length[kept].sum() <= _WALL_SHARE * length.sum():  # a plotting program's group of all
         kept[:] = True
     notes = []
     if len(page.layers) > 1 and not kept.all():

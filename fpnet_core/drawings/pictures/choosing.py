@@ -15,9 +15,16 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.doubting import Doubts, doubts_of
 from fpnet_core.drawings.pictures.learned import SeenBuilding, see_building
 from fpnet_core.drawings.pictures.looking import Rival, view_reading
-from fpnet_core.drawings.pictures.plausible import features, findings, probability
+from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings, probability
 from fpnet_core.drawings.pictures.sheet import FRAME, find_building
-from fpnet_core.drawings.pictures.tones import Levels, colourfulness, ink_level, is_dark_ground
+from fpnet_core.drawings.pictures.tones import (
+    Levels,
+    brightness,
+    colourfulness,
+    commonest_levels,
+    ink_level,
+    is_dark_ground,
+)
 from fpnet_core.drawings.pictures.view import View, on_paper, view_of
 from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
 from fpnet_core.errors import MapFormatError
@@ -40,12 +47,12 @@ _SURE = 0.7  # a reading so plausible is taken without a look at others
 _PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
 _MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
 _MAX_DRAWN_PX = 3_000_000  # and so are larger ones without a level that means unknown
-_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
 _LEVELS_SHARE = 0.92  # of a clean picture has one of these
 _WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
 _COLOURED = 24  # levels between channels that a scanner's noise does not make
 _COLOUR_SHARE = 2e-3  # of a picture has colour
 _JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
+_SPECKS = 1.0  # per room: letters, furniture
 _ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
 _SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for walls
 _SEEN_SHARE = 0.25  # of a space was seen as a room
@@ -107,7 +114,7 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     """
     pictures = _pictures(drawing.pixels)
     plain = None if options.storey else _best_plain(pictures, options, config)
-    if plain is not None and _is_sure(plain):
+    if plain is not None and _is_sure(plain) and not _is_lettered(plain, pictures[0]):
         return plain
     known = [plain] if plain is not None else []
     for picture in pictures:
@@ -170,6 +177,12 @@ def thought_of(found: Found, drawing: Drawing, config: SegmentationConfig) -> Do
 
 def _is_sure(reading: Found) -> bool:
     return reading.probability > _SURE and not reading.is_absurd
+
+
+def _is_lettered(plain: Found, picture: Levels) -> bool:
+    """Tell whether more than a building is drawn: texts come with lines that cross rooms."""
+    specks = features(plain.segmentation)[FEATURES.index('specks')]
+    return bool(specks > np.log1p(_SPECKS)) and not _is_map(commonest_levels(brightness(picture)))
 
 
 def all_readings(
@@ -368,30 +381,17 @@ def _grey(pixels: Levels) -> Levels | None:
         return None
     if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
         return None
-    weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
-    grey = np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
-    shares = _level_shares(grey)
-    is_map = any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
-    is_small = grey.size <= _MAX_DRAWN_PX or is_map
+    grey = brightness(pixels)
+    shares = commonest_levels(grey)
+    is_small = grey.size <= _MAX_DRAWN_PX or _is_map(shares)
     return grey if is_small and sum(share for _, share in shares) > _LEVELS_SHARE else None
 
 
-def _level_shares(grey: Levels) -> list[tuple[int, float]]:
-    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
-    count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
-    found = []
-    for _ in range(_LEVELS):
-        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
-        level = int(near.argmax())
-        found.append((level, float(near[level])))
-        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
-    return found
+def _is_map(shares: list[tuple[int, float]]) -> bool:
+    """Tell whether a level is as common as that for unknown is on robots' maps."""
+    return any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
 
 
 def _is_within(inner: Box, outer: Box) -> bool:
-    return (
-        inner[0] >= outer[0]
-        and inner[1] >= outer[1]
-        and inner[2] <= outer[2]
-        and inner[3] <= outer[3]
-    )
+    starts = inner[0] >= outer[0] and inner[1] >= outer[1]
+    return starts and inner[2] <= outer[2] and inner[3] <= outer[3]

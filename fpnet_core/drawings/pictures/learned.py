@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
 from fpnet_core.drawings.pictures.plausible import wall_cells
+from fpnet_core.drawings.pictures.signs import coloured_signs
 from fpnet_core.drawings.pictures.tones import contrast, ink_level
 from fpnet_core.drawings.pictures.view import View
 from fpnet_core.drawings.types import Array, Box, Chances, Trust
@@ -135,6 +136,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     there = (cv2.warpPerspective(m.view(np.uint8), H_cell_sheet, size) > 0 for m in halls)
     fine = given_halls(fine, *there)
     cells = _alone(_cells(fine, before, near))
+    cells[coloured_signs(cells == OCCUPIED, final)] = FREE
     if not (cells == FREE).any():
         return None
     rough = _alone(_cells(before, before, near))

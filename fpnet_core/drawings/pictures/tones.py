@@ -39,6 +39,7 @@ _SHEET_SHARE, _CONVEX = 0.25, 0.93  # of the picture is sheet, and of its hull
 _NOISE_SIGMAS = 4.0
 _FAINTEST = 14  # contrast of lines that a reader just sees, as of grey 240 on white
 _TOP_SHARE = 0.9  # of the ink is no darker than the darkest tone
+_LEVELS, _LEVEL_REACH = 4, 3  # a clean picture has so few grey levels, so near to each other
 _CUT = 0.3  # of the darkest tone: what is fainter is no ink
 
 
@@ -51,6 +52,24 @@ def colourfulness(pixels: Levels) -> Levels:
     """Return how far apart (H, W) each pixel's channels are."""
     channels = cv2.split(pixels)
     return _levels(cv2.subtract(reduce(cv2.max, channels), reduce(cv2.min, channels)))
+
+
+def brightness(pixels: Levels) -> Levels:
+    """Return the brightness (H, W) of pixels (H, W, 3)."""
+    weights = np.array([0.299, 0.587, 0.114], dtype=np.float32)
+    return np.asarray(np.rint(pixels.astype(np.float32) @ weights), dtype=np.uint8)
+
+
+def commonest_levels(grey: Levels) -> list[tuple[int, float]]:
+    """Return the commonest grey levels, far apart, with the shares of pixels near to each."""
+    count = np.bincount(grey.ravel(), minlength=256).astype(np.float64) / grey.size
+    found = []
+    for _ in range(_LEVELS):
+        near = np.convolve(count, np.ones(2 * _LEVEL_REACH + 1), mode='same')
+        level = int(near.argmax())
+        found.append((level, float(near[level])))
+        count[max(0, level - _LEVEL_REACH) : level + _LEVEL_REACH + 1] = 0.0
+    return found
 
 
 def is_dark_ground(pixels: Levels) -> bool:

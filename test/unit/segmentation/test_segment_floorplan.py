@@ -171,6 +171,21 @@ def test_a_piece_of_wall_between_doorways_is_no_furniture(angle_deg, bar_m, leg_
         assert np.linalg.norm(middles - at, axis=1).min() < 0.3
 
 
+@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
+@pytest.mark.parametrize('scale', [1.0, 1.4])
+def test_an_arrow_through_a_doorway_is_no_piece_of_wall(angle_deg, scale):
+    """Not in a drawing either that is taken for two fifths larger."""
+    rooms = [(0.0, 0.0, 9.0, 3.0), (0.0, 3.2, 4.4, 7.0), (4.6, 3.2, 9.0, 7.0)]
+    doorways = [(x, 2.9, x + 1.0, 3.3) for x in (1.5, 6.5)]
+    arrows = [rectangle(x + 0.45, 2.4, x + 0.55, 3.9) for x in (1.5, 6.5)]
+    T_grid_plan = SE2.from_xy_yaw(8.0, 4.0, np.deg2rad(angle_deg))
+    free = [rectangle(*box) for box in rooms + doorways]
+    grid = GridMap(draw(T_grid_plan, free, arrows), RESOLUTION_M)
+    segmentation = segment_floorplan(grid, CONFIG, scale)
+    widths = [portal.width_m for portal in segmentation.portals]
+    assert widths == pytest.approx([1.0, 1.0], abs=0.15)
+
+
 @pytest.mark.parametrize('size', [(2.2, 1.2), (1.2, 0.8)])
 def test_an_outlined_table_is_no_room_and_hides_no_door(size):
     """The large one is closed, and nobody can enter it."""

@@ -199,6 +199,20 @@ def test_names_of_groups_are_layers(tmp_path):
     assert levels(drawing, [(45, 0), (40, 40)]).tolist() == [0.0, 255.0]
 
 
+def test_what_a_plotting_library_writes_is_read(tmp_path):
+    """All of it lies in a group that is named like axes of a building; a space has no path."""
+    body = (
+        '<defs><path id="space" transform="scale(0.1)"/><clipPath id="all"><path/>'
+        '<rect width="100" height="100"/></clipPath></defs>'
+        '<path d="M0 0h100v100h-100z" fill="white"/><g id="axes_1">'
+        '<path d="M10 10h80v80h-80z" fill="none" stroke="black" clip-path="url(#all)"/>'
+        '<path d="M50 10v80" fill="none" stroke="black"/><use xlink:href="#space"/></g>'
+    )
+    (tmp_path / 'a.svg').write_text(bare(body))
+    drawing = open_drawing(tmp_path / 'a.svg')
+    assert levels(drawing, [(50, 40), (50, 10), (30, 40)]).tolist() == [0.0, 0.0, 255.0]
+
+
 def test_nothing_outside_of_the_file_is_touched(tmp_path):
     (tmp_path / 'secret.png').write_bytes(b'not to be read')
     body = (

@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which reading is taken, and what doors and walls say of the spaces that a network saw."""
 
+import cv2
 import numpy as np
+from plan_pictures import storey
 import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures import choosing
 from fpnet_core.drawings.pictures.learned import SeenBuilding
 from fpnet_core.drawings.pictures.plausible import findings
-from fpnet_core.drawings.types import Drawing, Trust
+from fpnet_core.drawings.types import Drawing, ReadOptions, Trust
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -102,3 +104,25 @@ def test_what_no_building_is_like_is_the_last_resort():
     chosen = choosing._likeliest([likely, less], likely, drawing, CONFIG)
     assert len(chosen.segmentation.portals) == 4
     assert [rival.plausible for rival in chosen.rivals] == [0.6]
+
+
+def test_a_bare_drawing_with_letters_is_looked_at_by_the_network_too(monkeypatch):
+    """A map's specks are what a robot saw; a clean plan means what it shows."""
+    asked = []
+    monkeypatch.setattr(choosing, '_seen', lambda *given: asked.append(given))
+    picture, _ = storey()
+    drawn = lettered(picture)
+    grey = np.where(picture == 255, 205, picture)
+    grey[60:-60, 60:-60] = picture[60:-60, 60:-60]
+    for pixels, looks in ((picture, 0), (drawn, 1), (lettered(grey), 1)):
+        choosing.choose(Drawing(pixels, 'a.png', 'png'), ReadOptions(), CONFIG)
+        assert len(asked) == looks
+
+
+def lettered(picture):
+    """Return the picture with a name in every room."""
+    drawn = picture.copy()
+    for x in range(60, drawn.shape[1] - 80, 60):
+        for y in (90, 240):
+            cv2.putText(drawn, 'Lab', (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (0, 0, 0))
+    return drawn
