@@ -12,7 +12,7 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import track
-from fpnet_lab.scores import Unit, Units
+from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from fpnet_lab.sim.statistics import FloorMeasures
 
 REAL_FOLDER = Path('../shared/data/bormann')
-
-_SHORT = Unit(digits=2, whole_from=10)  # numerical: digits
 
 
 def command(
@@ -50,7 +48,7 @@ def command(
 
     from fpnet_lab.sim.floors import floor_of_plan, read_floors
     from fpnet_lab.sim.plans import generate_plan
-    from fpnet_lab.sim.population import compare, percentile_errors, two_sample
+    from fpnet_lab.sim.population import PERCENTILES, compare, percentile_errors, two_sample
     from fpnet_lab.sim.statistics import measure_floor
 
     real = [measure_floor(floor) for floor in read_floors(common.check_input(data))]
@@ -61,8 +59,14 @@ def command(
     rows, told = compare(generated, real), two_sample(generated, real, seed or 0)
     if plot is not None:
         _plot(generated, real, plot)
-    _print_table(rows, told, f'{len(generated)} generated / {len(real)} real storeys', json_path)
-    common.write_json(json_path, _result(rows, percentile_errors(rows), told))
+    counts = {'generated': len(generated), 'real': len(real), 'at': PERCENTILES}
+    finish('statistics', json_path, counts | _result(rows, percentile_errors(rows), told))
+    features = sorted(told.importance, key=lambda name: -told.importance[name])
+    common.say(
+        f'\na classifier tells real regions from generated ones with AUC {told.auc:.2f} '
+        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
+        json_path,
+    )
 
 
 def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], path: Path) -> None:
@@ -73,26 +77,6 @@ def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], pat
         return {name: quantity(floors) for name, quantity in QUANTITIES.items()}
 
     save_population(values(generated), values(real), [values([floor]) for floor in real], path)
-
-
-def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Path | None) -> None:
-    from fpnet_lab.sim.population import FITTED, PERCENTILES
-
-    cells = []
-    for row in rows:
-        values = zip(row.generated, row.real, strict=True)
-        worst = max(map(abs, row.relative_errors))
-        error = Units.SHARE.text(worst) if row.name in FITTED else ''
-        pairs = (f'{_SHORT.text(g)} / {_SHORT.text(r)}' for g, r in values)
-        cells.append([row.name, *pairs, error])
-    titles = ('quantity', *(f'{p} %' for p in PERCENTILES), 'error')
-    common.show_table(titles, cells, json_path, title, width=110)
-    features = sorted(told.importance, key=lambda name: -told.importance[name])
-    common.say(
-        f'a classifier tells real regions from generated ones with AUC {told.auc:.2f} '
-        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
-        json_path,
-    )
 
 
 def _result(rows: Sequence[Row], errors: dict[str, float], told: TwoSample) -> dict[str, Any]:

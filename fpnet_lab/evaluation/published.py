@@ -4,20 +4,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 import math
 
 from fpnet_core.errors import ConfigError
+from fpnet_lab.evaluation import published_code as code
+from fpnet_lab.evaluation import published_judging as judging
 from fpnet_lab.evaluation import published_rooms as rooms
 from fpnet_lab.evaluation import published_runs as runs
+from fpnet_lab.evaluation import published_simulator as simulator
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.peers import peers
-from fpnet_lab.evaluation.published_nodes import node_load, wirings
+from fpnet_lab.evaluation.published_nodes import cloud_transport, node_load, wirings
 from fpnet_lab.evaluation.published_sites import sites
+from fpnet_lab.evaluation.published_weights import WEIGHTS
 from fpnet_lab.provenance import Provenance
-from fpnet_lab.scores import Column, Figures, Row, Table, Unit, Units, columns, named, together
+from fpnet_lab.scores import (
+    REPORTS,
+    Column,
+    Figures,
+    Row,
+    Table,
+    Unit,
+    Units,
+    columns,
+    named,
+    together,
+)
 
 _OPEN_SET = {'wrong_building': "on other buildings' plans", 'mirrored_plan': 'on mirrored plans'}
 _PLAIN = ('exact', 'stretched_5', 'stretched_10', 'changed_walls', 'sketch', 'unknown_scale')
@@ -63,15 +78,15 @@ _CLAIMS = {
 }
 
 
-def published(name: str, report: Row, made: Provenance) -> dict[str, str]:
+def published(name: str, report: Row, *made: Provenance) -> dict[str, str]:
     """
     Return the tables and figures that a benchmark's report gives, by name.
 
     Parameters
     ----------
     name : of the benchmark, one of :data:`MAKERS`
-    report : what its ``--json`` has written
-    made : stands above each table
+    report : what its ``--json`` has written, or several :func:`joined` ones
+    made : that of each report; they stand above each table
 
     Raises
     ------
@@ -79,8 +94,28 @@ def published(name: str, report: Row, made: Provenance) -> dict[str, str]:
         If there is no such benchmark, or the report is none of it.
     """
     tables, values = figures_of(name, report)
-    texts = {key: f'{made}:\n\n{table.markdown()}\n\n' for key, table in tables.items()} | values
+    above = '; '.join(dict.fromkeys(map(str, made)))
+    texts = {key: f'{above}:\n\n{table.markdown()}\n\n' for key, table in tables.items()} | values
     return {'.'.join(filter(None, (name, key))): text for key, text in texts.items()}
+
+
+def joined(name: str, reports: Sequence[Row]) -> Row:
+    """
+    Return the reports of several runs of a benchmark as one.
+
+    Raises
+    ------
+    ConfigError
+        If there are several, and its tables are of one run.
+    """
+    if len(reports) == 1:
+        return reports[0]
+    if name not in OF_SEVERAL:
+        raise ConfigError(
+            f'{len(reports)} reports of {name!r}, whose tables are of one; '
+            f'several may be given of {", ".join(sorted(OF_SEVERAL))}'
+        )
+    return {REPORTS: list(reports)}
 
 
 def figures_of(name: str, report: Row) -> Figures:
@@ -183,5 +218,24 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     **rooms.MATCHES,
     'wirings': wirings,
     **dict.fromkeys(('node_load', 'node_load_kiss'), node_load),
+    'cloud_transport': cloud_transport,
+    'calibration': judging.calibration,
+    'claim_rules': judging.claim_rules,
+    'judge_ablation': judging.judge_ablation,
+    'long_run': runs.long_run,
+    'sheet_drives': runs.sheet_drives,
+    'finished_clouds': rooms.finished_clouds,
+    'submap_losses': rooms.submap_losses,
+    'recordings': simulator.recordings,
+    'simulator': simulator.throughput,
+    'statistics': simulator.statistics,
+    'constants_varied': code.constants_varied,
+    'growth': code.growth,
+    'readers': code.readers,
+    'wheels': code.wheels,
+    **WEIGHTS,
 }
 """For each benchmark: its report to tables and figures, by the rest of their names."""
+
+OF_SEVERAL = frozenset({'constants_varied', 'finished_clouds', 'recordings'})
+"""Benchmarks whose tables hold several runs of the command, each of another part."""

@@ -46,6 +46,29 @@ _LOAD = (
 )  # numerical: digits
 
 
+_PROFILES = {'defaults': 'defaults', 'fastdds_shm.xml': '`fastdds_shm.xml`'}
+
+
+def cloud_transport(report: Row) -> Figures:
+    """Return a row for each profile: how many clouds arrived in a subscription, and how late."""
+    subscriptions = list(dict.fromkeys(case['subscription'] for case in report['cases']))
+    rows = [
+        [title, *(_arrived(report, profile, each) for each in subscriptions)]
+        for profile, title in _PROFILES.items()
+    ]
+    what = f'of {report["clouds"]} clouds of {report["points"]:,} points'
+    return {'': Table((what, *subscriptions), rows)}, {}
+
+
+def _arrived(report: Row, profile: str, subscription: str) -> str:
+    """Return how many clouds arrived in one set-up, and their median latency."""
+    for case in report['cases']:
+        if (case['profile'], case['subscription']) == (profile, subscription):
+            late = Units.MS.to(0, 'none').text(case['latency_ms'])
+            return f'{case["arrived"]}, {late}'
+    return ''
+
+
 def wirings(report: Row) -> Figures:
     """Return a row for each robot that was wired differently."""
     return {'': Table.of(_WIRINGS, report['robots'])}, {}

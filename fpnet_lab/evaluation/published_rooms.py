@@ -8,7 +8,18 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fpnet_lab.scores import Column, Figures, Row, Score, Table, Units, columns, named
+from fpnet_lab.scores import (
+    Column,
+    Figures,
+    Row,
+    Score,
+    Table,
+    Units,
+    columns,
+    named,
+    of,
+    reports_of,
+)
 
 # Numerical, digits:
 _TENTH, _IOU = Units.FINE_SHARE, Units.NUMBER
@@ -52,6 +63,24 @@ _GROUPS = {
     'practices': 'generated small offices',
     'houses': 'generated houses of large rooms',
 }
+
+_LOST = Units.NUMBER.to(3)
+_LOSSES = (
+    Column('sensor', 'name'),
+    Column('rooms', 'rooms'),
+    *columns(_LOST, {'shipped': 'IoU', 'decided': 'decided', 'cut': 'cut'}),
+    *columns(_LOST, {name: name for name in ('returns', 'unseen', 'free', 'beyond')}),
+)
+_SURVEYS = {'terrestrial': 'terrestrial', 'slam': 'SLAM map'}
+_CLOUDS = (
+    Column('cloud', 'name'),
+    Column('storeys', 'storeys'),
+    Column('rooms', 'rooms'),
+    Column('room IoU', 'iou', _IOU),
+    Column('found', 'found', Units.SHARE),
+    Column('matched', of('matched', 'storeys')),
+    Column('IoU, two storeys in one cloud, strays around', 'of_two', _IOU),
+)
 
 # Chosen, what rooms, doors and matches are to reach at least:
 _OF_PLANS = {
@@ -132,6 +161,40 @@ def submaps(report: Row) -> Figures:
         said = f'room IoU, {_SENSORS[name].partition(",")[0]}'
         scores.append(Score(said, row['room_iou_mean'], _IOU.to(3), aim, is_floor=True))
     return {'': Table.of(_DRIVES, named(rows)), 'aims': Table.of_aims(scores)}, {}
+
+
+def submap_losses(report: Row) -> Figures:
+    """Return where rooms of submaps lose intersection over union, by sensor."""
+    sensors = report['sensors'].items()
+    rows = {_SENSORS.get(name, name).partition(',')[0]: row for name, row in sensors}
+    return {'': Table.of(_LOSSES, named(rows))}, {}
+
+
+def finished_clouds(report: Row) -> Figures:
+    """Return what is found in clouds of each survey, by the seed that storeys begin with."""
+    rows = []
+    for run in reports_of(report):
+        for how in dict.fromkeys(cloud['how'] for cloud in run['clouds']):
+            clouds = [cloud for cloud in run['clouds'] if cloud['how'] == how]
+            name = f'{_SURVEYS.get(how, how)}, seed {run["seed"]}'
+            rows.append({**_of_clouds(clouds), 'name': name})
+    return {'': Table.of(_CLOUDS, rows)}, {}
+
+
+def _of_clouds(clouds: Sequence[Row]) -> Row:
+    """Return what all clouds of one survey come to; rooms weigh the same."""
+    rooms = [cloud['rooms'] for cloud in clouds]
+    means = {
+        key: float(np.average([cloud[key] for cloud in clouds], weights=rooms))
+        for key in ('found', 'iou')
+    }
+    of_two = [iou for cloud in clouds for iou in cloud['of_two']]
+    counts = {
+        'storeys': len(clouds),
+        'rooms': sum(rooms),
+        'matched': sum(cloud['status'] == 'matched' for cloud in clouds),
+    }
+    return means | counts | {'of_two': float(np.mean(of_two)) if of_two else None}
 
 
 def scale(report: Row) -> Figures:

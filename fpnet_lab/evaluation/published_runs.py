@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+import math
+from statistics import median
 
 from fpnet_lab.scores import (
     Column,
@@ -15,6 +17,7 @@ from fpnet_lab.scores import (
     Unit,
     Units,
     named,
+    of,
     share_of,
     together,
 )
@@ -64,6 +67,28 @@ _CARRIED = (
     Column('wrong poses', 'wrong_poses'),
     Column('found again', 'found_again'),
     Column('right poses', 'right_poses'),
+)
+
+_MB = Unit(' MB')
+_HOUR = (
+    ('tick, median', 'tick_ms_p50', Units.MS),
+    ('tick, 95th percentile', 'tick_ms_p95', Units.MS),
+    ('`add_scan`, median', 'add_scan_ms_p50', Units.MS.to(1)),
+    ('memory held, simulator included', 'rss_mb_max', _MB),
+)
+# Chosen, what an hour of driving may cost at its end:
+_AIM_TICK_MS, _AIM_ADD_SCAN_MS, _AIM_SLOWER, _AIM_MEMORY_MB = 200.0, 10.0, 1.5, 1200.0
+
+_GRID, _GRID_SAID = 'grid', 'clean floorplan, scale stated'
+_WRONG_M = 1.0  # chosen: a claim further off is wrong
+_SHEETS = (
+    Column('sheet', 'name'),
+    Column('found', of('found', 'drives')),
+    Column('wrong by over 1 m', 'wrong'),
+    Column('doubted by the reader', 'doubted'),
+    Column('first pose, median', 'after_m', Units.PATH),
+    Column("over the grid's", 'ratio', Units.NUMBER),
+    Column('error', 'error_m', Units.METRES),
 )
 
 _DURATION = Units.SECONDS.in_title(4)  # numerical: digits
@@ -176,6 +201,53 @@ def carried_off(report: Row) -> Figures:
     }
     rows = named({title: report['ways'][way] for title, way in titles.items()})
     return {'': Table.of(_CARRIED, rows)}, {'drives': str(len(report['drives']))}
+
+
+def long_run(report: Row) -> Figures:
+    """Return what calls take early and late in a long drive, and which aims are met."""
+    early, late = report['early'], report['late']
+    titles = (
+        f'at {early["minute"]:.0f} minutes, exploring',
+        f'at {late["minute"]:.0f} minutes',
+    )
+    rows = [[what, *(unit.text(part[key]) for part in (early, late))] for what, key, unit in _HOUR]
+    slower = report['late_over_early_tick_cpu_p50']
+    scores = (
+        Score('tick, 95th percentile', late['tick_ms_p95'], Units.MS, _AIM_TICK_MS),
+        Score('`add_scan`, median', late['add_scan_ms_p50'], Units.MS.to(1), _AIM_ADD_SCAN_MS),
+        Score('tick, median, of that early', slower, Units.NUMBER, _AIM_SLOWER),
+        Score('memory held', late['rss_mb_max'], _MB, _AIM_MEMORY_MB),
+    )
+    tables = {'': Table(('figure', *titles), rows), 'aims': Table.of_aims(scores)}
+    return tables, {'explored': Unit(' m²').text(report['explored_m2'])}
+
+
+def sheet_drives(report: Row) -> Figures:
+    """Return how soon robots are found on each kind of sheet, and how much later than on grids."""
+    by_sheet: dict[str, list[Row]] = {}
+    for drive in report['drives']:
+        by_sheet.setdefault(drive['sheet'], []).append(drive)
+    grid_m = {drive['seed']: drive['found_after_m'] for drive in by_sheet[_GRID]}
+    rows = [_on_sheets(name, drives, grid_m) for name, drives in by_sheet.items()]
+    return {'': Table.of(_SHEETS, rows)}, {}
+
+
+def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | None]) -> Row:
+    """Return what drives on one kind of sheet come to; not found is later than anything."""
+    after_m = [math.inf if d['found_after_m'] is None else d['found_after_m'] for d in drives]
+    found = [drive for drive in drives if drive['found_after_m'] is not None]
+    ratio = [d['found_after_m'] / path_m for d in found if (path_m := grid_m[d['seed']])]
+    median_m = median(after_m)
+    return {
+        'name': _GRID_SAID if name == _GRID else name,
+        'drives': len(drives),
+        'found': len(found),
+        'wrong': sum(drive['error_m'] > _WRONG_M for drive in found),
+        'doubted': sum(bool(drive['doubts']) for drive in drives),
+        'after_m': 'none' if math.isinf(median_m) else median_m,
+        'ratio': median(ratio) if ratio and name != _GRID else None,
+        'error_m': median(drive['error_m'] for drive in found) if found else None,
+    }
 
 
 def speed(report: Row) -> Figures:
