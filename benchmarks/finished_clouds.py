@@ -76,7 +76,7 @@ def drawn(plan):
 
 
 @dataclass(frozen=True)
-class Case:
+class CloudCase:
     """A storey's seed, how it is surveyed, and whether that of the seed before is put below."""
 
     how: str
@@ -91,7 +91,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Result:
+class CloudResult:
     """What is found in one cloud, and mean scores of both storeys where one lies below."""
 
     how: str
@@ -122,7 +122,7 @@ def run_case(case):
     rng = np.random.default_rng(case.seed)
     if case.pictures is not None:
         draw(cut, sub, case.pictures / f'{case.how}_{case.seed}.png')
-    return Result(
+    return CloudResult(
         how=case.how,
         seed=case.seed,
         points=len(points),
@@ -155,13 +155,13 @@ def main() -> None:
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.storeys)
     cases = [
-        Case(how, seed, seed > arguments.seed, arguments.pictures)
+        CloudCase(how, seed, seed > arguments.seed, arguments.pictures)
         for how in SURVEYS
         for seed in seeds
     ]
     with progress('clouds', len(cases)) as advance:
         named = {case.name: case for case in cases}
-        results = make_once(arguments.work, Result, named, run_case, on_done=advance)
+        results = make_once(arguments.work, CloudResult, named, run_case, on_done=advance)
     report = {'seed': arguments.seed, 'clouds': [asdict(result) for result in results]}
     finish('finished_clouds', arguments.json, report)
 

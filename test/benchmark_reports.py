@@ -304,8 +304,8 @@ ON_GRID = {
 ON_SHEETS = [
     ON_GRID,
     ON_GRID | {'seed': 2, 'found_after_m': 4.0},
-    ON_GRID | {'sheet': 'scan jpg', 'found_after_m': 7.2, 'error_m': 1.5, 'doubts': ['faint']},
-    ON_GRID | {'sheet': 'scan jpg', 'seed': 2, 'found_after_m': None, 'error_m': None},
+    ON_GRID | {'sheet': 'scan picture', 'found_after_m': 7.2, 'error_m': 1.5, 'doubts': ['faint']},
+    ON_GRID | {'sheet': 'scan picture', 'seed': 2, 'found_after_m': None, 'error_m': None},
 ]
 CLOUD = {
     'how': 'slam',

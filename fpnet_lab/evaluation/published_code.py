@@ -32,7 +32,7 @@ _VARIED = (
 )
 
 _OUTCOMES = ('unclear', 'exception', 'memory', 'executed', 'timeout', 'crash')
-_READERS = (
+_READERS = (  # numerical: digits
     *columns(Units.COUNT, {key: key for key in ('reader', 'inputs', 'accepted', 'refused')}),
     *columns(Units.COUNT, {key: key for key in _OUTCOMES}),
     Column('slowest [CPU s]', 'slowest_cpu_s', Units.NUMBER),

@@ -21,7 +21,7 @@ _KINDS = {
     'drives': 'generated drives',
     'real': 'cuts of real pairs, {half} half',
 }
-_RULES = (
+_RULES = (  # numerical: digits
     Column('sure looks', 'looks'),
     Column('probability', 'probability', Units.NUMBER),
     Column('first claim, look', 'first_look', Units.NUMBER.to(1)),
@@ -29,7 +29,7 @@ _RULES = (
     Column('wrong', 'wrong'),
     Column('on other plans', of('foreign_claims', 'foreign')),
 )
-_SHARES = together(
+_SHARES = together(  # numerical: digits
     ('right', Units.SHARE.in_title(0)),
     ('claimed_right', Units.SHARE.in_title(0)),
     ('claimed_wrong', Units.FINE_SHARE),

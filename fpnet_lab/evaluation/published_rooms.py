@@ -64,7 +64,7 @@ _GROUPS = {
     'houses': 'generated houses of large rooms',
 }
 
-_LOST = Units.NUMBER.to(3)
+_LOST = Units.NUMBER.to(3)  # numerical: digits
 _LOSSES = (
     Column('sensor', 'name'),
     Column('rooms', 'rooms'),

@@ -70,7 +70,7 @@ _CARRIED = (
 )
 
 _MB = Unit(' MB')
-_HOUR = (
+_HOUR = (  # numerical: digits
     ('tick, median', 'tick_ms_p50', Units.MS),
     ('tick, 95th percentile', 'tick_ms_p95', Units.MS),
     ('`add_scan`, median', 'add_scan_ms_p50', Units.MS.to(1)),
@@ -239,7 +239,7 @@ def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | No
     ratio = [d['found_after_m'] / path_m for d in found if (path_m := grid_m[d['seed']])]
     median_m = median(after_m)
     return {
-        'name': _GRID_SAID if name == _GRID else name,
+        'name': _GRID_SAID if name == _GRID else name.replace(' ', ', '),
         'drives': len(drives),
         'found': len(found),
         'wrong': sum(drive['error_m'] > _WRONG_M for drive in found),

@@ -45,9 +45,11 @@ _COVARIANCE = (
     Column('inside', 'inside_95', Units.SHARE),
 )
 _MAPS = {
-    'bormann': 'of these: drawings of `bormann`',
     'drawings': 'real drawings',
+    'bormann': 'of these, those of `bormann`',
     'generated': 'generated drawings',
+    'sheets': 'sheets',
+    'homes': 'homes',
     'practices': 'small offices',
     'houses': 'houses of large rooms',
     'robot_maps': "robots' maps and drawn ones",
@@ -104,7 +106,7 @@ def covariance(manifest: Row) -> Figures:
 
 def scale(manifest: Row) -> Figures:
     """Return how often intervals of scales hold, with architects left out."""
-    rows = {_MAPS.get(name, name): row for name, row in manifest['figures'].items()}
+    rows = {title: manifest['figures'][name] for name, title in _MAPS.items()}
     return {'': Table.of(_SCALE, named(rows))}, {}
 
 

@@ -169,7 +169,7 @@ def test_sheets_stand_beside_the_clean_floorplan():
     report = {'drives': ON_SHEETS}
     grid, scan = rows(published('sheet_drives', report, MADE)['sheet_drives'])[2:]
     assert grid == [*('clean floorplan, scale stated', '2 of 2', '0', '0', '3.8 m', '', '0.05 m')]
-    assert scan == ['scan jpg', '1 of 2', '1', '1', 'none', '2.00', '1.50 m']
+    assert scan == ['scan, picture', '1 of 2', '1', '1', 'none', '2.00', '1.50 m']
 
 
 def test_clouds_that_arrive_are_told_by_profile():
