@@ -61,8 +61,9 @@ def statistics(report: Row) -> Figures:
     for name, row in report['percentiles'].items():
         pairs = zip(row['generated'], row['real'], strict=True)
         cells = (f'{_SHORT.text(made)} / {_SHORT.text(real)}' for made, real in pairs)
-        error = Units.SHARE.text(report['percentile_error'].get(name))
-        rows.append([_QUANTITIES[name], *cells, error])
+        errors = (report['percentile_error'].get(f'{name}_p{at}') for at in report['at'])
+        worst = max((abs(error) for error in errors if error is not None), default=None)
+        rows.append([_QUANTITIES[name], *cells, Units.SHARE.text(worst)])
     values = {
         'auc': Units.NUMBER.text(report['regions_auc']),
         'spread': Units.NUMBER.text(report['regions_auc_spread']),

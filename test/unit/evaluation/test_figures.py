@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures between markers: where pages disagree, and how they are written."""
 
+from dataclasses import replace
 import json
 from pathlib import Path
 import subprocess
 import sys
 
-from benchmark_reports import DRAWINGS, MADE, REPORTS
+from benchmark_reports import DRAWINGS, MADE, RECORDED, REPORTS, manifest
 import pytest
 
+import fpnet_core
 from fpnet_core.cli import main
 from fpnet_core.errors import ConfigError
 from fpnet_lab.cli.reports import begin, finish, write_report
@@ -114,3 +116,36 @@ def test_a_report_is_of_what_began_it(tmp_path, monkeypatch):
     write_report(tmp_path / 'report.json', {})
     made = json.loads((tmp_path / 'report.json').read_text())['made']
     assert made['command'] == 'fpnet bench scale -x'
+
+
+def test_several_reports_of_one_name_stand_in_one_table(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'docs').mkdir()
+    page = tmp_path / 'README.md'
+    page.write_text('<!-- figures: recordings -->\n<!-- end -->\n')
+    words = []
+    for clouds in ('untimed', 'instant'):
+        made = replace(MADE, command=f'python x.py --clouds {clouds}')
+        file = tmp_path / f'{clouds}.json'
+        file.write_text(json.dumps(made.in_report(RECORDED | {'clouds': clouds})))
+        words.append(f'recordings={file}')
+    with pytest.raises(SystemExit, match='0'):
+        main(['bench', 'figures', *words])
+    above, *rest = page.read_text().splitlines()[1:]
+    assert above.count('commit abc1234') == 2
+    assert 'instant' in above
+    assert sum('beams16' in line for line in rest) == 2
+
+
+def test_a_manifest_of_weights_tells_how_they_were_made(tmp_path):
+    folder = Path(fpnet_core.__path__[0]) / 'weights'
+    made = Provenance.of_weights(manifest('weights_doors'), folder / 'doors.json')
+    assert made.command.startswith('fpnet train-doors')
+    assert made.machine.endswith('weights/doors.json')
+    if Provenance.now().commit:
+        assert len(made.commit) >= 7
+        assert made.date >= '2026-11-23'
+    assert Provenance.of_weights({'data': {'samples': 3}}, folder / 'doors.json') is None
+    assert Provenance.of_weights({'data': '../shared/data'}, folder / 'doors.json') is None
+    outside = Provenance.of_weights({'data': {'command': 'x'}}, tmp_path / 'x.json')
+    assert 'outside of a checkout' in str(outside)
