@@ -30,10 +30,10 @@ from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.kept import digest, make_once
-from fpnet_lab.sim.building import extrude
-from fpnet_lab.sim.clouds import SURVEYS, surveyed_cloud
+from fpnet_lab.sim.buildings.building import extrude
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.lidars.clouds import SURVEYS, surveyed_cloud
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
 
 ROOMS = (10, 20)
 STOREY_M = 2.95

@@ -26,7 +26,7 @@ from fpnet_core.types import Status
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.localization.drives import resident_mb
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
 
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
 TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)

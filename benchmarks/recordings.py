@@ -29,11 +29,11 @@ from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import lengths_along
 from fpnet_lab.cli.reports import finish, script_parser
-from fpnet_lab.sim.fittings import BUILDING_STYLES
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.scanning import sensor_poses_at
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES
+from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.drives.scanning import sensor_poses_at
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 STRETCH_M = 15.0
 SCAN, DRIFT = ('scan_ms', 'odometry_ms'), ('metres', 'degrees', 'end_m')

@@ -8,15 +8,15 @@ import json
 from pathlib import Path
 
 import fpnet_core
-from fpnet_lab.evaluation.differences import DifferenceFigures
 from fpnet_lab.evaluation.localization.figures import report
 from fpnet_lab.evaluation.localization.peers import peer_figures
 from fpnet_lab.evaluation.localization.records import Record
-from fpnet_lab.evaluation.plan_library import LibraryAnswer, figures_by_group
-from fpnet_lab.evaluation.published_rooms import MATCHES
-from fpnet_lab.evaluation.published_weights import WEIGHTS
-from fpnet_lab.evaluation.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
-from fpnet_lab.evaluation.site_drives import SiteRun, site_report
+from fpnet_lab.evaluation.published.rooms import MATCHES
+from fpnet_lab.evaluation.published.weights import WEIGHTS
+from fpnet_lab.evaluation.robots.robot_figures import ALL_BANDS, Foreign, Outcome, robot_figures
+from fpnet_lab.evaluation.sites.differences import DifferenceFigures
+from fpnet_lab.evaluation.sites.plan_library import LibraryAnswer, figures_by_group
+from fpnet_lab.evaluation.sites.site_drives import SiteRun, site_report
 from fpnet_lab.provenance import Provenance
 
 MADE = Provenance('fpnet bench x', 'abc1234', '2026-11-22', '2 cores, AMD EPYC')

@@ -42,9 +42,9 @@ def command(
     Example: fpnet bench figures weights_doors=fpnet_core/weights/doors.json
     """
     from fpnet_core.io.truth import read_json
-    from fpnet_lab.evaluation.figures import pages as pages_of
-    from fpnet_lab.evaluation.figures import write_figures
-    from fpnet_lab.evaluation.published import joined, published
+    from fpnet_lab.evaluation.published.figures import pages as pages_of
+    from fpnet_lab.evaluation.published.figures import write_figures
+    from fpnet_lab.evaluation.published.makers import joined, published
     from fpnet_lab.provenance import Provenance, machine
 
     told = None if made_by is None else Provenance(made_by, commit, day, machine())

@@ -31,8 +31,8 @@ def command(
     Example: fpnet bench simulator --json out/simulator.json
     """
     from fpnet_core.errors import ConfigError
+    from fpnet_lab.sim.pairs.writing import BLOCK_PAIRS
     from fpnet_lab.sim.throughput import simulator_throughput
-    from fpnet_lab.sim.writing import BLOCK_PAIRS
 
     if blocks <= workers:
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpnet_lab.sim.population import Row, TwoSample
-    from fpnet_lab.sim.statistics import FloorMeasures
+    from fpnet_lab.sim.population.comparison import Row, TwoSample
+    from fpnet_lab.sim.population.statistics import FloorMeasures
 
 REAL_FOLDER = Path('../shared/data/bormann')
 
@@ -46,10 +46,15 @@ def command(
     """
     import numpy as np
 
-    from fpnet_lab.sim.floors import floor_of_plan, read_floors
     from fpnet_lab.sim.plans import generate_plan
-    from fpnet_lab.sim.population import PERCENTILES, compare, percentile_errors, two_sample
-    from fpnet_lab.sim.statistics import measure_floor
+    from fpnet_lab.sim.population.comparison import (
+        PERCENTILES,
+        compare,
+        percentile_errors,
+        two_sample,
+    )
+    from fpnet_lab.sim.population.floors import floor_of_plan, read_floors
+    from fpnet_lab.sim.population.statistics import measure_floor
 
     real = [measure_floor(floor) for floor in read_floors(common.check_input(data))]
     generated: list[FloorMeasures] = []
@@ -70,7 +75,7 @@ def command(
 
 
 def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], path: Path) -> None:
-    from fpnet_lab.sim.population import QUANTITIES
+    from fpnet_lab.sim.population.comparison import QUANTITIES
     from fpnet_lab.viz.population import save_population
 
     def values(floors: Sequence[FloorMeasures]) -> dict[str, NDArray[np.float64]]:

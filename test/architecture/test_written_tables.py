@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from fpnet_lab.evaluation.figures import pages
+from fpnet_lab.evaluation.published.figures import pages
 
 ROOT = Path(__file__).resolve().parents[2]
 _WRITTEN = re.compile(r'<!-- figures: [\w.]+ -->\n.*?<!-- end -->', re.DOTALL)
