@@ -26,7 +26,7 @@ from fpnet_lab.cli.reports import finish
 from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
 
 TOUR = TourLimits(rooms=4, shortest_s=70.0, longest_s=110.0)
 CARRIED_AT, CARRIED_M, FARTHEST = 0.45, 8.0, 0.7

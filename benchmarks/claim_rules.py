@@ -4,6 +4,7 @@
 How often must a look confirm a claim? Rules over the looks of drives, on right and wrong plans.
 
 Run: python benchmarks/claim_rules.py [--drives 42] [--seed 5000] [--trials runs/judge/trials]
+     [--json OUT]; then fpnet bench figures claim_rules=OUT
 
 A look comes each time a tenth more of the building has been seen. A rule asks for so many looks in
 a row whose best placement has at least some probability; what it claims first is right or wrong,
@@ -11,7 +12,6 @@ and on another building's plan always wrong. ``--trials`` keeps the looks of dri
 those that ``fpnet train-judge`` has gathered (seed 0).
 """
 
-import argparse
 from itertools import product
 from pathlib import Path
 import tempfile
@@ -20,8 +20,7 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.judging import Judge
-from fpnet_lab.cli.reports import print_scores
-from fpnet_lab.scores import Score, Units
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.training.judge_gathering import TrialAmounts, gather_trials, trial_blocks
 
 LOOKS = (1, 2, 3)
@@ -46,24 +45,26 @@ def first_claim(looks, needed, probability):
     return None
 
 
-def scores(judged, needed, probability):
+def outcome(judged, needed, probability):
     """Return what a rule comes to over the looks of all drives."""
     own = [first_claim(plans[0], needed, probability) for plans in judged]
     foreign = [first_claim(p, needed, probability) for plans in judged for p in plans[1:]]
     made = [claim for claim in own if claim is not None]
-    return (
-        Score('looks', needed),
-        Score('probability', probability, Units.NUMBER),
-        Score('first claim, look', np.median([c[0] + 1 for c in made]), Units.NUMBER.to(1)),
-        Score('never', f'{len(own) - len(made)} of {len(own)}'),
-        Score('wrong', sum(not c[1] for c in made)),
-        Score('on other plans', f'{sum(c is not None for c in foreign)} of {len(foreign)}'),
-    )
+    return {
+        'looks': needed,
+        'probability': probability,
+        'first_look': float(np.median([claim[0] + 1 for claim in made])) if made else None,
+        'own': len(own),
+        'never': len(own) - len(made),
+        'wrong': sum(not is_right for _, is_right in made),
+        'foreign': len(foreign),
+        'foreign_claims': sum(claim is not None for claim in foreign),
+    }
 
 
 def main() -> None:
     """Print one row per rule."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=42)
     parser.add_argument('--seed', type=int, default=5000)
     parser.add_argument('--trials', type=Path)
@@ -81,7 +82,8 @@ def main() -> None:
         [[judge.best_of(t.evidence, t.right) for t in looks] for looks in (own, *foreign)]
         for own, foreign in map(plans_of, drives.values())
     ]
-    print_scores(product(LOOKS, PROBABILITIES), lambda rule: scores(judged, *rule))
+    rules = [outcome(judged, *rule) for rule in product(LOOKS, PROBABILITIES)]
+    finish('claim_rules', arguments.json, {'drives': len(judged), 'rules': rules})
 
 
 if __name__ == '__main__':

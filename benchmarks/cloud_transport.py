@@ -3,7 +3,8 @@
 """
 Send large clouds to another process: how many arrive, with and without the Fast DDS profile?
 
-Run: python benchmarks/cloud_transport.py [--points 300000] [--clouds 50]
+Run: python benchmarks/cloud_transport.py [--points 300000] [--clouds 50] [--json OUT]; then
+fpnet bench figures cloud_transport=OUT
 
 Clouds have x, y, z, intensity, ring and time, as a driver's, and are sent at 10 Hz. Prints a
 table.
@@ -12,21 +13,20 @@ table.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from itertools import product
 import os
 from pathlib import Path
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 
-from fpnet_lab.cli.reports import print_scores
-from fpnet_lab.scores import Score, Units
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_ros.processes import free_domain_id, private_environment, share_file
 from fpnet_ros.runtime import STREAM, sensor_data
 from msg_adapters.clouds import cloud_to_msg
@@ -86,7 +86,7 @@ def send(points: int, clouds: int) -> None:
     time.sleep(QUIET_S)
 
 
-def scores(points: int, clouds: int, profile: str, receiver: str) -> Sequence[Score]:
+def case(points: int, clouds: int, profile: str, receiver: str) -> dict[str, Any]:
     """Return what arrived in one set-up."""
     environment = private_environment(free_domain_id())
     environment.pop(PROFILE, None)
@@ -99,17 +99,13 @@ def scores(points: int, clouds: int, profile: str, receiver: str) -> Sequence[Sc
     ) as listening:
         subprocess.run([*program, '--send', *sizes], env=environment, check=True)  # noqa: S603
         arrived, latency_ms = listening.communicate()[0].split()
-    return (
-        Score('profile', profile),
-        Score('subscription', receiver),
-        Score('arrived', f'{arrived} / {clouds}'),
-        Score('median latency', float(latency_ms), Units.MS.in_title(0)),
-    )
+    found = {'arrived': int(arrived), 'latency_ms': float(latency_ms)}
+    return {'profile': profile, 'subscription': receiver, **found}
 
 
 def main() -> None:
     """Print how many clouds arrived in each set-up."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--points', type=int, default=300_000)
     parser.add_argument('--clouds', type=int, default=50)
     parser.add_argument('--send', action='store_true', help=argparse.SUPPRESS)
@@ -121,7 +117,9 @@ def main() -> None:
         receive(arguments.receive == 'reliable')
     else:
         os.environ.pop(PROFILE, None)
-        print_scores(CASES, lambda case: scores(arguments.points, arguments.clouds, *case))
+        sizes = {'points': arguments.points, 'clouds': arguments.clouds}
+        cases = [case(**sizes, profile=profile, receiver=each) for profile, each in CASES]
+        finish('cloud_transport', arguments.json, sizes | {'cases': cases})
 
 
 if __name__ == '__main__':

@@ -14,7 +14,7 @@ from scipy.optimize import minimize
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences import DifferenceKind
 from fpnet_core.differences.finding import MISSING_FIGURES, WALL_FIGURES
-from fpnet_lab.evaluation.differences import LEAST_M, Labelled, difference_cases, labelled
+from fpnet_lab.evaluation.sites.differences import LEAST_M, Labelled, difference_cases, labelled
 
 _PRIOR_SIGMA = 3.0
 """Chosen: standard deviation of the weights before looking."""

@@ -23,10 +23,10 @@ from fpnet_core.types import Segmentation
 from fpnet_lab.cli.reports import print_scores
 from fpnet_lab.evaluation.submap_segmentation import DOOR_TOLERANCE_M
 from fpnet_lab.scores import Score, Units
-from fpnet_lab.sim.floors import room_labels
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.styles import STYLES, DrawingStyle
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.styles import STYLES, DrawingStyle
+from fpnet_lab.sim.population.floors import room_labels
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 50

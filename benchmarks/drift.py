@@ -29,7 +29,7 @@ from fpnet_lab.evaluation.localization.drives import registered, run_product
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.localization.records import Truth, robot_error
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
 
 ROOMS = (25, 60)
 SMOOTH_M = 3.0

@@ -3,34 +3,37 @@
 """
 Are rooms found in finished clouds, and are such clouds found on their plans?
 
-Run: python benchmarks/finished_clouds.py [--storeys 8] [--seed 1000] [--json OUT] [--pictures DIR]
+Run: python benchmarks/finished_clouds.py [--storeys 8] [--seed 1000] [--json OUT] [--work DIR]
+     [--pictures DIR]; then fpnet bench figures finished_clouds=OUT, once more for another seed's
 
 Generated, furnished storeys are surveyed by a scanner on a tripod and as the map of a mobile
 robot with 2 cm of noise; no viewpoints are kept. A true room's score is its intersection over
 union with the found room that covers it best, and it is found from one half on. The drawing is
 turned, stretched by two per cent and states its scale. Two neighbours in the list are also put
-one on top of the other, with strays around, and cut storey by storey.
+one on top of the other, with strays around, and cut storey by storey. ``--work`` keeps the results
+of storeys, so that an interrupted run goes on.
 """
 
-import json
+from dataclasses import asdict, dataclass
 from pathlib import Path
 import time
 
 import cv2
 import numpy as np
 
+from fpnet_core.cli.progress import progress
 from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
-from fpnet_lab.cli.reports import print_scores, script_parser, write_report
-from fpnet_lab.scores import Score, Units
-from fpnet_lab.sim.building import extrude
-from fpnet_lab.sim.clouds import SURVEYS, surveyed_cloud
+from fpnet_lab.cli.reports import finish, script_parser
+from fpnet_lab.kept import digest, make_once
+from fpnet_lab.sim.buildings.building import extrude
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.lidars.clouds import SURVEYS, surveyed_cloud
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
 
 ROOMS = (10, 20)
 STOREY_M = 2.95
@@ -72,72 +75,95 @@ def drawn(plan):
     return render_plan(plan, CELL_M, T_plan_building=A)
 
 
-def matched(plan, sub, matcher, config):
-    """Return whether the drawing is claimed."""
-    found = match_maps(drawn(plan), sub, matcher, config, True, True)
-    return found.status.value, found.probability
+@dataclass(frozen=True)
+class CloudCase:
+    """A storey's seed, how it is surveyed, and whether that of the seed before is put below."""
+
+    how: str
+    seed: int
+    has_below: bool
+    pictures: Path | None = None
+
+    @property
+    def name(self):
+        """Of the file that keeps the result."""
+        return f'{self.how}_{self.seed}_{digest([self.has_below])}'
 
 
-def figures(ious, doors_found, doors_true):
-    """Return what is said of one storey."""
-    return {
-        'rooms': len(ious),
-        'found': float(np.mean(ious > SAME_IOU)),
-        'iou': float(np.mean(ious)),
-        'doors': doors_found,
-        'true_doors': doors_true,
-    }
+@dataclass(frozen=True)
+class CloudResult:
+    """What is found in one cloud, and mean scores of both storeys where one lies below."""
+
+    how: str
+    seed: int
+    points: int
+    cpu_s: float
+    rooms: int
+    found: float
+    iou: float
+    doors: int
+    true_doors: int
+    status: str
+    probability: float
+    of_two: tuple[float, ...]
 
 
-def scores(how, rows):
-    """Return what all clouds of one survey come to; rooms weigh the same."""
-    rooms = [row['rooms'] for row in rows]
-    found, iou = (np.average([r[key] for r in rows], weights=rooms) for key in ('found', 'iou'))
-    two = np.mean([iou for row in rows for iou in row.get('of_two', ())])
-    return (
-        Score('survey', how),
-        Score('found', found, Units.SHARE),
-        Score('IoU', iou, Units.FINE_SHARE),
-        Score('matched', f'{sum(row["status"] == "matched" for row in rows)} of {len(rows)}'),
-        Score('IoU, of two storeys', two, Units.FINE_SHARE),
+def run_case(case):
+    """Return what is found in the cloud of a case."""
+    config = FpnetConfig()
+    plan, points = surveyed(case.how, case.seed)
+    start = time.process_time()
+    sub = submap_from_cloud(points, config.submap)
+    seconds = time.process_time() - start
+    cut = segment_submap(sub)
+    ious = room_ious(plan, cut)
+    found = match_maps(drawn(plan), sub, LearnedMatcher(config.matcher), config, True, True)
+    below = surveyed(case.how, case.seed - 1) if case.has_below else None
+    rng = np.random.default_rng(case.seed)
+    if case.pictures is not None:
+        draw(cut, sub, case.pictures / f'{case.how}_{case.seed}.png')
+    return CloudResult(
+        how=case.how,
+        seed=case.seed,
+        points=len(points),
+        cpu_s=seconds,
+        rooms=len(ious),
+        found=float(np.mean(ious > SAME_IOU)),
+        iou=float(np.mean(ious)),
+        doors=len(cut.doors),
+        true_doors=sum(not door.is_open for door in plan.doors),
+        status=found.status.value,
+        probability=found.probability,
+        of_two=of_two(below, (plan, points), config, rng) if below else (),
     )
 
 
+def surveyed(how, seed):
+    """Return a storey's plan and the points of its survey (P, 3)."""
+    plan, building = storey(seed)
+    points = surveyed_cloud(building, SURVEYS[how], np.random.default_rng(seed), threads=1)
+    return plan, points.astype(np.float64)
+
+
 def main() -> None:
-    """Print a line for each cloud and the means."""
+    """Print the means of each survey."""
     parser = script_parser(__doc__)
     parser.add_argument('--storeys', type=int, default=8)
     parser.add_argument('--seed', type=int, default=1000)
-    parser.add_argument('--pictures', type=Path)
+    parser.add_argument('--work', type=Path, metavar='DIR', help='keeps results')
+    parser.add_argument('--pictures', type=Path, metavar='DIR', help='of what is made anew')
     arguments = parser.parse_args()
-    config = FpnetConfig()
-    matcher = LearnedMatcher(config.matcher)
-    rows, rng = [], np.random.default_rng(arguments.seed)
-    for how, survey in SURVEYS.items():
-        below = None
-        for seed in range(arguments.seed, arguments.seed + arguments.storeys):
-            plan, building = storey(seed)
-            points = surveyed_cloud(building, survey, np.random.default_rng(seed), threads=1)
-            points = points.astype(np.float64)
-            start = time.process_time()
-            sub = submap_from_cloud(points, config.submap)
-            seconds = time.process_time() - start
-            cut = segment_submap(sub)
-            doors = sum(not door.is_open for door in plan.doors)
-            row = figures(room_ious(plan, cut), len(cut.doors), doors)
-            row |= {'how': how, 'seed': seed, 'points': len(points), 'cpu_s': seconds}
-            row['status'], row['probability'] = matched(plan, sub, matcher, config)
-            if below is not None:
-                row['of_two'] = of_two(below, (plan, points), config, rng)
-            below = plan, points
-            rows.append(row)
-            print(
-                json.dumps({k: round(v, 3) if isinstance(v, float) else v for k, v in row.items()})
-            )
-            if arguments.pictures:
-                draw(cut, sub, arguments.pictures / f'{how}_{seed}.png')
-    print_scores(SURVEYS, lambda how: scores(how, [row for row in rows if row['how'] == how]))
-    write_report(arguments.json, {'clouds': rows})
+    seeds = range(arguments.seed, arguments.seed + arguments.storeys)
+    cases = [
+        CloudCase(how, seed, seed > arguments.seed, arguments.pictures)
+        for how in SURVEYS
+        for seed in seeds
+    ]
+    with progress('clouds', len(cases)) as advance:
+        named = {case.name: case for case in cases}
+        results = make_once(arguments.work, CloudResult, named, run_case, on_done=advance)
+    report = {'seed': arguments.seed, 'clouds': [asdict(result) for result in results]}
+    finish('finished_clouds', arguments.json, report)
 
 
 def of_two(below, above, config, rng):
@@ -150,7 +176,7 @@ def of_two(below, above, config, rng):
     for number, (plan, _) in enumerate((below, above), start=1):
         cut = segment_submap(submap_from_cloud(cloud, config.submap, number))
         scores.append(float(room_ious(plan, cut).mean()))
-    return scores
+    return tuple(scores)
 
 
 def draw(cut, sub, path):

@@ -4,7 +4,8 @@
 Feed every reader with damaged files and count what becomes of them.
 
 Usage: python benchmarks/fuzz_readers.py --count 10000 [--seed N] [--workers N]
-       [--readers bags images ...] [--keep DIR] [--json FILE]
+       [--readers bags images ...] [--keep DIR] [--json FILE]; then
+fpnet bench figures readers=FILE
 
 Each input is a valid file after random mutations (test/fuzzing), read in a worker process that may
 take 10 s of processor time and 2 GiB. A reader may accept it or refuse it with a clear FpnetError;
@@ -26,14 +27,8 @@ from fuzzing.harness import GOOD, Case, Outcome, Result, fuzz, make_input, plan
 from fuzzing.readers import READERS, readers_of
 
 from fpnet_core.cli.progress import progress
-from fpnet_lab.cli.reports import script_parser, write_report
-from fpnet_lab.scores import Column, Table, Unit, Units, columns
+from fpnet_lab.cli.reports import finish, script_parser
 
-COLUMNS = (
-    *columns(Units.COUNT, {key: key for key in ('reader', 'inputs', *(o.value for o in Outcome))}),
-    Column('slowest [CPU s]', 'slowest_cpu_s', Units.NUMBER),
-    Column('most memory', 'most_memory_mib', Unit(' MiB').in_title(0)),
-)
 _BAD = tuple(outcome for outcome in Outcome if outcome not in GOOD)
 
 
@@ -58,8 +53,7 @@ def main() -> None:
                 report(result, arguments.keep)
     rows = [row(group, found) for group, found in results.items()]
     rows.append(row('all', [result for found in results.values() for result in found]))
-    print(Table.of(COLUMNS, rows).markdown())
-    write_report(arguments.json, {'seed': arguments.seed, 'readers': rows})
+    finish('readers', arguments.json, {'seed': arguments.seed, 'readers': rows})
     raise SystemExit(1 if rows[-1]['failures'] else 0)
 
 

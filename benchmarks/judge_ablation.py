@@ -4,7 +4,7 @@
 What does each part of the judge bring? The same placements, judged with fewer and fewer figures.
 
 Run: python benchmarks/judge_ablation.py --data ../shared/data --trials runs/judge/trials
-     [--cases 200] [--json OUT]
+     [--cases 200] [--json OUT]; then fpnet bench figures judge_ablation=OUT
 
 Robot maps of the report half, cut to each band, meet their own plan and two others'. Judges are
 fitted to the trials that ``fpnet train-judge`` has gathered (tune half): with the figures of each
@@ -17,9 +17,8 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
-from fpnet_lab.cli.reports import script_parser, show, write_report
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.kept import read_kept
-from fpnet_lab.scores import Table, Units, columns, named
 from fpnet_lab.training import use_threads
 from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials
 from fpnet_lab.training.judge_figures import at_prior, mean_log_probability
@@ -28,11 +27,6 @@ from fpnet_lab.training.judge_trials import COLUMNS, Trials, TrialSource
 SEED = 7000
 BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}
 BENT = ('bent', 'bend', 'contrast', 'best_score', 'second_score', 'mean_score')
-SHARES = ('right', 'claimed_right', 'claimed_wrong', 'foreign_claimed')
-SCORES = (
-    *columns(Units.COUNT, {'judge': 'judge', 'name': 'band', 'trials': 'trials'}),
-    *columns(Units.SHARE.to(2), {share: share.replace('_', ' ') for share in SHARES}),
-)
 JUDGES = {
     'features alone': (*BENT, 'rival'),
     'with rivals': BENT,
@@ -53,6 +47,7 @@ def measured(best, is_right, trials, threshold):
             'right': round(float(is_right[mine].mean()), 3),
             'claimed_right': round(float((claim & is_right)[mine].mean()), 3),
             'claimed_wrong': round(float((claim & ~is_right)[mine].mean()), 4),
+            'foreign_trials': int(others.sum()),
             'foreign_claimed': round(float(claim[others].mean()), 4),
         }
     return rows
@@ -84,9 +79,7 @@ def main() -> None:
         rows = np.arange(len(p))
         is_right = seen.right.numpy()[rows, index]
         report[name] = measured(p[rows, index], is_right, trials, claim)
-    rows = [{'judge': name, **row} for name, bands in report.items() for row in named(bands)]
-    show(Table.of(SCORES, rows), arguments.json)
-    write_report(arguments.json, {'judges': report})
+    finish('judge_ablation', arguments.json, {'judges': report})
 
 
 if __name__ == '__main__':

@@ -3,7 +3,8 @@
 """
 Localise for an hour: do ticks slow down, does memory grow?
 
-Run: python benchmarks/long_run.py [--minutes 60] [--every 5] [--tick-s 5] [--json OUT]
+Run: python benchmarks/long_run.py [--minutes 60] [--every 5] [--tick-s 5] [--json OUT]; then
+fpnet bench figures long_run=OUT
 
 A robot tours a large office building and then drives the tour back and forth until the time is
 up. Every sweep is cast anew, at the true poses: an odometry without loop closure would drift for
@@ -14,7 +15,6 @@ time.
 """
 
 from functools import partial
-import json
 import time
 
 import numpy as np
@@ -23,10 +23,10 @@ from fpnet_core.config import load_config
 from fpnet_core.localizer import create_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
-from fpnet_lab.cli.reports import script_parser, write_report
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.localization.drives import resident_mb
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
 
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
 TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
@@ -116,7 +116,7 @@ class LongRun:
 
 
 def main() -> None:
-    """Drive and print the figures as JSON."""
+    """Drive and print the figures."""
     parser = script_parser(__doc__)
     parser.add_argument('--minutes', type=float, default=60.0)
     parser.add_argument('--every', type=int, default=5, help='sweeps per sweep that is fed')
@@ -124,9 +124,7 @@ def main() -> None:
     arguments = parser.parse_args()
     run = LongRun(arguments.every, arguments.tick_s)
     run.drive(arguments.minutes)
-    report = run.report(arguments.minutes)
-    print(json.dumps(report, indent=2))
-    write_report(arguments.json, report)
+    finish('long_run', arguments.json, run.report(arguments.minutes))
 
 
 if __name__ == '__main__':

@@ -37,7 +37,7 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import script_parser, write_report
 from fpnet_lab.scores import Score, Table, Unit, Units
-from fpnet_lab.sim.recording import make_recording
+from fpnet_lab.sim.drives.recording import make_recording
 from fpnet_ros.processes import (
     Child,
     ProcessGroup,

@@ -5,7 +5,8 @@
 Measure, for every simulated sensor, what a scan costs and how far lidar odometry drifts.
 
 Run: python benchmarks/recordings.py [--seeds 1] [--sensor NAME ...] [--building STYLE]
-     [--bare] [--clouds timed|untimed|instant]
+     [--bare] [--clouds timed|untimed|instant] [--json OUT]; then
+fpnet bench figures recordings=OUT, once more with each further OUT of the same table
 
 Drift is the error of the motion over stretches of 15 m, scaled to 100 m: KISS-ICP with the
 product's own settings, and wheel odometry on the same tours. Times are CPU time per scan.
@@ -14,8 +15,7 @@ them to themselves; or of one instant, along rays without jitter, as simulators 
 ``--bare``: plain walls, no furniture.
 """
 
-import argparse
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 import time
 from typing import Any
@@ -28,18 +28,15 @@ from fpnet_core.io.scans import Scan
 from fpnet_core.odometry import KissOdometry
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import lengths_along
-from fpnet_lab.cli.reports import print_scores
-from fpnet_lab.scores import Score, Units
-from fpnet_lab.sim.fittings import BUILDING_STYLES
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.scanning import sensor_poses_at
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.cli.reports import finish, script_parser
+from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES
+from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.drives.scanning import sensor_poses_at
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 STRETCH_M = 15.0
-HEAD = ('rays', 'scan', 'odometry', 'm per 100 m', 'deg per 100 m', 'end')
-MS, PER_100_M = Units.MS.in_title(0, '-'), Units.NUMBER.to(1)
-UNITS = (Units.COUNT.to(0, '-'), MS, MS, PER_100_M, PER_100_M, Units.METRES.in_title(2))
+SCAN, DRIFT = ('scan_ms', 'odometry_ms'), ('metres', 'degrees', 'end_m')
 LIMITS = TourLimits(rooms=3, shortest_s=25.0, longest_s=45.0)
 
 
@@ -93,8 +90,9 @@ def motion_error(truth: np.ndarray, poses: np.ndarray) -> tuple[float, float]:
 
 def measure(
     sensors: Iterable[str], options: RecordingOptions, seeds: int, clouds: str
-) -> Iterator[tuple[Any, ...]]:
-    """Yield a row for each sensor, and one for wheels."""
+) -> dict[str, dict[str, Any]]:
+    """Return the figures of each sensor, and those of wheels, which have no scans."""
+    rows: dict[str, dict[str, Any]] = {}
     wheels = []
     for name in sensors:
         model, found = SENSORS[name], []
@@ -106,18 +104,19 @@ def measure(
             truth = truth_of(recording, clouds)
             found.append([1e3 * cast_s, 1e3 * match_s, *drift(truth, poses)])
             wheels.append(drift(recording.truth(), recording.wheel_odometry()))
-        yield name, model.beams * model.columns, *np.mean(found, axis=0)
-    yield 'wheels, no lidar', None, None, None, *np.mean(wheels, axis=0)
+        rows[name] = {'rays': model.beams * model.columns}
+        rows[name] |= _means((*SCAN, *DRIFT), found)
+    nothing = dict.fromkeys(('rays', *SCAN))
+    return rows | {'wheels, no lidar': nothing | _means(DRIFT, wheels)}
 
 
-def scores(name: str, *values: float | None) -> list[Score]:
-    """Return the scores of a sensor; wheels have some only."""
-    return [Score('sensor', name), *map(Score, HEAD, values, UNITS)]
+def _means(keys: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[str, float]:
+    return dict(zip(keys, np.mean(rows, axis=0).tolist(), strict=True))
 
 
 def main() -> None:
     """Print a Markdown table with one row per sensor, and one for wheels."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--seeds', type=int, default=1)
     parser.add_argument('--sensor', action='append', choices=sorted(SENSORS))
     parser.add_argument('--building', choices=sorted(BUILDING_STYLES), default='plain')
@@ -129,7 +128,7 @@ def main() -> None:
     )
     sensors = arguments.sensor or SENSORS
     measured = measure(sensors, options, arguments.seeds, arguments.clouds)
-    print_scores(measured, lambda row: scores(*row))
+    finish('recordings', arguments.json, {'clouds': arguments.clouds, 'sensors': measured})
 
 
 if __name__ == '__main__':

@@ -28,7 +28,7 @@ from fpnet_core.localizer.sides import StageTimer, rescaled
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_lab.cli.reports import finish, script_parser
-from fpnet_lab.evaluation.robot_pairs import (
+from fpnet_lab.evaluation.robots.robot_pairs import (
     BANDS,
     foreign_drawings,
     read_drawings,

@@ -14,8 +14,8 @@ from scipy.optimize import minimize_scalar
 from fpnet_core.config import FpnetConfig
 from fpnet_core.judging.judge import STOREY_CONTRAST
 from fpnet_core.types import LocalizerOutput
-from fpnet_lab.evaluation.site_drives import site_drive
-from fpnet_lab.sim.storeys import Likeness
+from fpnet_lab.evaluation.sites.site_drives import site_drive
+from fpnet_lab.sim.drawn.storeys import Likeness
 
 _LEAST = 1e-12  # numerical: probabilities below are as good as none
 _MOST = 5.0  # numerical: contrasts that are tried

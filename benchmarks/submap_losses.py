@@ -4,7 +4,7 @@
 Where rooms of submaps lose intersection over union, by sensor.
 
 Run: python benchmarks/submap_losses.py [--drives 25] [--first-seed 0] [--sensor planar]
-     [--json OUT]
+     [--json OUT]; then fpnet bench figures submap_losses=OUT
 
 The same drives as those of ``fpnet bench segmentation``, with one sensor or with each in turn.
 Every sufficiently observed room is scored three times: as the product cuts it (``shipped``), with
@@ -15,11 +15,8 @@ lines that no candidate lies on. What ``cut`` lacks is told in shares of the roo
 within its outline as ``rim``; and ``beyond``, what the room holds outside of it.
 """
 
-import argparse
 from collections.abc import Iterator
 from functools import partial
-import json
-from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
@@ -29,6 +26,7 @@ from fpnet_core.raster.distance import cells_to_nearest
 from fpnet_core.segmentation.assemble import upsample_labels
 from fpnet_core.segmentation.submap import is_from_scans, segment_part
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
+from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.localization.drives import submap_of
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import (
@@ -90,11 +88,10 @@ def losses(drive, submap) -> Iterator[list[float]]:
 
 def main() -> None:
     """Drive, cut, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=25)
     parser.add_argument('--first-seed', type=int, default=0)
     parser.add_argument('--sensor', choices=SENSOR_NAMES)
-    parser.add_argument('--json', type=Path)
     arguments = parser.parse_args()
     names = SENSOR_NAMES if arguments.sensor is None else (arguments.sensor,)
     config, rows = FpnetConfig(), {name: [] for name in names}
@@ -103,16 +100,14 @@ def main() -> None:
         drive = registered_drive(arguments.first_seed + number, name, config)
         rows[name] += losses(drive, submap_of(drive.sweeps, config.submap))
     rows['all'] = [row for some in rows.values() for row in some]
-    print('sensor', 'rooms', *COLUMNS, sep=' | ')
-    means = {name: np.mean(some, axis=0) for name, some in rows.items() if some}
-    for name, mean in means.items():
-        print(name, len(rows[name]), *(f'{value:.3f}' for value in mean), sep=' | ')
-    if arguments.json:
-        figures = {
-            name: {'rooms': len(rows[name])} | dict(zip(COLUMNS, mean.tolist(), strict=True))
-            for name, mean in means.items()
-        }
-        arguments.json.write_text(json.dumps(figures, indent=1))
+    sensors = {name: _means(some) for name, some in rows.items() if some}
+    finish('submap_losses', arguments.json, {'sensors': sensors})
+
+
+def _means(rows):
+    """Return the means of a sensor's rooms, and how many there are."""
+    means = np.mean(rows, axis=0).tolist()
+    return {'rooms': len(rows)} | dict(zip(COLUMNS, means, strict=True))
 
 
 if __name__ == '__main__':

@@ -42,11 +42,11 @@ from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.regression import Answer, RegressionCase, differences, make_cases
 from fpnet_lab.evaluation.submap_recordings import RegisteredDrive, registered_drive
 from fpnet_lab.evaluation.submap_segmentation import segment_drive
-from fpnet_lab.sim.recording import write_recording
-from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.drawn.rough import robot_map_of
+from fpnet_lab.sim.drawn.styled import styled_drawing
+from fpnet_lab.sim.drives.recording import write_recording
+from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.styled import styled_drawing
-from fpnet_lab.sim.tours import TourLimits
 
 CASES = {'plans': 6, 'pairs': 4, 'drives': 1}
 """Of each kind, the first ones of the benchmark. Chosen: some seconds a try."""

@@ -10,6 +10,7 @@ Usage::
     python benchmarks/vary_constants.py --factor 4                 # four times and a quarter of it
     python benchmarks/vary_constants.py --cases plans,picture      # only where names hold a word
     python benchmarks/vary_constants.py --known OUT                # of those that decided there
+    fpnet bench figures constants_varied=OUT constants_varied=OTHER   # one table of several runs
 
 Cases (``varied_cases.py``) are answered with constants changed; what counts as another answer is
 what does in ``fpnet bench regression``. Inputs are made before.

@@ -47,8 +47,8 @@ from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import print_scores, script_parser, write_report
 from fpnet_lab.scores import Score, Unit, Units
-from fpnet_lab.sim.robots import BASE, PLANAR, Drive, Robot, Sensor, place
-from fpnet_lab.sim.scanning import EPOCH_NS
+from fpnet_lab.sim.drives.robots import BASE, PLANAR, Drive, Robot, Sensor, place
+from fpnet_lab.sim.drives.scanning import EPOCH_NS
 from fpnet_ros.processes import (
     Child,
     ProcessGroup,

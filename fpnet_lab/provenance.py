@@ -62,6 +62,20 @@ class Provenance:
                 'run the benchmark again'
             ) from error
 
+    @classmethod
+    def of_weights(cls, manifest: dict[str, Any], path: Path) -> Self | None:
+        """
+        Return that of weights, whose manifest holds the command; None where it holds none.
+
+        Commit and day are the manifest's last ones, and it stands in place of a machine.
+        """
+        data = manifest.get('data')
+        if not isinstance(data, dict) or 'command' not in data:
+            return None
+        log = ('log', '-1', '--format=%h %cs', '--abbrev=7', '--', path.name)
+        commit, _, day = _git(path.resolve().parent, *log).partition(' ')
+        return cls(str(data['command']), commit, day, path.as_posix())
+
     def in_report(self, report: dict[str, Any]) -> dict[str, Any]:
         """Return the report with this in it."""
         return {**report, KEY: asdict(self)}
@@ -101,10 +115,16 @@ def processor() -> str:
 
 def _commit() -> str:
     """Return the commit of the checkout that this package is in."""
-    git = ['git', '-C', str(Path(__file__).parent), 'describe', '--always', '--dirty=+']
+    describe = ('describe', '--always', '--dirty=+', '--exclude=*', '--abbrev=7')
+    return _git(Path(__file__).parent, *describe)
+
+
+def _git(folder: Path, *words: str) -> str:
+    """Return what git says in a folder; nothing outside of a checkout."""
+    git = ['git', '-C', str(folder), *words]
     try:
         found = subprocess.run(  # noqa: S603 - our own arguments
-            [*git, '--exclude=*', '--abbrev=7'], capture_output=True, text=True, check=True
+            git, capture_output=True, text=True, check=True
         )
     except (OSError, subprocess.CalledProcessError):
         return ''

@@ -157,6 +157,15 @@ class Table:
 Figures = tuple[dict[str, Table], dict[str, str]]
 """Tables that pages have of a benchmark, and what their sentences say, by name."""
 
+REPORTS = 'reports'
+"""Where the reports of several runs are, put together as one."""
+
+
+def reports_of(report: Row) -> Sequence[Row]:
+    """Return the reports of all runs that were put together, or the only one."""
+    several: Sequence[Row] = report.get(REPORTS, [report])
+    return several
+
 
 def columns(unit: Unit, titles: Mapping[str, str]) -> list[Column]:
     """Return columns of one unit, their titles by key."""

@@ -20,13 +20,13 @@ import shapely
 from fpnet_core.errors import ConfigError
 from fpnet_core.geometry import SE2
 from fpnet_core.types import OCCUPIED, GridMap
-from fpnet_lab.sim.building import Building
-from fpnet_lab.sim.driving import BODY_RADIUS_M, MotionLimits, Tour
-from fpnet_lab.sim.lidar import LidarSimulator
-from fpnet_lab.sim.meshes import extrude_polygon, horizontal_sheet, merge_meshes
-from fpnet_lab.sim.recording import Recording
-from fpnet_lab.sim.render import fill_polygons
-from fpnet_lab.sim.scanning import SimulatedScan
+from fpnet_lab.sim.buildings.building import Building
+from fpnet_lab.sim.buildings.meshes import extrude_polygon, horizontal_sheet, merge_meshes
+from fpnet_lab.sim.drawn.render import fill_polygons
+from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MotionLimits, Tour
+from fpnet_lab.sim.drives.recording import Recording
+from fpnet_lab.sim.drives.scanning import SimulatedScan
+from fpnet_lab.sim.lidars.lidar import LidarSimulator
 
 _INSIDE_M, _WALL_M = 1.8, 0.1
 """Physical: a lift for beds and trolleys, in square."""

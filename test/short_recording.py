@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
 
 
 def start_of_recording(seconds, lidar, seed=1):

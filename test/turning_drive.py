@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from short_recording import start_of_recording
 
-from fpnet_lab.sim.scanning import sensor_poses_at
-from fpnet_lab.sim.sensors import LidarModel
+from fpnet_lab.sim.drives.scanning import sensor_poses_at
+from fpnet_lab.sim.lidars.sensors import LidarModel
 
 PERIOD_NS = 100_000_000
 SECONDS, SEED, OTHER_SEEDS = 15.0, 5, (6, 7, 8, 9)

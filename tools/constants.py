@@ -25,8 +25,8 @@ from pathlib import Path
 import re
 import sys
 
-from fpnet_lab.evaluation.figures import pages as pages_of
-from fpnet_lab.evaluation.figures import write_figures
+from fpnet_lab.evaluation.published.figures import pages as pages_of
+from fpnet_lab.evaluation.published.figures import write_figures
 from fpnet_lab.provenance import Provenance
 from fpnet_lab.scores import Table
 

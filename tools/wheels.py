@@ -4,17 +4,17 @@
 Install the wheel into empty environments, for each Python at hand and each extra, and use it.
 
 Run: python tools/wheels.py [--python PYTHON ...] [--extra EXTRA ...] [--work DIR]
-                            [--with-cuda]                                  (make wheels)
+                            [--with-cuda] [--json OUT]                     (make wheels)
 
 Without ``--python`` it takes those of 3.11 to 3.13 that are on the path or pyenv's. What no extra
 is needed for is installed first; each extra goes into a copy of that by hard links, so that none
 sees another's libraries. Prints a row for each, and exits 1 where one cannot be installed or used.
 
 ``--with-cuda`` is for machines that do not reach PyTorch's index: they take PyPI's build of it,
-with several GB of CUDA's libraries.
+with several GB of CUDA's libraries. `fpnet bench figures wheels=OUT` writes what is installed in
+how long, and how large it is, into docs/install.md.
 """
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 import shutil
@@ -22,6 +22,8 @@ import subprocess
 import sys
 import tempfile
 import time
+
+from fpnet_lab.cli.reports import finish, script_parser
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSIONS = ('3.11', '3.12', '3.13')
@@ -99,7 +101,7 @@ USES = {
 
 def main() -> None:
     """Try every Python with every extra."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = script_parser(__doc__)
     parser.add_argument('--python', action='append', type=Path)
     parser.add_argument('--extra', action='append', choices=[*USES], default=[])
     parser.add_argument('--work', type=Path, help='keeps the environments')
@@ -109,13 +111,17 @@ def main() -> None:
     work.mkdir(parents=True, exist_ok=True)
     wheel = built(work)
     limits = [] if arguments.with_cuda else ['-c', ROOT / 'constraints-cpu.txt']
-    failed = 0
-    for python in arguments.python or at_hand():
-        for extra in arguments.extra or USES:
-            failed += not tried(wheel, python, extra, work, limits)
+    found = [
+        tried(wheel, python, extra, work, limits)
+        for python in arguments.python or at_hand()
+        for extra in arguments.extra or USES
+    ]
     if arguments.work is None:
         shutil.rmtree(work)
-    sys.exit(bool(failed))
+    installed = [each for each in found if each is not None]
+    if any(each['extra'] == NONE for each in installed):
+        finish('wheels', arguments.json, {'environments': installed})
+    sys.exit(None in found)
 
 
 def at_hand() -> Iterator[Path]:
@@ -147,8 +153,10 @@ def built(work: Path) -> Path:
     return wheel
 
 
-def tried(wheel: Path, python: Path, extra: str, work: Path, limits: list[object]) -> bool:
-    """Tell whether an extra can be installed for an interpreter, and what it brings be used."""
+def tried(
+    wheel: Path, python: Path, extra: str, work: Path, limits: list[object]
+) -> dict[str, object] | None:
+    """Return what an extra takes that can be installed and used; None where it cannot."""
     version = run(python, '-c', 'import sys; print("%d.%d" % sys.version_info[:2])').strip()
     started = time.monotonic()
     try:
@@ -157,10 +165,10 @@ def tried(wheel: Path, python: Path, extra: str, work: Path, limits: list[object
             run('bash', '-c', use, cwd=home, path=home / 'bin')
     except subprocess.CalledProcessError as error:
         print(f'{version} {extra}: failed\n{error.stdout}{error.stderr}', flush=True)
-        return False
-    size = int(run('du', '-sm', home).split()[0])
-    print(f'{version} {extra}: {size} MB, {time.monotonic() - started:.0f} s', flush=True)
-    return True
+        return None
+    size, seconds = int(run('du', '-sm', home).split()[0]), time.monotonic() - started
+    print(f'{version} {extra}: {size} MB, {seconds:.0f} s', flush=True)
+    return {'python': version, 'extra': extra, 'megabytes': size, 'seconds': seconds}
 
 
 def environment(wheel: Path, python: Path, extra: str, folder: Path, limits: list[object]) -> Path:

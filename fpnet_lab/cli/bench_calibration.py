@@ -15,8 +15,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli.options import Half
-from fpnet_lab.cli.reports import show, write_report
-from fpnet_lab.scores import Column, Table, Units, named, of
+from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     from fpnet_lab.metrics import Reliability
@@ -24,17 +23,6 @@ if TYPE_CHECKING:
 
 _MEASURED_SEED = 5000
 """Numerical: added to the seed: what is measured is never what was learned from."""
-
-
-_COLUMNS = (  # numerical: digits
-    Column('maps', 'name'),
-    Column('calibration error', 'ece', Units.NUMBER.to(3)),
-    Column('on own plans', 'own_trials'),
-    Column('right best', 'right_best', Units.FINE_SHARE),
-    Column('claimed', 'claims'),
-    Column('claimed, wrong', of('wrong_claims', 'claims')),
-    Column('claimed on wrong plans', of('foreign_claims', 'foreign_trials')),
-)
 
 
 def command(
@@ -100,15 +88,15 @@ def command(
         if trials
     }
     everything = reliability(list(chain(*kinds.values())), model, tree.localizer)
-    rows = {name: vars(result) for name, result in (results | {'all': everything}).items()}
-    show(Table.of(_COLUMNS, named(rows)), json_path)
     if plot is not None:
         from fpnet_lab.viz.calibration import plot_reliability
 
         plot_reliability(plot, {**results, 'all': everything})
     report = {'seed': seed or 0, 'half': half.value, **_plain(everything)}
-    report['kinds'] = {name: _plain(result) for name, result in results.items()}
-    write_report(json_path, report)
+    report['kinds'] = {
+        name: {'maps': sources[name][1], **_plain(result)} for name, result in results.items()
+    }
+    finish('calibration', json_path, report)
 
 
 def _plain(result: Reliability) -> dict[str, Any]:

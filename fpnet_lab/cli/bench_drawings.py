@@ -151,7 +151,7 @@ def _figures(kinds: Sequence[SheetKind], results: Sequence[SheetResult]) -> dict
 
 
 def _print(report: dict[str, Any], json_path: Path | None) -> None:
-    from fpnet_lab.evaluation.published import READ_SHARE, SHEETS, sheet_rows
+    from fpnet_lab.evaluation.published.makers import READ_SHARE, SHEETS, sheet_rows
 
     sheets = (*SHEETS, Column('clean plan', 'clean_right', READ_SHARE))
     show(Table.of(sheets, sheet_rows(report)), json_path)

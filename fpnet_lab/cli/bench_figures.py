@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 def command(
     reports: Annotated[
         list[str],
-        typer.Argument(metavar='NAME=FILE...', help='NAME as localization, drawings or robot.'),
+        typer.Argument(
+            metavar='NAME=FILE...',
+            help='NAME as localization, drawings or robot; twice where its table is of two runs.',
+        ),
     ],
     pages: Annotated[
         Path, typer.Option('--pages', metavar='DIR', help='Holds README.md and docs.')
@@ -32,20 +35,28 @@ def command(
     """
     Write tables and figures of benchmarks' reports between the markers of README and docs.
 
+    Manifests of the weights that ship state figures, too, of what was left out in training.
+
     Example: fpnet bench figures localization=out/bench.json drawings=out/drawings.json
+
+    Example: fpnet bench figures weights_doors=fpnet_core/weights/doors.json
     """
     from fpnet_core.io.truth import read_json
-    from fpnet_lab.evaluation.figures import pages as pages_of
-    from fpnet_lab.evaluation.figures import write_figures
-    from fpnet_lab.evaluation.published import published
+    from fpnet_lab.evaluation.published.figures import pages as pages_of
+    from fpnet_lab.evaluation.published.figures import write_figures
+    from fpnet_lab.evaluation.published.makers import joined, published
     from fpnet_lab.provenance import Provenance, machine
 
     told = None if made_by is None else Provenance(made_by, commit, day, machine())
     figures: dict[str, str] = {}
+    files: dict[str, list[Path]] = {}
     for each in reports:
         name, _, file = each.partition('=')
-        report = read_json(Path(file), 'give what --json has written')
-        figures |= published(name, report, _made(report, told, file))
+        files.setdefault(name, []).append(Path(file))
+    for name, paths in files.items():
+        read = [read_json(path, 'give what --json has written') for path in paths]
+        made = [_made(report, told, path) for report, path in zip(read, paths, strict=True)]
+        figures |= published(name, joined(name, read), *made)
     changed = write_figures(pages_of(pages), figures)
     for page in changed:
         typer.echo(f'wrote {page}')
@@ -53,10 +64,10 @@ def command(
         typer.echo('every page states these figures already')
 
 
-def _made(report: dict[str, Any], told: Provenance | None, file: str) -> Provenance:
+def _made(report: dict[str, Any], told: Provenance | None, file: Path) -> Provenance:
     from fpnet_lab.provenance import Provenance
 
-    made = told or Provenance.of(report)
+    made = told or Provenance.of(report) or Provenance.of_weights(report, file)
     if made is None:
         raise ConfigError(
             f'{file} does not say how it was made; add --command, --commit and --date'

@@ -19,7 +19,7 @@ from fpnet_lab.scores import Column, Table, Units, columns, named
 if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig, MatcherConfig
     from fpnet_core.matching import RegionMatcher
-    from fpnet_lab.sim.pairs import MatchingPair
+    from fpnet_lab.sim.pairs.pair import MatchingPair
 
 
 class PairSet(StrEnum):

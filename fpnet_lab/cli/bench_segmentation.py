@@ -46,7 +46,7 @@ def command(
     """
     common.check_input(data)
     from fpnet_lab.evaluation.segmentation import METHODS, bench_plans, bench_robot_maps
-    from fpnet_lab.sim.presets import SPLITS
+    from fpnet_lab.sim.pairs.presets import SPLITS
 
     plans = len(SPLITS[split.value][:limit])
     with progress('floorplans', 2 * plans * len(METHODS)) as advance:

@@ -11,8 +11,7 @@ import typer
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 from fpnet_lab.cli import options
-from fpnet_lab.cli.reports import show, write_report
-from fpnet_lab.scores import Table, Unit, columns
+from fpnet_lab.cli.reports import finish
 
 
 def command(
@@ -32,13 +31,11 @@ def command(
     Example: fpnet bench simulator --json out/simulator.json
     """
     from fpnet_core.errors import ConfigError
+    from fpnet_lab.sim.pairs.writing import BLOCK_PAIRS
     from fpnet_lab.sim.throughput import simulator_throughput
-    from fpnet_lab.sim.writing import BLOCK_PAIRS
 
     if blocks <= workers:
         raise ConfigError(f'--blocks {blocks}: expected more than --workers {workers}')
     with progress('pairs', total=blocks * BLOCK_PAIRS) as advance:
         report = simulator_throughput(seed or 0, workers, blocks, on_pairs=advance)
-    shown = columns(Unit(' per s', 1), {f'{n}_per_s': n for n in ('pairs', 'plans', 'scans')})
-    show(Table.of(shown, [report]), json_path, f'{workers} workers')
-    write_report(json_path, report)
+    finish('simulator', json_path, report)

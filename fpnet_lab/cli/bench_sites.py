@@ -84,14 +84,14 @@ def command(
 
 
 def _sites(count: int, tree: Any) -> dict[str, Any]:
-    from fpnet_lab.evaluation.site_drives import run_site, site_report
+    from fpnet_lab.evaluation.sites.site_drives import run_site, site_report
 
     runs = [run_site(number, tree.seed + 300, tree) for number in track(range(count), 'sites')]
     return {'sites': site_report(runs)}
 
 
 def _one(count: int, tree: Any) -> dict[str, Any]:
-    from fpnet_lab.evaluation.site_of_one import one_report, site_of_one
+    from fpnet_lab.evaluation.sites.site_of_one import one_report, site_of_one
 
     seeds = range(tree.seed + 9000, tree.seed + 9000 + count)
     return {'one': one_report([site_of_one(seed, tree) for seed in track(seeds, 'site of one')])}
@@ -100,7 +100,7 @@ def _one(count: int, tree: Any) -> dict[str, Any]:
 def _differences(count: int, tree: Any) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from fpnet_lab.evaluation.differences import DifferenceCase, difference_cases, figures_of
+    from fpnet_lab.evaluation.sites.differences import DifferenceCase, difference_cases, figures_of
 
     cases: list[DifferenceCase] = []
     for number in track(range(count), 'drives'):
@@ -113,7 +113,7 @@ def _library(
 ) -> dict[str, Any]:
     from fpnet_core.library import PlanLibrary
     from fpnet_core.library.files import read_library_plan
-    from fpnet_lab.evaluation import plan_library as bench
+    from fpnet_lab.evaluation.sites import plan_library as bench
 
     seed = tree.seed + 20_000
     with TemporaryDirectory() as name:

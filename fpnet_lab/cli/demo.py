@@ -88,8 +88,8 @@ def command(
 
 
 def _simulate(folder: Path, seed: int, sensor: str, laser_scans: bool) -> None:
-    from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-    from fpnet_lab.sim.sensors import SENSORS
+    from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
+    from fpnet_lab.sim.lidars.sensors import SENSORS
 
     options = RecordingOptions(lidar=named('sensor', sensor, SENSORS))
     with progress('simulating a recording', total=1.0) as advance:

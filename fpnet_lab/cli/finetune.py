@@ -37,10 +37,10 @@ def command(
     common.say_reading(reading, None)
     from fpnet_core.io.weights import read_weights
     from fpnet_core.types import FEATURE_SCHEMA
-    from fpnet_lab.sim.dataset import PairDataset
-    from fpnet_lab.sim.plan_sources import GivenPlans
-    from fpnet_lab.sim.presets import preset
-    from fpnet_lab.sim.writing import write_pairs
+    from fpnet_lab.sim.pairs.dataset import PairDataset
+    from fpnet_lab.sim.pairs.presets import preset
+    from fpnet_lab.sim.pairs.writing import write_pairs
+    from fpnet_lab.sim.plans.sources import GivenPlans
     from fpnet_lab.training import parse_training_config
 
     config = preset('default').config

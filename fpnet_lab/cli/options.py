@@ -66,7 +66,7 @@ def _completed_by(module: str, mapping: str) -> Callable[[str], list[str]]:
     return complete
 
 
-complete_sensor = _completed_by('sensors', 'SENSORS')
-complete_building = _completed_by('fittings', 'BUILDING_STYLES')
+complete_sensor = _completed_by('lidars.sensors', 'SENSORS')
+complete_building = _completed_by('buildings.fittings', 'BUILDING_STYLES')
 complete_family = _completed_by('plans', 'FAMILIES')
-complete_style = _completed_by('styles', 'STYLES')
+complete_style = _completed_by('drawn.styles', 'STYLES')

@@ -56,7 +56,7 @@ def finish(name: str, path: Path | None, report: dict[str, Any]) -> None:
 
 def say_tables(name: str, path: Path | None, report: dict[str, Any]) -> None:
     """Print the tables that pages have of a benchmark's report."""
-    from fpnet_lab.evaluation.published import figures_of
+    from fpnet_lab.evaluation.published.makers import figures_of
 
     for table in figures_of(name, report)[0].values():
         common.say(f'\n{table.markdown()}', path)

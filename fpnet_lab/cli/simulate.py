@@ -78,9 +78,9 @@ def plan(
     import numpy as np
 
     from fpnet_core.io.maps import write_map
+    from fpnet_lab.sim.drawn.render import render_plan
+    from fpnet_lab.sim.drawn.styles import STYLES
     from fpnet_lab.sim.plans import generate_plan
-    from fpnet_lab.sim.render import render_plan
-    from fpnet_lab.sim.styles import STYLES
 
     look = named('style', style, STYLES)
     storey = generate_plan(

@@ -14,7 +14,7 @@ from fpnet_core.cli.progress import track
 
 if TYPE_CHECKING:
     from fpnet_core.types import GridMap
-    from fpnet_lab.sim.pairs import MappedPair
+    from fpnet_lab.sim.pairs.pair import MappedPair
 
 PAIRS = 9
 SHEETS = 4
@@ -48,8 +48,8 @@ def command(
     if sheets:
         _draw_sheets(out, seed or 0)
         return
+    from fpnet_lab.sim.drawn.styles import STYLES
     from fpnet_lab.sim.plans import FAMILIES
-    from fpnet_lab.sim.styles import STYLES
     from fpnet_lab.viz.simulated import save_gallery
 
     styles = list(STYLES)
@@ -81,9 +81,9 @@ def _draw_sheets(out: Path, seed: int) -> None:
 def _draw(family: str, look: str, cell_m: float, seeds: list[int]) -> tuple[str, GridMap]:
     import numpy as np
 
+    from fpnet_lab.sim.drawn.render import render_plan
+    from fpnet_lab.sim.drawn.styles import STYLES
     from fpnet_lab.sim.plans import generate_plan
-    from fpnet_lab.sim.render import render_plan
-    from fpnet_lab.sim.styles import STYLES
 
     storey = generate_plan(np.random.default_rng(seeds), family, max_rooms=MAX_ROOMS)
     title = f'{family} ({look}), {len(storey.rooms)} rooms'
@@ -92,7 +92,7 @@ def _draw(family: str, look: str, cell_m: float, seeds: list[int]) -> tuple[str,
 
 def _mapped_pairs(seed: int) -> list[MappedPair]:
     from fpnet_lab.sim.config import SimConfig
-    from fpnet_lab.sim.pairs import generate_mapped_pair
+    from fpnet_lab.sim.pairs.pair import generate_mapped_pair
 
     config = SimConfig(max_rooms=MAX_ROOMS)
     indices = range(0, PAIRS * config.pairs_per_plan, config.pairs_per_plan)

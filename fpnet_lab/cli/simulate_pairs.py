@@ -15,8 +15,8 @@ from fpnet_core.errors import ConfigError
 from fpnet_lab.cli import options
 
 if TYPE_CHECKING:
-    from fpnet_lab.sim.plan_sources import GivenPlans
-    from fpnet_lab.sim.presets import Preset
+    from fpnet_lab.sim.pairs.presets import Preset
+    from fpnet_lab.sim.plans.sources import GivenPlans
 
 PlansOption = Annotated[
     list[Path] | None,
@@ -85,8 +85,8 @@ def command(
     Example: fpnet simulate pairs --out runs/mine --count 2000 --plan my_plan.png
     """
     part, parts = parse_shard(shard)
-    from fpnet_lab.sim import presets
-    from fpnet_lab.sim.writing import shard_blocks, write_pairs
+    from fpnet_lab.sim.pairs import presets
+    from fpnet_lab.sim.pairs.writing import shard_blocks, write_pairs
 
     chosen = presets.preset(preset)
     source = _given_plans(plans, resolution_m, split, chosen)
@@ -119,8 +119,8 @@ def _given_plans(
         if split is not None:
             raise ConfigError('--split chooses among real floorplans; give --plans PATH')
         return None
-    from fpnet_lab.sim.plan_sources import GivenPlans, read_plans
-    from fpnet_lab.sim.presets import in_split
+    from fpnet_lab.sim.pairs.presets import in_split
+    from fpnet_lab.sim.plans.sources import GivenPlans, read_plans
 
     plans = read_plans([common.check_input(path) for path in paths], resolution_m)
     if split is not None:
@@ -147,8 +147,8 @@ def features_command(
     Example: fpnet simulate features runs/pairs
     """
     common.check_input(data)
-    from fpnet_lab.sim.dataset import block_size, present_blocks
-    from fpnet_lab.sim.writing import refresh_features
+    from fpnet_lab.sim.pairs.dataset import block_size, present_blocks
+    from fpnet_lab.sim.pairs.writing import refresh_features
 
     total = sum(map(block_size, present_blocks(data).values()))
     with progress('features', total=total) as advance:

@@ -94,11 +94,11 @@ def command(
     """
     if family is not None and (plan or mesh):
         raise ConfigError('--family is for generated buildings; leave out --plan and --mesh')
-    from fpnet_lab.sim.fittings import BUILDING_STYLES
-    from fpnet_lab.sim.laser_scans import check_planar
-    from fpnet_lab.sim.mesh_worlds import read_mesh
-    from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-    from fpnet_lab.sim.sensors import SENSORS
+    from fpnet_lab.sim.buildings.fittings import BUILDING_STYLES
+    from fpnet_lab.sim.drives.laser_scans import check_planar
+    from fpnet_lab.sim.drives.mesh_worlds import read_mesh
+    from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
+    from fpnet_lab.sim.lidars.sensors import SENSORS
 
     lidar = named('sensor', sensor, SENSORS)
     if laser_scans:

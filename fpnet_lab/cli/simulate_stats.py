@@ -12,18 +12,16 @@ import typer
 
 from fpnet_core.cli import common
 from fpnet_core.cli.progress import track
-from fpnet_lab.scores import Unit, Units
+from fpnet_lab.cli.reports import finish
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from fpnet_lab.sim.population import Row, TwoSample
-    from fpnet_lab.sim.statistics import FloorMeasures
+    from fpnet_lab.sim.population.comparison import Row, TwoSample
+    from fpnet_lab.sim.population.statistics import FloorMeasures
 
 REAL_FOLDER = Path('../shared/data/bormann')
-
-_SHORT = Unit(digits=2, whole_from=10)  # numerical: digits
 
 
 def command(
@@ -48,10 +46,15 @@ def command(
     """
     import numpy as np
 
-    from fpnet_lab.sim.floors import floor_of_plan, read_floors
     from fpnet_lab.sim.plans import generate_plan
-    from fpnet_lab.sim.population import compare, percentile_errors, two_sample
-    from fpnet_lab.sim.statistics import measure_floor
+    from fpnet_lab.sim.population.comparison import (
+        PERCENTILES,
+        compare,
+        percentile_errors,
+        two_sample,
+    )
+    from fpnet_lab.sim.population.floors import floor_of_plan, read_floors
+    from fpnet_lab.sim.population.statistics import measure_floor
 
     real = [measure_floor(floor) for floor in read_floors(common.check_input(data))]
     generated: list[FloorMeasures] = []
@@ -61,38 +64,24 @@ def command(
     rows, told = compare(generated, real), two_sample(generated, real, seed or 0)
     if plot is not None:
         _plot(generated, real, plot)
-    _print_table(rows, told, f'{len(generated)} generated / {len(real)} real storeys', json_path)
-    common.write_json(json_path, _result(rows, percentile_errors(rows), told))
+    counts = {'generated': len(generated), 'real': len(real), 'at': PERCENTILES}
+    finish('statistics', json_path, counts | _result(rows, percentile_errors(rows), told))
+    features = sorted(told.importance, key=lambda name: -told.importance[name])
+    common.say(
+        f'\na classifier tells real regions from generated ones with AUC {told.auc:.2f} '
+        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
+        json_path,
+    )
 
 
 def _plot(generated: Sequence[FloorMeasures], real: Sequence[FloorMeasures], path: Path) -> None:
-    from fpnet_lab.sim.population import QUANTITIES
+    from fpnet_lab.sim.population.comparison import QUANTITIES
     from fpnet_lab.viz.population import save_population
 
     def values(floors: Sequence[FloorMeasures]) -> dict[str, NDArray[np.float64]]:
         return {name: quantity(floors) for name, quantity in QUANTITIES.items()}
 
     save_population(values(generated), values(real), [values([floor]) for floor in real], path)
-
-
-def _print_table(rows: Sequence[Row], told: TwoSample, title: str, json_path: Path | None) -> None:
-    from fpnet_lab.sim.population import FITTED, PERCENTILES
-
-    cells = []
-    for row in rows:
-        values = zip(row.generated, row.real, strict=True)
-        worst = max(map(abs, row.relative_errors))
-        error = Units.SHARE.text(worst) if row.name in FITTED else ''
-        pairs = (f'{_SHORT.text(g)} / {_SHORT.text(r)}' for g, r in values)
-        cells.append([row.name, *pairs, error])
-    titles = ('quantity', *(f'{p} %' for p in PERCENTILES), 'error')
-    common.show_table(titles, cells, json_path, title, width=110)
-    features = sorted(told.importance, key=lambda name: -told.importance[name])
-    common.say(
-        f'a classifier tells real regions from generated ones with AUC {told.auc:.2f} '
-        f'(folds spread by {told.spread:.2f}); most by {", ".join(features[:3])}',
-        json_path,
-    )
 
 
 def _result(rows: Sequence[Row], errors: dict[str, float], told: TwoSample) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from fpnet_lab.cli import options
 
 if TYPE_CHECKING:
     from fpnet_core.io.weights import Weights
-    from fpnet_lab.sim.dataset import PairDataset
+    from fpnet_lab.sim.pairs.dataset import PairDataset
     from fpnet_lab.training import EpochRecord, TrainingConfig
 
 
@@ -84,7 +84,7 @@ def command(
     config = _training_config(settings, preset, epochs, seed)
     from fpnet_core.io.weights import read_weights
     from fpnet_core.types import FEATURE_SCHEMA
-    from fpnet_lab.sim.dataset import PairDataset
+    from fpnet_lab.sim.pairs.dataset import PairDataset
     from fpnet_lab.training import use_threads
 
     use_threads(threads)

@@ -14,8 +14,8 @@ from fpnet_core.cli import common
 from fpnet_core.cli.progress import progress
 
 if TYPE_CHECKING:
-    from fpnet_lab.sim.dataset import PairDataset
-    from fpnet_lab.sim.pairs import MatchingPair
+    from fpnet_lab.sim.pairs.dataset import PairDataset
+    from fpnet_lab.sim.pairs.pair import MatchingPair
 
 
 def command(
@@ -40,7 +40,7 @@ def command(
     Example: fpnet train-evidence --data runs/tours --data runs/clips --out runs/evidence
     """
     folders = [common.check_input(folder) for folder in data]
-    from fpnet_lab.sim.dataset import PairDataset
+    from fpnet_lab.sim.pairs.dataset import PairDataset
     from fpnet_lab.training import WEIGHTS_FILE, calibrate
 
     sets = [PairDataset(folder) for folder in folders]

@@ -29,8 +29,8 @@ from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_floorplan, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation
-from fpnet_lab.sim.floors import room_labels
-from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.population.floors import room_labels
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.files import write_picture, write_vector
 

@@ -28,8 +28,8 @@ from fpnet_lab.evaluation.drawings import (
     segmented,
     share,
 )
-from fpnet_lab.sim.floors import CELL_M, read_image, read_labels
-from fpnet_lab.sim.presets import SPLITS
+from fpnet_lab.sim.pairs.presets import SPLITS
+from fpnet_lab.sim.population.floors import CELL_M, read_image, read_labels
 
 TONES: dict[str, int | None] = {
     '0': 0,

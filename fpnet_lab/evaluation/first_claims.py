@@ -15,7 +15,7 @@ from fpnet_core.localizer import Localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import Status
-from fpnet_lab.sim.recording import Recording
+from fpnet_lab.sim.drives.recording import Recording
 
 Array = NDArray[np.float64]
 

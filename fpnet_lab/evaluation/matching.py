@@ -32,7 +32,7 @@ from fpnet_lab.metrics import (
     placement_error,
 )
 from fpnet_lab.metrics.placement import AUC_DEGREES
-from fpnet_lab.sim.pairs import MatchingPair
+from fpnet_lab.sim.pairs.pair import MatchingPair
 
 # Placements of at least this probability are claims. Chosen.
 _CLAIMED = 0.5

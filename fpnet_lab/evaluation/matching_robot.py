@@ -41,8 +41,8 @@ from fpnet_core.types import FREE, GridMap
 from fpnet_lab.evaluation.matching import Prediction, predict_one, score
 from fpnet_lab.evaluation.pair_sets import SEED
 from fpnet_lab.evaluation.raster_methods import CLAIMS_ALL, RASTER_METHODS, predict_by_raster
-from fpnet_lab.evaluation.robot_figures import Foreign, Outcome, robot_figures
-from fpnet_lab.evaluation.robot_pairs import (
+from fpnet_lab.evaluation.robots.robot_figures import Foreign, Outcome, robot_figures
+from fpnet_lab.evaluation.robots.robot_pairs import (
     BANDS,
     WHOLE,
     BuildingFloorplan,
@@ -53,8 +53,8 @@ from fpnet_lab.evaluation.robot_pairs import (
     varied,
 )
 from fpnet_lab.metrics import placement_error
-from fpnet_lab.sim.labels import label_regions
-from fpnet_lab.sim.pairs import MatchingPair
+from fpnet_lab.sim.pairs.labels import label_regions
+from fpnet_lab.sim.pairs.pair import MatchingPair
 
 VARIANTS = 10
 """Random variants of every pair in each band. Chosen."""
@@ -140,8 +140,8 @@ def bench_robot_maps(
     Returns
     -------
     ``methods`` with the figures of :func:`fpnet_lab.evaluation.matching.score` and of
-    :func:`fpnet_lab.evaluation.robot_figures.robot_figures`. A map without rooms is a miss of
-    every method. ``correlative`` claims everything, and meets no plans of other buildings.
+    :func:`fpnet_lab.evaluation.robots.robot_figures.robot_figures`. A map without rooms is a miss
+    of every method. ``correlative`` claims everything, and meets no plans of other buildings.
     """
     if 'fpnet' not in matchers:
         raise FpnetError('the set robot needs the method fpnet, which cuts the maps into regions')

@@ -11,10 +11,10 @@ import numpy as np
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.maps import read_map
-from fpnet_lab.sim.dataset import PairDataset
-from fpnet_lab.sim.pairs import MatchingPair, generate_pair
-from fpnet_lab.sim.plan_sources import GivenPlans, find_plans
-from fpnet_lab.sim.presets import in_split, preset
+from fpnet_lab.sim.pairs.dataset import PairDataset
+from fpnet_lab.sim.pairs.pair import MatchingPair, generate_pair
+from fpnet_lab.sim.pairs.presets import in_split, preset
+from fpnet_lab.sim.plans.sources import GivenPlans, find_plans
 
 SEED = 9001
 """Numerical: seed of the benchmark's pairs; data sets for training must have another one."""

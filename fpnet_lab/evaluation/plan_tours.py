@@ -13,8 +13,8 @@ from fpnet_core.localizer import create_localizer
 from fpnet_core.plan_check import TourResult
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.first_claims import first_claim
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 _SENSOR = 'planar'  # the cheapest to cast; what it sees of rooms is what counts here
 

@@ -32,14 +32,14 @@ from fpnet_lab.evaluation.first_claims import true_scans
 from fpnet_lab.evaluation.localization.cases import PLAIN_FAMILIES, SENSOR_CYCLE, Distortion
 from fpnet_lab.evaluation.localization.inputs import ROOMS, drive_through
 from fpnet_lab.evaluation.localization.plans import RESOLUTION_M, draw_plan
-from fpnet_lab.evaluation.robot_pairs import BANDS, RobotPair, varied
-from fpnet_lab.sim.distort import DrawnPlan
+from fpnet_lab.evaluation.robots.robot_pairs import BANDS, RobotPair, varied
+from fpnet_lab.sim.drawn.distort import DrawnPlan
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.rough import robot_map_of
+from fpnet_lab.sim.drawn.styled import styled_drawing
+from fpnet_lab.sim.drives.recording import Recording
+from fpnet_lab.sim.drives.tours import TourLimits
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.recording import Recording
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.rough import robot_map_of
-from fpnet_lab.sim.styled import styled_drawing
-from fpnet_lab.sim.tours import TourLimits
 
 Answer = dict[str, Any]
 Answers = dict[str, Answer]

@@ -22,9 +22,9 @@ from fpnet_core.io.maps import read_map
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap
 from fpnet_lab.metrics.intervals import interval_figures
-from fpnet_lab.sim.floors import CELL_M
-from fpnet_lab.sim.presets import SPLITS
-from fpnet_lab.sim.styled import HOMES, HOUSES, PRACTICES, STOREYS, styled_drawing
+from fpnet_lab.sim.drawn.styled import HOMES, HOUSES, PRACTICES, STOREYS, styled_drawing
+from fpnet_lab.sim.pairs.presets import SPLITS
+from fpnet_lab.sim.population.floors import CELL_M
 
 SEED = 7001
 """Numerical: of the generated sheets; what is measured is never what was learned from."""

@@ -25,8 +25,8 @@ from fpnet_core.segmentation import segment_floorplan, segment_submap
 from fpnet_core.segmentation.agreement import place_agreement, room_agreement, true_openings
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
-from fpnet_lab.sim.floors import CELL_M, FREE_GREY, read_image, read_labels
-from fpnet_lab.sim.presets import SPLITS, Split
+from fpnet_lab.sim.pairs.presets import SPLITS, Split
+from fpnet_lab.sim.population.floors import CELL_M, FREE_GREY, read_image, read_labels
 
 DOOR_TOLERANCE_M = 0.75
 """A door found within this distance of a true one is that door. Chosen."""

@@ -18,8 +18,8 @@ from fpnet_core.localizer import create_localizer
 from fpnet_core.raster.pixels import map_points
 from fpnet_lab.evaluation.drawings import PICTURE, plan_from_file, written
 from fpnet_lab.evaluation.first_claims import FirstClaim, first_claim
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.lidars.sensors import SENSORS
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 
 SHEETS = (

@@ -18,8 +18,8 @@ from fpnet_core.geometry import SE2, rotation
 from fpnet_core.io.scans import Scan
 from fpnet_lab.evaluation.localization.drives import KEEP_EVERY, kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.sim.explore import fit_rigid
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.pairs.explore import fit_rigid
 from fpnet_lab.sim.types import BuildingPlan
 
 SENSOR_NAMES = ('beams16', 'beams32', 'beams64', 'dome', 'planar')

@@ -34,7 +34,7 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 from fpnet_lab.evaluation.localization.drives import submap_of
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, RegisteredDrive, registered_drive
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.render import paint_rings
+from fpnet_lab.sim.drawn.render import paint_rings
 from fpnet_lab.sim.types import BuildingPlan
 
 Mask = NDArray[np.bool_]

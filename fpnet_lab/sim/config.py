@@ -9,7 +9,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from fpnet_core.config import Section, SegmentationConfig
-from fpnet_lab.sim.styles import StyleConfig
+from fpnet_lab.sim.drawn.styles import StyleConfig
 
 Range = tuple[float, float]
 

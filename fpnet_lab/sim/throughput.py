@@ -18,13 +18,13 @@ import numpy as np
 
 from fpnet_lab.pool import START_METHOD
 from fpnet_lab.provenance import processor
-from fpnet_lab.sim.building import extrude
+from fpnet_lab.sim.buildings.building import extrude
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.lidar import LidarSimulator
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.lidars.lidar import LidarSimulator
+from fpnet_lab.sim.lidars.sensors import SENSORS
+from fpnet_lab.sim.pairs.writing import BLOCK_PAIRS, write_pairs
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.writing import BLOCK_PAIRS, write_pairs
 
 ROOMS = (26, 34)
 """Bounds of a storey's rooms: about 30. Chosen."""

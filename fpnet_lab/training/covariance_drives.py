@@ -30,7 +30,7 @@ from fpnet_lab.evaluation.localization.inputs import CaseInputs, make_inputs, ma
 from fpnet_lab.evaluation.localization.records import Truth
 from fpnet_lab.evaluation.localization.runs import TICK_PERIOD_S, settings_of
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.distort import DrawnPlan
+from fpnet_lab.sim.drawn.distort import DrawnPlan
 from fpnet_lab.training.gathering import Columns
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ from fpnet_core.matches import IGNORE, UNMATCHED
 from fpnet_core.models.batch import GraphBatch, pad_graphs
 from fpnet_core.models.network import RegionNetwork
 from fpnet_core.models.tensors import tensors_of
-from fpnet_lab.sim.dataset import PairDataset
-from fpnet_lab.sim.pairs import MatchingPair
+from fpnet_lab.sim.pairs.dataset import PairDataset
+from fpnet_lab.sim.pairs.pair import MatchingPair
 from fpnet_lab.training.config import AugmentationConfig
 
 # Crops keep at least this many regions. Chosen.

@@ -38,15 +38,15 @@ from fpnet_lab.evaluation.segmentation import ROBOT_MAPS, read_robot_map, read_s
 from fpnet_lab.evaluation.submap_recordings import SENSOR_NAMES, drifting_drive
 from fpnet_lab.kept import make_once
 from fpnet_lab.sim.config import BuildingConfig, SimConfig
-from fpnet_lab.sim.explore import draw_scanner, scan_walk
-from fpnet_lab.sim.floors import TUNE_FLOORS, room_rings
-from fpnet_lab.sim.perturb import build_world, draw_changes
-from fpnet_lab.sim.plan_sources import GeneratedPlans
-from fpnet_lab.sim.render import paint_rings
-from fpnet_lab.sim.rough import robot_map_of
-from fpnet_lab.sim.styled import draw_styled
+from fpnet_lab.sim.drawn.render import paint_rings
+from fpnet_lab.sim.drawn.rough import robot_map_of
+from fpnet_lab.sim.drawn.styled import draw_styled
+from fpnet_lab.sim.pairs.explore import draw_scanner, scan_walk
+from fpnet_lab.sim.pairs.perturb import build_world, draw_changes
+from fpnet_lab.sim.pairs.walks import plan_walk
+from fpnet_lab.sim.plans.sources import GeneratedPlans
+from fpnet_lab.sim.population.floors import TUNE_FLOORS, room_rings
 from fpnet_lab.sim.types import BuildingPlan, PlanDoor
-from fpnet_lab.sim.walks import plan_walk
 from fpnet_lab.training.gathering import Counts, MapTask
 
 Labels = NDArray[np.int32]

@@ -27,7 +27,7 @@ from fpnet_core.matching.evidence_model import evidence_entry
 from fpnet_core.matching.geometry import GraphGeometry, graph_geometry
 from fpnet_core.matching.learned import FLOOR, LearnedMatcher
 from fpnet_core.types import FEATURE_SCHEMA
-from fpnet_lab.sim.pairs import MatchingPair
+from fpnet_lab.sim.pairs.pair import MatchingPair
 
 Array = NDArray[np.float64]
 

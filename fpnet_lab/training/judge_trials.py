@@ -31,13 +31,13 @@ from fpnet_core.matching import RegionMatcher
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import GridMap, Submap
-from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs, varied
+from fpnet_lab.evaluation.robots.robot_pairs import RobotPair, read_robot_pairs, varied
 from fpnet_lab.metrics.placement import RIGHT_DEG, RIGHT_DIAGONALS, RIGHT_SCALE
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.distort import rough_drawing
-from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.sim.pairs import generate_mapped_pair
-from fpnet_lab.sim.rough import robot_map_of
+from fpnet_lab.sim.drawn.distort import rough_drawing
+from fpnet_lab.sim.drawn.rough import robot_map_of
+from fpnet_lab.sim.pairs.pair import generate_mapped_pair
+from fpnet_lab.sim.population.floors import TUNE_FLOORS
 
 Array = NDArray[np.float64]
 Displaced = Callable[[Array], Array]

@@ -27,7 +27,7 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.drawings import GOOD_F1
-from fpnet_lab.sim.floors import TUNE_FLOORS, read_labels
+from fpnet_lab.sim.population.floors import TUNE_FLOORS, read_labels
 
 Array = NDArray[np.float64]
 

@@ -33,9 +33,9 @@ from fpnet_core.segmentation.scale_model import (
     quantiles,
 )
 from fpnet_core.small_networks import standardised
-from fpnet_lab.evaluation.robot_pairs import architect_of
+from fpnet_lab.evaluation.robots.robot_pairs import architect_of
 from fpnet_lab.metrics.intervals import interval_figures
-from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.sim.population.floors import TUNE_FLOORS
 from fpnet_lab.training.members import MemberTraining, fit_member, stacked_layers, write_members
 from fpnet_lab.training.scale_samples import HOME, HOUSE, PRACTICE, SHEET, ScaleSamples
 

@@ -32,14 +32,11 @@ from fpnet_core.segmentation.scale_figures import FIGURES, scale_figures
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import UNKNOWN, GridMap, Submap
 from fpnet_lab.evaluation.drawings import compared
-from fpnet_lab.evaluation.robot_pairs import RobotPair, varied
+from fpnet_lab.evaluation.robots.robot_pairs import RobotPair, varied
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.distort import littered, redrawn, rewalled, warp_map
-from fpnet_lab.sim.floors import TUNE_FLOORS
-from fpnet_lab.sim.plan_sources import GeneratedPlans
-from fpnet_lab.sim.rough import robot_map_of
-from fpnet_lab.sim.sheets import SheetKind, draw_sheet
-from fpnet_lab.sim.styled import (
+from fpnet_lab.sim.drawn.distort import littered, redrawn, rewalled, warp_map
+from fpnet_lab.sim.drawn.rough import robot_map_of
+from fpnet_lab.sim.drawn.styled import (
     HOMES,
     HOUSES,
     PRACTICES,
@@ -47,6 +44,9 @@ from fpnet_lab.sim.styled import (
     draw_cell_m,
     styled_drawing,
 )
+from fpnet_lab.sim.plans.sources import GeneratedPlans
+from fpnet_lab.sim.population.floors import TUNE_FLOORS
+from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.training.gathering import Columns, Counts, MapTask
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 

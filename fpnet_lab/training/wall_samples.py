@@ -21,7 +21,7 @@ from fpnet_core.raster.morphology import grown_by, opened_by, square
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.pixels import shrinking
 from fpnet_lab.pool import each_done
-from fpnet_lab.sim.floors import FREE_GREY, TUNE_FLOORS, read_labels
+from fpnet_lab.sim.population.floors import FREE_GREY, TUNE_FLOORS, read_labels
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.classes import Classes, sheet_classes
 

@@ -19,7 +19,7 @@ from fpnet_core.viz.segmentation import Colour, draw_grid, draw_segmentation, re
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from fpnet_lab.sim.pairs import MappedPair
+    from fpnet_lab.sim.pairs.pair import MappedPair
 
 # Chosen, not measured:
 _NO_PARTNER: Colour = (0.25, 0.25, 0.25)

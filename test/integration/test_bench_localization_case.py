@@ -15,7 +15,7 @@ from fpnet_lab.evaluation.localization import suite as suite_module
 from fpnet_lab.evaluation.localization.cases import Case, CaseKind
 from fpnet_lab.evaluation.localization.inputs import MissingDataError
 from fpnet_lab.evaluation.localization.runs import Job, run_case
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.tours import TourLimits
 
 BASELINES = {'matcher_ransac', 'branch_and_bound', 'correlative', 'monte_carlo'}
 

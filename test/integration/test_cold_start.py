@@ -8,8 +8,8 @@ import sys
 import pytest
 from short_recording import start_of_recording
 
-from fpnet_lab.sim.recording import write_recording
-from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.drives.recording import write_recording
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 # In a process of its own: other tests have compiled what they use.
 DRIVEN = """

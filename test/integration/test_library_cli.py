@@ -13,9 +13,9 @@ from fpnet_core.errors import LibraryError
 from fpnet_core.io.maps import write_map
 from fpnet_lab.evaluation.localization.cases import Distortion
 from fpnet_lab.evaluation.localization.plans import draw_plan
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.rough import robot_map_of
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.rough import robot_map_of
 
 FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'bent')
 TRUE = 'branched'

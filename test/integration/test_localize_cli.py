@@ -16,8 +16,8 @@ from fpnet_core.cli import main
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.trajectories import read_tum, write_tum
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.sim.lidar import LidarModel
-from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
+from fpnet_lab.sim.lidars.lidar import LidarModel
 
 pytestmark = pytest.mark.slow
 

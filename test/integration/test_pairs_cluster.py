@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import pytest
 
-from fpnet_lab.sim import writing
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.writing import write_pairs
+from fpnet_lab.sim.pairs import writing
+from fpnet_lab.sim.pairs.writing import write_pairs
 
 SMALL = SimConfig(max_rooms=14)
 COUNT = 5

@@ -13,7 +13,7 @@ import pytest
 import fpnet_core as fpnet
 from fpnet_core.localizer import MapMatch
 from fpnet_core.types import Segmentation
-from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'python.md'
 

@@ -16,7 +16,7 @@ from fpnet_core.io.maps import read_map
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.trajectories import read_tum
 from fpnet_core.odometry import KissOdometry
-from fpnet_lab.sim.recording import (
+from fpnet_lab.sim.drives.recording import (
     CLOUD_TOPIC,
     LASER_TOPIC,
     TRUTH_TOPIC,
@@ -24,7 +24,7 @@ from fpnet_lab.sim.recording import (
     make_recording,
     write_recording,
 )
-from fpnet_lab.sim.sensors import SENSORS, LidarModel
+from fpnet_lab.sim.lidars.sensors import SENSORS, LidarModel
 
 SEED = 2
 COARSE = RecordingOptions(lidar=LidarModel(beams=16, columns=90))

@@ -13,9 +13,9 @@ from fpnet_core.cli import build_app
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_lab.evaluation.localization.inputs import LIMITS
-from fpnet_lab.sim.recording import RecordingOptions, make_recording, write_recording
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.storeys import Likeness, draw_storeys
+from fpnet_lab.sim.drawn.storeys import Likeness, draw_storeys
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording, write_recording
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 pytestmark = pytest.mark.slow
 

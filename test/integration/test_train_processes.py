@@ -15,7 +15,7 @@ from fpnet_core.io.weights import read_weights
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.evaluation.pair_sets import SEED
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.writing import write_pairs
+from fpnet_lab.sim.pairs.writing import write_pairs
 
 BIN = Path(sys.executable).parent
 SMALL = ('network.width=8', 'network.layers=1', 'batch_size=2', 'validation_fraction=0.3')

@@ -15,7 +15,7 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import generate_mapped_pair
+from fpnet_lab.sim.pairs.pair import generate_mapped_pair
 
 SCENES = range(4)
 CLAIM = FpnetConfig().localizer.claim_probability

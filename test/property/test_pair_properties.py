@@ -9,7 +9,7 @@ import pytest
 
 from fpnet_core.types import RegionLabel
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import generate_mapped_pair
+from fpnet_lab.sim.pairs.pair import generate_mapped_pair
 
 SAMPLERS = {kind: SimConfig(robot_map=kind, max_rooms=24) for kind in ('clip', 'tour')}
 

@@ -11,11 +11,11 @@ import shapely
 from fpnet_core.io.maps import read_map
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import FREE
-from fpnet_lab.sim.building import extrude
-from fpnet_lab.sim.openings import walkable_area
+from fpnet_lab.sim.buildings.building import extrude
+from fpnet_lab.sim.buildings.openings import walkable_area
+from fpnet_lab.sim.drawn.render import fill_polygons, render_plan
+from fpnet_lab.sim.drives.tours import TourLimits, plan_tour
 from fpnet_lab.sim.plans.traced import plan_from_grid
-from fpnet_lab.sim.render import fill_polygons, render_plan
-from fpnet_lab.sim.tours import TourLimits, plan_tour
 
 BORMANN = DATA / 'bormann'
 RESOLUTION_M = 0.05

@@ -17,7 +17,7 @@ from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED
 from fpnet_lab.cli.bench_matching import matchers
 from fpnet_lab.evaluation.matching_robot import bench_robot_maps, robot_cases
-from fpnet_lab.evaluation.robot_pairs import (
+from fpnet_lab.evaluation.robots.robot_pairs import (
     BANDS,
     TUNE_PLANS,
     WHOLE,

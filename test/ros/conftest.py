@@ -23,7 +23,7 @@ from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
+from fpnet_lab.sim.drives.recording import CLOUD_TOPIC, LIDAR_FRAME, make_recording
 
 rclpy = pytest.importorskip('rclpy')
 

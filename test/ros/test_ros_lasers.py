@@ -22,12 +22,12 @@ from short_recording import start_of_recording
 
 from fpnet_core.accuracy import pose_errors
 from fpnet_core.trajectory import PlanarTrajectory
-from fpnet_lab.sim.recording import (
+from fpnet_lab.sim.drives.recording import (
     LASER_TOPIC,
     ODOMETRY_TOPIC,
     write_recording,
 )
-from fpnet_lab.sim.sensors import SENSORS
+from fpnet_lab.sim.lidars.sensors import SENSORS
 from fpnet_ros.inputs import InputParameters, ScanInput
 from fpnet_ros.runtime import STREAM, TF_STATIC
 from msg_adapters.clouds import cloud_from_msg

@@ -15,10 +15,15 @@ import yaml
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
 from fpnet_core.types import Status
-from fpnet_lab.sim.distort import renovated
-from fpnet_lab.sim.recording import CLOUD_TOPIC, LIDAR_FRAME, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drawn.distort import renovated
+from fpnet_lab.sim.drives.recording import (
+    CLOUD_TOPIC,
+    LIDAR_FRAME,
+    RecordingOptions,
+    make_recording,
+)
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.lidars.sensors import SENSORS
 from fpnet_ros.runtime import LATCHED, STATUS, STREAM
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.poses import pose_from_msg

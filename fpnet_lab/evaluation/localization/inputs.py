@@ -20,11 +20,11 @@ from fpnet_core.types import GridMap
 from fpnet_lab.evaluation.fitted_truth import read_fitted_truth
 from fpnet_lab.evaluation.localization.cases import Case, CaseKind, Distortion
 from fpnet_lab.evaluation.localization.plans import draw_plan, draw_roughly
-from fpnet_lab.sim.distort import DrawnPlan
-from fpnet_lab.sim.mesh_worlds import read_mesh
-from fpnet_lab.sim.recording import Recording, RecordingOptions, make_recording
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drawn.distort import DrawnPlan
+from fpnet_lab.sim.drives.mesh_worlds import read_mesh
+from fpnet_lab.sim.drives.recording import Recording, RecordingOptions, make_recording
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 LIMITS = TourLimits(rooms=4, shortest_s=60.0, longest_s=95.0)
 """Tours of 40 to 60 m. Chosen."""

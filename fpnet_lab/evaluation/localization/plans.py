@@ -10,9 +10,9 @@ import numpy as np
 
 from fpnet_core.geometry import Affine2D
 from fpnet_lab.evaluation.localization.cases import Distortion
-from fpnet_lab.sim.distort import DrawnPlan, laid_elsewhere, renovated, rough_drawing
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.styles import CLEAN, STYLES
+from fpnet_lab.sim.drawn.distort import DrawnPlan, laid_elsewhere, renovated, rough_drawing
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.styles import CLEAN, STYLES
 from fpnet_lab.sim.types import BuildingPlan
 
 RESOLUTION_M = 0.05

@@ -17,8 +17,8 @@ from fpnet_core.segmentation import SubmapSegmenter
 from fpnet_core.types import LocalizerOutput
 from fpnet_lab.evaluation.localization.inputs import drive_through
 from fpnet_lab.evaluation.speed.timing import Clocked, Figure, clocked, quantile_of
-from fpnet_lab.sim.recording import Recording
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.recording import Recording
+from fpnet_lab.sim.drives.tours import TourLimits
 
 # Chosen: about 930 m2 in seven minutes.
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)

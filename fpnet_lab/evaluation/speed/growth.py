@@ -21,14 +21,15 @@ from fpnet_core.localizer.sides import StageTimer
 from fpnet_core.localizer.tick import Seen, TickState, tick
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.types import UNKNOWN, GridMap, LocalizerOutput, Submap
+from fpnet_lab.evaluation.speed.aims import AIM_M2, AIM_TICK_S
 from fpnet_lab.evaluation.speed.timing import REPEATS, Clocked, Figure, clocked
 from fpnet_lab.sim.config import ScanConfig, SimConfig
-from fpnet_lab.sim.explore import draw_scanner, scan_walk
-from fpnet_lab.sim.perturb import build_world, draw_changes
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.pairs.explore import draw_scanner, scan_walk
+from fpnet_lab.sim.pairs.perturb import build_world, draw_changes
+from fpnet_lab.sim.pairs.walks import plan_walk
 from fpnet_lab.sim.plans.wards import wards
-from fpnet_lab.sim.render import render_plan
 from fpnet_lab.sim.types import BuildingPlan
-from fpnet_lab.sim.walks import plan_walk
 
 AREAS_M2 = (300, 1_000, 3_000, 10_000, 20_000, 50_000)
 """Given: what the curve is drawn over."""
@@ -36,8 +37,6 @@ AREAS_M2 = (300, 1_000, 3_000, 10_000, 20_000, 50_000)
 EXPLORED_M2 = 3_000.0
 """Given: most that the robot has seen; of small storeys it is a share of them."""
 
-# Given: aims on the storey of 20,000 m2.
-AIM_M2, AIM_TICK_S = 20_000, 0.5
 # Chosen, not measured:
 _SEEN_SHARE = 0.6
 _CELL_M = 0.05

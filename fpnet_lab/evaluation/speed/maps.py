@@ -28,13 +28,13 @@ from fpnet_core.pose import MapSide, map_evidence
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.submaps import submap_from_grid
 from fpnet_core.types import FREE, UNKNOWN, GridMap, Region, RegionGraph, RegionLabel
-from fpnet_lab.evaluation.robot_pairs import RobotPair, read_robot_pairs
+from fpnet_lab.evaluation.robots.robot_pairs import RobotPair, read_robot_pairs
 from fpnet_lab.evaluation.speed.timing import REPEATS, Figure, median_of, shell_figure
 from fpnet_lab.sim.config import SimConfig
-from fpnet_lab.sim.pairs import MappedPair, generate_mapped_pair
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.styles import STYLES
+from fpnet_lab.sim.pairs.pair import MappedPair, generate_mapped_pair
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.styles import STYLES
 
 LARGE_PX = (2700, 3400)  # given: what the aim is stated for
 # Chosen, not measured:

@@ -15,7 +15,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_lab.sim.symbols import ticked
+from fpnet_lab.sim.drawn.symbols import ticked
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]

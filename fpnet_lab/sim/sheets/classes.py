@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.pixels import map_points
-from fpnet_lab.sim.render import paint_rings
+from fpnet_lab.sim.drawn.render import paint_rings
 from fpnet_lab.sim.sheets.artwork import Area, Array, Role
 from fpnet_lab.sim.sheets.sheet import Sheet
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, outlines_of, solid_parts

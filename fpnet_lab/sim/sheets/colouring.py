@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 import shapely
 from shapely.geometry.polygon import orient
 
+from fpnet_lab.sim.drawn.symbols import hatch
 from fpnet_lab.sim.sheets.artwork import Area, Array, Colour, Lines, Mark, Pen, Role
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, areas_of, arrow_head
-from fpnet_lab.sim.symbols import hatch
 from fpnet_lab.sim.types import polygons_from_rings, ring_of
 
 _DEPARTMENTS = (

@@ -7,8 +7,9 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from fpnet_lab.sim.furnishing import furnish
-from fpnet_lab.sim.furniture import DRAWN
+from fpnet_lab.sim.buildings.furnishing import furnish
+from fpnet_lab.sim.buildings.furniture import DRAWN
+from fpnet_lab.sim.drawn.symbols import hatch
 from fpnet_lab.sim.sheets.artwork import (
     Area,
     Array,
@@ -22,7 +23,6 @@ from fpnet_lab.sim.sheets.artwork import (
 )
 from fpnet_lab.sim.sheets.looks import FAINT_PEN_MM, THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, arrow_head, outlines_of
-from fpnet_lab.sim.symbols import hatch
 from fpnet_lab.sim.types import polygons_from_rings
 
 # Chosen, not measured:

@@ -13,7 +13,7 @@ from PIL import Image
 
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.maps import write_map
-from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.sheets.artwork import Array
 from fpnet_lab.sim.sheets.dxf import draw_dxf_style, write_dxf
 from fpnet_lab.sim.sheets.layers import LAYERINGS, SHARES

@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from fpnet_lab.sim.drawn.symbols import room_labels
 from fpnet_lab.sim.sheets.artwork import Array, Dimension, Letters, Mark, Role, circles, lines_of
 from fpnet_lab.sim.sheets.details import stair_rooms
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey
-from fpnet_lab.sim.symbols import room_labels
 from fpnet_lab.sim.types import PlanRoom
 
 LETTER_ASPECT = 0.85

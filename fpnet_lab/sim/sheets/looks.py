@@ -10,8 +10,8 @@ from typing import Literal
 
 import numpy as np
 
+from fpnet_lab.sim.drawn.styles import DoorMark
 from fpnet_lab.sim.sheets.artwork import Colour, Pen
-from fpnet_lab.sim.styles import DoorMark
 
 WallLook = Literal['solid', 'thin', 'outlined', 'hatched', 'tinted']
 

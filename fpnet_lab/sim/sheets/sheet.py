@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.raster.pixels import growth_at, map_points
-from fpnet_lab.sim.floors import room_rings
+from fpnet_lab.sim.drawn.render import paint_rings
+from fpnet_lab.sim.drawn.styles import MAX_SEED
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import paint_rings
+from fpnet_lab.sim.population.floors import room_rings
 from fpnet_lab.sim.sheets.artwork import Array, Artwork, box_ring
 from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
 from fpnet_lab.sim.sheets.storeys import PlacedStorey
-from fpnet_lab.sim.styles import MAX_SEED
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60

@@ -13,7 +13,8 @@ from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2
-from fpnet_lab.sim.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
+from fpnet_lab.sim.drawn.render import MIN_WALL_PX, door_outline, room_outlines, shell_outlines
+from fpnet_lab.sim.drawn.symbols import Leaves, door_leaves, glazing, hatch, windows
 from fpnet_lab.sim.sheets.artwork import (
     Arcs,
     Area,
@@ -24,7 +25,6 @@ from fpnet_lab.sim.sheets.artwork import (
     lines_of,
 )
 from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
-from fpnet_lab.sim.symbols import Leaves, door_leaves, glazing, hatch, windows
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
 MIN_DOUBLE_WALL_PX = 5.0

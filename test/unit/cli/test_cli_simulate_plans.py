@@ -10,7 +10,7 @@ from PIL import Image
 import pytest
 
 from fpnet_core.cli import main
-from fpnet_lab.sim.floors import TUNE_FLOORS
+from fpnet_lab.sim.population.floors import TUNE_FLOORS
 
 
 def run(*arguments):

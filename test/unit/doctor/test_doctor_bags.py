@@ -16,9 +16,9 @@ from fpnet_core.doctor.bag import observe_bag
 from fpnet_core.doctor.examine import examine
 from fpnet_core.io import bag_writer
 from fpnet_core.io.bag_writer import BagWriter
-from fpnet_lab.sim.recording import make_recording
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.visits import RecordingOptions
+from fpnet_lab.sim.drives.recording import make_recording
+from fpnet_lab.sim.drives.visits import RecordingOptions
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 FIRST, COUNT = 10, 60  # the robot drives from the start of these on
 HEIGHT_M = 0.9

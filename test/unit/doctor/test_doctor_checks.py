@@ -25,9 +25,9 @@ from fpnet_core.doctor.sensor import (
 )
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
 from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
-from fpnet_lab.sim.recording import make_recording
-from fpnet_lab.sim.sensors import SENSORS
-from fpnet_lab.sim.visits import RecordingOptions
+from fpnet_lab.sim.drives.recording import make_recording
+from fpnet_lab.sim.drives.visits import RecordingOptions
+from fpnet_lab.sim.lidars.sensors import SENSORS
 
 NONE = np.zeros(0, dtype=np.int64)
 RELIABLE, BEST_EFFORT = Offer(), Offer(is_reliable=False)

@@ -7,7 +7,7 @@ import pytest
 from fpnet_core.geometry import Similarity2D
 from fpnet_core.matches import MatchResult
 from fpnet_lab.evaluation.matching import predict, score
-from fpnet_lab.sim.pairs import MatchingPair
+from fpnet_lab.sim.pairs.pair import MatchingPair
 
 
 class Oracle:

@@ -22,7 +22,7 @@ from fpnet_lab.evaluation.drawings import (
     scale_figures,
     seeds_of,
 )
-from fpnet_lab.sim.render import render_plan
+from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 from fpnet_lab.sim.sheets.files import write_vector
 

@@ -11,8 +11,8 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.localizer.sides import mirrored_rooms
 from fpnet_core.segmentation import segment_floorplan
+from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
 
 
 @pytest.fixture(scope='module')

@@ -15,8 +15,8 @@ from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.types import FEATURE_SCHEMA
 from fpnet_lab.evaluation.pair_sets import SEED
 from fpnet_lab.metrics import MatchCounts, count_matches
-from fpnet_lab.sim.pairs import generate_pair
-from fpnet_lab.sim.presets import preset
+from fpnet_lab.sim.pairs.pair import generate_pair
+from fpnet_lab.sim.pairs.presets import preset
 
 
 def test_packaged_weights_are_small_and_tell_where_they_come_from():

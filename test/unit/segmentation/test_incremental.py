@@ -12,8 +12,8 @@ from fpnet_core.geometry import SE2
 from fpnet_core.segmentation import SubmapSegmenter, incremental, segment_submap
 from fpnet_core.submaps import SubmapBuilder
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Submap
-from fpnet_lab.sim.recording import RecordingOptions, make_recording
-from fpnet_lab.sim.tours import TourLimits
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.drives.tours import TourLimits
 
 SAME_IOU = 0.95
 ROOM, WALL, DOOR = 80, 4, 18

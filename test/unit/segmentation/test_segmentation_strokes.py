@@ -11,9 +11,9 @@ from fpnet_core.config import SegmentationConfig
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.segmentation.strokes import erase_door_symbols
 from fpnet_core.types import FREE, OCCUPIED, GridMap
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.styles import STYLES
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.render import render_plan
-from fpnet_lab.sim.styles import STYLES
 
 RESOLUTION_M = 0.05
 DOORWAY_M = 0.9

@@ -3,7 +3,8 @@
 from itertools import count
 from types import SimpleNamespace
 
-from fpnet_lab.sim import throughput, writing
+from fpnet_lab.sim import throughput
+from fpnet_lab.sim.pairs import writing
 
 
 def test_rates_are_what_was_made_over_the_time_that_it_took(monkeypatch):

@@ -13,7 +13,7 @@ from fpnet_core.segmentation.door_figures import LINE_FIGURES
 from fpnet_core.segmentation.door_model import DOOR_SCHEMA, MAP_FIGURES, model_of
 from fpnet_core.segmentation.joining import DividingLines, Pieces, join_pieces
 from fpnet_core.segmentation.rooms import cut_parts
-from fpnet_lab.sim.plan_sources import GeneratedPlans
+from fpnet_lab.sim.plans.sources import GeneratedPlans
 from fpnet_lab.training.door_samples import (
     DoorAmounts,
     DoorSample,

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Reports of live nodes, of robots' wirings and of load, to the tables that pages show."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fpnet_lab.scores import Column, Figures, Row, Table, Unit, Units, together
+
+_ERROR = together(('error_m', Units.METRES), ('error_deg', Units.DEGREES))
+
+
+def _lost(row: Row) -> str:
+    return f'{sum(row["lost"].values()):.0f} of {row["sweeps"]}'
+
+
+def _velocity(row: Row) -> str | None:
+    if row['twist_error'] is None:
+        return None
+    speed_mps, turn_radps = row['twist_error']
+    return f'{Unit(" m/s", 2).text(speed_mps)}, {Unit(" rad/s", 2).text(turn_radps)}'
+
+
+_WIRINGS = (
+    Column('robot', 'robot'),
+    Column('first pose', 'first_pose_s', Units.SECONDS),
+    Column('median error', _ERROR),
+    Column('of the bag', 'offline_error_m', Units.METRES),
+    Column('TF', 'tf_error_m', Units.METRES),
+    Column('velocity', _velocity),
+    Column('scans lost', _lost),
+)
+_MIB = Unit(' MiB')
+_LOAD = (
+    ('scans lost', lambda phase: f'{phase["scans_lost"]:.0f} of {phase["scans_sent"]}'),
+    ('TF jitter, largest', together(('tf_jitter_max', Units.MS))),
+    ('service call, 99th percentile', together(('call_p99', Units.MS))),
+    ('tick, median and 99th percentile', together(('tick_p50', Units.MS), ('tick_p99', Units.MS))),
+    ('pose behind its scan, largest', together(('pose_behind_max_s', Units.SECONDS.to(2)))),
+    ('memory', together(('memory_mib', _MIB))),
+    (
+        'its growth over the second half',
+        together(('memory_growth_second_half_percent', Unit(' %', 1))),
+    ),
+)  # numerical: digits
+
+
+_PROFILES = {'defaults': 'defaults', 'fastdds_shm.xml': '`fastdds_shm.xml`'}
+
+
+def cloud_transport(report: Row) -> Figures:
+    """Return a row for each profile: how many clouds arrived in a subscription, and how late."""
+    subscriptions = list(dict.fromkeys(case['subscription'] for case in report['cases']))
+    rows = [
+        [title, *(_arrived(report, profile, each) for each in subscriptions)]
+        for profile, title in _PROFILES.items()
+    ]
+    what = f'of {report["clouds"]} clouds of {report["points"]:,} points'
+    return {'': Table((what, *subscriptions), rows)}, {}
+
+
+def _arrived(report: Row, profile: str, subscription: str) -> str:
+    """Return how many clouds arrived in one set-up, and their median latency."""
+    for case in report['cases']:
+        if (case['profile'], case['subscription']) == (profile, subscription):
+            late = Units.MS.to(0, 'none').text(case['latency_ms'])
+            return f'{case["arrived"]}, {late}'
+    return ''
+
+
+def wirings(report: Row) -> Figures:
+    """Return a row for each robot that was wired differently."""
+    return {'': Table.of(_WIRINGS, report['robots'])}, {}
+
+
+def node_load(report: Row) -> Figures:
+    """Return a column for each phase of the load."""
+    phases: dict[str, Any] = report['phases']
+    titles = [f'{name}, {_minutes(phase)}' for name, phase in phases.items()]
+    rows = [[figure, *(text(phase) for phase in phases.values())] for figure, text in _LOAD]
+    return {'': Table(['figure', *titles], rows)}, {}
+
+
+def _minutes(phase: Row) -> str:
+    """Return how long scans were sent in a phase, ten a second."""
+    return f'{phase["scans_sent"] / 600.0:g} min'

@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Reports of demos, real logs, robots' maps, drives and speed to the tables that pages show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+import math
+from statistics import median
+
+from fpnet_lab.scores import (
+    Column,
+    Figures,
+    Row,
+    Score,
+    Table,
+    Unit,
+    Units,
+    named,
+    of,
+    share_of,
+    together,
+)
+
+# Chosen: what the demo is to reach, of every seed.
+_TARGET_POSITION_M, _TARGET_YAW_DEG = 0.5, 3.0
+_COUNT = Units.COUNT.to(0, '-')  # numerical: digits
+_DEMO = (  # numerical: digits
+    Column('seed', 'name'),
+    Column('poses', 'poses', _COUNT),
+    Column('wrong', 'wrong_poses', _COUNT),
+    Column('first pose', 'time_to_first_pose_s', Units.SECONDS.in_title(2, '-')),
+    Column('after', 'path_to_first_pose_m', Units.METRES.in_title(2, '-')),
+    Column('position', 'median_position_error_m', Units.METRES.in_title(2, '-')),
+    Column('yaw', 'median_yaw_error_deg', Units.DEGREES.in_title(2, '-')),
+    Column('tick p50', 'tick_ms_p50', Units.MS.in_title(2, '-')),
+    Column('tick p95', 'tick_ms_p95', Units.MS.in_title(2, '-')),
+)
+_TO_FIRST = (('time_to_first_pose_s', Units.SECONDS), ('path_to_first_pose_m', Units.METRES))
+_FIRST = together(*((key, unit.to(0)) for key, unit in _TO_FIRST))  # numerical: digits
+_ERROR = (('median_position_error_m', Units.METRES), ('median_yaw_error_deg', Units.DEGREES))
+_LOGS = (
+    Column('log', 'log'),
+    Column('said of the scale', 'name'),
+    Column('status at the end', lambda run: run['status_over_time'][-1]),
+    Column('first pose', lambda run: f'after {_FIRST(run)}' if run['poses'] else 'none'),
+    Column('poses', 'poses'),
+    Column('wrong', lambda run: run['wrong_poses'] or 0),
+    Column('median error', together(*_ERROR)),
+)
+_NAMES = {'whole': 'whole', '50-100': 'half', '20-35': 'third', '10-20': 'tenth'}
+_PARTS = ('50-100', '20-35', '10-20')
+_MAPS = (
+    Column('cases', 'cases'),
+    Column('band', 'name'),
+    Column('right', 'right', Units.SHARE),
+    Column('claimed, right', 'claimed_right', Units.SHARE),
+    Column('claimed, wrong', share_of('wrong_and_claimed', 'pairs')),
+    Column("claimed on other buildings' plans", share_of('foreign_claimed', 'foreign_pairs')),
+)
+_WITHHELD = (('withheld_s_median', Units.SECONDS), ('withheld_s_max', Units.SECONDS))
+_CARRIED = (
+    Column('with', 'name'),
+    Column('localized when lifted', 'localized'),
+    Column('withheld', 'withheld'),
+    Column('after, median and most', together(*_WITHHELD)),
+    Column('wrong poses', 'wrong_poses'),
+    Column('found again', 'found_again'),
+    Column('right poses', 'right_poses'),
+)
+
+_MB = Unit(' MB')
+_HOUR = (  # numerical: digits
+    ('tick, median', 'tick_ms_p50', Units.MS),
+    ('tick, 95th percentile', 'tick_ms_p95', Units.MS),
+    ('`add_scan`, median', 'add_scan_ms_p50', Units.MS.to(1)),
+    ('memory held, simulator included', 'rss_mb_max', _MB),
+)
+# Chosen, what an hour of driving may cost at its end:
+_AIM_TICK_MS, _AIM_ADD_SCAN_MS, _AIM_SLOWER, _AIM_MEMORY_MB = 200.0, 10.0, 1.5, 1200.0
+
+_GRID, _GRID_SAID = 'grid', 'clean floorplan, scale stated'
+_WRONG_M = 1.0  # chosen: a claim further off is wrong
+_SHEETS = (
+    Column('sheet', 'name'),
+    Column('found', of('found', 'drives')),
+    Column('wrong by over 1 m', 'wrong'),
+    Column('doubted by the reader', 'doubted'),
+    Column('first pose, median', 'after_m', Units.PATH),
+    Column("over the grid's", 'ratio', Units.NUMBER),
+    Column('error', 'error_m', Units.METRES),
+)
+
+_DURATION = Units.SECONDS.in_title(4)  # numerical: digits
+_SPEED = (
+    Column('what', 'name'),
+    Column('by the clock', 'seconds', _DURATION),
+    Column('of the processor', 'cpu_s', _DURATION),
+    Column('aim', lambda row: Score('', row['seconds'], Unit(digits=3), row['aim_s']).said_aim),
+)
+
+
+def demo(report: Row) -> Figures:
+    """Return the demo's runs, one row for each seed, and how many met the target."""
+    seeds = report['seeds']
+    paths = [run['path_to_first_pose_m'] for run in seeds.values()]
+    values = {
+        'met': f'{sum(_is_met(run) for run in seeds.values())} of {len(seeds)}',
+        'wrong': str(sum(run['wrong_poses'] for run in seeds.values())),
+        'latest': 'never' if None in paths else Units.PATH.text(max(paths)),
+    }
+    return {'': Table.of(_DEMO, named(seeds))}, values
+
+
+def _is_met(run: Row) -> bool:
+    scores = (
+        Score('wrong poses', run['wrong_poses'], Units.COUNT, 0),
+        Score('position', run['median_position_error_m'], Units.METRES, _TARGET_POSITION_M),
+        Score('yaw', run['median_yaw_error_deg'], Units.DEGREES, _TARGET_YAW_DEG),
+    )
+    return bool(run['localized']) and all(score.is_met for score in scores)
+
+
+def real_logs(report: Row) -> Figures:
+    """Return a row for each log and what was said of its drawing's scale."""
+    rows = [{**row, 'log': log} for log, ways in report['logs'].items() for row in named(ways)]
+    return {'': Table.of(_LOGS, rows)}, {}
+
+
+def robot(report: Row) -> Figures:
+    """Return what ``fpnet`` says of real robots' maps, by what they have seen and by building."""
+    figures = report['methods']['fpnet']
+    groups = {
+        'all': figures['bands'],
+        'without the three distorted drawings': figures['bands_undistorted'],
+    }
+    rows = [
+        {**row, 'cases': title if row['name'] == 'whole' else ''}
+        for title, bands in groups.items()
+        for row in named(bands)
+    ]
+    tables = {'': Table.of(_MAPS, rows), 'buildings': _buildings(figures['buildings'])}
+    values = {'pairs': str(sum(shares['pairs'] for shares in figures['bands'].values()))}
+    values |= {
+        f'right_{name}': Units.SHARE.text(figures['bands_undistorted'][band]['right'])
+        for band, name in _NAMES.items()
+    }
+    return tables, values
+
+
+def _buildings(by_name: Mapping[str, Row]) -> Table:
+    answers = together(('right', Units.SHARE.in_title(0)), ('claimed_right', Units.SHARE))
+    rows = []
+    for name, bands in by_name.items():
+        wrong = sum(round(each['wrong_and_claimed'] * each['pairs']) for each in bands.values())
+        claims = f'{wrong} of {sum(each["pairs"] for each in bands.values())}'
+        row = {'name': f'`{name}`', 'maps': bands['whole']['pairs'], 'wrong': claims}
+        rows.append(row | {band: answers(bands[band]) for band in _PARTS})
+    parts = (Column(f'{band} %', band) for band in _PARTS)
+    titles = (Column('building', 'name'), Column('maps', 'maps'), *parts)
+    return Table.of([*titles, Column('claimed, wrong', 'wrong')], rows)
+
+
+def drift(report: Row) -> Figures:
+    """Return the largest errors under a claim, of exact drawings and of rough ones."""
+    ways = {'whole_submap': 'whole submap', 'published': 'published'}
+    exact = {'odometry': 'odometry from a right start', **ways}
+    most, median = ('max_m', Units.METRES), ('p50_m', Units.METRES)
+    drives = {
+        drawing: [{**drive[drawing], 'name': _drive(drive)} for drive in report['drives']]
+        for drawing in ('exact', 'rough')
+    }
+    tables = {
+        '': _drives(drives['exact'], exact, together(most), ''),
+        'rough': _drives(drives['rough'], ways, together(median, most), 'never claimed'),
+    }
+    return tables, {}
+
+
+def _drive(drive: Row) -> str:
+    return f'{drive["family"].replace("_", " ")}, {Units.METRES.to(0).text(drive["path_m"])}'
+
+
+def _drives(
+    drives: Sequence[Row], ways: Mapping[str, str], shown: Callable[[Row], str], nothing: str
+) -> Table:
+    rows = [
+        {'name': drive['name']}
+        | {way: shown(drive[way]) if way in drive else nothing for way in ways}
+        for drive in drives
+    ]
+    titles = (Column(title, way) for way, title in ways.items())
+    return Table.of([Column('building, path', 'name'), *titles], rows)
+
+
+def carried_off(report: Row) -> Figures:
+    """Return what happens to the pose of a robot that is carried off."""
+    titles = {
+        'the walls around the robot are asked': 'asked',
+        'they are not (`localizer.doubt_probability=1`)': 'not_asked',
+    }
+    rows = named({title: report['ways'][way] for title, way in titles.items()})
+    return {'': Table.of(_CARRIED, rows)}, {'drives': str(len(report['drives']))}
+
+
+def long_run(report: Row) -> Figures:
+    """Return what calls take early and late in a long drive, and which aims are met."""
+    early, late = report['early'], report['late']
+    titles = (
+        f'at {early["minute"]:.0f} minutes, exploring',
+        f'at {late["minute"]:.0f} minutes',
+    )
+    rows = [[what, *(unit.text(part[key]) for part in (early, late))] for what, key, unit in _HOUR]
+    slower = report['late_over_early_tick_cpu_p50']
+    scores = (
+        Score('tick, 95th percentile', late['tick_ms_p95'], Units.MS, _AIM_TICK_MS),
+        Score('`add_scan`, median', late['add_scan_ms_p50'], Units.MS.to(1), _AIM_ADD_SCAN_MS),
+        Score('tick, median, of that early', slower, Units.NUMBER, _AIM_SLOWER),
+        Score('memory held', late['rss_mb_max'], _MB, _AIM_MEMORY_MB),
+    )
+    tables = {'': Table(('figure', *titles), rows), 'aims': Table.of_aims(scores)}
+    return tables, {'explored': Unit(' m²').text(report['explored_m2'])}
+
+
+def sheet_drives(report: Row) -> Figures:
+    """Return how soon robots are found on each kind of sheet, and how much later than on grids."""
+    by_sheet: dict[str, list[Row]] = {}
+    for drive in report['drives']:
+        by_sheet.setdefault(drive['sheet'], []).append(drive)
+    grid_m = {drive['seed']: drive['found_after_m'] for drive in by_sheet[_GRID]}
+    rows = [_on_sheets(name, drives, grid_m) for name, drives in by_sheet.items()]
+    return {'': Table.of(_SHEETS, rows)}, {}
+
+
+def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | None]) -> Row:
+    """Return what drives on one kind of sheet come to; not found is later than anything."""
+    after_m = [math.inf if d['found_after_m'] is None else d['found_after_m'] for d in drives]
+    found = [drive for drive in drives if drive['found_after_m'] is not None]
+    ratio = [d['found_after_m'] / path_m for d in found if (path_m := grid_m[d['seed']])]
+    median_m = median(after_m)
+    return {
+        'name': _GRID_SAID if name == _GRID else name.replace(' ', ', '),
+        'drives': len(drives),
+        'found': len(found),
+        'wrong': sum(drive['error_m'] > _WRONG_M for drive in found),
+        'doubted': sum(bool(drive['doubts']) for drive in drives),
+        'after_m': 'none' if math.isinf(median_m) else median_m,
+        'ratio': median(ratio) if ratio and name != _GRID else None,
+        'error_m': median(drive['error_m'] for drive in found) if found else None,
+    }
+
+
+def speed(report: Row) -> Figures:
+    """Return how long what somebody waits for takes, each beside its aim."""
+    return {'': Table.of(_SPEED, named(report['figures']))}, {}

@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Real robots' maps on real floorplans: cases, and how often methods are right."""

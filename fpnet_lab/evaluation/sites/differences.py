@@ -1,0 +1,213 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Drives through generated buildings whose drawings are out of date, and what is found of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+import shapely
+
+from fpnet_core.config import FpnetConfig
+from fpnet_core.differences import Difference, DifferenceKind, Differences, find_differences
+from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.localizer.scale import tolerant_search
+from fpnet_core.localizer.sides import StageTimer, prepare_plan, prepare_submap
+from fpnet_core.pose import MapSide, verified_estimates
+from fpnet_core.raster.distance import cells_to_nearest
+from fpnet_core.segmentation import SubmapSegmenter
+from fpnet_core.types import OCCUPIED, GridMap
+from fpnet_lab.evaluation.localization.drives import kept_scans, submap_of
+from fpnet_lab.evaluation.localization.inputs import drive_through
+from fpnet_lab.sim.buildings.building import Building
+from fpnet_lab.sim.drawn.distort import renovated
+from fpnet_lab.sim.drawn.render import paint_rings, render_plan
+from fpnet_lab.sim.drawn.storeys import CELL_M
+
+Mask = NDArray[np.bool_]
+
+FAMILIES = ('double_corridor', 'racetrack', 'branched', 'central_hall', 'bays', 'suites')
+SENSORS = ('beams16', 'planar')
+
+_RENOVATIONS = 3  # chosen: of a drawing that is out of date
+_NEAR_M = 0.25  # physical: a wall that was found lies so near to the true one
+_CHANGED_STREAM = 21  # given: second word of the seed
+_MOST = 0.5  # numerical: share from which on it is most of a piece
+
+
+@dataclass(frozen=True, eq=False)
+class DifferenceCase:
+    """
+    A drive, both maps, their true placement (nearly), and the truth on the raster.
+
+    ``true`` has the walls, ``furniture (H, W)`` is where any stands.
+    """
+
+    name: str
+    plan: MapSide
+    sub: MapSide
+    A_plan_sub: Affine2D
+    true: GridMap
+    furniture: Mask
+    is_changed: bool
+
+    def found(self) -> Differences:
+        """Return what is found."""
+        return find_differences(self.plan, self.sub, self.A_plan_sub)
+
+
+def difference_cases(seed: int, config: FpnetConfig) -> tuple[DifferenceCase, DifferenceCase]:
+    """
+    Drive through a building with a drawing that is out of date, and with an exact one.
+
+    Sweeps go through KISS-ICP, and the true placement is aligned to the walls as a claim's is.
+    """
+    family, sensor = FAMILIES[seed % len(FAMILIES)], SENSORS[seed // len(FAMILIES) % len(SENSORS)]
+    recording = drive_through(family, sensor, seed)
+    true = render_plan(recording.building.plan, CELL_M)
+    sheet, rng = true, np.random.default_rng((seed, _CHANGED_STREAM))
+    for _ in range(_RENOVATIONS):
+        sheet = renovated(sheet, recording.building.plan, Affine2D.identity(), rng)
+    submap = submap_of(kept_scans(recording, config.odometry), config.submap)
+    sub = prepare_submap(submap, SubmapSegmenter(), StageTimer())[0]
+    T_plan_odom = SE2.from_matrix4(recording.truth()[0])
+    search = tolerant_search(config.pose.scale_tolerance, config.pose)
+    cases = []
+    for drawn, is_changed in ((sheet, True), (true, False)):
+        plan = prepare_plan(drawn, config)
+        placed = verified_estimates(
+            plan.evidence, sub.evidence, Placements.of([T_plan_odom]), search.freedom
+        )
+        A = placed[0].A_plan_submap
+        name = f'{family}_{sensor}_{seed}'
+        furniture = _furniture(recording.building, true)
+        cases.append(DifferenceCase(name, plan, sub, A, true, furniture, is_changed))
+    return cases[0], cases[1]
+
+
+def _furniture(building: Building, true: GridMap) -> Mask:
+    """Return where furniture stands (H, W)."""
+    cells = np.zeros(true.shape, np.uint8)
+    for piece in building.furniture:
+        outline = shapely.get_coordinates(piece.footprint.exterior)
+        paint_rings(cells, [true.xy_to_rc(outline)[:, ::-1]], 1)
+    return cells > 0
+
+
+def near_share(cells: Mask, walls: Mask, cell_m: float) -> float:
+    """Return the share of cells that lie near a wall; 0 where there is none."""
+    if not walls.any():
+        return 0.0
+    return float((cells_to_nearest(walls)[cells] * cell_m <= _NEAR_M).mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Labelled:
+    """
+    A piece that was found, and the truth about it.
+
+    ``is_wall`` tells whether it is what its kind says: a wall, or one missing. Of what is not,
+    ``is_furniture`` tells furniture from walls that drift has moved, and from open doors.
+    """
+
+    piece: Difference
+    is_wall: bool
+    is_furniture: bool
+
+
+def labelled(case: DifferenceCase, found: Differences) -> list[Labelled]:
+    """Return all pieces but doors with the truth about them."""
+    true = case.true.cells == OCCUPIED
+    made = []
+    for number, piece in enumerate(found.pieces, start=1):
+        if piece.kind is DifferenceKind.SHUT:
+            continue
+        cells, cell_m = found.piece_of == number, case.true.resolution
+        is_missing = piece.kind is DifferenceKind.MISSING
+        is_wall = (near_share(cells, true, cell_m) >= _MOST) is not is_missing
+        stands = not is_missing and near_share(cells, case.furniture, cell_m) >= _MOST
+        made.append(Labelled(piece, is_wall, stands and not is_wall))
+    return made
+
+
+@dataclass(frozen=True)
+class DifferenceFigures:
+    """
+    What was found of what could have been, in pieces of a metre and more.
+
+    ``false_per_100_m`` are false differences on exact drawings per 100 m of wall seen;
+    ``furniture_as_wall`` the share of furniture that is called a wall.
+    """
+
+    precision: float
+    recall: float
+    furniture_as_wall: float
+    false_per_100_m: float
+    pieces: int
+    true_pieces: int
+
+
+LEAST_M = 1.0
+"""Given: pieces of this length and more count."""
+
+
+def figures_of(cases: Sequence[DifferenceCase]) -> DifferenceFigures:
+    """Return the figures of drives."""
+    right = wrong = met = there = furniture = as_wall = 0
+    false, walls_m = 0, 0.0
+    for case in cases:
+        found = case.found()
+        for each in labelled(case, found):
+            piece = each.piece
+            if piece.length_m < LEAST_M:
+                continue
+            furniture += each.is_furniture
+            claimed = piece.is_likely and piece.is_of_drawing
+            as_wall += each.is_furniture and claimed
+            if case.is_changed:
+                right += claimed and each.is_wall
+                wrong += claimed and not each.is_wall
+            else:
+                false += claimed
+        if case.is_changed:
+            one, all_ = _recalled(case, found)
+            met, there = met + one, there + all_
+        else:
+            walls_m += case.sub.evidence.wall_length_m
+    return DifferenceFigures(
+        right / max(right + wrong, 1),
+        met / max(there, 1),
+        as_wall / max(furniture, 1),
+        100.0 * false / max(walls_m, 1.0),
+        right + wrong,
+        there,
+    )
+
+
+def _recalled(case: DifferenceCase, found: Differences) -> tuple[int, int]:
+    """Return how many true differences that were seen were found, and their number."""
+    from fpnet_core.differences.finding import APART_M
+    from fpnet_core.differences.overlay import overlay
+    from fpnet_core.raster.pieces import pieces_of
+
+    laid = overlay(case.plan, case.sub, case.A_plan_sub)
+    true = case.true.cells == OCCUPIED
+    cell_m = case.true.resolution
+    true_m = cells_to_nearest(true) * cell_m
+    new = true & (laid.drawn_m > APART_M) & (laid.seen_m <= _NEAR_M)
+    gone = laid.is_drawn & (true_m > APART_M) & laid.is_free & (laid.seen_m > _NEAR_M)
+    claimed = [k for k, p in enumerate(found.pieces, 1) if p.is_likely and p.is_of_drawing]
+    marked = np.isin(found.piece_of, claimed)
+    marked_m = cells_to_nearest(marked) * cell_m if marked.any() else np.full(true.shape, np.inf)
+    met = there = 0
+    for mask in (new, gone):
+        labels, stats = pieces_of(mask)
+        for label in range(1, len(stats)):
+            if max(stats[label, 2:4]) * cell_m < LEAST_M:
+                continue
+            there += 1
+            met += bool((marked_m[labels == label] <= _NEAR_M).mean() >= _MOST)
+    return met, there

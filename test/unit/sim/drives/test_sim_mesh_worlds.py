@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Meshes as buildings: the floor, the free space indoors, and tours through it."""
+
+import numpy as np
+import open3d as o3d
+import pytest
+import shapely
+
+from fpnet_core.errors import MapFormatError
+from fpnet_lab.sim.buildings.meshes import (
+    TriangleMesh,
+    extrude_polygon,
+    horizontal_sheet,
+    merge_meshes,
+)
+from fpnet_lab.sim.drives.mesh_tours import plan_mesh_tour
+from fpnet_lab.sim.drives.mesh_worlds import CELL_M, read_mesh, slice_level, survey_mesh
+from fpnet_lab.sim.drives.recording import RecordingOptions, make_recording
+from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.sim.lidars.sensors import SENSORS
+
+FLOOR_Z = -0.7
+SHORT = TourLimits(rooms=1, shortest_s=10.0, longest_s=60.0)
+
+
+def flat_mesh(has_walls=True, ground=(-6.0, -6.0, 20.0, 14.0)):
+    """Two rooms of 6 x 7 m with a door of 1 m, a table, and ground all around; no ceiling."""
+    rooms = shapely.union_all(
+        [shapely.box(0, 0, 6, 7), shapely.box(6.2, 0, 12, 7), shapely.box(5.9, 3, 6.3, 4)]
+    )
+    walls = shapely.difference(shapely.box(-0.3, -0.3, 12.3, 7.3), rooms)
+    parts = [horizontal_sheet(shapely.box(*ground), FLOOR_Z, faces_up=True)]
+    if has_walls:
+        parts.append(extrude_polygon(walls, FLOOR_Z, FLOOR_Z + 2.5))
+    parts.append(extrude_polygon(shapely.box(2, 3, 3.5, 4), FLOOR_Z + 0.7, FLOOR_Z + 0.75))
+    return merge_meshes(parts)
+
+
+@pytest.fixture(scope='module')
+def world():
+    return survey_mesh(flat_mesh())
+
+
+def is_free(world, x, y):
+    column, row = np.floor((np.array([x, y]) - world.origin) / CELL_M).astype(int)
+    return bool(world.free[row, column])
+
+
+def test_indoors_is_free_and_outside_is_not(world):
+    for inside in ((1.0, 1.0), (5.0, 6.0), (9.0, 3.5), (6.1, 3.5)):
+        assert is_free(world, *inside)
+    for outside in ((-3.0, 3.0), (15.0, 5.0), (6.1, 1.0), (-0.15, 3.0), (2.7, 3.5)):
+        assert not is_free(world, *outside)
+    area = np.count_nonzero(world.free) * CELL_M**2
+    assert area == pytest.approx(6 * 7 + 5.8 * 7 + 0.2 - 1.5, rel=0.05)
+
+
+def test_floor_is_lowered_to_zero_and_the_sky_is_closed(world):
+    assert world.mesh.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+    assert world.ceiling.vertices[:, 2] == pytest.approx(2.8)
+    small = (-0.3, -0.3, 12.3, 7.3)
+    roof = horizontal_sheet(shapely.box(*small), FLOOR_Z + 2.5, faces_up=False)
+    assert not len(survey_mesh(merge_meshes([flat_mesh(ground=small), roof])).ceiling.triangles)
+
+
+def test_tour_stays_where_the_robot_fits(world):
+    for seed in range(3):
+        tour = plan_mesh_tour(world, np.random.default_rng(seed), SHORT)
+        assert 10.0 <= tour.duration_s <= 60.0
+        assert tour.path_m > 4.0
+        assert all(is_free(world, x, y) for x, y in tour.xy[::20])
+
+
+def test_a_level_cut_meets_triangles_at_its_height():
+    corners = extrude_polygon(shapely.box(0, 0, 3, 2), 0.0, 1.0).corners
+    segments = slice_level(corners, 0.25)
+    assert np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() == pytest.approx(10.0)
+    assert slice_level(corners, 1.5).shape == (0, 2, 2)
+
+
+def test_a_mesh_is_recorded_with_its_own_floorplan(tmp_path):
+    mesh = flat_mesh()
+    legacy = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.triangles)
+    )
+    o3d.io.write_triangle_mesh(str(tmp_path / 'flat.ply'), legacy)
+    options = RecordingOptions(lidar=SENSORS['planar'], limits=SHORT)
+    recording = make_recording(3, options, threads=1, mesh=read_mesh(tmp_path / 'flat.ply'))
+    assert len(recording.building.plan.rooms) == 2
+    assert recording.tour.rooms
+    scan = recording.scan(5)
+    ends = scan.points @ scan.T_truth_sensor[:3, :3].T + scan.T_truth_sensor[:3, 3]
+    assert len(ends) > 900
+    assert ((ends[:, :2] > -0.2) & (ends[:, :2] < (12.2, 7.2))).all(axis=1).mean() > 0.98
+    again = make_recording(3, options, threads=2, mesh=mesh)
+    assert again.tour.path_m == pytest.approx(recording.tour.path_m, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('mesh', 'message'),
+    [
+        (flat_mesh(has_walls=False), 'enclosed'),
+        (extrude_polygon(shapely.box(0, 0, 0.5, 0.5), 0.0, 2.0), 'enclosed'),
+        (TriangleMesh(np.eye(3) * 5.0, np.array([[0, 1, 2]])), 'no level surface'),
+    ],
+    ids=['open ground', 'a solid block', 'a slope'],
+)
+def test_a_mesh_without_closed_space_is_refused(mesh, message):
+    with pytest.raises(MapFormatError, match=message):
+        survey_mesh(mesh)
+
+
+def test_a_closet_is_too_small_for_a_robot():
+    closet = shapely.difference(shapely.box(0, 0, 2.4, 2.4), shapely.box(0.2, 0.2, 2.2, 2.2))
+    floor = horizontal_sheet(shapely.box(0, 0, 2.4, 2.4), 0.0, faces_up=True)
+    world = survey_mesh(merge_meshes([floor, extrude_polygon(closet, 0.0, 2.5)]))
+    with pytest.raises(MapFormatError, match='connected space'):
+        plan_mesh_tour(world, np.random.default_rng(0))
+
+
+def test_unreadable_meshes_are_refused(tmp_path):
+    with pytest.raises(MapFormatError, match='does not exist'):
+        read_mesh(tmp_path / 'none.ply')
+    (tmp_path / 'broken.ply').write_text('ply\nformat ascii 1.0\nend_header\n')
+    with pytest.raises(MapFormatError, match='no triangles'):
+        read_mesh(tmp_path / 'broken.ply')
+
+
+def test_a_floorplan_of_another_building_is_refused(world):
+    elsewhere = world.floorplan()
+    far = type(elsewhere)(
+        elsewhere.cells, elsewhere.resolution, type(elsewhere.T_frame_grid).from_xy_yaw(90, 0, 0)
+    )
+    with pytest.raises(MapFormatError, match='same building'):
+        make_recording(3, RecordingOptions(limits=SHORT), mesh=flat_mesh(), floorplan=far)
