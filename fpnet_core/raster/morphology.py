@@ -94,7 +94,7 @@ def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> ND
 
 
 @njit(cache=True, nogil=True)
-def _spread(found: NDArray[Label], left: NDArray[np.int64], kernel: Kernel, steps: int) -> None:
+def _spread(found, left, kernel, steps):  # type: ignore[no-untyped-def]
     """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
     cols, count = found.shape[1], len(left)
     values, flat = np.empty(count, found.dtype), found.reshape(-1)
@@ -109,9 +109,7 @@ def _spread(found: NDArray[Label], left: NDArray[np.int64], kernel: Kernel, step
 
 
 @njit(cache=True, nogil=True, inline='always')
-def _largest_beside(  # type: ignore[no-untyped-def]
-    found: NDArray[Label], kernel: Kernel, row: int, col: int
-):
+def _largest_beside(found, kernel, row, col):  # type: ignore[no-untyped-def]
     """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers around a cell."""
     largest = found[row, col]
     for r in range(max(row - 1, 0), min(row + 2, found.shape[0])):

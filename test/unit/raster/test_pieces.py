@@ -14,6 +14,7 @@ from fpnet_core.raster.pieces import (
     meeting_cells,
     pieces_of,
     pieces_of_few,
+    reached_from_edge,
     shared_cells,
 )
 
@@ -72,6 +73,22 @@ def test_sizes_beside_extents_are_counts_of_cells():
     labels, _ = random_labels()
     assert label_extents(labels, 9)[1].tolist() == np.bincount(labels.ravel()).tolist()
     assert label_extents(np.zeros((2, 3), np.int32), 1)[1].tolist() == [6]
+
+
+def test_middles_beside_extents_are_means_of_cells():
+    labels, _ = random_labels()
+    middles = label_extents(labels, 10)[2]
+    for label in (1, 2, 3, 5, 8):
+        np.testing.assert_allclose(middles[label], np.argwhere(labels == label).mean(axis=0))
+    assert middles[[4, 9]].tolist() == [[0.0, 0.0], [0.0, 0.0]]  # without cells
+
+
+@pytest.mark.parametrize('share', [0.0, 0.3, 0.55, 1.0])
+def test_what_the_edge_reaches_are_the_pieces_that_touch_it(share):
+    mask = np.random.default_rng(13).random((37, 29)) < share
+    labels, _ = pieces_of(mask, connectivity=4)
+    edge = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
+    np.testing.assert_array_equal(reached_from_edge(mask), mask & np.isin(labels, edge[edge > 0]))
 
 
 def test_cells_meet_where_neighbours_have_other_labels_and_neither_has_none():

@@ -85,6 +85,19 @@ def test_the_surest_join_first_and_the_others_are_judged_again():
     np.testing.assert_array_equal(join_pieces(pieces, lines, by_width(0.6)), stages[-1])
 
 
+def test_a_line_beside_which_nothing_has_joined_is_not_judged_again():
+    pieces = row_of_rooms([10, 10, 30, 20, 20])
+    lines = lines_between([(1, 2), (2, 3), (4, 5)], [1.0, 0.7, 0.5])
+    counts = []
+
+    def judged(figures):
+        counts.append(len(figures))
+        return by_width(0.6)(figures)
+
+    assert join_pieces(pieces, lines, judged).tolist() == [0, 1, 1, 3, 4, 5]
+    assert counts == [3, 1]  # all, then that between the joined pieces and the third
+
+
 def test_nothing_joins_across_no_lines_or_doors():
     pieces, lines = row_of_rooms([10, 30]), lines_between([(1, 2)], [0.1])
     np.testing.assert_array_equal(join_pieces(pieces, lines, by_width(0.6)), [0, 1, 2])
