@@ -70,8 +70,13 @@ class Surfaces:
     def thinned(self) -> Surfaces:
         """Return a few of the points, where many placements are compared."""
         wall, floor = (1 + len(points) // _FEW_POINTS for points in (self.wall, self.floor))
-        parts = self.wall[::wall], self.length[::wall], self.floor[::floor], self.room[::floor]
-        return Surfaces(*(np.ascontiguousarray(part) for part in parts))  # one kind of array
+        # Copied, so that kernels see one kind of array.
+        return Surfaces(
+            self.wall[::wall].copy(),
+            self.length[::wall].copy(),
+            self.floor[::floor].copy(),
+            self.room[::floor].copy(),
+        )
 
 
 def painted(outlines: Sequence[Array], is_door: NDArray[np.bool_]) -> Painted:
