@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.doubting import Doubts, doubts_of
+from fpnet_core.drawings.pictures.doubting import Doubts, doubts_of, is_believed
 from fpnet_core.drawings.pictures.learned import SeenBuilding, see_building
 from fpnet_core.drawings.pictures.looking import Rival, view_reading
 from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings, probability
@@ -133,14 +133,14 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
 def _likeliest(
     known: list[Found], plain: Found | None, drawing: Drawing, config: SegmentationConfig
 ) -> Found:
-    """
-    Return the reading that looks most like a building; what none is like is the last resort.
-
-    Of one that only looked so before its rooms were looked at, the rooms are.
-    """
+    """Return the reading most like a building, a plain one by its rooms; absurd ones are last."""
     kept = [reading for reading in known if not reading.is_absurd] or known
     if len(kept) > 1 and plain is not None and plain in kept:
-        judged = [_judged(reading, known, drawing, config) for reading in kept]
+        first = _judged(plain, known, drawing, config)
+        if _is_sure(plain) and first.thought and is_believed(first.thought):
+            return first
+        others = [reading for reading in kept if reading is not plain]
+        judged = [first, *(_judged(reading, known, drawing, config) for reading in others)]
         return min(judged, key=lambda reading: reading.thought.wrong if reading.thought else 1.0)
     found = max(kept, key=lambda reading: reading.probability)
     return _with_rivals(found, known)

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 # Chosen, not measured:
 _MOST_MARKED = 12  # places; more are no help
+_FAR = 0.5  # of the probability from which on a reading is doubted
 _SIDE = 1.0 / 3.0  # of the building's length is its left, its right, its top, its bottom
 
 _PLACES = {'': 'in the middle', 'upper': 'at the top', 'lower': 'at the bottom'}
@@ -68,6 +69,11 @@ def doubts_of(look: ReadingView, model: DoubtModel | None = None) -> Doubts:
     reasons = (*absurd, *_said(places, look))
     nothing = f'The rooms do not look like those of a building (wrong with {wrong:.2f}).'
     return Doubts(wrong, reasons or (nothing,), places[:_MOST_MARKED])
+
+
+def is_believed(doubts: Doubts) -> bool:
+    """Tell whether a reading is far from being doubted by the packaged model."""
+    return doubts.wrong < _FAR * packaged_doubt_model().doubted_from
 
 
 def _places(look: ReadingView, rooms: Array, right: Array) -> Iterator[Doubtful]:
