@@ -325,7 +325,8 @@ def _drop_glimpses(labels: NDArray[np.int32], cell_m: float) -> NDArray[np.int32
     side = max(1, round(MIN_ROOM_WIDTH_M / cell_m))
     ends, sizes, _ = label_extents(labels, int(labels.max(initial=0)) + 1)
     keep = np.zeros(len(sizes), np.int32)
-    for label in np.flatnonzero(sizes[1:] >= least) + 1:  # of no other is any part as large
+    # Of no other is any part as large.
+    for label in (np.flatnonzero(sizes[1:] >= least) + 1).tolist():
         r0, c0, r1, c1 = ends[label].tolist()
         window = slice(r0, r1), slice(c0, c1)
         # Squares are far quicker than discs, and where they fit so do discs: enough for most.
@@ -344,7 +345,7 @@ def _has_squares(
     for first in range(rows.start, rows.stop, _STRIP_CELLS):
         near = slice(first - reach, first + _STRIP_CELLS + reach)
         room = cropped(labels, (near, slice(cols.start - 1, cols.stop + 1)), 0) == label
-        count += np.count_nonzero(shrunk(room, reach)[reach : -reach or None])
+        count += int(np.count_nonzero(shrunk(room, reach)[reach : -reach or None]))
         if count >= least:
             return True
     return False
