@@ -34,8 +34,9 @@ _SKIP_M = 0.15
 _TURN_RAD = math.radians(40.0)
 _BACK_RAD = math.radians(175.0)
 # Where it turns by less the wall does not end but bends, as halls with cut-off corners do: square
-# to the wall beyond the bend the gap is narrower than straight on [rad].
-_BEND_RAD = math.radians(65.0)
+# to the wall beyond the bend the gap is narrower than straight on [rad]. Both its faces are at
+# least so long, as those of what clutters a drawing are not [m].
+_BEND_RAD, _BENT_M = math.radians(65.0), 1.0
 # The face that is continued is at least so long, and so much wall lies behind its end [m].
 _FACE_M = 0.3
 # The face is continued from so far inside the wall, to meet the wall on the other side [m].
@@ -165,19 +166,20 @@ def _wall_ends(free: Mask, cell_m: float) -> NDArray[np.float64]:
         if len(corners) >= 2:
             outline = contour[:, 0, ::-1].astype(np.float64) - 1.0
             ring = corners[:, 0, ::-1].astype(np.float64) - 1.0
-            starts.append(_ends_of_faces(outline, ring, _FACE_M / cell_m, _SKIP_M / cell_m))
+            starts.append(_ends_of_faces(outline, ring, cell_m))
     return np.concatenate(starts)
 
 
 @njit(cache=True)
 def _ends_of_faces(
-    outline: NDArray[np.float64], ring: NDArray[np.float64], least_face: float, skip: float
+    outline: NDArray[np.float64], ring: NDArray[np.float64], cell_m: float
 ) -> NDArray[np.float64]:
     """
     Return rows as of :func:`_wall_ends` for the faces between the corners ``ring`` of an outline.
 
     A face's direction is that of the line through its cells, less those near its corners.
     """
+    least_face, bent, skip = _FACE_M / cell_m, _BENT_M / cell_m, _SKIP_M / cell_m
     count, size = len(ring), len(outline)
     places = np.empty(count + 1, dtype=np.int64)
     at = 0
@@ -211,8 +213,8 @@ def _ends_of_faces(
                 rows[found, 2:4] = along
                 rows[found, 4], rows[found, 5] = -sign * along[1], sign * along[0]
                 rows[found, 6:] = along
-                beyond = k if face == k - 1 else k - 1
-                if 0.0 < turn < _BEND_RAD and lengths[beyond] >= least_face:
+                if 0.0 < turn < _BEND_RAD and min(lengths[k], lengths[k - 1]) >= bent:
+                    beyond = k if face == k - 1 else k - 1
                     rows[found, 6], rows[found, 7] = faces[beyond, 3], -faces[beyond, 2]
                 found += 1
     return rows[:found]
