@@ -12,7 +12,8 @@ Usage:
 ``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
 with fewer epochs; called again it goes on. ``write`` has every method match the same pairs and
 writes the page; it keeps each table's report under --runs and goes on where it stopped, until the
-program changes.
+program changes. Where --runs holds no networks of Table III that table stays as it is on the page,
+with its own date.
 """
 
 from __future__ import annotations
@@ -79,6 +80,8 @@ PUBLISHED = {
 }
 """The paper's Tables I and II [%] in the order of KEYS; its "Shahbandi" stands beside ombb."""
 
+TABLE_III = '\n## Ablations of `paper` on the synthetic set (Table III)'
+
 NAMES = {
     'fpnet_network': 'its network alone',
     'nearest_neighbor': 'nearest neighbour',
@@ -135,7 +138,9 @@ def write_page(arguments: argparse.Namespace) -> None:
     wanted['tours'] = words('tours', limit)
     papers = list(wanted)
     wanted['robot'] = words('robot', arguments.robot_limit, '--data', data)
-    wanted |= {row: ablation(runs, row, limit) for row in ABLATIONS}
+    is_trained = all(network_of(runs, name).is_file() for name in VARIANTS)
+    if is_trained:
+        wanted |= {row: ablation(runs, row, limit) for row in ABLATIONS}
     files = sorted((*runs.glob('**/matcher.safetensors'), *runs.glob('*.yaml')))
     tasks = {f'{row}-{digest(asked, files)}': asked for row, asked in wanted.items()}
     texts = make_once(runs / 'reports', Report, tasks, bench)
@@ -144,8 +149,13 @@ def write_page(arguments: argparse.Namespace) -> None:
         heading(limit, made),
         *(paper_table(name, reports[name]) for name in papers),
         robot_table(reports['robot']),
-        ablation_table({row: reports[row]['methods']['fpnet'] for row in ABLATIONS}),
     ]
+    if is_trained:
+        found = {row: reports[row]['methods']['fpnet'] for row in ABLATIONS}
+        parts.append(ablation_table(found, made))
+    else:
+        _, title, kept = arguments.page.read_text(encoding='utf-8').partition(TABLE_III)
+        parts.append(f'{title}{kept.rstrip()}\n')
     arguments.page.write_text('\n'.join(parts), encoding='utf-8')
 
 
@@ -154,12 +164,17 @@ def words(pair_set: str, limit: int, *more: object) -> list[str]:
     return ['bench', 'matching', '--set', pair_set, '--limit', str(limit), *map(str, more)]
 
 
+def network_of(runs: Path, name: str) -> Path:
+    """Return where training leaves a network of Table III."""
+    return runs / 'ablations' / name / 'matcher.safetensors'
+
+
 def ablation(runs: Path, row: str, limit: int) -> list[str]:
     """Return the command of one row of Table III, on the synthetic set."""
     name, settings, _, _ = ABLATIONS[row]
     config = runs / f'ablation_{row.replace(" ", "_")}.yaml'
     config.write_text(yaml.safe_dump({'matcher': settings}), encoding='utf-8')
-    network = ('--weights', runs / 'ablations' / name / 'matcher.safetensors')
+    network = ('--weights', network_of(runs, name))
     return words('synthetic', limit, '--methods', 'fpnet', *network, '--config', config)
 
 
@@ -215,14 +230,15 @@ def robot_table(report: dict[str, Any]) -> str:
     return f'\n## Robot maps on their floorplans: {report["pairs"]} pairs\n\n{said}\n\n{table}\n'
 
 
-def ablation_table(found: dict[str, dict[str, float]]) -> str:
+def ablation_table(found: dict[str, dict[str, float]], made: Provenance) -> str:
     """Return Table III."""
     rows = [
         [name, beside(found[name]['ms'], ms), beside(found[name]['ts'], ts)]
         for name, (_, _, ms, ts) in ABLATIONS.items()
     ]
     table = Table(('variant', 'MS', 'TS'), rows).markdown()
-    return f'\n## Ablations of `paper` on the synthetic set (Table III)\n\n{table}\n'
+    said = f'{made.date}, commit {made.commit}, {made.machine}.'
+    return f'{TABLE_III}\n\n{said}\n\n{table}\n'
 
 
 def beside(share: float, published: float | None) -> str:
