@@ -18,6 +18,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
+
 Array = NDArray[np.float64]
 
 EXPLAINED = ('walls_apart', 'total_walls_apart', 'walls_met', 'floor_outside', 'rooms_mixed')
@@ -26,7 +28,6 @@ EXPLAINED = ('walls_apart', 'total_walls_apart', 'walls_met', 'floor_outside', '
 _CELL = 0.1  # numerical: edge of a cell of the painted plan, in its units, or more where...
 _MOST_CELLS = 2_000_000  # numerical: ...so many would be exceeded
 _FAR = 1.0  # numerical: plan units; depths beyond are as good as this
-_SHIFT = 4  # numerical: binary places of fractions of a cell in outlines that are painted
 _WALL_STEP, _FLOOR_STEP = 0.35, 0.5  # numerical: units between points on walls and on floors
 _FLOOR_FINER = 5  # numerical
 _MOST_POINTS = 400  # numerical: on the walls of one map, and about as many on its floors
@@ -88,12 +89,12 @@ def painted(outlines: Sequence[Array], is_door: NDArray[np.bool_]) -> Painted:
     rings = [_pixels(ring, low, cell) for ring in outlines]
     rooms = np.flatnonzero(~is_door).tolist()
     for index in rooms:
-        cv2.fillPoly(free, [rings[index]], (1,), shift=_SHIFT)
-        cv2.fillPoly(room, [rings[index]], (index + 1,), shift=_SHIFT)
+        cv2.fillPoly(free, [rings[index]], (1,), shift=PIXEL_BITS)
+        cv2.fillPoly(room, [rings[index]], (index + 1,), shift=PIXEL_BITS)
     for index in rooms:
-        cv2.polylines(free, [rings[index]], True, (0,), 1, shift=_SHIFT)
+        cv2.polylines(free, [rings[index]], True, (0,), 1, shift=PIXEL_BITS)
     for index in np.flatnonzero(is_door).tolist():
-        cv2.fillPoly(free, [rings[index]], (1,), shift=_SHIFT)
+        cv2.fillPoly(free, [rings[index]], (1,), shift=PIXEL_BITS)
     inside, outside = (cv2.distanceTransform(m, cv2.DIST_L2, 3) for m in (free, 1 - free))
     depth = np.clip((inside - outside) * cell, -_FAR, _FAR)
     return Painted(low, cell, depth.astype(np.float32), room)
@@ -164,8 +165,8 @@ def _frame(rings: Sequence[Array], margin: float, cell: float) -> tuple[Array, t
 
 
 def _pixels(ring: Array, low: Array, cell: float) -> NDArray[np.int32]:
-    """Return points as OpenCV wants them: fractions of cells, whose middles are integers."""
-    return np.asarray(np.round(((ring - low) / cell - 0.5) * 2**_SHIFT), dtype=np.int32)
+    """Return points as OpenCV paints them."""
+    return fixed_point((ring - low) / cell - 0.5)
 
 
 def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
@@ -177,7 +178,7 @@ def _floor(rings: Sequence[Array], index: NDArray[np.int64]) -> tuple[Array, NDA
     low, shape = _frame(rings, step, cell)
     room = np.full(shape, -1, np.int32)
     for ring, number in zip(rings, index.tolist(), strict=True):
-        cv2.fillPoly(room, [_pixels(ring, low, cell)], (number,), shift=_SHIFT)
+        cv2.fillPoly(room, [_pixels(ring, low, cell)], (number,), shift=PIXEL_BITS)
     room = room[::_FLOOR_FINER, ::_FLOOR_FINER]
     row, column = np.nonzero(room >= 0)
     order = np.argsort(room[row, column], kind='stable')

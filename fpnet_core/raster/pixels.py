@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels and metres: images of a grid, and maps between pictures of different sizes."""
+"""Pixels and metres: images of a grid, maps between pictures, corners as OpenCV paints them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
+
+PIXEL_BITS = 4
+"""Numerical: binary places of a pixel's fraction in corners that are painted."""
 
 
 def pixel_to_xy(grid: GridMap) -> Affine2D:
@@ -80,3 +83,12 @@ def growth_at(H: Array, place: NDArray[Any]) -> float:
     x, y, w = H @ np.append(place, 1.0)
     jacobian = (H[:2, :2] - np.outer((x / w, y / w), H[2, :2])) / w
     return float(np.sqrt(abs(np.linalg.det(jacobian))))
+
+
+def fixed_point(pixels: Array, bits: int = PIXEL_BITS) -> NDArray[np.int32]:
+    """
+    Return ``pixels (..., 2)`` as the numbers that OpenCV paints with ``shift=bits``.
+
+    Pixels are x, y and whole at their middles.
+    """
+    return np.asarray(np.rint(pixels * (1 << bits)), dtype=np.int32)

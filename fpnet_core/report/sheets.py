@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 Colour = tuple[int, ...]
 Text = tuple[tuple[int, int], str, Colour]
@@ -23,8 +24,7 @@ _ARROW_PX = 15.0  # from tail to tip
 _ARROW = np.array([[0.6, 0.0], [-0.4, 0.36], [-0.2, 0.0], [-0.4, -0.36]])
 _RIM_PX = 2
 _FILLED = 0.97  # of a box
-# Numerical: sheets are drawn larger, and made smaller in the end; lines have parts of pixels.
-_LARGER, _SHIFT = 2, 4
+_LARGER = 2  # numerical: sheets are drawn larger, and made smaller in the end
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,9 @@ class PictureSheet:
     def line(self, places: NDArray[np.float64], colour: Colour, width_px: int) -> None:
         """Draw a line through places (P, 2)."""
         points = [self._points(places)]
-        cv2.polylines(self._pixels, points, False, colour, width_px * _LARGER, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(
+            self._pixels, points, False, colour, width_px * _LARGER, cv2.LINE_AA, PIXEL_BITS
+        )
 
     def arrow(
         self, place: NDArray[np.float64], ahead: NDArray[np.float64], colour: Colour
@@ -110,13 +112,12 @@ class PictureSheet:
         outline = place + _ARROW_PX * _ARROW @ np.array([[x, y], [-y, x]])
         points = [self._points(outline)]
         rim = 2 * _RIM_PX * _LARGER
-        cv2.polylines(self._pixels, points, True, (255, 255, 255), rim, cv2.LINE_AA, _SHIFT)
-        cv2.fillPoly(self._pixels, points, colour, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(self._pixels, points, True, (255, 255, 255), rim, cv2.LINE_AA, PIXEL_BITS)
+        cv2.fillPoly(self._pixels, points, colour, cv2.LINE_AA, PIXEL_BITS)
 
     @staticmethod
     def _points(places: NDArray[np.float64]) -> NDArray[np.int32]:
-        scaled: NDArray[np.int32] = np.rint(places * (_LARGER << _SHIFT)).astype(np.int32)
-        return scaled
+        return fixed_point(places * _LARGER)
 
     def text(self, place: tuple[int, int], text: str, colour: Colour) -> None:
         """Write a line of text, its top left corner at a place; it stays on top of all else."""

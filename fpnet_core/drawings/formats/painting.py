@@ -22,11 +22,11 @@ from fpnet_core.drawings.formats.pages import (
     composed,
     transformed,
 )
+from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
 
 MIN_WIDTH_PX = 2
 """Of lines: a hairline is a wall's face as often as not. Chosen."""
 
-_SHIFT = 4  # given: bits of a pixel's fraction that OpenCV takes
 # Chosen, not measured:
 _MAX_WIDTH_PX = 200  # numerical
 _FAINTEST = 13  # of 255, opacity that is worth painting
@@ -107,8 +107,7 @@ def _is_near(
 def _fixed(points: Array, canvas: Canvas) -> NDArray[np.int32]:
     """Return points [pixels] as OpenCV's fixed-point numbers, cut to what it can hold."""
     far = _FAR * max(canvas.shape)
-    fixed: NDArray[np.int32] = np.rint(np.clip(points, -far, far) * 2**_SHIFT).astype(np.int32)
-    return fixed
+    return fixed_point(np.clip(points, -far, far))
 
 
 def _outside(
@@ -125,8 +124,8 @@ def _outside(
         _fixed(transformed(r, canvas.A_pixel_page), canvas) for r in page.masks[page.mask[path]]
     ]
     inside = np.zeros(part.shape[:2], np.uint8)
-    for group in _wound([ring - (offset << _SHIFT).astype(np.int32) for ring in rings]):
-        cv2.fillPoly(inside, group, 1, cv2.LINE_8, _SHIFT)
+    for group in _wound([ring - (offset << PIXEL_BITS).astype(np.int32) for ring in rings]):
+        cv2.fillPoly(inside, group, 1, cv2.LINE_8, PIXEL_BITS)
     outside: NDArray[np.bool_] = inside == 0
     return outside
 
@@ -141,9 +140,9 @@ def _draw(
 ) -> None:
     width = page.width[path] * canvas.pixels_per_unit
     thickness = int(np.clip(round(width), MIN_WIDTH_PX, _MAX_WIDTH_PX))
-    moved = ends - (offset << _SHIFT).astype(np.int32)
+    moved = ends - (offset << PIXEL_BITS).astype(np.int32)
     colour = _on_white(page.stroke[path])
-    cv2.polylines(part, list(moved), False, colour, thickness, cv2.LINE_8, _SHIFT)
+    cv2.polylines(part, list(moved), False, colour, thickness, cv2.LINE_8, PIXEL_BITS)
 
 
 def _fill(
@@ -158,25 +157,25 @@ def _fill(
     for ring in range(*np.searchsorted(page.path, [path, path + 1])):
         points = page.points[page.ring_start[ring] : page.ring_start[ring + 1]]
         rings.append(_fixed(transformed(points, canvas.A_pixel_page), canvas))
-    low = np.min([ring.min(axis=0) for ring in rings], axis=0) >> _SHIFT
-    high = (np.max([ring.max(axis=0) for ring in rings], axis=0) >> _SHIFT) + 2
+    low = np.min([ring.min(axis=0) for ring in rings], axis=0) >> PIXEL_BITS
+    high = (np.max([ring.max(axis=0) for ring in rings], axis=0) >> PIXEL_BITS) + 2
     x0, y0 = np.maximum(low - offset, 0)
     x1, y1 = np.maximum(high - offset, 0)
     part, offset = part[y0:y1, x0:x1], offset + np.array([x0, y0])
     if not part.size:
         return
-    rings = [ring - (offset << _SHIFT).astype(np.int32) for ring in rings]
+    rings = [ring - (offset << PIXEL_BITS).astype(np.int32) for ring in rings]
     groups = [rings] if page.is_even_odd[path] or len(rings) == 1 else _wound(rings)
     red, green, blue, opacity = page.fill[path].tolist()
     if opacity >= _OPAQUE:
         for group in groups:
-            cv2.fillPoly(part, group, (red, green, blue), cv2.LINE_8, _SHIFT)
+            cv2.fillPoly(part, group, (red, green, blue), cv2.LINE_8, PIXEL_BITS)
         return
     blended[0] += part.shape[0] * part.shape[1]
     if blended[0] < _MAX_BLENDED:
         mask = np.zeros(part.shape[:2], np.uint8)
         for group in groups:
-            cv2.fillPoly(mask, group, 255, cv2.LINE_8, _SHIFT)
+            cv2.fillPoly(mask, group, 255, cv2.LINE_8, PIXEL_BITS)
         inside = mask > 0
         mixed = part[inside] * (1.0 - opacity / 255.0)
         part[inside] = np.rint(mixed + np.multiply((red, green, blue), opacity / 255.0))

@@ -15,6 +15,7 @@ import shapely
 from shapely.geometry.polygon import orient
 
 from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.raster.pixels import fixed_point
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 from fpnet_lab.sim.buildings.furnishing import furnish_loosely
 from fpnet_lab.sim.drawn.styles import CLEAN, DrawingStyle
@@ -80,7 +81,7 @@ class _Sheet:
 
     def stroke(self, lines: Sequence[NDArray[np.float64]], is_closed: bool = False) -> None:
         """Draw polylines (V, 2), building metres."""
-        corners = [_fixed_point(self.px(line) - 0.5) for line in lines]
+        corners = [fixed_point(self.px(line) - 0.5, _SUBPIXEL_BITS) for line in lines]
         ink = self.cells.view(np.uint8)
         cv2.polylines(ink, corners, is_closed, OCCUPIED, self.line_px, shift=_SUBPIXEL_BITS)
 
@@ -275,9 +276,5 @@ def paint_rings(
     ``rings (V, 2)`` are x, y in cells, whole at their centres.
     """
     if rings:
-        corners = [_fixed_point(ring) for ring in rings]
+        corners = [fixed_point(ring, _SUBPIXEL_BITS) for ring in rings]
         cv2.fillPoly(raster, corners, value, shift=_SUBPIXEL_BITS)
-
-
-def _fixed_point(line: NDArray[np.float64]) -> NDArray[np.int32]:
-    return np.rint(line * (1 << _SUBPIXEL_BITS)).astype(np.int32)

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pixels, metres, rays and lines in a frame that is turned by no quarter."""
 
+import cv2
 import numpy as np
 import pytest
 
 from fpnet_core.geometry import SE2, Affine2D
 from fpnet_core.raster.blocks import block_middles
 from fpnet_core.raster.pixels import (
+    PIXEL_BITS,
     column_to_xy,
     corners_xy,
     cut_from,
+    fixed_point,
     growth_at,
     map_points,
     shrinking,
@@ -52,6 +55,21 @@ def test_a_coarser_raster_is_found_from_metres(step):
     found = (xy @ A[:, :2].T + A[:, 2]).reshape(*block_middles(rows, step).shape, 2)
     assert nearest_cell(A, *xy[-1]) == (found.shape[0] - 1, found.shape[1] - 1)
     np.testing.assert_allclose(found, np.moveaxis(np.indices(found.shape[:2]), 0, 2), atol=1e-9)
+
+
+def test_a_corner_at_a_pixels_middle_is_painted_there():
+    picture = np.zeros((5, 6), np.uint8)
+    corners = np.array([[1.0, 1.0], [4.0, 1.0], [4.0, 3.0]])
+    cv2.fillPoly(picture, [fixed_point(corners)], (1,), shift=PIXEL_BITS)
+    painted = np.argwhere(picture)
+    np.testing.assert_array_equal(painted.min(axis=0), [1, 1])
+    np.testing.assert_array_equal(painted.max(axis=0), [3, 4])
+
+
+def test_fractions_of_pixels_are_kept_to_the_bits_that_are_asked_for():
+    corners = np.array([[0.25, -1.5], [2.0, 0.03125]])
+    np.testing.assert_array_equal(fixed_point(corners, bits=5) / 32.0, corners)
+    np.testing.assert_array_equal(fixed_point(corners, bits=2) / 4.0, np.round(corners * 4) / 4)
 
 
 def test_corners_are_the_outer_ones():
