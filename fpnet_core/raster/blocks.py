@@ -38,9 +38,13 @@ def block_any(mask: NDArray[np.bool_], side: int, is_beyond: bool = False) -> ND
     if side == 1:
         return mask
     padded = _whole_blocks(mask, side, is_beyond)
-    found = padded[::side, ::side].copy()
-    for row, col in np.ndindex(side, side):
-        found |= padded[row::side, col::side]
+    # Rows first: their cells lie side by side, and those of columns do not.
+    tall = padded[::side].copy()
+    for row in range(1, side):
+        tall |= padded[row::side]
+    found = tall[:, ::side].copy()
+    for col in range(1, side):
+        found |= tall[:, col::side]
     return found
 
 

@@ -96,11 +96,20 @@ def spread(labels: NDArray[Label], into: Mask, kernel: Kernel, steps: int) -> ND
 @njit(cache=True, nogil=True)
 def _spread(found, left, kernel, steps):  # type: ignore[no-untyped-def]
     """Carry out :func:`spread` in place; ``left (K,)`` are the flat indices of cells to label."""
-    cols, count = found.shape[1], len(left)
-    values, flat = np.empty(count, found.dtype), found.reshape(-1)
+    (rows, cols), count = found.shape, len(left)
+    values, flat, covered = np.empty(count, found.dtype), found.reshape(-1), np.flatnonzero(kernel)
+    beside = (covered // 3 - 1) * cols + covered % 3 - 1
     for _ in range(steps):
         for k in range(count):
-            values[k] = _largest_beside(found, kernel, left[k] // cols, left[k] % cols)
+            cell = left[k]
+            row, col = cell // cols, cell % cols
+            if 0 < row < rows - 1 and 0 < col < cols - 1:
+                largest = flat[cell]
+                for offset in beside:
+                    largest = max(largest, flat[cell + offset])
+                values[k] = largest
+            else:
+                values[k] = _largest_beside(found, kernel, row, col)
         before, count = count, 0
         for k in range(before):
             flat[left[k]] = values[k]
@@ -108,9 +117,9 @@ def _spread(found, left, kernel, steps):  # type: ignore[no-untyped-def]
             count += values[k] == 0
 
 
-@njit(cache=True, nogil=True, inline='always')
+@njit(cache=True, nogil=True)
 def _largest_beside(found, kernel, row, col):  # type: ignore[no-untyped-def]
-    """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers around a cell."""
+    """Return the largest of ``found (H, W)`` that the kernel (3, 3) covers, at an edge, too."""
     largest = found[row, col]
     for r in range(max(row - 1, 0), min(row + 2, found.shape[0])):
         for c in range(max(col - 1, 0), min(col + 2, found.shape[1])):

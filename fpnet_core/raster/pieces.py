@@ -128,10 +128,16 @@ def label_figures(
     """
     sizes, largest = np.zeros(count, np.int64), np.zeros(count, np.float32)
     for row in range(labels.shape[0]):
-        for col in range(labels.shape[1]):
-            label = labels[row, col]
-            sizes[label] += 1
-            largest[label] = max(largest[label], values[row, col])
+        own, value, first = labels[row], values[row], 0
+        # Most cells have the label of the one before.
+        while first < len(own):
+            label, end, most = own[first], first, np.float32(0.0)
+            while end < len(own) and own[end] == label:
+                most = max(most, value[end])
+                end += 1
+            sizes[label] += end - first
+            largest[label] = max(largest[label], most)
+            first = end
     return sizes, largest
 
 

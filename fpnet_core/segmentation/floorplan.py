@@ -101,6 +101,7 @@ def segment_floorplan(
     blocks = replace(grid, cells=cells, resolution=step * grid.resolution)
     found = _cut(blocks, coarse, config, on_paper, metres_per_unit)
     labels = upsample_labels(np.asarray(found.labels), step, scene.free)
+    labels.setflags(write=False)  # or they would be copied
     return replace(found, grid=grid, labels=labels)
 
 

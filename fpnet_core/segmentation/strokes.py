@@ -127,15 +127,17 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
     off = np.sqrt(np.arange(4.0).astype(np.float32))
     angles = 2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     sines, cosines = np.sin(angles), np.cos(angles)
+    # Most directions end here: whole cells are looked up for them, in one row of all.
+    flat, cols = ink.reshape(-1), ink.shape[1]
+    beyond = _rounded(_FLANK * sines) * cols + _rounded(_FLANK * cosines)
+    least = _rounded(-first * sines) * cols + _rounded(-first * cosines)
     for tip_row, tip_col in tips:
         row, col = float(tip_row + margin), float(tip_col + margin)
+        cell = (tip_row + margin) * cols + tip_col + margin
         for k in range(_DIRECTIONS):
-            u = (sines[k], cosines[k])
-            if _at(ink, row + _FLANK * u[0], col + _FLANK * u[1]) <= _NEAR:
+            if flat[cell + beyond[k]] <= _NEAR or flat[cell + least[k]] > _NEAR:
                 continue
-            if _at(ink, row - first * u[0], col - first * u[1]) > _NEAR:
-                continue
-            misfit = 0.0
+            u, misfit = (sines[k], cosines[k]), 0.0
             for length in range(1, first + len(blanks)):
                 hinge = (row - length * u[0], col - length * u[1])
                 code = _at(ink, hinge[0], hinge[1])
@@ -157,6 +159,12 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
         for column in range(6):
             listed[n, column] = found[n][column]
     return listed
+
+
+@njit(cache=True, nogil=True)
+def _rounded(cells):  # type: ignore[no-untyped-def]
+    """Return whole numbers of cells (K,)."""
+    return np.floor(cells + 0.5).astype(np.int64)
 
 
 @njit(cache=True, nogil=True)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Masks grown, shrunk, opened and closed with kernels of even and odd size."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -77,6 +78,18 @@ def test_labels_spread_step_by_step_and_the_largest_wins():
     assert one_way.tolist() == [[2, 2, 2, 0, 0, 0, 0, 70_000, 70_000]]
     into[0, 6] = True
     assert spread(labels, into, square(3), 4).tolist() == [[2] * 4 + [70_000] * 5]
+
+
+@pytest.mark.parametrize('kernel', [cross(), square(3)])
+def test_labels_spread_alike_within_and_at_the_edges(kernel):
+    rng = np.random.default_rng(3)
+    labels = rng.integers(1, 90, (30, 40), dtype=np.int32) * (rng.random((30, 40)) < 0.05)
+    into = rng.random((30, 40)) < 0.8
+    expected = labels.copy()
+    for _ in range(3):
+        grown_labels = cv2.dilate(expected.astype(np.float32), kernel).astype(np.int32)
+        expected = np.where(into & (expected == 0), grown_labels, expected)
+    np.testing.assert_array_equal(spread(labels, into, kernel, 3), expected)
 
 
 def test_peaks_are_as_high_as_all_around():
