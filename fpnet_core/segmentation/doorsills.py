@@ -6,12 +6,14 @@ What is drawn in and before doorways: sills from one jamb to the other, leaves a
 Nothing tells a sill from a wall but that the walls at its ends are thicker. So lines are taken
 away, gaps are looked for in the walls that remain, and a gap between two rooms that is closed by
 less than walls are made of is a doorway. Windows are drawn alike: what the gaps in outer walls
-show as often as not is a window's sign, and takes a leaf to be a sill's. Where a doorway is known
+show as often as not, and oftener than inner ones, is a window's sign, and takes a leaf to be a
+sill's. Where a doorway is known
 its leaf can stand in a few places only, and is found though letters or furniture cross it.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -123,7 +125,7 @@ def _symbols(ink: Mask, room: Mask, cell_m: float) -> Mask:
     found = np.zeros(ink.shape, np.bool_)
     for walls in _wall_masks(ink, hollow, cell_m):
         found |= _in_gaps(ink, near, walls, room, cell_m, pen)
-    for way in _hollow_doorways(spaces, is_hollow, cell_m):
+    for way in _hollow_doorways(ink, spaces, is_hollow, cell_m):
         swing = _swing(near, way) if _is_between(room, way, cell_m) else None
         if swing is not None and swing.has_arc:
             strokes[cells_at(swing.places, ink.shape)] = True
@@ -157,18 +159,27 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
     ways = list(_gap_doorways(walls, cell_m))
     lines = [_lines(ink, way) for way in ways]
     is_inner = [_is_between(room, way, cell_m) for way in ways]
-    outer = [many for many, inner in zip(lines, is_inner, strict=True) if many and not inner]
+    windows = _windows(lines, is_inner)
     for way, many, inner in zip(ways, lines, is_inner, strict=True):
         swing = _swing(near, way)
         if swing is not None and swing.has_arc:
             strokes[cells_at(swing.places, ink.shape)] = True
-        is_window = outer.count(many) > _WINDOWS * len(outer)
         is_narrow = way.length * cell_m <= _LEAFLESS_M
-        is_plain = is_narrow and way.high - way.low >= _LEAST_CELLS and not is_window
+        is_plain = is_narrow and way.high - way.low >= _LEAST_CELLS and many not in windows
         if inner and 0 < many <= _MOST_LINES and (swing is not None or is_plain):
             _fill(way, filled)
     # A pen covers the lines of leaves and arcs; walls that they touch stay.
     return (grown(strokes, pen) & ~grown(walls, 1)) | (filled > 0)
+
+
+def _windows(lines: list[int], is_inner: list[bool]) -> set[int]:
+    """Return by how many lines windows are drawn, as what closes gaps and where these are say."""
+    outer, inner = (
+        Counter(many for many, inside in zip(lines, is_inner, strict=True) if many and inside is at)
+        for at in (False, True)
+    )
+    least = _WINDOWS * outer.total()
+    return {many for many, count in outer.items() if count > max(least, inner[many] - 1)}
 
 
 def _gap_doorways(walls: Mask, cell_m: float) -> Iterator[_Doorway]:
@@ -192,9 +203,13 @@ def _depth(walls: Mask, ends: Array, along: Array, most: float) -> tuple[float, 
 
 
 def _hollow_doorways(
-    spaces: NDArray[np.int32], is_hollow: Mask, cell_m: float
+    ink: Mask, spaces: NDArray[np.int32], is_hollow: Mask, cell_m: float
 ) -> Iterator[_Doorway]:
-    """Yield the insides of walls (H, W) that may be those of doorways with two sills."""
+    """
+    Yield the insides of walls (H, W) that may be those of doorways with two sills.
+
+    They go to the middles of the lines that jambs are drawn as: leaves hang there.
+    """
     least = _WIDTH_M[0] / cell_m / np.sqrt(2.0)
     for number, window in label_windows(looked_up(spaces, is_hollow) * spaces).items():
         if max(side.stop - side.start for side in window) < least:
@@ -208,7 +223,22 @@ def _hollow_doorways(
         is_wide = _WIDTH_M[0] <= long * cell_m <= _WIDTH_M[1]
         if is_wide and len(rows) > _PLAIN * wide * long:
             half = 0.5 * wide + 1.0
-            yield _Doorway(middle - 0.5 * long * along, along, long, -half, half)
+            first, last = (
+                0.5 * (long + _jamb(ink, middle + 0.5 * long * to, to, 0.25 * wide, cell_m))
+                for to in (-along, along)
+            )
+            yield _Doorway(middle - first * along, along, first + last, -half, half)
+
+
+def _jamb(ink: Mask, end: Array, along: Array, reach: float, cell_m: float) -> float:
+    """Return how thick the line is that ends a doorway [cells], 0 where it is a filled wall."""
+    across, most = np.array([-along[1], along[0]]), _LINE_M / cell_m
+    runs = [
+        run_length(ink, False, *(end + offset * across + 0.5 * along), *along, most)
+        for offset in (-reach, 0.0, reach)
+    ]
+    thick = float(np.median(runs))
+    return thick if thick < most else 0.0
 
 
 def _is_between(room: Mask, way: _Doorway, cell_m: float) -> bool:

@@ -271,7 +271,11 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
 
 
 def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
-    """Return a reading without the ground before entrances: small, and not shut in by walls."""
+    """
+    Return a reading without the ground before entrances: small, and not shut in by walls.
+
+    However large it is where it goes on beyond the picture's edge.
+    """
     labels = found.segmentation.labels
     cells = found.segmentation.grid.cells
     size = np.bincount(labels.ravel())
@@ -282,7 +286,9 @@ def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationCo
         edge &= cells[there] == UNKNOWN
         bare += np.bincount(labels[here][edge], minlength=len(size))
     within = np.bincount(labels[_within_walls(found.segmentation)], minlength=len(size))
-    is_court = (bare > _BARE_SHARE * ends) & (size < _COURT_SHARE * np.median(size[1:]))
+    is_small = size < _COURT_SHARE * np.median(size[1:])
+    goes_on = np.isin(np.arange(len(size)), border_of(labels))
+    is_court = (bare > _BARE_SHARE * ends) & (is_small | goes_on)
     # A room that was seen in part has no walls all around either, but lies within the building's.
     is_court &= within < _BARE_SHARE * size
     is_court[0] = False
