@@ -174,10 +174,9 @@ def _in_gaps(ink: Mask, near: Mask, walls: Mask, room: Mask, cell_m: float, pen:
 
 def _windows(lines: list[int], is_inner: list[bool]) -> set[int]:
     """Return by how many lines windows are drawn, as what closes gaps and where these are say."""
-    outer, inner = (
-        Counter(many for many, inside in zip(lines, is_inner, strict=True) if many and inside is at)
-        for at in (False, True)
-    )
+    closed = [(many, inside) for many, inside in zip(lines, is_inner, strict=True) if many]
+    outer = Counter(many for many, inside in closed if not inside)
+    inner = Counter(many for many, inside in closed if inside)
     least = _WINDOWS * outer.total()
     return {many for many, count in outer.items() if count > max(least, inner[many] - 1)}
 

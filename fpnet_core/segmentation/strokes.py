@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Door symbols of drawings: an open leaf with the quarter circle that it sweeps."""
+"""Door symbols of drawings: an open leaf, with the quarter circle that it sweeps or half open."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 from fpnet_core.raster.windows import cells_of
+from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, at, is_ajar
 
 # Chosen, not measured:
-# Lines are about as thin as this [m] or one cell; filled walls are thicker.
-_LINE_M = 0.1
+# Lines are about as thin as this [m] or one cell, oblique ones half of one more; filled walls are
+# thicker.
+_LINE_M, _LEAST_LINE = 0.1, 1.5
 # Length of a leaf [m]: 0.7 to 1.3 m, at a scale wrong by a sixth.
 _LEAF_M = (0.6, 1.6)
 # Numerical: symbols are looked for at cells of about this size [m].
@@ -26,16 +28,11 @@ _WORK_M = 0.05
 _DIRECTIONS = 120  # numerical
 # Places on the arc, from its middle on; the ends merge with leaf and jamb.
 _ARC_DEG = (45.0, 25.0, 65.0, 10.0, 35.0, 55.0, 75.0, 18.0, 30.0, 40.0, 50.0, 60.0, 70.0, 82.0)
-# How far ink may lie from where the symbol says, at most [cells squared] and leaf and arc on
-# average [cells].
-_NEAR = 2
+# How far leaf and arc may be off on average [cells].
 _MAX_MISFIT = 0.7
-# Leaf and arc have nothing beside them, so far away [cells].
-_FLANK = 3.0
 # Where a symbol is looked at for being blank: angles from the leaf, shares of the radius.
 _SECTOR_DEG = (25.0, 35.0, 45.0, 55.0, 65.0)
 _SECTOR = (0.35, 0.5, 0.65)
-_LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)
 # The doorway is open this deep behind the leaf's line [m].
 _DEPTH_M = 0.2
 # Crossing lines and letters may cover so much of what should be blank.
@@ -56,8 +53,9 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
 
     A symbol is a straight stroke of 0.6 to 1.6 m, the leaf, and a quarter circle around one
     end of it, the hinge, that starts at its other end and ends across an open doorway. Both
-    are thin lines and most of the sector between them is empty. A drawing without such symbols
-    is returned as it is; ``cell_m`` is the cell edge [m].
+    are thin lines and most of the sector between them is empty. Without an arc it is a leaf half
+    open, with a gap as wide beside it. A drawing without such symbols is returned as it is;
+    ``cell_m`` is the cell edge [m].
     """
     stride = max(1, int(_WORK_M / cell_m))
     ink = block_any(~free, stride)
@@ -72,16 +70,17 @@ def erase_door_symbols(free: Mask, cell_m: float) -> Mask:
 
 
 def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
-    """Return symbols (N, 6): misfit, tip (row, column), leaf's direction, radius, side."""
+    """Return symbols (N, 6): misfit, tip (row, column), leaf's direction, radius, arc's side."""
     first, last = (round(length / cell_m) for length in _LEAF_M)
     if last <= first:  # cells as large as a leaf show none
         return np.zeros((0, 6))
-    margin = last + int(np.ceil(_FLANK)) + 1
+    margin = last + int(np.ceil(FLANK)) + 1
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
     tips = cells_of(lines)
     arc = np.stack([np.cos(np.radians(_ARC_DEG)), np.sin(np.radians(_ARC_DEG))], axis=1)
-    found = _search(near_lines, near_ink, tips, margin, arc, first, blanks)
+    thick = max(_LINE_M / cell_m, _LEAST_LINE)
+    found = _search(near_lines, near_ink, tips, margin, arc, first, blanks, thick)
     # Tips are searched one by one, which is gentle to the cache, and listed by direction.
     return np.asarray(found[np.argsort(found[:, 3], kind='stable')])
 
@@ -101,27 +100,22 @@ def _blank_places(radius: float, depth: float) -> Array:
     """
     turn, share = np.meshgrid(np.radians(_SECTOR_DEG), _SECTOR)
     sector = radius * np.stack([share * np.cos(turn), share * np.sin(turn)], axis=-1)
-    turn, reach = np.meshgrid(np.radians(_SECTOR_DEG), radius + _FLANK * np.array([-1, 1, 1]))
+    turn, reach = np.meshgrid(np.radians(_SECTOR_DEG), radius + FLANK * np.array([-1, 1, 1]))
     arc = np.stack([reach * np.cos(turn), reach * np.sin(turn)], axis=-1)
-    along, across = np.meshgrid(radius * np.array(_LEAF), _FLANK * np.array([-1, 1, -1]))
+    along, across = np.meshgrid(radius * np.array(LEAF), FLANK * np.array([-1, 1, -1]))
     leaf = np.stack([along, across], axis=-1)
-    across, behind = np.meshgrid(radius * np.array(_LEAF), -depth * np.array([0.0, 0.5, 1.0]))
+    across, behind = np.meshgrid(radius * np.array(LEAF), -depth * np.array([0.0, 0.5, 1.0]))
     doorway = np.stack([behind, across], axis=-1)
     return np.stack([part.reshape(-1, 2) for part in (sector, arc, leaf, doorway)])
 
 
-@njit(cache=True, nogil=True, inline='always')
-def _at(values, row, col):  # type: ignore[no-untyped-def]
-    """Return the value at the cell nearest to a place, counted from the padding's corner."""
-    return values[int(row + 0.5), int(col + 0.5)]
-
-
 @njit(cache=True, nogil=True)
-def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-untyped-def]
+def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignore[no-untyped-def]
     """
     Try each cell of a line as a leaf's tip, in all directions and with both sides.
 
     ``lines`` and ``ink`` hold squared distances of at most 2, or 3, with a margin all around.
+    Leaves without an arc have side 0, and come after all others.
     """
     found = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(0)]
     off = np.sqrt(np.arange(4.0).astype(np.float32))
@@ -129,19 +123,19 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
     sines, cosines = np.sin(angles), np.cos(angles)
     # Most directions end here: whole cells are looked up for them, in one row of all.
     flat, cols = ink.reshape(-1), ink.shape[1]
-    beyond = _rounded(_FLANK * sines) * cols + _rounded(_FLANK * cosines)
+    beyond = _rounded(FLANK * sines) * cols + _rounded(FLANK * cosines)
     least = _rounded(-first * sines) * cols + _rounded(-first * cosines)
     for tip_row, tip_col in tips:
         row, col = float(tip_row + margin), float(tip_col + margin)
         cell = (tip_row + margin) * cols + tip_col + margin
         for k in range(_DIRECTIONS):
-            if flat[cell + beyond[k]] <= _NEAR or flat[cell + least[k]] > _NEAR:
+            if flat[cell + beyond[k]] <= NEAR or flat[cell + least[k]] > NEAR:
                 continue
             u, misfit = (sines[k], cosines[k]), 0.0
             for length in range(1, first + len(blanks)):
                 hinge = (row - length * u[0], col - length * u[1])
-                code = _at(ink, hinge[0], hinge[1])
-                if code > _NEAR:
+                code = at(ink, hinge[0], hinge[1])
+                if code > NEAR:
                     break
                 misfit += off[code]
                 if length < first:
@@ -154,6 +148,12 @@ def _search(lines, ink, tips, margin, arc, first, blanks):  # type: ignore[no-un
                     ):
                         tip = (float(tip_row), float(tip_col))
                         found.append((score, tip[0], tip[1], angles[k], float(length), side))
+                beside = blanks[length - first, 2]
+                if misfit <= MAX_BEND * length and is_ajar(
+                    lines, ink, hinge, u, length, beside, thick
+                ):
+                    score, tip = misfit / length + _MAX_MISFIT, (float(tip_row), float(tip_col))
+                    found.append((score, tip[0], tip[1], angles[k], float(length), 0.0))
     listed = np.empty((len(found), 6))
     for n in range(len(found)):
         for column in range(6):
@@ -173,8 +173,8 @@ def _arc_misfit(lines, off, hinge, u, v, radius, arc):  # type: ignore[no-untype
     total = 0.0
     for k in range(len(arc)):
         a, b = radius * arc[k, 0], radius * arc[k, 1]
-        code = _at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
-        if code > _NEAR:
+        code = at(lines, hinge[0] + a * u[0] + b * v[0], hinge[1] + a * u[1] + b * v[1])
+        if code > NEAR:
             return np.inf
         total += off[code]
     return total / len(arc)
@@ -187,7 +187,7 @@ def _is_blank(ink, origin, u, v, blanks):  # type: ignore[no-untyped-def]
         clutter = 0
         for a, b in places:
             row, col = origin[0] + a * u[0] + b * v[0], origin[1] + a * u[1] + b * v[1]
-            clutter += _at(ink, row, col) == 0
+            clutter += at(ink, row, col) == 0
         if clutter > _MAX_CLUTTER * len(places):
             return False
     return True
@@ -201,13 +201,21 @@ def _distinct(found: Array, apart: float) -> Array:
 
 @njit(cache=True, nogil=True)
 def _is_first(symbols: Array, apart: float) -> Mask:
-    """Tell which symbols (N, 6) have no kept earlier one's tip near by."""
+    """
+    Tell which symbols (N, 6) have no kept earlier one's tip near by.
+
+    One without an arc has no arc around it either.
+    """
     kept = np.zeros(len(symbols), dtype=np.bool_)
     for k in range(len(symbols)):
         kept[k] = True
         for j in range(k):
-            gap = symbols[k, 1:3] - symbols[j, 1:3]
-            if kept[j] and np.hypot(gap[0], gap[1]) <= apart:
+            row, col = symbols[k, 1:3] - symbols[j, 1:3]
+            near = apart
+            if symbols[k, 5] == 0.0 and symbols[j, 5] != 0.0:
+                angle, near = symbols[j, 3], symbols[j, 4] + apart
+                row, col = row + symbols[j, 4] * np.sin(angle), col + symbols[j, 4] * np.cos(angle)
+            if kept[j] and np.hypot(row, col) <= near:
                 kept[k] = False
                 break
     return kept

@@ -81,6 +81,47 @@ def test_what_outer_walls_show_is_a_window_within_too_but_for_a_leaf():
     assert len(doors(two_rooms(1, windows=3))) == 1
 
 
+@pytest.mark.parametrize('entrances', [1, 3])
+def test_sills_are_no_windows_where_more_of_them_are_within(entrances):
+    """Three rooms in a row, two doorways and some entrances, each closed by a line."""
+    cells = np.full((216, 520), OCCUPIED, np.int8)
+    for left in (8, 180, 352):
+        cells[8:208, left : left + 160] = FREE
+    for rows, left in ((slice(100, 136), 168), (slice(60, 96), 340)):
+        cells[rows, left : left + 12] = FREE
+        cells[rows, left + 6] = OCCUPIED
+    for left in (60, 240, 400)[:entrances]:
+        cells[:8, left : left + 36] = FREE
+        cells[4, left : left + 36] = OCCUPIED
+    framed = np.pad(cells, 40, constant_values=UNKNOWN)
+    found = doors(GridMap(framed, CELL_M))
+    within = sum(None not in portal.rooms for portal in found)
+    assert within == (2 if entrances == 1 else 0)
+
+
+@pytest.mark.parametrize('jamb_px', [1, 3])
+def test_doorways_in_hatched_walls_are_as_wide_as_their_jambs_lines_say(jamb_px):
+    """The leaf hangs in the middle of a jamb's line, which a fifteenth of the doorway may be."""
+    free = np.zeros((400, 640), np.bool_)
+    free[40:180, 40:600] = free[190:360, 40:600] = True
+    row, col = np.indices(free.shape)
+    hatched = (row >= 182) & (row < 188) & (col >= 40) & (col < 600)
+    left, right = 300, 300 + 29
+    line = (col >= left - jamb_px) & (col < right + jamb_px)
+    free |= hatched & ((row + col) % 4 != 0) & ~line
+    free |= (row >= 182) & (row < 188) & (col >= left) & (col < right)
+    middles = np.array([left - 0.5 * (jamb_px + 1), right + 0.5 * (jamb_px - 1)])
+    width, turn = np.ptp(middles), np.linspace(0.0, np.pi / 2.0, 40)
+    arc = np.stack([middles[0] + width * np.cos(turn), 184.0 - width * np.sin(turn)], axis=1)
+    ink = (~free).astype(np.uint8)
+    symbol = np.rint(np.concatenate([[(middles[0], 184.0)], arc[::-1]])).astype(np.int32)
+    cv2.polylines(ink, [symbol], False, 1)
+    cells = np.where(ink > 0, OCCUPIED, FREE).astype(np.int8)
+    (portal,) = doors(GridMap(cells, 0.03))
+    assert None not in portal.rooms
+    assert portal.width_m == pytest.approx(0.03 * width, abs=0.15)
+
+
 def test_a_line_between_walls_as_thin_is_a_wall():
     assert not doors(two_rooms(1, wall_m=0.05))
 

@@ -70,6 +70,36 @@ def test_walls_stay_and_hardly_a_trace_of_the_symbol_does(angle_deg):
     assert left < 0.2
 
 
+def ajar(angle_deg, opened_deg, cell_m):
+    """Two rooms with a leaf half open in their doorway, and no arc."""
+    cells = np.full((int(12.0 / cell_m),) * 2, OCCUPIED, np.uint8)
+    turn, opened = np.radians(angle_deg), np.radians(opened_deg)
+    T = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+
+    def px(xy):
+        return np.rint(((np.array(xy) - (4.0, 2.5)) @ T.T + 6.0) / cell_m * 16).astype(int)
+
+    for x0, y0, x1, y1 in ((0, 0, 3.9, 5), (4.1, 0, 8, 5), (3.8, 2, 4.2, 2 + DOORWAY_M)):
+        corners = px([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        cv2.fillPoly(cells, [corners], int(FREE), shift=4)
+    tip = np.array([4.1, 2.0]) + DOORWAY_M * np.array([np.sin(opened), np.cos(opened)])
+    cv2.polylines(cells, [px([(4.1, 2.0), tip])], False, int(OCCUPIED), 1, shift=4)
+    return GridMap(cells.astype(np.int8), cell_m)
+
+
+@pytest.mark.parametrize('cell_m', [0.02, 0.04])
+@pytest.mark.parametrize('opened_deg', [30.0, 45.0])
+@pytest.mark.parametrize('angle_deg', [0.0, 17.0, 200.0])
+def test_a_leaf_half_open_without_an_arc_is_one_door(angle_deg, opened_deg, cell_m):
+    (portal,) = segment_floorplan(
+        ajar(angle_deg, opened_deg, cell_m), SegmentationConfig()
+    ).portals
+    assert None not in portal.rooms
+    assert portal.width_m == pytest.approx(DOORWAY_M, abs=0.2)
+    centre = 6.0 + np.array([0.0, -0.05]) @ rotation(angle_deg).T
+    assert portal.ends.mean(axis=0) == pytest.approx(centre, abs=0.25)
+
+
 def test_most_doors_drawn_with_arcs_are_found():
     style = STYLES['sketch']
     found, doors = 0, 0
