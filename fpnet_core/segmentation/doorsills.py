@@ -232,10 +232,8 @@ def _hollow_doorways(
 def _jamb(ink: Mask, end: Array, along: Array, reach: float, cell_m: float) -> float:
     """Return how thick the line is that ends a doorway [cells], 0 where it is a filled wall."""
     across, most = np.array([-along[1], along[0]]), _LINE_M / cell_m
-    runs = [
-        run_length(ink, False, *(end + offset * across + 0.5 * along), *along, most)
-        for offset in (-reach, 0.0, reach)
-    ]
+    starts = (end + offset * across + 0.5 * along for offset in (-reach, 0.0, reach))
+    runs = [run_length(ink, False, row, col, along[0], along[1], most) for row, col in starts]
     thick = float(np.median(runs))
     return thick if thick < most else 0.0
 

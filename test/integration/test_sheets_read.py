@@ -3,11 +3,18 @@
 """Generated sheets of every kind from a file to rooms, as ``fpnet plan`` reads them."""
 
 import numpy as np
+from PIL import Image
 import pytest
 
+import fpnet_core as fpnet
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.read import read_plan
+from fpnet_core.raster.windows import border_of
+from fpnet_core.types import OCCUPIED
 from fpnet_lab.evaluation.drawings import bench_sheets, seeds_of
+from fpnet_lab.sim.drawn.render import render_plan
+from fpnet_lab.sim.drawn.styles import STYLES
+from fpnet_lab.sim.plans import generate_plan
 from fpnet_lab.sim.sheets import SheetKind
 
 pytestmark = pytest.mark.slow
@@ -32,3 +39,15 @@ def test_rooms_of_every_kind_of_sheet_are_read(tmp_path):
     # Nothing states their scale: what is estimated says how far it may be off.
     held = [r.low <= 1.0 / r.ratio <= r.high for r in results if r.ratio]
     assert np.mean(held) >= 0.8
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_blueprints_have_no_rooms_on_the_ground_around(tmp_path, seed):
+    plan = generate_plan(np.random.default_rng(seed), max_rooms=14)
+    drawn = np.pad(render_plan(plan, 0.025, style=STYLES['sketch']).cells, 60)
+    pixels = np.where((drawn == OCCUPIED)[..., None], (235, 240, 255), (24, 60, 130))
+    path = tmp_path / 'blueprint.png'
+    Image.fromarray(pixels.astype(np.uint8)).save(path)
+    rooms = fpnet.segment(fpnet.read_plan(path))
+    assert abs(len(rooms.rooms) - len(plan.rooms)) <= 1
+    assert not border_of(rooms.labels).any()

@@ -56,8 +56,9 @@ _SPECKS = 1.0  # per room: letters, furniture
 _ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
 _SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for walls
 _SEEN_SHARE = 0.25  # of a space was seen as a room
-# The ground before an entrance has no walls around so much of it, and is as small beside rooms.
-_BARE_SHARE, _COURT_SHARE = 0.4, 0.6
+# The ground before an entrance has no walls around so much of it, and is as small beside rooms, or
+# it has none to speak of.
+_BARE_SHARE, _COURT_SHARE, _OPEN_SHARE = 0.4, 0.6, 0.8
 _GAP_DOORS = 2.0  # widths of doors are gaps in outer walls
 _SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
 
@@ -271,11 +272,7 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
 
 
 def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
-    """
-    Return a reading without the ground before entrances: small, and not shut in by walls.
-
-    However large it is where it goes on beyond the picture's edge.
-    """
+    """Return a reading without ground that walls do not shut in."""
     labels = found.segmentation.labels
     cells = found.segmentation.grid.cells
     size = np.bincount(labels.ravel())
@@ -288,7 +285,7 @@ def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationCo
     within = np.bincount(labels[_within_walls(found.segmentation)], minlength=len(size))
     is_small = size < _COURT_SHARE * np.median(size[1:])
     goes_on = np.isin(np.arange(len(size)), border_of(labels))
-    is_court = (bare > _BARE_SHARE * ends) & (is_small | goes_on)
+    is_court = bare > np.where(is_small | goes_on, _BARE_SHARE, _OPEN_SHARE) * ends
     # A room that was seen in part has no walls all around either, but lies within the building's.
     is_court &= within < _BARE_SHARE * size
     is_court[0] = False
