@@ -45,6 +45,16 @@ def at(values, row, col):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
+def is_end(ink, row, col, u):  # type: ignore[no-untyped-def]
+    """Tell whether no line goes on along ``u``, nor nearly so, from a leaf's tip."""
+    for angle_deg in _BEYOND_DEG:
+        v = _turned(u, angle_deg)
+        if at(ink, row + FLANK * v[0], col + FLANK * v[1]) <= NEAR:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def is_ajar(lines, ink, hinge, u, length, beside, thick):  # type: ignore[no-untyped-def]
     """
     Tell whether a line of ``length`` from a hinge along ``u`` is a leaf that stands half open.
@@ -58,7 +68,6 @@ def is_ajar(lines, ink, hinge, u, length, beside, thick):  # type: ignore[no-unt
             w = _turned(u, side * opened)
             if (
                 _is_gap(ink, hinge, w, length)
-                and _is_end(ink, hinge, u, length)
                 and _has_jambs(lines, ink, hinge, w, side, length)
                 and _is_thin(lines, ink, hinge, u, length, thick)
                 and _is_blank_beside(ink, hinge, u, beside)
@@ -83,17 +92,6 @@ def _is_gap(ink, hinge, w, length):  # type: ignore[no-untyped-def]
             col = hinge[1] + length * share * (w[1] + side * w[0])
             if at(ink, row, col) == 0:
                 return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def _is_end(ink, hinge, u, length):  # type: ignore[no-untyped-def]
-    """Tell whether no line goes on from a leaf's tip."""
-    row, col = hinge[0] + length * u[0], hinge[1] + length * u[1]
-    for angle_deg in _BEYOND_DEG:
-        v = _turned(u, angle_deg)
-        if at(ink, row + FLANK * v[0], col + FLANK * v[1]) <= NEAR:
-            return False
     return True
 
 

@@ -15,7 +15,7 @@ from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 from fpnet_core.raster.windows import cells_of
-from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, at, is_ajar
+from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, at, is_ajar, is_end
 
 # Chosen, not measured:
 # Lines are about as thin as this [m] or one cell, oblique ones half of one more; filled walls are
@@ -132,6 +132,7 @@ def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignor
             if flat[cell + beyond[k]] <= NEAR or flat[cell + least[k]] > NEAR:
                 continue
             u, misfit = (sines[k], cosines[k]), 0.0
+            ends = is_end(ink, row, col, u)
             for length in range(1, first + len(blanks)):
                 hinge = (row - length * u[0], col - length * u[1])
                 code = at(ink, hinge[0], hinge[1])
@@ -149,8 +150,10 @@ def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignor
                         tip = (float(tip_row), float(tip_col))
                         found.append((score, tip[0], tip[1], angles[k], float(length), side))
                 beside = blanks[length - first, 2]
-                if misfit <= MAX_BEND * length and is_ajar(
-                    lines, ink, hinge, u, length, beside, thick
+                if (
+                    ends
+                    and misfit <= MAX_BEND * length
+                    and is_ajar(lines, ink, hinge, u, length, beside, thick)
                 ):
                     score, tip = misfit / length + _MAX_MISFIT, (float(tip_row), float(tip_col))
                     found.append((score, tip[0], tip[1], angles[k], float(length), 0.0))
