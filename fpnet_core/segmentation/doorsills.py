@@ -6,9 +6,9 @@ What is drawn in and before doorways: sills from one jamb to the other, leaves a
 Nothing tells a sill from a wall but that the walls at its ends are thicker. So lines are taken
 away, gaps are looked for in the walls that remain, and a gap between two rooms that is closed by
 less than walls are made of is a doorway. Windows are drawn alike: what the gaps in outer walls
-show as often as not, and oftener than inner ones, is a window's sign, and takes a leaf to be a
-sill's. Where a doorway is known
-its leaf can stand in a few places only, and is found though letters or furniture cross it.
+show as often as not, and no fewer of them than of inner ones, is a window's sign, and takes a leaf
+to be a sill's. Where a doorway is known its leaf can stand in a few places only, and is found
+though letters or furniture cross it.
 """
 
 from __future__ import annotations

@@ -22,6 +22,12 @@ FLANK = 3.0
 LEAF = (0.35, 0.45, 0.55, 0.65, 0.75)
 """Where leaves are looked at, as shares of their length. Chosen."""
 
+REACH = 1.2
+"""
+Given: nothing that is looked at is farther from a tip than so many lengths of the leaf and
+:data:`FLANK` cells; the wall behind the hinge is the farthest.
+"""
+
 MAX_BEND = 0.45
 """How far leaves without an arc may be off on average [cells]. Chosen."""
 

@@ -15,7 +15,7 @@ from fpnet_core.raster.distance import near_code
 from fpnet_core.raster.morphology import Mask, grown, opened_by, square
 from fpnet_core.raster.rays import cells_at
 from fpnet_core.raster.windows import cells_of
-from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, at, is_ajar, is_end
+from fpnet_core.segmentation.leaves import FLANK, LEAF, MAX_BEND, NEAR, REACH, at, is_ajar, is_end
 
 # Chosen, not measured:
 # Lines are about as thin as this [m] or one cell, oblique ones half of one more; filled walls are
@@ -74,7 +74,7 @@ def _symbols(lines: Mask, ink: Mask, cell_m: float) -> Array:
     first, last = (round(length / cell_m) for length in _LEAF_M)
     if last <= first:  # cells as large as a leaf show none
         return np.zeros((0, 6))
-    margin = last + int(np.ceil(FLANK)) + 1
+    margin = int(np.ceil(REACH * last + FLANK)) + 1
     near_lines, near_ink = (np.pad(near_code(mask), margin, mode='edge') for mask in (lines, ink))
     blanks = _blanks(first, last, _DEPTH_M / cell_m)
     tips = cells_of(lines)
