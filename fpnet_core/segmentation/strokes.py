@@ -131,8 +131,7 @@ def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignor
         for k in range(_DIRECTIONS):
             if flat[cell + beyond[k]] <= NEAR or flat[cell + least[k]] > NEAR:
                 continue
-            u, misfit = (sines[k], cosines[k]), 0.0
-            ends = is_end(ink, row, col, u)
+            u, misfit, ends = (sines[k], cosines[k]), 0.0, False
             for length in range(1, first + len(blanks)):
                 hinge = (row - length * u[0], col - length * u[1])
                 code = at(ink, hinge[0], hinge[1])
@@ -141,6 +140,8 @@ def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignor
                 misfit += off[code]
                 if length < first:
                     continue
+                if length == first:
+                    ends = is_end(ink, row, col, u)
                 for side in (-1.0, 1.0):
                     v = (u[1] * side, -u[0] * side)
                     score = misfit / length + _arc_misfit(lines, off, hinge, u, v, length, arc)

@@ -20,34 +20,45 @@ DOORWAY_M = 0.9
 PLANS = DATA / 'bormann' / 'floorplan'
 
 
-def two_rooms(angle_deg, with_symbol, scale=1.0):
-    """Two rooms side by side whose doorway shows a leaf and its arc, turned about the middle."""
+def leaf_and_arc():
+    """Places of a leaf in the doorway of two rooms, and of its arc."""
+    sweep = np.linspace(0.0, np.pi / 2.0, 20)
+    arc = np.stack([4.1 + DOORWAY_M * np.cos(sweep), 2.0 + DOORWAY_M * np.sin(sweep)], axis=1)
+    return np.concatenate([[(4.1, 2.0)], arc])
+
+
+def leaf_half_open(opened_deg):
+    """Places of a leaf that stands open by so much, without an arc."""
+    opened = np.radians(opened_deg)
+    tip = np.array([4.1, 2.0]) + DOORWAY_M * np.array([np.sin(opened), np.cos(opened)])
+    return np.array([(4.1, 2.0), tip])
+
+
+def two_rooms(angle_deg, symbol=None, scale=1.0, cell_m=RESOLUTION_M):
+    """Two rooms side by side whose doorway shows a symbol, turned about the middle."""
     turn = np.radians(angle_deg)
     T = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) * scale
 
     def px(xy):
-        return np.rint(((np.array(xy) - (4.0, 2.5)) @ T.T + 6.0) / RESOLUTION_M * 16).astype(int)
+        return np.rint(((np.array(xy) - (4.0, 2.5)) @ T.T + 6.0) / cell_m * 16).astype(int)
 
     def fill(x0, y0, x1, y1, value):
         corners = px([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
         cv2.fillPoly(cells, [corners], int(value), shift=4)
 
-    cells = np.full((240, 240), OCCUPIED, np.uint8)
+    cells = np.full((round(12.0 / cell_m),) * 2, OCCUPIED, np.uint8)
     fill(0.0, 0.0, 3.9, 5.0, FREE)
     fill(4.1, 0.0, 8.0, 5.0, FREE)
     fill(3.8, 2.0, 4.2, 2.0 + DOORWAY_M, FREE)
-    if with_symbol:
-        sweep = np.linspace(0.0, np.pi / 2.0, 20)
-        arc = np.stack([4.1 + DOORWAY_M * np.cos(sweep), 2.0 + DOORWAY_M * np.sin(sweep)], axis=1)
-        line = np.concatenate([[(4.1, 2.0)], arc])
-        cv2.polylines(cells, [px(line)], False, int(OCCUPIED), 1, shift=4)
+    if symbol is not None:
+        cv2.polylines(cells, [px(symbol)], False, int(OCCUPIED), 1, shift=4)
     return cells.astype(np.int8)
 
 
 @pytest.mark.parametrize('scale', [0.85, 1.0, 1.2])
 @pytest.mark.parametrize('angle_deg', [0.0, 17.0, 200.0])
 def test_a_doorway_with_leaf_and_arc_is_one_door(angle_deg, scale):
-    grid = GridMap(two_rooms(angle_deg, True, scale), RESOLUTION_M)
+    grid = GridMap(two_rooms(angle_deg, leaf_and_arc(), scale), RESOLUTION_M)
     found = segment_floorplan(grid, SegmentationConfig())
     (portal,) = found.portals
     assert None not in portal.rooms
@@ -62,38 +73,20 @@ def rotation(angle_deg):
 
 @pytest.mark.parametrize('angle_deg', [0.0, 17.0])
 def test_walls_stay_and_hardly_a_trace_of_the_symbol_does(angle_deg):
-    bare = two_rooms(angle_deg, False) == FREE
-    drawn = two_rooms(angle_deg, True) == FREE
+    bare = two_rooms(angle_deg) == FREE
+    drawn = two_rooms(angle_deg, leaf_and_arc()) == FREE
     erased = erase_door_symbols(drawn, RESOLUTION_M)
     assert not (erased & ~bare).sum() > 4
     left = (bare & ~erased).sum() / (bare & ~drawn).sum()
     assert left < 0.2
 
 
-def ajar(angle_deg, opened_deg, cell_m):
-    """Two rooms with a leaf half open in their doorway, and no arc."""
-    cells = np.full((int(12.0 / cell_m),) * 2, OCCUPIED, np.uint8)
-    turn, opened = np.radians(angle_deg), np.radians(opened_deg)
-    T = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-
-    def px(xy):
-        return np.rint(((np.array(xy) - (4.0, 2.5)) @ T.T + 6.0) / cell_m * 16).astype(int)
-
-    for x0, y0, x1, y1 in ((0, 0, 3.9, 5), (4.1, 0, 8, 5), (3.8, 2, 4.2, 2 + DOORWAY_M)):
-        corners = px([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-        cv2.fillPoly(cells, [corners], int(FREE), shift=4)
-    tip = np.array([4.1, 2.0]) + DOORWAY_M * np.array([np.sin(opened), np.cos(opened)])
-    cv2.polylines(cells, [px([(4.1, 2.0), tip])], False, int(OCCUPIED), 1, shift=4)
-    return GridMap(cells.astype(np.int8), cell_m)
-
-
 @pytest.mark.parametrize('cell_m', [0.02, 0.04])
 @pytest.mark.parametrize('opened_deg', [30.0, 45.0])
 @pytest.mark.parametrize('angle_deg', [0.0, 17.0, 200.0])
 def test_a_leaf_half_open_without_an_arc_is_one_door(angle_deg, opened_deg, cell_m):
-    (portal,) = segment_floorplan(
-        ajar(angle_deg, opened_deg, cell_m), SegmentationConfig()
-    ).portals
+    cells = two_rooms(angle_deg, leaf_half_open(opened_deg), cell_m=cell_m)
+    (portal,) = segment_floorplan(GridMap(cells, cell_m), SegmentationConfig()).portals
     assert None not in portal.rooms
     assert portal.width_m == pytest.approx(DOORWAY_M, abs=0.2)
     centre = 6.0 + np.array([0.0, -0.05]) @ rotation(angle_deg).T
@@ -143,7 +136,7 @@ def test_cells_as_large_as_a_leaf_show_no_symbols():
 
 
 def test_an_arc_before_a_closed_wall_stays():
-    cells = two_rooms(0.0, True)
+    cells = two_rooms(0.0, leaf_and_arc())
     cells[:, 117:122] = OCCUPIED
     free = cells == FREE
     np.testing.assert_array_equal(erase_door_symbols(free, RESOLUTION_M), free)
