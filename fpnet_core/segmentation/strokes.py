@@ -158,6 +158,12 @@ def _search(lines, ink, tips, margin, arc, first, blanks, thick):  # type: ignor
                 ):
                     score, tip = misfit / length + _MAX_MISFIT, (float(tip_row), float(tip_col))
                     found.append((score, tip[0], tip[1], angles[k], float(length), 0.0))
+    return _listed(found)
+
+
+@njit(cache=True, nogil=True)
+def _listed(found):  # type: ignore[no-untyped-def]
+    """Return symbols (N, 6) that were found one after the other."""
     listed = np.empty((len(found), 6))
     for n in range(len(found)):
         for column in range(6):
