@@ -16,7 +16,7 @@ _DXF = re.compile(rb'\A(?:\xef\xbb\xbf)?\s*(?:999\r?\n[^\n]*\n\s*)*0\s*\r?\n\s*S
 _SVG = re.compile(rb'<(?:\w+:)?svg[\s>]')
 _IMAGES = (
     b'\x89PNG', b'\xff\xd8\xff', b'BM', b'II*\0', b'MM\0*', b'P1', b'P2', b'P3', b'P4', b'P5',
-    b'P6',
+    b'P6', b'GIF8',
 )  # fmt: skip
 _SUFFIXES = {
     'pdf': ('.pdf', '.ai'),
@@ -24,7 +24,8 @@ _SUFFIXES = {
     'dxf': ('.dxf',),
     'ifc': ('.ifc',),
     'image': (
-        '.png', '.jpg', '.jpeg', '.jpe', '.bmp', '.tif', '.tiff', '.pgm', '.ppm', '.pbm', '.pnm',
+        '.png', '.jpg', '.jpeg', '.jpe', '.webp', '.gif', '.bmp', '.tif', '.tiff', '.pgm', '.ppm',
+        '.pbm', '.pnm',
     ),
 }  # fmt: skip
 _BY_CONTENT = (
@@ -36,8 +37,6 @@ _BY_CONTENT = (
         b'AC1.',
         'an AutoCAD drawing (DWG): convert it to DXF with the ODA File Converter or LibreCAD',
     ),
-    (b'GIF8', 'a GIF: convert it to PNG, as with ImageMagick'),
-    (b'RIFF', 'a WebP picture: convert it to PNG, as with ImageMagick'),
     (b'%!PS', 'PostScript: convert it to PDF with Ghostscript (ps2pdf) or Inkscape'),
     (b'\xc5\xd0\xd3\xc6', 'PostScript: convert it to PDF with Ghostscript (ps2pdf) or Inkscape'),
     (b'AutoCAD-DWF', 'a DWF: print it to PDF with Autodesk Design Review'),
@@ -53,6 +52,7 @@ _BY_SUFFIX = {
     '.skp': 'a SketchUp model: export it as IFC or DXF with SketchUp',
     '.3dm': 'a Rhino model: export it as DXF with Rhino',
     '.pln': 'an ArchiCAD model: export it as IFC or DXF with ArchiCAD',
+    '.cdr': 'a CorelDRAW drawing: export it as SVG or PDF with CorelDRAW or Inkscape',
     '.vsd': 'a Visio drawing: export it as SVG or PDF with Visio or LibreOffice Draw',
     '.vsdx': 'a Visio drawing: export it as SVG or PDF with Visio or LibreOffice Draw',
     '.doc': 'a Word document: print it to PDF with LibreOffice',
@@ -69,12 +69,10 @@ _BY_SUFFIX = {
     '.heic': 'a HEIC photograph: convert it to JPEG with heif-convert or ImageMagick',
     '.heif': 'a HEIF photograph: convert it to JPEG with heif-convert or ImageMagick',
     '.avif': 'an AVIF picture: convert it to PNG with ImageMagick',
-    '.webp': 'a WebP picture: convert it to PNG with ImageMagick',
-    '.gif': 'a GIF: convert it to PNG with ImageMagick',
     '.zip': 'an archive: unpack it first',
 }
 _PAGED = ('pdf', 'ifc')  # given: beside TIFF; a storey is a page of an IFC
-_READ = 'PNG, JPEG, TIFF, BMP, PGM, PDF, SVG, DXF or IFC'
+_READ = 'PNG, JPEG, TIFF, WebP, GIF, BMP, PGM, PDF, SVG, DXF or IFC'
 
 
 def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  # noqa: B008
@@ -134,7 +132,7 @@ def drawing_kind(path: Path) -> str:
         return 'dxf'
     if b'ISO-10303-21' in head[:1024] and path.suffix.lower() not in ('.stp', '.step'):
         return 'ifc'
-    if head.startswith(_IMAGES):
+    if head.startswith(_IMAGES) or head[8:12] == b'WEBP':
         return 'image'
     is_packed = head.startswith(b'\x1f\x8b') and path.suffix.lower() == '.svgz'
     if is_packed or _SVG.search(_as_bytes(head)):

@@ -26,7 +26,8 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN
 MAX_PIXELS = 100_000_000
 """Numerical: larger images are refused before decoding: 500 m x 500 m at 0.05 m per pixel."""
 
-_FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF')  # others run foreign programs or are no maps
+# Others run foreign programs or are no maps.
+_FORMATS = ('PNG', 'PPM', 'JPEG', 'BMP', 'TIFF', 'WEBP', 'GIF')
 # Chosen, not measured:
 _WHITE_SHARE = 0.005  # the paper or free space fills at least this share of the image
 _WHITE_MARGIN = 25  # grey levels below white that still are white, if no other grey is near
@@ -86,7 +87,8 @@ def opened_image(path: Path) -> Iterator[Image.Image]:
         # Pillow's decoders raise many kinds on damaged bytes (OSError, SyntaxError, struct.error).
         detail = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise MapFormatError(
-            f'{path} is no readable image ({detail}); expected PNG, PGM, JPEG, BMP or TIFF'
+            f'{path} is no readable image ({detail}); '
+            'expected PNG, JPEG, TIFF, WebP, GIF, BMP or PGM'
         ) from None
 
 

@@ -34,7 +34,9 @@ DEFAULT_RESOLUTION_M = 0.05
 YAML_SUFFIXES = ('.yaml', '.yml')
 """Of map_server files, which state their scale."""
 
-MAP_SUFFIXES = (*YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff')
+MAP_SUFFIXES = (
+    *YAML_SUFFIXES, '.png', '.pgm', '.jpg', '.jpeg', '.webp', '.gif', '.bmp', '.tif', '.tiff',
+)  # fmt: skip
 """Of the floorplans and robot maps that :func:`read_map` reads."""
 
 # Given: map_saver's; a pixel of 205 stays unknown.

@@ -24,6 +24,7 @@ _BLOCK_M, _LEAST_BLOCKS = 0.05, 200
 # Chosen, not measured:
 _EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
+_NECK = 1.2  # what is so many times as wide as the way to it is a hall behind a door, no niche
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
 
 
@@ -91,15 +92,28 @@ def _inside_of(free: Mask, reach_px: float) -> Mask | None:
     to_core = cells_to_nearest(core == _CORE, most=reach_px + 1.0)
     outside = to_core[margin:-margin, margin:-margin] <= reach_px + 1.0
     inside = free & ~outside
-    return inside & ~_crumbs(
+    return inside & ~_niches(
         inside, free & outside, clearance[margin:-margin, margin:-margin], reach_px
     )
 
 
-def _crumbs(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_px: float) -> Mask:
-    """Return the niches of the outer wall: parts open to the outside, too narrow for a room."""
+def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_px: float) -> Mask:
+    """
+    Return the niches of the outer wall: parts open to the outside, too narrow for a room.
+
+    Where a part is widest behind a neck it is no niche but a hall behind an open entrance.
+    """
     pieces, figures = pieces_of(inside, connectivity=4)
+    mouths = grown_by(outside, cross()) & inside
     is_niche = np.zeros(len(figures), dtype=np.bool_)
-    is_niche[pieces[grown_by(outside, cross()) & inside]] = True
+    is_niche[pieces[mouths]] = True
     is_niche[pieces[(clearance > reach_px) & inside]] = False
+    niches = looked_up(pieces, is_niche)
+    widest = np.zeros(len(figures), dtype=np.float32)
+    np.maximum.at(widest, pieces[niches], clearance[niches])
+    wide = niches & (_NECK * clearance > looked_up(pieces, widest))
+    places, found = pieces_of(wide, connectivity=4)
+    is_behind = np.ones(len(found), dtype=np.bool_)
+    is_behind[places[mouths]] = is_behind[0] = False
+    is_niche[pieces[looked_up(places, is_behind)]] = False
     return looked_up(pieces, is_niche)

@@ -97,7 +97,11 @@ def _image_writer(suffix: str, **options: object) -> Callable[[Path], Path]:
 
 def _read_map(path: Path) -> object:
     from fpnet_core.io.maps import read_map
+    from fpnet_core.io.outside import outside_as_unknown
 
+    # The valid one lies on unknown ground: kernels for drawings on paper, which Numba unpickles
+    # itself, are loaded all the same before a damaged one is read.
+    outside_as_unknown(np.where(_shades() == 0, 100, 0).astype(np.int8), 0.05)
     return read_map(path)
 
 
@@ -624,7 +628,7 @@ READERS: tuple[Reader, ...] = (
     Reader('images', '.png', _image_writer('.png'), _read_map, (damage_bytes, _damage_png_chunks)),
     *(
         Reader('images', suffix, _image_writer(suffix), _read_map)
-        for suffix in ('.pgm', '.jpg', '.bmp', '.tiff')
+        for suffix in ('.pgm', '.jpg', '.bmp', '.tiff', '.webp', '.gif')
     ),
     Reader(
         'images',

@@ -21,7 +21,7 @@ _LEVELS_OF_16_BIT = 257.0  # given: 65535 / 255
 
 def open_image(path: Path, page: int | None = None) -> Drawing:
     """
-    Open a PNG, PGM, JPEG, BMP or TIFF image; ``page`` from 1, of a TIFF of several.
+    Open a PNG, JPEG, TIFF, WebP, GIF, BMP or PGM image; ``page`` from 1, of a TIFF of several.
 
     A camera's orientation is applied, transparent places become white, palettes, 16-bit and
     floating-point levels become 8-bit colours.

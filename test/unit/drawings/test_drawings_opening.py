@@ -32,6 +32,8 @@ PLAIN = np.random.default_rng(3).integers(0, 256, (20, 30, 3), dtype=np.uint8)
         ('a.png', b'\x89PNG\r\n', 'image'),
         ('plan', b'\xff\xd8\xff\xe0', 'image'),
         ('a.pgm', b'P5 3 3 255\n', 'image'),
+        ('a.webp', b'RIFF\1\0\0\0WEBP', 'image'),
+        ('a.gif', b'GIF89a', 'image'),
     ],
 )
 def test_the_content_says_what_a_file_is(tmp_path, name, head, kind):
@@ -50,7 +52,9 @@ def test_the_content_says_what_a_file_is(tmp_path, name, head, kind):
         ('a.docx', b'PK\3\4' + bytes(50), 'LibreOffice'),
         ('a.vsdx', b'PK\3\4' + bytes(50), 'Visio'),
         ('a.ai', b'%!PS-Adobe-3.0', 'ps2pdf'),
-        ('a.webp', b'RIFF\1\0\0\0WEBP', 'ImageMagick'),
+        ('a.avif', b'hello', 'ImageMagick'),
+        ('a.cdr', b'RIFF\1\0\0\0CDR9', 'CorelDRAW'),
+        ('a.wav', b'RIFF\1\0\0\0WAVE', 'expected PNG'),
         ('a.xyz', b'PK\3\4' + bytes(50), 'unpack it'),
         ('a.pdf', b'hello', 'no PDF file inside'),
         ('a.step', b'ISO-10303-21;', 'expected PNG'),
@@ -99,6 +103,15 @@ def test_a_tiff_has_pages(tmp_path):
     assert second.notes == ()
     with pytest.raises(MapFormatError, match=r'a\.tif has 2 pages; there is no page 3'):
         open_drawing(path, ReadOptions(page=3))
+
+
+@pytest.mark.parametrize('suffix', ['webp', 'gif'])
+def test_pictures_that_browsers_save(tmp_path, suffix):
+    """Of several in one file the first counts."""
+    pixels = PLAIN // 64 * 64  # a GIF holds 256 colours
+    path, other = tmp_path / f'a.{suffix}', Image.fromarray(255 - pixels)
+    Image.fromarray(pixels).save(path, lossless=True, save_all=True, append_images=[other])
+    assert np.array_equal(open_drawing(path).pixels, pixels)
 
 
 def test_a_wrong_name_is_no_obstacle(tmp_path):

@@ -135,6 +135,29 @@ def test_niches_of_the_outer_wall_leave_no_crumbs():
     assert labels[100, 100] == 1
 
 
+@pytest.mark.parametrize('porch', [0, 20])
+def test_a_hall_behind_an_open_entrance_is_inside(porch):
+    """1.6 m wide, its other doors drawn shut; the entrance at its end, or set back in a porch."""
+    cells = np.full((220, 200), FREE, np.int8)
+    cells[40:200, 20:180] = OCCUPIED
+    cells[46:195, 26:76] = cells[46:195, 79:111] = cells[46:195, 114:175] = FREE
+    cells[40:46, 79:111] = FREE if porch else OCCUPIED
+    cells[46 + porch - 6 : 46 + porch, 79:111] = OCCUPIED
+    cells[40 + porch : 46 + porch, 85:104] = FREE
+    closed = outside_as_unknown(cells, RESOLUTION_M)
+    assert (closed[150, 80:110] == FREE).all()
+    assert closed[30, 95] == UNKNOWN
+
+
+def test_a_recess_as_wide_as_its_mouth_is_outside():
+    cells = np.where(building() == 255, FREE, OCCUPIED).astype(np.int8)
+    cells[40:90, 190:230] = OCCUPIED
+    cells[40:87, 194:226] = FREE
+    closed = outside_as_unknown(cells, RESOLUTION_M)
+    assert (closed[42:87, 194:226] == UNKNOWN).all()
+    assert closed[100, 210] == FREE
+
+
 def test_turned_drawing_gives_the_turned_answer():
     picture = building(outside=255)
     turned = interpret(np.rot90(picture).copy(), RESOLUTION_M)
