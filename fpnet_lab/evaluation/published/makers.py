@@ -220,6 +220,7 @@ MAKERS: dict[str, Callable[[Row], Figures]] = {
     'judge_ablation': judging.judge_ablation,
     'long_run': runs.long_run,
     'sheet_drives': runs.sheet_drives,
+    'two_programs': runs.two_programs,
     'finished_clouds': rooms.finished_clouds,
     'submap_losses': rooms.submap_losses,
     'recordings': simulator.recordings,

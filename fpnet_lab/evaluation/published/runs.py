@@ -48,6 +48,16 @@ _LOGS = (
     Column('wrong', lambda run: run['wrong_poses'] or 0),
     Column('median error', together(*_ERROR)),
 )
+_PROGRAMS = (  # numerical: digits
+    Column('sensor', 'sensor'),
+    Column('program', 'program'),
+    Column('first pose after', 'path_to_first_pose_m', Units.PATH),
+    Column('poses', 'poses'),
+    Column('wrong', 'wrong_poses'),
+    Column("poses on another building's plan", 'poses_on_others'),
+    Column('median error', together(*_ERROR)),
+    Column('processor', 'processor_s', Units.SECONDS),
+)
 _NAMES = {'whole': 'whole', '50-100': 'half', '20-35': 'third', '10-20': 'tenth'}
 _PARTS = ('50-100', '20-35', '10-20')
 _MAPS = (
@@ -253,3 +263,13 @@ def _on_sheets(name: str, drives: Sequence[Row], grid_m: Mapping[int, float | No
 def speed(report: Row) -> Figures:
     """Return how long what somebody waits for takes, each beside its aim."""
     return {'': Table.of(_SPEED, named(report['figures']))}, {}
+
+
+def two_programs(report: Row) -> Figures:
+    """Return what two programs make of the same drives, and how much longer today's takes."""
+    drives = report['drives']
+    ratios = [drive['today']['processor_s'] / drive['earlier']['processor_s'] for drive in drives]
+    rows = [{'sensor': drive['sensor'], **drive[name], 'program': said}
+            for drive in drives
+            for name, said in (('earlier', report['commit']), ('today', 'today'))]  # fmt: skip
+    return {'': Table.of(_PROGRAMS, rows)}, {'times': Units.NUMBER.text(median(ratios))}
