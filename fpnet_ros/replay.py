@@ -27,7 +27,7 @@ from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_ros.params import OwnValues, ParameterTree
-from fpnet_ros.runtime import STATUS, STREAM, run_node
+from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, run_node
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.stamps import stamp_to_msg
 
@@ -91,17 +91,20 @@ class ReplayNode(OwnValues):
         """Play the recording, once unless it loops; returns when it is delivered."""
         with BagReader(Path(self._settings.bag)) as bag:
             types = self._chosen_topics(bag)
+            latched = frozenset(topic for topic in types if bag.is_latched(topic))
             publishers = {
-                topic: self.create_publisher(_message_class(msgtype), topic, STREAM)
+                topic: self.create_publisher(
+                    _message_class(msgtype), topic, TF_STATIC if topic in latched else STREAM
+                )
                 for topic, msgtype in types.items()
             }
             scans = [publishers[t] for t, kind in types.items() if kind in _SCANS]
             self._wait_for_subscriber(list(publishers.values()), scans)
             total = sum(bag.count(topic) for topic in publishers)
-            played = self._publish_all(bag, publishers, total)
+            played = self._publish_all(bag, publishers, latched, total)
             while self._settings.loop and played:
                 self.get_logger().info(f'played {played} messages; starting again')
-                played = self._publish_all(bag, publishers, total)
+                played = self._publish_all(bag, publishers, latched, total)
         for publisher in publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=_LAST_ACKNOWLEDGEMENT_S))
         self.get_logger().info(f'played {played} messages')
@@ -138,7 +141,11 @@ class ReplayNode(OwnValues):
         self._status = report_from_msg(msg).status
 
     def _publish_all(
-        self, bag: BagReader, publishers: dict[str, Publisher[Any]], total: int
+        self,
+        bag: BagReader,
+        publishers: dict[str, Publisher[Any]],
+        latched: frozenset[str],
+        total: int,
     ) -> int:
         played = scans = self._confirmed = 0
         first_ns: int | None = None
@@ -150,10 +157,11 @@ class ReplayNode(OwnValues):
                 if first_ns is None:
                     first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
                     started_s = time.monotonic()
-                if stamp_ns < first_ns:
+                if stamp_ns >= first_ns:
+                    started_s += self._wait_for_odometry(scans)
+                    self._wait_until(stamp_ns, first_ns, started_s)
+                elif topic not in latched:  # what is latched still holds
                     continue
-                started_s += self._wait_for_odometry(scans)
-                self._wait_until(stamp_ns, first_ns, started_s)
                 publishers[topic].publish(data)
                 played, scans = played + 1, scans + (kind in _SCANS)
         return played

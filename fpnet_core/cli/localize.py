@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -63,7 +63,7 @@ _TopicsOption = Annotated[
     typer.Option(
         '--topic',
         metavar='NAME',
-        help='Topic of a bag: a PointCloud2, or a LaserScan; repeated for several scanners.',
+        help='Topic of a bag: a PointCloud2, a LaserScan, or an Odometry; repeatable.',
     ),
 ]
 _TumOption = Annotated[
@@ -132,6 +132,8 @@ def command(
     known = _known(truth, plans)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
+    is_own = source.kind == 'bag' and source.has_poses and poses is None and odometry is None
+    asked = replace(asked, of_bag=is_own)
     title = f'{recording.name} on {Path(asked.drawing).name}'
     run = _ended(plans, source, tree, odometry, title, port if view else None)
     ended = _Ended(run, known, run.causes(asked, said.storey))

@@ -28,7 +28,7 @@ from fpnet_core.io.bag_scans import (
 from fpnet_core.io.bags import BagReader, stamp_to_ns
 from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
-from fpnet_core.io.message_types import LASER_SCANS
+from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY
 from fpnet_core.io.scans import Scan, ScanSource
 
 _log = logging.getLogger(__name__)
@@ -44,6 +44,8 @@ def open_bag(
     """
     Open the scans of a bag: those of ``topics``, else its cloud, else all its planar scanners.
 
+    One of ``topics`` may be its odometry.
+
     Raises
     ------
     BagFormatError
@@ -51,6 +53,7 @@ def open_bag(
     """
     with BagReader(path) as bag:
         types = bag.topics
+    topics, odometry_topic = _apart(topics, odometry_topic, types, path)
     lasers = [topic for topic, msgtype in types.items() if msgtype in LASER_SCANS]
     if topics and all(topic in lasers for topic in topics):
         return BagLasers(path, topics, odometry_topic, truth_topic)
@@ -67,6 +70,20 @@ def open_bag(
         said = '%s: scans are those on %s; name %s to take that instead (--topic)'
         _log.warning(said, path, scans.cloud_topic, ' or '.join(sorted(lasers)))
     return scans
+
+
+def _apart(
+    topics: Sequence[str], odometry_topic: str | None, types: dict[str, str], path: Path
+) -> tuple[list[str], str | None]:
+    """Return topics of scans and that of the odometry, which may be named among them."""
+    odometry = [topic for topic in topics if types.get(topic) == ODOMETRY]
+    if odometry and (odometry_topic is not None or len(odometry) > 1):
+        raise BagFormatError(
+            f'bag {path}: cannot take {", ".join(odometry)} as odometry; name one topic of '
+            'odometry, and none where it is left unread (--odometry kiss, --poses)'
+        )
+    scans = [topic for topic in topics if topic not in odometry]
+    return scans, odometry[0] if odometry else odometry_topic
 
 
 class BagLasers:

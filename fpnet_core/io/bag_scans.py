@@ -219,7 +219,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
     usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
     if not usable:
         return None
-    return _the_only(usable, 'Odometry', 'odometry_topic', topics, path)
+    return _the_only(usable, 'Odometry', '--topic', topics, path)
 
 
 def _require(wanted: str, candidates: list[str], topics: dict[str, str], path: Path) -> str:

@@ -86,6 +86,20 @@ class BagReader:
             if not isinstance(qos, str)
         ]
 
+    def is_latched(self, topic: str) -> bool:
+        """
+        Tell whether late subscribers got the last messages of a topic.
+
+        As recorded; ``/tf_static`` is latched by definition, whatever its recorder noted.
+        """
+        of_ros_1 = (
+            getattr(connection.ext, 'latching', False)
+            for connection in self._open_reader().connections
+            if connection.topic == topic
+        )
+        offered = (latched for _, latched in self.offers(topic))
+        return topic.endswith('tf_static') or any(of_ros_1) or any(offered)
+
     def messages(self, topics: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
         """
         Yield topic, time of recording [ns] and message, in the order of recording.

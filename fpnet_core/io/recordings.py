@@ -36,9 +36,10 @@ def open_scans(
         called ``bag``, as simulated recordings are, a CARMEN log (``.log``, ``.log.gz``), or a
         folder of point files with a pose file.
     topics, odometry_topic, truth_topic
-        Topics of a bag: of one cloud, or of planar scanners, which are merged. Scans and odometry
-        are found by type, clouds before planar scans; ground truth is read only if named. An
-        empty ``odometry_topic`` ignores the odometry of the bag.
+        Topics of a bag: of one cloud, or of planar scanners, which are merged; that of the
+        odometry may be named among them. Scans and odometry are found by type, clouds before
+        planar scans; ground truth is read only if named. An empty ``odometry_topic`` ignores the
+        odometry of the bag.
     scan_stamp
         What of a sweep the stamps of a bag's clouds are of.
 

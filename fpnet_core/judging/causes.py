@@ -36,6 +36,7 @@ _SAME_SCALE = 0.03  # chosen: a scale that differs by less would have been found
 _TESTED = 0.97
 """Chosen: least weight of a cause that was proved."""
 
+_UPSIDE_DOWN = '; so it would if the scanner hung upside down and /tf_static did not say so'
 _WEIGHTS = {CauseKind.DRAWING: 0.95, CauseKind.TOO_LITTLE: 0.85}  # chosen
 
 
@@ -45,12 +46,14 @@ class Asked:
     What somebody typed, from which the next command is made.
 
     ``command`` are the words without what concerns the drawing, ``drawing`` the file, ``options``
-    what was said of it: pairs of an option and its value, empty for a flag.
+    what was said of it: pairs of an option and its value, empty for a flag. ``of_bag`` says that
+    the odometry was a bag's own, which scan matching can help.
     """
 
     command: tuple[str, ...] = ('fpnet', 'localize', 'INPUT', '--floorplan')
     drawing: str = 'PLAN'
     options: tuple[tuple[str, str], ...] = ()
+    of_bag: bool = False
 
     def again(self, option: str = '', value: str = '', instead_of: tuple[str, ...] = ()) -> str:
         """Return the same command with one option more, or another value of it."""
@@ -257,7 +260,7 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
     fit = found.mirror
     if fit is None:
         if found.is_mirrored:
-            evidence = "what was seen fits the floorplan's mirror image only"
+            evidence = f"what was seen fits the floorplan's mirror image only{_UPSIDE_DOWN}"
             yield 1.0, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
         return
     drawn = found.best.probability if found.best else 0.0
@@ -269,7 +272,7 @@ def _mirrored(found: Findings, asked: Asked) -> _Weighed:
     explained = found.best.explained if found.best else 0.0
     evidence = (
         f'the mirror image explains {percent(fit.explained)} of {metres(found.walls_m)} of wall '
-        f'(p {fit.probability:.2f}), the drawing {percent(explained)}'
+        f'(p {fit.probability:.2f}), the drawing {percent(explained)}{_UPSIDE_DOWN}'
     )
     weight = 1.0 if found.is_mirrored else _tested(fit.probability)
     yield weight, Cause(CauseKind.MIRRORED, evidence, asked.flipped())
@@ -322,7 +325,7 @@ def _too_little(found: Findings, asked: Asked) -> _Weighed:
 
 
 def _drift(found: Findings, asked: Asked) -> _Weighed:
-    better = asked.again('--poses', 'POSES.tum')
+    better = asked.again(*(('--odometry', 'both') if asked.of_bag else ('--poses', 'POSES.tum')))
     drift = found.drift
     if isinstance(drift, DoubleWalls):
         evidence = (

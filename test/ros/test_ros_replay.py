@@ -12,10 +12,11 @@ from rosbags.typesys import Stores, get_typestore
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.types import Status
-from fpnet_ros.runtime import STATUS, STREAM, sensor_data
+from fpnet_ros.runtime import STATUS, STREAM, TF_STATIC, sensor_data
 from msg_adapters.clouds import cloud_from_msg
 from msg_adapters.diagnostics import LocalizerReport, report_to_msg
 from msg_adapters.stamps import stamp_from_msg
@@ -93,6 +94,22 @@ def test_the_start_can_be_skipped(bench, recording):
     bench.wait_for(lambda: len(clouds) >= 10, 20.0)
     assert stamp_from_msg(clouds[0].header.stamp) == START_NS + 20 * PERIOD_NS
     assert len(clouds) == 10
+
+
+def test_who_comes_late_gets_what_was_latched(bench, tmp_path):
+    """Places of sensors, for a tf2 buffer that is there only after they were played."""
+    with BagWriter(tmp_path / 'bag') as bag:
+        bag.write_transform('/tf_static', START_NS, 'base', 'lidar', np.eye(4))
+        for index, points in enumerate(_clouds()):
+            bag.write_cloud('/points', START_NS + index * PERIOD_NS, 'lidar', points)
+    clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
+    parameters = {'bag': str(tmp_path / 'bag'), 'start_offset_s': 1.0}
+    replay = bench.start('replay', parameters)
+    assert bench.wait_for(lambda: bool(clouds)), replay.log_tail()
+    static = bench.collect(TFMessage, '/tf_static', TF_STATIC)
+    assert bench.wait_for(lambda: bool(static), 10.0), replay.log_tail()
+    (transform,) = static[0].transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ('base', 'lidar')
 
 
 def test_a_loop_starts_again_and_takes_the_clock_back(bench, recording):

@@ -143,7 +143,9 @@ def test_debug_clouds_of_kiss_are_passed_over(tmp_path):
         ({'clouds': ()}, {}, 'no PointCloud2 or LaserScan topic; it holds /ground_truth, /odom'),
         ({'clouds': ('/a', '/b')}, {}, 'several PointCloud2 or LaserScan topics: /a, /b'),
         ({'odometry': ('/a', '/b')}, {}, 'several Odometry topics: /a, /b'),
-        ({}, {'topics': ['/odom']}, '/odom is nav_msgs'),
+        ({}, {'topics': ['/kiss/odometry']}, '/kiss/odometry is missing'),
+        ({'odometry': ('/a', '/b')}, {'topics': ['/a', '/b']}, 'name one topic of odometry'),
+        ({}, {'topics': ['/odom'], 'odometry_topic': ''}, 'cannot take /odom'),
         ({}, {'odometry_topic': '/none'}, '/none is missing'),
         ({}, {'truth_topic': '/points'}, '/points is sensor_msgs'),
     ],
@@ -158,6 +160,8 @@ def test_topics_can_be_chosen(tmp_path):
     bag = record(tmp_path / 'bag', clouds=('/a', '/b'), odometry=('/c', '/d'))
     source = open_scans(bag, topics=['/b'], odometry_topic='/c')
     assert (source.cloud_topic, source.odometry_topic) == ('/b', '/c')
+    source = open_scans(bag, topics=['/b', '/d'])
+    assert (source.cloud_topic, source.odometry_topic) == ('/b', '/d')
 
 
 def test_sensor_mounting_comes_from_static_transforms(tmp_path):

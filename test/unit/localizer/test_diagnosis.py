@@ -49,9 +49,9 @@ def drive_on(plan, matcher, scans=None):
     return replay(source, localizer, TICK_S, None)
 
 
-def explained(run, plan, matcher, reading=None):
+def explained(run, plan, matcher, reading=None, asked=ASKED):
     assert run.outputs[-1].status is not Status.LOCALIZED
-    return explain_run(run.outputs, plan, matcher, CONFIG, reading, ASKED)
+    return explain_run(run.outputs, plan, matcher, CONFIG, reading, asked)
 
 
 def turning(degrees_per_m):
@@ -172,6 +172,8 @@ def test_odometry_that_turns(matcher):
     causes = explained(run, plan_grid(), matcher)
     assert causes[0].kind is CauseKind.DRIFT
     assert causes[0].next == 'fpnet localize drive --floorplan plan.png --poses POSES.tum'
+    causes = explained(run, plan_grid(), matcher, asked=replace(ASKED, of_bag=True))
+    assert causes[0].next == 'fpnet localize drive --floorplan plan.png --odometry both'
 
 
 def test_odometry_that_flips_is_named(matcher):
