@@ -29,6 +29,7 @@ class Problem(StrEnum):
     TILTED = 'sensor tilted'
     HEIGHT = 'sensor at the wrong height'
     ODOMETRY = 'odometry disagrees with the scans'
+    REGISTRATION = 'scans lose their way'
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ _WINDOW_NS = NS_PER_S // 2  # motions over so long are compared
 _MOVED_M, _TURNED_RAD = 0.1, math.radians(5.0)  # less is standing still
 _OFF_M, _OFF_SHARE, _OFF_RAD = 0.15, 0.15, math.radians(6.0)
 _FEWEST = 2  # windows in which the robot drives, or turns
+_LEAP_M = 2.5  # physical: no robot drives 5 m/s indoors
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,11 @@ class Motion:
         return self.off_m > _OFF_M + _OFF_SHARE * _length(self.by_scans)
 
     @property
+    def leaps(self) -> bool:
+        """Tell whether the scans say that the robot went where no robot gets in the time."""
+        return self.drives_elsewhere and _length(self.by_scans) > _LEAP_M
+
+    @property
     def turns_otherwise(self) -> bool:
         """Tell whether the headings are further apart than drift explains."""
         rotation = self.by_odometry[:3, :3].T @ self.by_scans[:3, :3]
@@ -85,13 +91,28 @@ def _turn(T: Array) -> float:
 
 
 def check_odometry(seen: Observed, poses: Sequence[Pose]) -> Iterator[Finding]:
-    """Yield odometry that moves the robot otherwise than the ``poses`` of the scans do."""
+    """
+    Yield odometry that moves the robot otherwise than the ``poses`` of the scans do.
+
+    Where these leap as no robot does it is they that are wrong.
+    """
     if not (seen.sweeps and len(seen.track)):
         return
     T_child_sensor = seen.tree.lookup(seen.child_frame, seen.sweeps[0].frame, 0)
     if T_child_sensor is None:
         return
     found = list(motions(poses, seen.track, T_child_sensor))
+    if leaps := [motion for motion in found if motion.leaps]:
+        worst = max(leaps, key=lambda each: each.off_m)
+        yield Finding(
+            Problem.REGISTRATION,
+            seen.scans,
+            f'KISS-ICP leaps as no robot does, in {len(leaps)} of {len(found)} half seconds; in '
+            f'one {worst.said}',
+            'take the odometry that the robot brings (odometry:=robot, fpnet localize --odometry '
+            'robot): a narrow field of view, or bare walls all along, hold no registration',
+        )
+        return
     drives, turns = [m for m in found if m.is_drive], [m for m in found if m.is_turn]
     astray = _most(drives, [m for m in drives if m.drives_elsewhere])
     off = astray or _most(turns, [m for m in turns if m.turns_otherwise])

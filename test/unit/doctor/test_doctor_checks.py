@@ -14,7 +14,7 @@ from fpnet_core.doctor import Observed, Offer, Problem, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.examine import examine
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.motion import Motion
+from fpnet_core.doctor.motion import Motion, check_odometry
 from fpnet_core.doctor.observed import SeenScan
 from fpnet_core.doctor.sensor import (
     check_mount,
@@ -24,7 +24,9 @@ from fpnet_core.doctor.sensor import (
     tilt,
 )
 from fpnet_core.doctor.topics import check_published, check_qos, check_time, mismatch
-from fpnet_core.io.message_types import CLOCK, GRID, POINT_CLOUD
+from fpnet_core.geometry.pose_track import PoseTrack
+from fpnet_core.io.message_types import CLOCK, GRID, ODOMETRY, POINT_CLOUD
+from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drives.recording import make_recording
 from fpnet_lab.sim.drives.visits import RecordingOptions
 from fpnet_lab.sim.lidars.sensors import SENSORS
@@ -210,3 +212,19 @@ def _moved(x, degrees):
 def test_drift_is_no_disagreement(by_odometry, by_scans, drives, turns):
     motion = Motion(_moved(*by_odometry), _moved(*by_scans))
     assert (motion.drives_elsewhere, motion.turns_otherwise) == (drives, turns)
+
+
+def test_scans_that_leap_are_not_odometry_s_fault():
+    """11 m in half a second, as KISS-ICP did with a narrow view, beside good odometry."""
+    stamps_ns = [k * NS_PER_S // 2 for k in range(9)]
+    driven = [(stamp_ns, _moved(0.3 * k, 0.0)) for k, stamp_ns in enumerate(stamps_ns)]
+    scans = [(stamp, _moved(T[0, 3] + 11.4 * (stamp > NS_PER_S), 0.0)) for stamp, T in driven]
+    odometry = topic('/odom', ODOMETRY, stamps_ns, children=('base',))
+    mount = Transform('base', 'lidar', np.eye(4), is_static=True)
+    sweep = SeenScan('lidar', 0, np.ones((9, 3), np.float32), None)
+    seen = Observed(
+        4.0, (odometry,), '/points', '/odom', (mount,), (sweep,), PoseTrack.of(driven, 'base')
+    )
+    (finding,) = check_odometry(seen, scans)
+    assert (finding.problem, finding.where) == (Problem.REGISTRATION, '/points')
+    assert list(check_odometry(seen, driven)) == []
