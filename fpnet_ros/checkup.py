@@ -25,7 +25,7 @@ from fpnet_core.doctor.frames import check_tree
 from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
 from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns, check_unit
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
-from fpnet_core.io.message_types import CLOCK, GRID
+from fpnet_core.io.message_types import CLOCK, GRID, TRANSFORMS
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
@@ -36,6 +36,7 @@ from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 DOCTOR = 'fpnet_doctor'
 """Name of the node that only listens."""
 
+_TF_TOPICS = '/tf', '/tf_static'  # given
 # Chosen, not measured:
 _DISCOVERY_S = 5.0  # until publishers that are there are known
 _SWEEPS = 5  # that tell how the scanner is mounted
@@ -87,6 +88,7 @@ class Checkup:
         self._node = node
         self._topics = {**inputs, node.resolve_topic_name('floorplan'): GRID}
         self._scans = next(iter(inputs))
+        self._heard = {CLOCK_TOPIC: CLOCK}  # beside the inputs; nothing is amiss without them
         self._begun_s = time.monotonic()
         self._published: set[str] = set()  # topics that somebody has published
         self._told: set[tuple[str, str]] = set()
@@ -100,9 +102,10 @@ class Checkup:
         self._is_blind = False
         self._returned_s: float | None = None  # when a scan had a return, or the first one came
         if TFMessage is not None:
+            self._heard |= {node.resolve_topic_name(name): TRANSFORMS for name in _TF_TOPICS}
             add = partial(node.add_subscription, TFMessage, raw=True)
-            add('/tf', self._on_tf, sensor_data(_TF_QUEUE))
-            add('/tf_static', self._on_static, TF_STATIC_QOS)
+            add(_TF_TOPICS[0], self._on_tf, sensor_data(_TF_QUEUE))
+            add(_TF_TOPICS[1], self._on_static, TF_STATIC_QOS)
 
     def hear(self, stamp_ns: int) -> None:
         """Take a scan's stamp when it comes: how long it waits to be added is no clock's fault."""
@@ -181,7 +184,7 @@ class Checkup:
         with self._lock:
             sweeps, mount = list(self._sweeps), self._mount
         times = np.array(self._stamps, dtype=np.int64).reshape(-1, 2)
-        kinds = {**self._topics, CLOCK_TOPIC: CLOCK}
+        kinds = {**self._topics, **self._heard}
         topics = [self._topic(name, kind, times) for name, kind in kinds.items()]
         transforms = self._heard_transforms()
         if mount is not None and not np.array_equal(mount, np.eye(4)):

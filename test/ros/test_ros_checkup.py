@@ -28,6 +28,8 @@ NOW_NS = 1_700_000_000_000_000_000
 class _Node:
     """As much of a node as the doctor asks."""
 
+    durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
+
     def __init__(self):
         self.lines, self.published = [], {'/points', '/floorplan'}
         self.callbacks = {}
@@ -39,7 +41,7 @@ class _Node:
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=NOW_NS))
 
     def resolve_topic_name(self, name):
-        return f'/{name}'
+        return f'/{name.lstrip("/")}'
 
     def get_fully_qualified_name(self):
         return '/localizer'
@@ -51,8 +53,7 @@ class _Node:
         return []
 
     def get_publishers_info_by_topic(self, name):
-        latched = QoSDurabilityPolicy.TRANSIENT_LOCAL
-        qos = SimpleNamespace(durability=latched, reliability=None)
+        qos = SimpleNamespace(durability=self.durability, reliability=None)
         return [SimpleNamespace(node_name='driver', qos_profile=qos)] * (name in self.published)
 
     def get_topic_names_and_types(self):
@@ -95,6 +96,19 @@ def test_a_node_that_is_wired_well_is_told_nothing(node):
     node.transform('odom', 'base_link')
     assert doctor.findings() == []
     assert node.lines == []
+
+
+def test_static_transforms_that_are_not_latched_are_found(node):
+    """Nothing of them arrives, as of a recording that is played without its QoS."""
+    node.published.add('/tf_static')
+    node.durability = QoSDurabilityPolicy.VOLATILE
+    found = [
+        f for f in Checkup(node, {'/points': POINT_CLOUD}).findings() if f.where == '/tf_static'
+    ]
+    assert [finding.problem for finding in found] == [Problem.QOS]
+    assert 'volatile' in found[0].evidence
+    node.durability = QoSDurabilityPolicy.TRANSIENT_LOCAL
+    assert Checkup(node, {'/points': POINT_CLOUD}).findings() == []
 
 
 def test_each_fault_is_logged_once_and_stands_while_it_lasts(node, monkeypatch):
