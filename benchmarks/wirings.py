@@ -41,6 +41,7 @@ from fpnet_core.geometry import SE2
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.motion import twist
 from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.maps import write_map
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
@@ -56,12 +57,12 @@ from fpnet_ros.processes import (
     private_environment,
     ros_arguments,
 )
-from fpnet_ros.runtime import STATUS, STREAM, TF
+from fpnet_ros.runtime import STATUS, STREAM, TF, TF_STATIC
 from fpnet_ros.wiring import wired
 from msg_adapters.diagnostics import report_from_msg
 from msg_adapters.poses import pose_from_msg, uncertain_pose_from_msg
 from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.transforms import transform_from_msg
+from msg_adapters.transforms import transform_from_msg, transform_to_msg
 
 READY_S, STALLED_S, DRAIN_S, MOST_AHEAD = 600.0, 60.0, 4.0, 5
 DRIVE_S, SHORT_DRIVE_S = 45.0, 20.0
@@ -211,6 +212,9 @@ class RobotListener:
         node.create_subscription(Odometry, f'{at}/kiss/odometry', self.odometry.append, STREAM)
         node.create_subscription(TFMessage, f'{at}/tf', self._on_tf, TF)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, STREAM)
+        self._static = node.create_publisher(TFMessage, f'{at}/tf_static', TF_STATIC)
+        places = [transform_to_msg(s.T_base_sensor, 0, BASE, s.frame) for s in robot.sensors]
+        self._static.publish(TFMessage(transforms=places))
         for sensor in robot.sensors:
             self.parents[sensor.frame].add(BASE)
             self.tree.add_fixed(BASE, sensor.frame, sensor.T_base_sensor)
@@ -356,11 +360,14 @@ class Session:
 
     def _replay(self) -> list[str]:
         last = self._wirings[-1].robot
+        with BagReader(self._folder / 'bag') as bag:
+            topics = [topic for topic in bag.topics if not topic.endswith('tf_static')]
         is_ours = len(self._wirings) == 1 and self._wirings[0].arguments.get('odometry') != 'robot'
         parameters = {
             # A machine that is too slow for KISS-ICP plays slower; planar scans are cheap.
             'max_ahead': MOST_AHEAD if is_ours else 0,
             'bag': str(self._folder / 'bag'),
+            'topics': topics,
             'clock': True,
             'wait_for_localizer': True,
             'wait_for_subscriber_s': STALLED_S,
