@@ -87,13 +87,18 @@ class Provenance:
 
 
 def _of_the_figures(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield the arguments but those that say where to write: nobody else has those folders."""
+    """
+    Yield the arguments but those that say where to write: nobody else has those folders.
+
+    Of a path from the root its name is left, for the same reason.
+    """
     remaining = iter(arguments)
     for argument in remaining:
         if argument in WHERE_TO_WRITE:
             next(remaining, None)
         elif argument.partition('=')[0] not in WHERE_TO_WRITE:
-            yield argument
+            option, equals, value = argument.rpartition('=')
+            yield option + equals + (Path(value).name if value.startswith('/') else value)
 
 
 def machine() -> str:

@@ -110,12 +110,13 @@ def test_provenance_is_of_this_checkout():
 
 
 def test_a_report_is_of_what_began_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, 'argv', ['fpnet', 'bench', 'scale', '--json', 'a', '--plot=b', '-x'])
+    words = ['fpnet', 'bench', 'scale', '--json', 'a', '--plot=b', '-x', '/bin/sh', '--y=/a/b']
+    monkeypatch.setattr(sys, 'argv', words)
     begin()
     monkeypatch.setattr(sys, 'argv', ['fpnet', 'something', 'else'])
     write_report(tmp_path / 'report.json', {})
     made = json.loads((tmp_path / 'report.json').read_text())['made']
-    assert made['command'] == 'fpnet bench scale -x'
+    assert made['command'] == 'fpnet bench scale -x sh --y=b'
 
 
 def test_several_reports_of_one_name_stand_in_one_table(tmp_path, capsys, monkeypatch):
