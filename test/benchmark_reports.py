@@ -355,6 +355,12 @@ def manifest(name):
     return json.loads(path.read_text(encoding='utf-8'))
 
 
+def _two_programs():
+    run = {'path_to_first_pose_m': 1.25, 'poses': 9, 'wrong_poses': 0, 'poses_on_others': 0}
+    run |= {'median_position_error_m': 0.03, 'median_yaw_error_deg': 0.2, 'processor_s': 8.0}
+    return {'sensor': 'beams16', 'earlier': run, 'today': {**run, 'processor_s': 6.0}}
+
+
 REPORTS = {
     **dict.fromkeys(('segmentation', 'submaps', 'submaps_3000'), lambda: SEGMENTATION),
     'scale': lambda: SCALES_TOLD,
@@ -381,6 +387,7 @@ REPORTS = {
     'judge_ablation': lambda: {'judges': {'features alone': {'50-100 %': JUDGED}}},
     'long_run': lambda: HOUR,
     'sheet_drives': lambda: {'drives': ON_SHEETS},
+    'two_programs': lambda: {'commit': 'abc1234', 'drives': [_two_programs()]},
     'finished_clouds': lambda: CLOUDS,
     'submap_losses': lambda: {'sensors': {'beams16': LOST, 'all': LOST}},
     'recordings': lambda: RECORDED,

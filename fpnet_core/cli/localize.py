@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fpnet_core.drawings.types import Reading
     from fpnet_core.geometry import Affine2D
     from fpnet_core.io.scans import ScanSource
+    from fpnet_core.judging.causes import Asked
     from fpnet_core.report import RunRecord
     from fpnet_core.sites import Site
     from fpnet_core.trajectory import PlanarTrajectory
@@ -132,16 +133,22 @@ def command(
     known = _known(truth, plans)
     given = [*common.typed_settings(config, settings), *_typed_source(poses, odometry, topics)]
     asked = said.asked_of(('localize', str(recording), *given), '--floorplan', floorplan, site)
-    is_own = source.kind == 'bag' and source.has_poses and poses is None and odometry is None
-    asked = replace(asked, of_bag=is_own)
     title = f'{recording.name} on {Path(asked.drawing).name}'
     run = _ended(plans, source, tree, odometry, title, port if view else None)
-    ended = _Ended(run, known, run.causes(asked, said.storey))
+    ended = _Ended(run, known, run.causes(_of_bag(asked, source, poses, odometry), said.storey))
     _say(ended, out, json_path)
     _write_files(ended, tum, json_path)
     _write_pictures(ended, title, film, out)
     if run.status is not Status.LOCALIZED:
         raise typer.Exit(NO_ANSWER)
+
+
+def _of_bag(
+    asked: Asked, source: ScanSource, poses: Path | None, odometry: OdometryChoice | None
+) -> Asked:
+    """Return what was asked, with whether odometry is the bag's own, and nobody chose it."""
+    is_own = source.kind == 'bag' and source.has_poses
+    return replace(asked, of_bag=is_own and poses is None and odometry is None)
 
 
 @dataclass(frozen=True, eq=False)

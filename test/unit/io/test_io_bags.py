@@ -302,6 +302,27 @@ def test_a_bag_of_ros_1_says_the_same(tmp_path):
         assert sorted(ros_1.raw_messages()) == sorted(reader.raw_messages())
 
 
+@pytest.mark.parametrize(('latching', 'expected'), [(None, False), (0, False), (1, True)])
+def test_what_a_bag_of_ros_1_latched_is_told(tmp_path, latching, expected):
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with rosbag1.Writer(tmp_path / 'a.bag') as writer:
+        kind = 'std_msgs/msg/String'
+        to = writer.add_connection('/map_name', kind, typestore=types, latching=latching)
+        writer.write(to, START_NS, types.serialize_ros1(types.types[kind]('hall'), kind))
+    with BagReader(tmp_path / 'a.bag') as reader:
+        assert reader.is_latched('/map_name') is expected
+
+
+def test_static_transforms_are_latched_and_clouds_are_not(tmp_path):
+    with SteadyRecorder(tmp_path / 'bag') as bag:
+        bag.now_ns = START_NS
+        bag.write_transform('/robot/tf_static', START_NS, 'base', 'lidar', pose(0.2, 0.5, 0.0))
+        bag.write_cloud('/points', START_NS, 'lidar', POINTS)
+    with BagReader(tmp_path / 'bag') as reader:
+        assert reader.is_latched('/robot/tf_static')
+        assert not reader.is_latched('/points')
+
+
 def test_what_never_moves_on_the_tf_of_ros_1_is_fixed(tmp_path):
     """Robots that are older than tf2 have no /tf_static."""
     old = as_of_ros_1(record(tmp_path / 'drive', child='base'))

@@ -181,11 +181,7 @@ def test_clouds_that_arrive_are_told_by_profile():
 
 
 def test_an_earlier_program_stands_above_todays():
-    run = {'path_to_first_pose_m': 1.25, 'poses': 9, 'wrong_poses': 0, 'poses_on_others': 0}
-    run |= {'median_position_error_m': 0.03, 'median_yaw_error_deg': 0.2, 'processor_s': 8.0}
-    drive = {'sensor': 'beams16', 'earlier': run, 'today': {**run, 'processor_s': 6.0}}
-    report = {'commit': 'abc1234', 'drives': [drive]}
-    figures = published('two_programs', report, MADE)
+    figures = published('two_programs', REPORTS['two_programs'](), MADE)
     earlier, today = rows(figures['two_programs'])[2:]
     assert earlier[:3] == ['beams16', 'abc1234', '1.2 m']
     assert [earlier[-1], today[-1]] == ['8.0 s', '6.0 s']
