@@ -10,10 +10,10 @@ Usage:
       [--limit 100] [--page docs/matching_tables.md]
 
 ``train`` makes ``paper``, ``superglue`` and the networks of Table III, one after the other, these
-with fewer epochs; called again it goes on. ``write`` has every method match the same pairs and
-writes the page; it keeps each table's report under --runs and goes on where it stopped, until the
-program changes. Where --runs holds no networks of Table III that table stays as it is on the page,
-with its own date.
+with fewer epochs, on the CPU or with --device cuda; called again it goes on. ``write`` has every
+method match the same pairs and writes the page; it keeps each table's report under --runs and goes
+on where it stopped, until the program changes. Where --runs holds no networks of Table III that
+table stays as it is on the page, with its own date.
 """
 
 from __future__ import annotations
@@ -98,6 +98,7 @@ def main() -> None:
     training.add_argument('--out', type=Path, required=True)
     training.add_argument('--epochs', type=int, default=8)
     training.add_argument('--ablation-epochs', type=int, default=3)
+    training.add_argument('--device', default='cpu')
     write = actions.add_parser('write')
     write.add_argument('--runs', type=Path, required=True)
     write.add_argument('--data', type=Path, required=True)
@@ -107,19 +108,21 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.action == 'train':
         for preset in ('paper', 'superglue'):
-            train(arguments.pairs, arguments.out / preset, arguments.epochs, preset, {})
+            train(arguments, preset, arguments.epochs, preset, {})
         for name, changes in VARIANTS.items():
-            out = arguments.out / 'ablations' / name
-            train(arguments.pairs, out, arguments.ablation_epochs, 'paper', changes)
+            train(arguments, f'ablations/{name}', arguments.ablation_epochs, 'paper', changes)
     else:
         write_page(arguments)
 
 
-def train(pairs: Path, out: Path, epochs: int, preset: str, changes: dict[str, Any]) -> None:
+def train(
+    arguments: argparse.Namespace, out: str, epochs: int, preset: str, changes: dict[str, Any]
+) -> None:
     """Train one network to its last epoch."""
     options = [f'--set={key}={value}' for key, value in changes.items()]
-    run('train', '--preset', preset, '--data', pairs, '--out', out,
-        '--epochs', epochs, '--set=patience=99', *options)  # fmt: skip
+    run('train', '--preset', preset, '--data', arguments.pairs, '--out', arguments.out / out,
+        '--epochs', epochs, '--device', arguments.device, '--set=patience=99', *options
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,10 @@ around the robot: the walls seen over the last metres are aligned with the drawi
 and a Kalman filter carries the result from tick to tick, so that a corridor, which says nothing
 of the position along it, leaves that to odometry.
 
+Wheels lose the heading in turns, and then the walls of the last metres are smeared as well. How
+the robot stands now the last few scans tell best, and the pose ends on their walls; ticks go on
+from what the metres before have told, as three scans of a narrow sensor are too little to follow.
+
 A rough drawing looks like drift, and is followed like it: the pose is among the walls as they are
 drawn.
 """
@@ -21,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import Affine2D, Placements, rotation, wrap_to_pi
+from fpnet_core.geometry import Affine2D, Placement, Placements, rotation, wrap_to_pi
 from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
 from fpnet_core.pose.verify import WALL_SIGMA_M
+from fpnet_core.submaps.recent import RECENT_M
 
 Array = NDArray[np.float64]
 
@@ -74,7 +79,7 @@ class Anchor:
         ----------
         last : the fix of the last tick, None where the claim begins
         plan : evidence of the drawing
-        seen : (P, 2) returns around the robot, odom [m]
+        seen : (P, 2) returns of the last metres, odom [m]
         A_plan_odom : the claim, of the whole submap
         robot_odom : (2,) the robot [m]
         """
@@ -87,32 +92,62 @@ class Anchor:
                 return None, A_plan_odom
         return tracked, tracked.A_plan_odom
 
+    def at_last(
+        self, plan: MapEvidence, newest: Array, A_plan_odom: Affine2D, robot_odom: Array
+    ) -> Affine2D:
+        """
+        Return ``A_plan_odom`` moved onto the walls of the last scans, as far as odometry was lost.
+
+        ``newest (P, 2)`` are their returns, and ``robot_odom (2,)`` the robot, odom [m].
+        """
+        if len(newest) < FEWEST_POINTS:
+            return A_plan_odom
+        fits = refine(plan, newest, Placements.of([A_plan_odom]), _rigid(A_plan_odom), AGAIN)
+        both = Placements.of([A_plan_odom, fits[0].A_plan_submap])
+        support = wall_support(plan, newest, both, WALL_SIGMA_M)
+        if support[1] <= support[0]:
+            return A_plan_odom
+        # What has smeared the last metres lies half of them behind.
+        smeared = np.diag((0.5 * RECENT_M * self._loss_per_m()) ** 2)
+        return _corrected(Fix(A_plan_odom, robot_odom, smeared), fits[0]).A_plan_odom
+
     def _predicted(self, last: Fix | None, claim: Affine2D, robot_odom: Array) -> Fix:
         """Return the last fix after what odometry lost since then; the claim where none is."""
         if last is None:
             return Fix(claim, robot_odom, np.diag(_START**2))
-        m, deg = self.config.drift_m_per_m, self.config.drift_deg_per_m
-        loss_per_m = np.array([m, m, np.deg2rad(deg)])
         moved_m = float(np.hypot(*(robot_odom - last.robot_odom)))
-        lost = np.diag((_LOSS_PER_TICK + moved_m * loss_per_m) ** 2)
+        lost = np.diag((_LOSS_PER_TICK + moved_m * self._loss_per_m()) ** 2)
         A = _stretched_like(claim, last.A_plan_odom, robot_odom)
         return Fix(A, robot_odom, last.cov + lost)
+
+    def _loss_per_m(self) -> Array:
+        """Return the standard deviations (3,) that odometry loses: x, y [m/m], yaw [rad/m]."""
+        m, deg = self.config.drift_m_per_m, self.config.drift_deg_per_m
+        return np.array([m, m, np.deg2rad(deg)])
 
     def _measured(self, plan: MapEvidence, seen: Array, claim: Affine2D, last: Fix) -> Fix:
         """Return the fix corrected by the walls around the robot."""
         starts = Placements.of([claim, last.A_plan_odom])
-        fits = refine(plan, seen, starts, Freedom(RIGID_STRAIN, claim.stretch), AGAIN)
+        fits = refine(plan, seen, starts, _rigid(claim), AGAIN)
         before, after = (wall_support(plan, seen, each, WALL_SIGMA_M) for each in (starts, fits))
-        robot, start, cov, pick = last.robot_odom, last.A_plan_odom, last.cov, 1
+        start, pick = last, 1
         if after[0] > after[1] + self.config.drift_support:
-            start, cov, pick = claim, np.diag(_START**2), 0
-        if after[pick] <= before[pick]:
-            return Fix(start, robot, cov)
-        fit = fits[pick]
-        measured = _POINTS_PER_WITNESS * _cov_at(fit.cov, fit.A_plan_submap, robot)
-        gain = cov @ np.linalg.inv(cov + measured)
-        moved = _moved(start, gain @ _difference(fit.A_plan_submap, start, robot), robot)
-        return Fix(moved, robot, (np.eye(3) - gain) @ cov)
+            start, pick = Fix(claim, last.robot_odom, np.diag(_START**2)), 0
+        return _corrected(start, fits[pick]) if after[pick] > before[pick] else start
+
+
+def _rigid(A: Affine2D) -> Freedom:
+    """Return the freedom to move and turn, not to stretch otherwise than ``A`` does."""
+    return Freedom(RIGID_STRAIN, A.stretch)
+
+
+def _corrected(fix: Fix, fit: Placement) -> Fix:
+    """Return the fix corrected by where walls fit, each as much as it is known."""
+    robot, start = fix.robot_odom, fix.A_plan_odom
+    measured = _POINTS_PER_WITNESS * _cov_at(fit.cov, fit.A_plan_submap, robot)
+    gain = fix.cov @ np.linalg.inv(fix.cov + measured)
+    moved = _moved(start, gain @ _difference(fit.A_plan_submap, start, robot), robot)
+    return Fix(moved, robot, (np.eye(3) - gain) @ fix.cov)
 
 
 def _stretched_like(claim: Affine2D, A: Affine2D, robot_odom: Array) -> Affine2D:

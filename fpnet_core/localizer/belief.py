@@ -17,7 +17,7 @@ from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.types import Status
 
-_MIRROR_LOG_ODDS = 6.9  # nats: a prior, one drawing in a thousand is a mirror image; chosen
+_MIRROR_LOG_ODDS = 5.3  # nats: a prior, one drawing in two hundred is a mirror image; chosen
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed; chosen
 

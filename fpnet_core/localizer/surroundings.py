@@ -87,12 +87,13 @@ class Surroundings:
             return Vicinity(doubts=doubts), belief, None
         assert robot_xy is not None  # a submap comes from scans, and they have poses
         T = submap.T_odom_submap
-        fix, A_plan_odom = Anchor(self.config).follow(
+        anchor, robot_odom = Anchor(self.config), T.apply(robot_xy)
+        fix, A_plan_odom = anchor.follow(
             vicinity.fix,
             plan,
             T.apply(submap.recent_xy),
             belief.best.A_plan_submap @ T.inv(),
-            T.apply(robot_xy),
+            robot_odom,
         )
         support = self._support(plan, submap, A_plan_odom @ T)
         usual = belief.best.score if vicinity.usual is None else vicinity.usual
@@ -102,6 +103,7 @@ class Surroundings:
             return doubted, lost, None
         if support is not None:
             usual = _MEMORY * usual + (1.0 - _MEMORY) * support
+        A_plan_odom = anchor.at_last(plan, T.apply(submap.newest_xy), A_plan_odom, robot_odom)
         return Vicinity(fix, 0, usual, submap), belief, A_plan_odom
 
     def _support(self, plan: MapEvidence, submap: Submap, A_plan_submap: Affine2D) -> float | None:

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 # Numerical: a scan is kept when the robot has moved or turned so far since the last kept one.
 _STEP_M, _STEP_RAD = 0.25, 0.25
 _SCANS = 24  # numerical
+RECENT_M = _STEP_M * _SCANS
+"""Numerical: the path over which recent returns were seen; less where the robot turns."""
+
 # Numerical: the newest scans, of which a scanner that does not repeat itself needs more than one.
 _NEWEST = 3
 # Numerical: so many returns of a scan are kept, and one in each square of this edge is handed out.

@@ -172,17 +172,19 @@ def _buildings(by_name: Mapping[str, Row]) -> Table:
 
 
 def drift(report: Row) -> Figures:
-    """Return the largest errors under a claim, of exact drawings and of rough ones."""
+    """Return errors under a claim: on exact drawings, on rough ones, and on wheels."""
     ways = {'whole_submap': 'whole submap', 'published': 'published'}
     exact = {'odometry': 'odometry from a right start', **ways}
     most, median = ('max_m', Units.METRES), ('p50_m', Units.METRES)
+    often = ('p95_m', Units.METRES), ('p95_deg', Units.DEGREES)
     drives = {
         drawing: [{**drive[drawing], 'name': _drive(drive)} for drive in report['drives']]
-        for drawing in ('exact', 'rough')
+        for drawing in ('exact', 'rough', 'wheels')
     }
     tables = {
         '': _drives(drives['exact'], exact, together(most), ''),
         'rough': _drives(drives['rough'], ways, together(median, most), 'never claimed'),
+        'wheels': _drives(drives['wheels'], ways, together(*often), 'never claimed'),
     }
     return tables, {}
 

@@ -93,6 +93,6 @@ def test_a_mirror_image_that_alone_fits_is_the_reason():
 def test_a_mirror_image_that_fits_as_well_is_named():
     found = beliefs(verdict(1e5), mirrored=verdict(1e9))
     assert 'mirror' not in found[0].reason
-    looked = beliefs(*[verdict(1e5)] * 5, mirrored=verdict(0.9e8))
+    looked = beliefs(*[verdict(1e5)] * 5, mirrored=verdict(1.8e7))
     assert looked[-1].reason.endswith("the floorplan's mirror image fits as well")
     assert looked[-1].status is Status.AMBIGUOUS
