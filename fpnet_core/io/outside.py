@@ -22,7 +22,9 @@ _CORE = 2  # numerical: marks what a flood from the corner has reached
 # unless so few blocks along a side would be left that the stated scale must be wrong.
 _BLOCK_M, _LEAST_BLOCKS = 0.05, 200
 # Chosen, not measured:
-_EXIT_WIDTH_M = 4.5  # gates, open ends of corridors and gaps up to this do not let the outside in
+# Gates, open ends of corridors and gaps up to this do not let the outside in; an open entrance, or
+# the porch before it, is half as wide at most.
+_EXIT_WIDTH_M = 4.5
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _NECK = 1.2  # what is so many times as wide as the way to it is a hall behind a door, no niche
 _MIN_INSIDE_SHARE = 0.05  # of the free space; less left inside means the building is not closed
@@ -101,7 +103,8 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     """
     Return the niches of the outer wall: parts open to the outside, too narrow for a room.
 
-    Where a part is widest behind a neck it is no niche but a hall behind an open entrance.
+    Where a part is widest behind a neck it is no niche but a hall behind an open entrance, unless
+    one of its mouths is wider than that: then the building is open.
     """
     pieces, figures = pieces_of(inside, connectivity=4)
     mouths = grown_by(outside, cross()) & inside
@@ -115,5 +118,11 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     places, found = pieces_of(wide, connectivity=4)
     is_behind = np.ones(len(found), dtype=np.bool_)
     is_behind[places[mouths]] = is_behind[0] = False
-    is_niche[pieces[looked_up(places, is_behind)]] = False
+    openings, sizes = pieces_of(mouths)
+    is_wide = sizes[:, 2:4].max(axis=1) > reach_px
+    is_wide[0] = False
+    is_hall = np.zeros(len(figures), dtype=np.bool_)
+    is_hall[pieces[looked_up(places, is_behind)]] = True
+    is_hall[pieces[looked_up(openings, is_wide)]] = False
+    is_niche &= ~is_hall
     return looked_up(pieces, is_niche)

@@ -98,6 +98,7 @@ class Anchor:
         """
         Return ``A_plan_odom`` moved onto the walls of the last scans, as far as odometry was lost.
 
+        It stays where they fit hardly better then: so far the drawing may be wrong.
         ``newest (P, 2)`` are their returns, and ``robot_odom (2,)`` the robot, odom [m].
         """
         if len(newest) < FEWEST_POINTS:
@@ -105,7 +106,7 @@ class Anchor:
         fits = refine(plan, newest, Placements.of([A_plan_odom]), _rigid(A_plan_odom), AGAIN)
         both = Placements.of([A_plan_odom, fits[0].A_plan_submap])
         support = wall_support(plan, newest, both, WALL_SIGMA_M)
-        if support[1] <= support[0]:
+        if support[1] < support[0] + self.config.drift_support:
             return A_plan_odom
         # What has smeared the last metres lies half of them behind.
         smeared = np.diag((0.5 * RECENT_M * self._loss_per_m()) ** 2)

@@ -149,6 +149,15 @@ def test_a_hall_behind_an_open_entrance_is_inside(porch):
     assert closed[30, 95] == UNKNOWN
 
 
+def test_a_house_that_is_open_wherever_one_looks_is_left_alone():
+    """One side of it has a gap of 6 m, and rooms are open to one another by 2.5 m and more."""
+    cells = np.full((220, 330), FREE, np.int8)
+    cells[30:190, 30:300] = OCCUPIED
+    cells[36:184, 36:96] = cells[36:184, 100:294] = FREE
+    cells[30:36, 170:290] = cells[80:135, 96:100] = cells[80:140, 30:36] = FREE
+    np.testing.assert_array_equal(outside_as_unknown(cells, RESOLUTION_M), cells)
+
+
 def test_a_recess_as_wide_as_its_mouth_is_outside():
     cells = np.where(building() == 255, FREE, OCCUPIED).astype(np.int8)
     cells[40:90, 190:230] = OCCUPIED
