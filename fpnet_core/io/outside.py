@@ -23,7 +23,7 @@ _CORE = 2  # numerical: marks what a flood from the corner has reached
 _BLOCK_M, _LEAST_BLOCKS = 0.05, 200
 # Chosen, not measured:
 # Gates, open ends of corridors and gaps up to this do not let the outside in; an open entrance, or
-# the porch before it, is half as wide at most.
+# the porch before it, is half as wide at most, and what is wider a gate.
 _EXIT_WIDTH_M = 4.5
 _PAPER_BORDER_SHARE = 0.5  # of the border is free where the picture shows the outside as white
 _NECK = 1.2  # what is so many times as wide as the way to it is a hall behind a door, no niche
@@ -104,7 +104,7 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     Return the niches of the outer wall: parts open to the outside, too narrow for a room.
 
     Where a part is widest behind a neck it is no niche but a hall behind an open entrance, unless
-    one of its mouths is wider than that: then the building is open.
+    its gates are together wider than what lets the outside in: then the building is open.
     """
     pieces, figures = pieces_of(inside, connectivity=4)
     mouths = grown_by(outside, cross()) & inside
@@ -118,11 +118,20 @@ def _niches(inside: Mask, outside: Mask, clearance: NDArray[np.float32], reach_p
     places, found = pieces_of(wide, connectivity=4)
     is_behind = np.ones(len(found), dtype=np.bool_)
     is_behind[places[mouths]] = is_behind[0] = False
-    openings, sizes = pieces_of(mouths)
-    is_wide = sizes[:, 2:4].max(axis=1) > reach_px
-    is_wide[0] = False
     is_hall = np.zeros(len(figures), dtype=np.bool_)
     is_hall[pieces[looked_up(places, is_behind)]] = True
-    is_hall[pieces[looked_up(openings, is_wide)]] = False
+    is_hall &= _gates_px(pieces, mouths, len(figures), reach_px) <= 2.0 * reach_px
     is_niche &= ~is_hall
     return looked_up(pieces, is_niche)
+
+
+def _gates_px(
+    pieces: NDArray[np.int32], mouths: Mask, count: int, least_px: float
+) -> NDArray[np.float64]:
+    """Return how wide each piece's mouths are together ``(count,)``, but for entrances."""
+    openings, sizes = pieces_of(mouths)
+    width = sizes[:, 2:4].max(axis=1)
+    owner = np.zeros(len(sizes), dtype=np.int64)
+    owner[openings[mouths]] = pieces[mouths]
+    is_gate = (width > least_px) & (owner > 0)
+    return np.asarray(np.bincount(owner[is_gate], width[is_gate], count), np.float64)

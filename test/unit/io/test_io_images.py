@@ -149,6 +149,17 @@ def test_a_hall_behind_an_open_entrance_is_inside(porch):
     assert closed[30, 95] == UNKNOWN
 
 
+def test_a_room_with_one_wide_gate_is_inside():
+    """4 m wide and deep, and open to the ground by 3 m."""
+    cells = np.full((220, 200), FREE, np.int8)
+    cells[40:200, 20:180] = OCCUPIED
+    cells[46:126, 26:106] = cells[132:195, 26:175] = cells[46:126, 112:175] = FREE
+    cells[40:46, 36:96] = FREE
+    closed = outside_as_unknown(cells, RESOLUTION_M)
+    assert (closed[70:126, 26:106] == FREE).all()
+    assert closed[20, 66] == UNKNOWN
+
+
 def test_a_house_that_is_open_wherever_one_looks_is_left_alone():
     """One side of it has a gap of 6 m, and rooms are open to one another by 2.5 m and more."""
     cells = np.full((220, 330), FREE, np.int8)
