@@ -51,7 +51,7 @@ from fpnet_lab.sim.sheets import SheetKind, draw_sheet
 CASES = {'plans': 6, 'pairs': 4, 'drives': 1}
 """Of each kind, the first ones of the benchmark. Chosen: some seconds a try."""
 
-SENSORS = ('planar',)
+SENSORS = ('planar', 'beams32')
 SHEETS = (('office', 'dxf'), ('scan', 'picture'), ('brochure', 'pdf'), ('phone', 'picture'))
 """Whose submaps are cut; kinds of drawings and their files. Chosen: ten seconds for all."""
 
