@@ -10,8 +10,9 @@ and a Kalman filter carries the result from tick to tick, so that a corridor, wh
 of the position along it, leaves that to odometry.
 
 Wheels lose the heading in turns, and then the walls of the last metres are smeared as well. How
-the robot stands now the last few scans tell best, and the pose ends on their walls; ticks go on
-from what the metres before have told, as three scans of a narrow sensor are too little to follow.
+the robot stands now the last few scans tell best, and a pose that has left the claim's ends on
+their walls; ticks go on from what the metres before have told, as three scans of a narrow sensor
+are too little to follow.
 
 A rough drawing looks like drift, and is followed like it: the pose is among the walls as they are
 drawn.

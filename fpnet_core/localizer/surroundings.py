@@ -103,7 +103,8 @@ class Surroundings:
             return doubted, lost, None
         if support is not None:
             usual = _MEMORY * usual + (1.0 - _MEMORY) * support
-        A_plan_odom = anchor.at_last(plan, T.apply(submap.newest_xy), A_plan_odom, robot_odom)
+        if fix is not None:
+            A_plan_odom = anchor.at_last(plan, T.apply(submap.newest_xy), A_plan_odom, robot_odom)
         return Vicinity(fix, 0, usual, submap), belief, A_plan_odom
 
     def _support(self, plan: MapEvidence, submap: Submap, A_plan_submap: Affine2D) -> float | None:
