@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What was seen last contradicts a claim, or lets it stand."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ from planted import A_PLAN_SUBMAP, plan_grid, submap_grid
 import pytest
 
 from fpnet_core.config import LocalizerConfig
-from fpnet_core.geometry import SE2, Placement
+from fpnet_core.geometry import SE2, Placement, angle_between
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.surroundings import Surroundings, Vicinity, share_in_free_space
 from fpnet_core.pose import map_evidence
@@ -77,6 +78,27 @@ def test_walls_where_they_should_be_let_a_claim_stand():
     belief, A = Judging().judge(submap(walls()), claim())
     assert (belief.status, belief.reason) == (Status.LOCALIZED, 'fits')
     assert np.linalg.norm(A.apply(ROBOT) - A_PLAN_SUBMAP.apply(ROBOT)) < 0.2
+
+
+def turned(degrees):
+    """Return the walls as odometry reports them that has lost so much of the heading."""
+    return SE2.from_xy_yaw(0.0, 0.0, np.deg2rad(degrees)).apply(walls())
+
+
+def heading_of(A):
+    return np.rad2deg(angle_between(A.heading, A_PLAN_SUBMAP.heading))
+
+
+def test_last_scans_move_no_pose_that_fits_around_the_robot():
+    """What is drawn wrong around the robot would be followed, with odometry that is right."""
+    _, A = Judging().judge(submap(turned(3.0)), claim())
+    assert heading_of(A) < 0.01
+
+
+def test_last_scans_tell_the_heading_where_the_last_metres_have_slipped():
+    slipping = replace(submap(turned(8.0)), recent_xy=turned(5.0))
+    _, A = Judging().judge(slipping, claim())
+    assert heading_of(A) == pytest.approx(8.0, abs=1.0)
 
 
 def test_a_contradicted_claim_is_withheld_with_its_reason():
