@@ -12,12 +12,19 @@ from numpy.typing import NDArray
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements
 from fpnet_core.judging import Circumstances, Judge, Verdict, reason_of
-from fpnet_core.localizer.search import NEWS_GROWTH
 from fpnet_core.pose import MapEvidence, compared_at
 from fpnet_core.pose.estimate import DISTINCT_M
 from fpnet_core.types import Status
 
 _MIRROR_LOG_ODDS = 5.3  # nats: a prior, one drawing in two hundred is a mirror image; chosen
+
+CONFIRM_GROWTH = 1.12
+"""
+Chosen: a look at so many times the floor of the last sure one confirms it. So far apart are the
+looks that the judge learns from (``fpnet_lab.training.judge_drives``) and that
+``benchmarks/claim_rules.py`` counts claims of. Walls do not count: as a robot stands in a room,
+they fill in.
+"""
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed; chosen
 
@@ -56,8 +63,8 @@ class Standing:
         Ticks in a row that it has led.
     sure_wins
         Those of them that were sure, each of more than the one before.
-    sure_of
-        Walls [m] and free space [m^2] seen at the last one of these.
+    sure_of_m2
+        Free space seen at the last one of these.
     probability
         The leader's at the last tick.
     is_claimed, was_localized
@@ -73,7 +80,7 @@ class Standing:
     leader: Affine2D | None = None
     wins: int = 0
     sure_wins: int = 0
-    sure_of: tuple[float, float] = (0.0, 0.0)
+    sure_of_m2: float = 0.0
     probability: float = 0.0
     is_claimed: bool = False
     was_localized: bool = False
@@ -96,8 +103,10 @@ class Sight:
         submap may have been re-anchored.
     robot_xy : (2,)
         Where the robot is in the submap [m]; None without one.
+    floor_m2
+        Free space seen so far.
     needs_news
-        A claim asks for a grown submap between the ticks that confirm it.
+        A claim asks for more of it between the ticks that confirm it.
     scales
         Smallest and largest mean scale that a placement might have.
     storey
@@ -112,6 +121,7 @@ class Sight:
     sub: MapEvidence
     A_submap_odom: Affine2D
     robot_xy: NDArray[np.float64] | None = None
+    floor_m2: float = 0.0
     needs_news: bool = False
     scales: tuple[float, float] = (0.0, np.inf)
     storey: str = ''
@@ -242,11 +252,10 @@ class HypothesisTracker:
         is_sure = probability >= self.config.claim_probability
         # A new leader has won once, whatever the one before it did.
         before = standing.sure_wins if is_sure and standing.wins > 1 else 0
-        seen = sight.sub.wall_length_m, sight.sub.free_area_m2
-        grown = NEWS_GROWTH * np.array(standing.sure_of)
-        if before and sight.needs_news and (np.array(seen) < grown).all():
+        is_old = sight.floor_m2 < CONFIRM_GROWTH * standing.sure_of_m2
+        if before and sight.needs_news and is_old:
             return standing
-        return replace(standing, sure_wins=before + int(is_sure), sure_of=seen)
+        return replace(standing, sure_wins=before + int(is_sure), sure_of_m2=sight.floor_m2)
 
 
 def _nothing_found(

@@ -334,6 +334,7 @@ class _Tick:
             sub.evidence,
             self.submap.T_odom_submap.inv(),
             self.robot_xy,
+            floor_m2=area_m2,
             needs_news=is_little and (hint is None or hint.is_doubted),
             scales=self.plan.scale.tolerated,
             storey=self.plan.name if others else '',

@@ -87,15 +87,23 @@ def test_a_claim_needs_the_same_winner_three_times():
     ]
 
 
-def test_looking_again_at_the_same_walls_confirms_nothing():
+def test_looking_again_at_the_same_floor_confirms_nothing():
     following = Following()
-    grown = [
-        replace(evidence(), walls=evidence().walls[: round(share * len(evidence().walls))])
-        for share in (0.6, 0.6, 0.61, 0.61, 0.7, 0.72, 0.72, 0.9)
+    statuses = [
+        following.update(GOOD, NO_MIRROR, floor_m2=floor_m2, needs_news=True).status
+        for floor_m2 in (30.0, 30.0, 33.0, 34.0, 37.0, 38.0, 40.0)
     ]
-    statuses = [following.update(GOOD, NO_MIRROR, sub, needs_news=True).status for sub in grown]
-    # Only 0.7 and 0.9 are news, of 0.6 and of 0.7.
-    assert statuses == [Status.AMBIGUOUS] * 7 + [Status.LOCALIZED]
+    # Only 34 and 40 are news, of 30 and of 34.
+    assert statuses == [Status.AMBIGUOUS] * 6 + [Status.LOCALIZED]
+
+
+def test_walls_that_fill_in_as_the_robot_stands_are_no_news():
+    following = Following()
+    for share in (0.5, 0.7, 1.0, 1.0):
+        walls = evidence().walls[: round(share * len(evidence().walls))]
+        sub = replace(evidence(), walls=walls)
+        belief = following.update(GOOD, NO_MIRROR, sub, floor_m2=20.0, needs_news=True)
+        assert belief.status is Status.AMBIGUOUS
 
 
 def test_a_change_of_winner_starts_the_count_again():

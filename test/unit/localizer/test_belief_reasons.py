@@ -44,7 +44,8 @@ NOWHERE = verdict(1e-6)
 
 def beliefs(*verdicts, mirrored=NOWHERE, needs_news=False):
     tracker = HypothesisTracker(LocalizerConfig(confirm_ticks=3), JUDGE, 1.0)
-    standing, sight = Standing(), Sight(evidence(), SE2.identity(), needs_news=needs_news)
+    sight = Sight(evidence(), SE2.identity(), floor_m2=30.0, needs_news=needs_news)
+    standing = Standing()
     found = []
     for each in verdicts:
         look = mirrored if tracker.wants_mirror(standing) else None
