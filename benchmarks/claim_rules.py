@@ -1,62 +1,131 @@
 # SPDX-FileCopyrightText: 2026 The fpnet_ros developers
 # SPDX-License-Identifier: Apache-2.0
 """
-How often must a look confirm a claim? Rules over the looks of drives, on right and wrong plans.
+What must a look have seen to confirm a claim? Rules over first looks, on right and wrong plans.
 
-Run: python benchmarks/claim_rules.py [--drives 42] [--seed 5000] [--trials runs/judge/trials]
-     [--json OUT]; then fpnet bench figures claim_rules=OUT
+Run: python benchmarks/claim_rules.py [--drives 42] [--seed 5000] [--workers 2] [--json OUT]
+     then fpnet bench figures claim_rules=OUT
 
-A look comes each time a tenth more of the building has been seen. A rule asks for so many looks in
-a row whose best placement has at least some probability; what it claims first is right or wrong,
-and on another building's plan always wrong. ``--trials`` keeps the looks of drives, and reads
-those that ``fpnet train-judge`` has gathered (seed 0).
+Drives as of ``fpnet bench localization``, of another seed, their first 25 s with KISS-ICP, on the
+building's own plan and on three others. The localizer looks every second, as a robot's does, and
+never claims; each look compares with the plan's mirror image. A rule asks for so many looks in a
+row whose best placement has at least some probability, each with so much more floor in sight than
+the last one that counted; what it claims first is right or wrong, and on another building's plan
+always wrong.
 """
 
-from itertools import product
+from collections.abc import Iterator
+from dataclasses import dataclass
+import functools
+from itertools import takewhile
 from pathlib import Path
-import tempfile
 
 import numpy as np
 
 from fpnet_core.config import FpnetConfig
-from fpnet_core.judging import Judge
+from fpnet_core.io.scans import Scan
+from fpnet_core.stamps import NS_PER_S
+from fpnet_core.trajectory import lengths_along
+from fpnet_core.types import GridMap
 from fpnet_lab.cli.reports import finish, script_parser
-from fpnet_lab.training.judge_gathering import TrialAmounts, gather_trials, trial_blocks
+from fpnet_lab.evaluation.localization.cases import Case, plain_cases
+from fpnet_lab.evaluation.localization.drives import ProductRun, registered, run_product
+from fpnet_lab.evaluation.localization.inputs import make_inputs, make_plan
+from fpnet_lab.evaluation.localization.records import RIGHT, Truth, belief_errors
+from fpnet_lab.evaluation.localization.runs import settings_of
+from fpnet_lab.pool import each_done
 
-LOOKS = (1, 2, 3)
-PROBABILITIES = (0.9, 0.95, 0.97, 0.98, 0.99)
+FIRST_S, TICK_S = 25.0, 1.0
+WRONG_PLANS = 3
+NEVER = 1_000_000  # ticks: no claim stands, so that every look searches
+SURE, NEWS_M2 = 0.99, 5.0
+RULES = (
+    *((1, sure, 0.0) for sure in (0.9, 0.95, SURE)),
+    *((2, sure, NEWS_M2) for sure in (0.9, 0.95)),
+    *((2, SURE, news_m2) for news_m2 in (0.0, 2.0, NEWS_M2, 10.0, 20.0)),
+    (3, SURE, NEWS_M2),
+)
+"""Looks, probability and floor [m^2]."""
 
 
-def plans_of(trials):
-    """Group the looks of one drive by plan: its own, and each other building's."""
-    own = [trial for trial in trials if trial.is_own]
-    foreign = [trial for trial in trials if not trial.is_own]
-    others = round(len(foreign) / max(len(own), 1))
-    return own, [foreign[number::others] for number in range(others)]
+@dataclass(frozen=True)
+class Look:
+    """The best placement's probability and whether it is right; floor and path so far."""
+
+    probability: float
+    is_right: bool
+    floor_m2: float
+    path_m: float
 
 
-def first_claim(looks, needed, probability):
-    """Return the number of the look that claims and whether it is right; None without a claim."""
-    in_row = 0
-    for number, (p, is_right) in enumerate(looks):
-        in_row = in_row + 1 if p >= probability else 0
+def never_claiming(config: FpnetConfig) -> FpnetConfig:
+    """Return the configuration under which every look searches, the mirror image as well."""
+    update = {'confirm_ticks': NEVER, 'mirror_check_ticks': 1}
+    return config.model_copy(update={'localizer': config.localizer.model_copy(update=update)})
+
+
+def first_scans(case: Case, config: FpnetConfig) -> tuple[list[Scan], GridMap, Truth]:
+    """Return the drive's first scans with poses, its own plan, and the truth."""
+    inputs = make_inputs(case, Path())
+    scans = iter(inputs.scans)
+    first = next(scans)
+    until_ns = first.stamp_ns + FIRST_S * NS_PER_S
+    early = [first, *takewhile(lambda scan: scan.stamp_ns <= until_ns, scans)]
+    truth = Truth(inputs.truth, inputs.A_plan_truth)
+    return list(registered(early, config.odometry)), inputs.plan, truth
+
+
+def looks_of(case: Case, cases: tuple[Case, ...], config: FpnetConfig) -> list[list[Look]]:
+    """Return the looks at a drive's own plan, and at each other one."""
+    config = never_claiming(settings_of(case, config))
+    scans, own, truth = first_scans(case, config)
+    found = [list(_looks(run_product(scans, own, config, TICK_S), truth))]
+    for number in case.wrong_cases[:WRONG_PLANS]:
+        found.append(list(_looks(run_product(scans, make_plan(cases[number]), config, TICK_S))))
+    return found
+
+
+def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[Look]:
+    run = product.run
+    errors = belief_errors(run, truth) if truth else [None] * len(run.beliefs)
+    path_m = lengths_along(run.odometry.xy)
+    for output, error in zip(product.replay.outputs, errors, strict=True):
+        if output.submap is None:
+            continue
+        is_right = error is not None and error[0] <= RIGHT[0] and error[1] <= RIGHT[1]
+        here = np.searchsorted(run.odometry.stamps_ns, output.stamp_ns)
+        yield Look(
+            output.probability if output.estimates else 0.0,
+            is_right,
+            output.submap.free_area_m2,
+            float(path_m[min(here, len(path_m) - 1)]),
+        )
+
+
+def first_claim(looks: list[Look], needed: int, probability: float, news_m2: float) -> Look | None:
+    """Return the look that claims; None without a claim."""
+    in_row, counted_m2 = 0, 0.0
+    for look in looks:
+        if look.probability < probability:
+            in_row = 0
+        elif not in_row or look.floor_m2 >= counted_m2 + news_m2:
+            in_row, counted_m2 = in_row + 1, look.floor_m2
         if in_row == needed:
-            return number, is_right
+            return look
     return None
 
 
-def outcome(judged, needed, probability):
-    """Return what a rule comes to over the looks of all drives."""
-    own = [first_claim(plans[0], needed, probability) for plans in judged]
-    foreign = [first_claim(p, needed, probability) for plans in judged for p in plans[1:]]
+def outcome(drives: list[list[list[Look]]], rule: tuple[int, float, float]) -> dict:
+    """Return what a rule comes to over all drives."""
+    own = [first_claim(plans[0], *rule) for plans in drives]
+    foreign = [first_claim(looks, *rule) for plans in drives for looks in plans[1:]]
     made = [claim for claim in own if claim is not None]
     return {
-        'looks': needed,
-        'probability': probability,
-        'first_look': float(np.median([claim[0] + 1 for claim in made])) if made else None,
+        **dict(zip(('looks', 'probability', 'news_m2'), rule, strict=True)),
+        'first_m': float(np.median([claim.path_m for claim in made])) if made else None,
         'own': len(own),
         'never': len(own) - len(made),
-        'wrong': sum(not is_right for _, is_right in made),
+        'wrong': sum(not claim.is_right for claim in made),
         'foreign': len(foreign),
         'foreign_claims': sum(claim is not None for claim in foreign),
     }
@@ -67,23 +136,16 @@ def main() -> None:
     parser = script_parser(__doc__)
     parser.add_argument('--drives', type=int, default=42)
     parser.add_argument('--seed', type=int, default=5000)
-    parser.add_argument('--trials', type=Path)
+    parser.add_argument('--workers', type=int, default=2)
     arguments = parser.parse_args()
-    config = FpnetConfig()
-    judge = Judge.configured(config.localizer)
-    amounts = TrialAmounts(real=0, drawn=0, foreign=0, generated=0, drives=arguments.drives)
-    with tempfile.TemporaryDirectory() as folder:
-        path = arguments.trials or Path(folder)
-        trials = gather_trials(path, trial_blocks(arguments.seed, None, config, amounts), 2)
-    drives = {trial.building: [] for trial in trials}
-    for trial in trials:
-        drives[trial.building].append(trial)
-    judged = [
-        [[judge.best_of(t.evidence, t.right) for t in looks] for looks in (own, *foreign)]
-        for own, foreign in map(plans_of, drives.values())
-    ]
-    rules = [outcome(judged, *rule) for rule in product(LOOKS, PROBABILITIES)]
-    finish('claim_rules', arguments.json, {'drives': len(judged), 'rules': rules})
+    cases = plain_cases(arguments.seed)
+    make = functools.partial(looks_of, cases=cases, config=FpnetConfig())
+    drives = []
+    for case, looks in each_done(make, cases[: arguments.drives], arguments.workers):
+        print(f'{case.name}: {len(looks[0])} looks', flush=True)
+        drives.append(looks)
+    rules = [outcome(drives, rule) for rule in RULES]
+    finish('claim_rules', arguments.json, {'drives': len(drives), 'rules': rules})
 
 
 if __name__ == '__main__':

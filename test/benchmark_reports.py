@@ -278,7 +278,8 @@ CUTS = RELIABLE | {'maps': 100}
 RULE = {
     'looks': 2,
     'probability': 0.99,
-    'first_look': 2.5,
+    'news_m2': 5.0,
+    'first_m': 2.5,
     **{'own': 42, 'never': 2, 'wrong': 0, 'foreign': 126, 'foreign_claims': 1},
 }
 JUDGED = {'right': 0.78, 'claimed_right': 0.4, 'claimed_wrong': 0.009, 'trials': 90}
@@ -384,7 +385,7 @@ REPORTS = {
     'calibration': lambda: (
         {'half': 'report', 'kinds': {'real': RELIABLE | {'maps': 100}}} | RELIABLE
     ),
-    'claim_rules': lambda: {'drives': 42, 'rules': [RULE, RULE | {'first_look': None}]},
+    'claim_rules': lambda: {'drives': 42, 'rules': [RULE, RULE | {'first_m': None}]},
     'judge_ablation': lambda: {'judges': {'features alone': {'50-100 %': JUDGED}}},
     'long_run': lambda: HOUR,
     'sheet_drives': lambda: {'drives': ON_SHEETS},

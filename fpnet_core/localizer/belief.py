@@ -18,12 +18,10 @@ from fpnet_core.types import Status
 
 _MIRROR_LOG_ODDS = 5.3  # nats: a prior, one drawing in two hundred is a mirror image; chosen
 
-CONFIRM_GROWTH = 1.12
+_NEWS_M2 = 5.0
 """
-Chosen: a look at so many times the floor of the last sure one confirms it. So far apart are the
-looks that the judge learns from (``fpnet_lab.training.judge_drives``) and that
-``benchmarks/claim_rules.py`` counts claims of. Walls do not count: as a robot stands in a room,
-they fill in.
+Chosen: a look confirms the last sure one with so much more floor in sight, as much as the smallest
+rooms have (``benchmarks/claim_rules.py``). Walls do not count: they fill in as a robot stands.
 """
 
 _MIRROR_WINS = 2  # looks in a row at which the mirror image would have been claimed; chosen
@@ -252,7 +250,7 @@ class HypothesisTracker:
         is_sure = probability >= self.config.claim_probability
         # A new leader has won once, whatever the one before it did.
         before = standing.sure_wins if is_sure and standing.wins > 1 else 0
-        is_old = sight.floor_m2 < CONFIRM_GROWTH * standing.sure_of_m2
+        is_old = sight.floor_m2 < standing.sure_of_m2 + _NEWS_M2
         if before and sight.needs_news and is_old:
             return standing
         return replace(standing, sure_wins=before + int(is_sure), sure_of_m2=sight.floor_m2)

@@ -21,7 +21,6 @@ from fpnet_core.config import FpnetConfig
 from fpnet_core.geometry import SE2
 from fpnet_core.io.scans import Scan
 from fpnet_core.judging import Judge, JudgeModel
-from fpnet_core.localizer.belief import CONFIRM_GROWTH
 from fpnet_core.localizer.finder import Comparison, Finder, Question
 from fpnet_core.localizer.floorplan import Floorplan
 from fpnet_core.localizer.sides import StageTimer, prepare_submap
@@ -51,6 +50,7 @@ Buildings of the localization benchmark without symmetry; there are no more of o
 
 # Chosen, not measured:
 _WRONG_PLANS = 3  # other buildings' plans per drive, the first one of its own family
+_GROWTH = 1.12  # a look becomes a trial when the free space has grown by this factor
 _SCANS_PER_LOOK = 10  # a second of sensor time
 
 
@@ -101,7 +101,7 @@ def _looks(
 ) -> Iterator[tuple[Submap, NDArray[np.float64], PlanarTrajectory]]:
     """Yield the submap, the sensor's pose and its path each time there is more to see."""
     builder = SubmapBuilder(config.submap)
-    seen_m2 = config.localizer.min_explored_m2 / CONFIRM_GROWTH
+    seen_m2 = config.localizer.min_explored_m2 / _GROWTH
     stamps: list[int] = []
     poses: list[NDArray[np.float64]] = []
     for scan in scans:
@@ -115,7 +115,7 @@ def _looks(
         if len(stamps) % _SCANS_PER_LOOK:
             continue
         submap = builder.take()
-        if submap is not None and submap.free_area_m2 >= CONFIRM_GROWTH * seen_m2:
+        if submap is not None and submap.free_area_m2 >= _GROWTH * seen_m2:
             seen_m2 = submap.free_area_m2
             yield submap, pose, PlanarTrajectory.from_transforms(stamps, np.array(poses))
 

@@ -24,7 +24,8 @@ _KINDS = {
 _RULES = (  # numerical: digits
     Column('sure looks', 'looks'),
     Column('probability', 'probability', Units.NUMBER),
-    Column('first claim, look', 'first_look', Units.NUMBER.to(1)),
+    Column('more floor', 'news_m2', Units.AREA),
+    Column('first claim', 'first_m', Units.PATH),
     Column('never', of('never', 'own')),
     Column('wrong', 'wrong'),
     Column('on other plans', of('foreign_claims', 'foreign')),

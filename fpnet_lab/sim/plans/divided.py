@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ def bisect(
     """Divide a rectangle (x0, y0, x1, y1) into rooms by cutting longer sides again and again."""
     x0, y0, x1, y1 = outline
     width, height = x1 - x0, y1 - y0
-    target = style.room_side_m**2 * np.exp(2.0 * style.spread * rng.standard_normal())
+    target = style.room_side_m**2 * math.exp(2.0 * style.spread * rng.standard_normal())
     longer = max(width, height)
     if width * height < 1.6 * target or longer < 2.0 * MIN_SIDE_M:
         return [shapely.box(*outline)]

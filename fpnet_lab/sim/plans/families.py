@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import math
 
 import numpy as np
 from shapely import Polygon
@@ -28,7 +29,7 @@ def corridor_width(rng: np.random.Generator) -> float:
 
 def bank_depth(rng: np.random.Generator, style: Style) -> float:
     """Draw the depth of a bank of rooms [m]: a typical room is about as deep as wide."""
-    depth = style.room_side_m * np.exp(BANK_SPREAD * rng.standard_normal())
+    depth = style.room_side_m * math.exp(BANK_SPREAD * rng.standard_normal())
     return float(np.clip(depth, *BANK_DEPTHS_M))
 
 
@@ -89,7 +90,7 @@ def _spine_with_wings(
         x = float(slots[wing])
         side = 1.0 if rng.random() < 0.75 else -1.0
         heading, reach = float(angle()), rng.uniform(14.0, 30.0)
-        end = (x + reach * np.cos(heading), side * reach * np.sin(heading))
+        end = (x + reach * math.cos(heading), side * reach * math.sin(heading))
         cap = depth if rng.random() < 0.5 else 0.0
         arms.append(
             Arm((x, 0.0), end, width, depth, depth, before_m=width / 2.0 + depth, cap_m=cap)
@@ -131,10 +132,10 @@ def ring_polygon(rng: np.random.Generator, style: Style) -> list[Cell]:
     )
     radius = rng.uniform(14.0, 26.0)
     angles = rng.uniform(0.0, np.pi) + np.arange(sides) * 2.0 * np.pi / sides
-    corners = [(float(radius * np.cos(a)), float(radius * np.sin(a))) for a in angles]
-    apothem = radius * np.cos(np.pi / sides) - width / 2.0
+    corners = [(float(radius * math.cos(a)), float(radius * math.sin(a))) for a in angles]
+    apothem = radius * math.cos(np.pi / sides) - width / 2.0
     inner = min(bank_depth(rng, style), 0.6 * apothem)
-    beyond = float((width / 2.0 + depth) * np.tan(np.pi / sides))
+    beyond = float((width / 2.0 + depth) * math.tan(np.pi / sides))
     arms = []
     for i in range(sides):
         start, end = corners[i], corners[(i + 1) % sides]

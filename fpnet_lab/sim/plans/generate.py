@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import math
 
 import numpy as np
 
@@ -133,7 +134,7 @@ def draw_style(rng: np.random.Generator) -> Style:
     is_uniform = bool(rng.random() < 0.15)
     return Style(
         wall_m=float(rng.choice([0.1, 0.12, 0.15, 0.2, 0.25, 0.3, 0.35])),
-        room_side_m=float(5.6 * np.exp(0.15 * rng.standard_normal())),
+        room_side_m=float(5.6 * math.exp(0.15 * rng.standard_normal())),
         spread=float(rng.uniform(0.15, 0.45)),
         is_uniform=is_uniform,
         room_to_room=float(rng.choice(ROOM_TO_ROOM)),

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 import itertools
+import math
 
 import numpy as np
 import shapely
@@ -102,7 +103,7 @@ def _stops(rng: np.random.Generator, length: float, habits: _Habits) -> list[flo
     """Return where the walls of a bank of rooms and one small one stand."""
     bath = float(rng.uniform(*habits.bath))
     rest = max(length - bath, 0.0)
-    room = habits.room * float(np.exp(_ROOM_SPREAD * rng.standard_normal()))
+    room = habits.room * math.exp(_ROOM_SPREAD * rng.standard_normal())
     count = max(1, round(rest / room))
     widths = [rest / count] * count
     widths.insert(int(rng.integers(count + 1)), bath)

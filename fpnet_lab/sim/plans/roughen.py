@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,7 +114,7 @@ def _halves(polygon: Polygon, fraction: float, is_across: bool) -> list[Polygon]
 def _principal_angle(polygon: Polygon) -> float:
     corners = shapely.get_coordinates(polygon.minimum_rotated_rectangle)
     side = corners[1] - corners[0]
-    return float(np.arctan2(side[1], side[0]))
+    return math.atan2(side[1], side[0])
 
 
 def _neighbour(rng: np.random.Generator, cells: list[Cell], i: int) -> int | None:

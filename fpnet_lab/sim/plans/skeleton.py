@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,14 +65,14 @@ class Arm:
 
     def to_world(self, polygon: Polygon) -> Polygon:
         """Move a polygon from the arm's frame (x along the arm) into the building's."""
-        angle = np.arctan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
-        c, s = float(np.cos(angle)), float(np.sin(angle))
+        angle = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        c, s = math.cos(angle), math.sin(angle)
         return affinity.affine_transform(polygon, [c, -s, s, c, *self.start])
 
     def to_local(self, polygon: Polygon) -> Polygon:
         """Inverse of :meth:`to_world`."""
-        angle = np.arctan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
-        c, s = float(np.cos(angle)), float(np.sin(angle))
+        angle = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        c, s = math.cos(angle), math.sin(angle)
         x, y = self.start
         return affinity.affine_transform(polygon, [c, s, -s, c, -c * x - s * y, s * x - c * y])
 
@@ -91,7 +92,7 @@ def split_length(
         return np.linspace(0.0, length_m, max(1, round(length_m / width)) + 1)
     widths: list[float] = []
     while sum(widths) < length_m:
-        width = depth_m * np.exp(style.spread * rng.standard_normal())
+        width = depth_m * math.exp(style.spread * rng.standard_normal())
         widths.append(float(np.clip(width, lower, upper)))
     if len(widths) > 1 and sum(widths) - length_m > widths[-1] / 2.0:
         widths.pop()

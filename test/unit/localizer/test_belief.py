@@ -91,9 +91,9 @@ def test_looking_again_at_the_same_floor_confirms_nothing():
     following = Following()
     statuses = [
         following.update(GOOD, NO_MIRROR, floor_m2=floor_m2, needs_news=True).status
-        for floor_m2 in (30.0, 30.0, 33.0, 34.0, 37.0, 38.0, 40.0)
+        for floor_m2 in (30.0, 30.0, 34.0, 36.0, 40.0, 40.5, 42.0)
     ]
-    # Only 34 and 40 are news, of 30 and of 34.
+    # Only 36 and 42 are news, of 30 and of 36.
     assert statuses == [Status.AMBIGUOUS] * 6 + [Status.LOCALIZED]
 
 

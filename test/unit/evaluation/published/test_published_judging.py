@@ -22,8 +22,8 @@ def test_probabilities_are_measured_by_kind_of_trials():
 
 def test_rules_for_claims_say_what_is_never_claimed():
     rule, silent = table('claim_rules')[2:]
-    assert rule == ['2', '0.99', '2.5', '2 of 42', '0', '1 of 126']
-    assert silent[2] == ''
+    assert rule == ['2', '0.99', '5 m2', '2.5 m', '2 of 42', '0', '1 of 126']
+    assert silent[3] == ''
 
 
 def test_parts_of_the_judge_stand_below_each_other():
