@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from fpnet_core.config import FpnetConfig
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.warm_up import warm_up
+from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.checkup import Checkup
 from fpnet_ros.floorplans import FloorplanInput, ServedPlan
@@ -35,7 +36,7 @@ from fpnet_ros.services import (
 )
 from fpnet_ros.settings import LIVE, LIVE_CONFIG, LocalizerParameters
 from fpnet_ros.state_file import RunFolder, StateFile
-from fpnet_ros.storeys import StoreyTopics, create_site_localizer
+from fpnet_ros.storeys import StoreyTopics
 from fpnet_ros.telling import Telling
 from fpnet_ros.work import DroppingWorker, Worker
 

@@ -4,19 +4,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
 
 from fpnet_core.config import FpnetConfig
 from fpnet_core.differences.outdated import DrawingWatch
 from fpnet_core.errors import FpnetError
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import MapFrame
-from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.sites.site_files import read_site
 from fpnet_core.sites.site_localizer import SiteLocalizer
 from fpnet_core.types import Status
@@ -26,18 +27,6 @@ from msg_adapters.diagnostics import LocalizerReport
 from msg_adapters.grids import confidence_to_msg
 
 
-def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
-    """
-    Return a localizer for floorplans and sites alike.
-
-    Raises
-    ------
-    WeightsError
-        If the weights are missing, corrupt, or made for another feature schema.
-    """
-    return SiteLocalizer(config, LearnedMatcher(config.matcher))
-
-
 def frame_of(storey: str) -> str:
     """Return the frame of a storey's plan: its name, as TF takes it."""
     return storey.replace('/', '_').replace(' ', '_')
@@ -45,7 +34,7 @@ def frame_of(storey: str) -> str:
 
 class StoreyTopics:
     """
-    ``~/storey``, ``~/storey_hint`` and ``~/differences`` of one configured localizer node.
+    ``~/storey``, hints on it, and ``~/differences`` of one configured localizer node.
 
     Parameters
     ----------
@@ -77,6 +66,7 @@ class StoreyTopics:
             localizer.set_site(read_site(Path(site), config))
             self._said = node.add_publisher(String, '~/storey', LATCHED)
             node.add_subscription(String, '~/storey_hint', self._on_hint, STREAM)
+            node.add_subscription(Float64, '~/elevation_hint', self._on_elevation, STREAM)
 
     def frame_named(self, frame_id: str) -> tuple[str, MapFrame] | None:
         """Return the storey whose plan's frame is called so; None without one."""
@@ -125,9 +115,17 @@ class StoreyTopics:
         return replace(report, outdated=outdated.said, values=values)
 
     def _on_hint(self, msg: String) -> None:
+        told = partial(self._localizer.tell_level, msg.data)
+        self._take('storey_hint', told, f'that this is storey {msg.data}')
+
+    def _on_elevation(self, msg: Float64) -> None:
+        told = partial(self._localizer.tell_elevation, msg.data)
+        self._take('elevation_hint', told, f'that the floor is at {msg.data:g} m')
+
+    def _take(self, topic: str, tell: Callable[[], None], word: str) -> None:
         try:
-            self._localizer.tell_level(msg.data)
+            tell()
         except FpnetError as error:
-            self._log.warning(f'storey_hint was rejected: {one_line(error)}')
+            self._log.warning(f'{topic} was rejected: {one_line(error)}')
             return
-        self._log.info(f'took the word that this is storey {msg.data}')
+        self._log.info(f'took the word {word}')

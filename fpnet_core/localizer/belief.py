@@ -142,7 +142,6 @@ class HypothesisTracker:
 
     config: LocalizerConfig
     judge: Judge
-    distinct_m: float = DISTINCT_M
 
     def is_settled(self, standing: Standing) -> bool:
         """Tell whether a claim stands, and as firmly as it was made."""
@@ -241,7 +240,7 @@ class HypothesisTracker:
         is_same = False
         if standing.leader is not None:
             apart = A_plan_odom.apply(points_odom) - standing.leader.apply(points_odom)
-            is_same = bool(np.linalg.norm(apart, axis=1).mean() <= self.distinct_m)
+            is_same = bool(np.linalg.norm(apart, axis=1).mean() <= DISTINCT_M)
         standing = replace(standing, leader=A_plan_odom, wins=standing.wins + 1 if is_same else 1)
         return self._sure_win_counted(standing, verdict.best, sight)
 

@@ -63,14 +63,11 @@ class Localizer:
     ----------
     config : the configuration tree
     matcher : the graph matcher to use
-    judge : weighs placements; None takes the configured one
     """
 
-    def __init__(
-        self, config: FpnetConfig, matcher: RegionMatcher, judge: Judge | None = None
-    ) -> None:
+    def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
         self._config = config
-        self._finder = Finder(matcher, judge or Judge.configured(config.localizer), config)
+        self._finder = Finder(matcher, Judge.configured(config.localizer), config)
         self._ticking = threading.Lock()  # one tick after the other: matchers are not shared
         self._lock = threading.Lock()  # of all that follows, held for moments only
         self._builder = SubmapBuilder(config.submap)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import HintError
 from fpnet_core.geometry import SE2, Affine2D
-from fpnet_core.judging import Judge
 from fpnet_core.localizer import Localizer
 from fpnet_core.matching import RegionMatcher
+from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.sites.cabin import CABIN_M, CabinWatch
 from fpnet_core.sites.ride import RideWatch
 from fpnet_core.sites.site import LinkKind, Site
@@ -28,19 +28,29 @@ from fpnet_core.sites.storey_plans import (
 from fpnet_core.types import LocalizerOutput
 
 
+def create_site_localizer(config: FpnetConfig) -> SiteLocalizer:
+    """
+    Return a localizer for floorplans and sites alike, with the learned matcher.
+
+    Raises
+    ------
+    WeightsError
+        If the weights are missing, corrupt, or made for another feature schema.
+    """
+    return SiteLocalizer(config, LearnedMatcher(config.matcher))
+
+
 class SiteLocalizer(Localizer):
     """
     Finds the robot on one of a site's storeys; everything else is as of :class:`Localizer`.
 
     Parameters
     ----------
-    config, matcher, judge : as of :class:`Localizer`
+    config, matcher : as of :class:`Localizer`
     """
 
-    def __init__(
-        self, config: FpnetConfig, matcher: RegionMatcher, judge: Judge | None = None
-    ) -> None:
-        super().__init__(config, matcher, judge)
+    def __init__(self, config: FpnetConfig, matcher: RegionMatcher) -> None:
+        super().__init__(config, matcher)
         self._config_of_plans = config
         self._site: Site | None = None
         self._ride, self._cabin = RideWatch(), CabinWatch()
@@ -146,7 +156,7 @@ class SiteLocalizer(Localizer):
         Raises
         ------
         HintError
-            If there is no site, or a storey's elevation is not known.
+            If there is no site, the height is no number, or a storey's elevation is not known.
         """
         weights = weights_of_elevation(self._known_site(), elevation_m)
         output, self._told = self.output, weights

@@ -84,8 +84,10 @@ def weights_of_elevation(
     Raises
     ------
     HintError
-        If a storey's elevation is not known.
+        If the height is no number, or a storey's elevation is not known.
     """
+    if not np.isfinite(elevation_m):
+        raise HintError(f'an elevation of {elevation_m} m is no height; send one in metres')
     if missing := [s.name for s in site.storeys if s.elevation_m is None]:
         raise HintError(f'storey {missing[0]!r} has no elevation; add it to the site')
     heights = np.array([s.elevation_m for s in site.storeys], dtype=np.float64)

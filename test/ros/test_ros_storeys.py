@@ -11,7 +11,7 @@ from planted_drive import SCAN_NS, drive, recorded
 from planted_site import MOVED, laid_elsewhere, other_storey
 import pytest
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
 import yaml
 
 from fpnet_core.io.maps import write_map
@@ -61,6 +61,7 @@ def test_it_says_on_which_storey_it_is_and_hears_of_the_level(bench, tmp_path):
         },
     )
     hints = bench.node.create_publisher(String, 'localizer/storey_hint', STREAM)
+    heights = bench.node.create_publisher(Float64, 'localizer/elevation_hint', STREAM)
     frames = bench.node.create_publisher(PointCloud2, 'kiss/frame', STREAM)
     odometry = bench.node.create_publisher(Odometry, 'kiss/odometry', STREAM)
 
@@ -74,7 +75,7 @@ def test_it_says_on_which_storey_it_is_and_hears_of_the_level(bench, tmp_path):
             odometry.publish(odometry_to_msg(T, START_NS + stamp_ns, 'odom', 'lidar'))
             bench.wait_for(lambda: False, SCAN_NS * 1e-9)
 
-    ready = (frames, odometry, hints)
+    ready = (frames, odometry, hints, heights)
     assert bench.wait_for(
         lambda: bool(statuses) and all(each.get_subscription_count() for each in ready), 180.0
     ), node.log_tail()
@@ -88,6 +89,10 @@ def test_it_says_on_which_storey_it_is_and_hears_of_the_level(bench, tmp_path):
     assert bench.wait_for(lambda: 'storey_hint was rejected' in node.log.read_text())
     hints.publish(String(data='high'))
     assert bench.wait_for(lambda: 'took the word' in node.log.read_text()), node.log_tail()
+    heights.publish(Float64(data=float('nan')))
+    assert bench.wait_for(lambda: 'elevation_hint was rejected' in node.log.read_text())
+    heights.publish(Float64(data=3.0))
+    assert bench.wait_for(lambda: 'the floor is at 3 m' in node.log.read_text()), node.log_tail()
     send(half, len(recorded()))
     assert bench.wait_for(lambda: bool(said), PATIENCE_S), node.log_tail()
     assert said[-1].data == 'high'

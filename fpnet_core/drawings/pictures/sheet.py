@@ -63,7 +63,7 @@ class Cluster:
 @dataclass(frozen=True, eq=False)
 class SheetContents:
     """
-    The buildings on a sheet, in reading order, and what is no building.
+    The buildings on a sheet, the largest first, and what is no building.
 
     ``boxes`` and ``dropped`` are in pixels of the sheet.
     """
@@ -89,7 +89,7 @@ def find_building(ink: Mask) -> SheetContents:
     small = _reduced(ink, factor)
     frames, lines = without_frames(small & ~_blots(small))
     main, others, labels = _clusters(longer_pieces(lines, _DASH_SHARE * max(lines.shape)))
-    buildings = sorted([main, *(o for o in others if _is_storey(o, main))], key=_reading_order)
+    buildings = [main, *(o for o in others if _is_storey(o, main))]
     # All that stands on a building's ground belongs to it.
     grounds = [filled(np.isin(labels, building.labels)) for building in buildings]
     rest = lines & ~np.any(grounds, axis=0)
@@ -296,12 +296,6 @@ def _joined(parts: list[Cluster]) -> Cluster:
         sum(part.rooms for part in parts),
         tuple(label for part in parts for label in part.labels),
     )
-
-
-def _reading_order(cluster: Cluster) -> tuple[int, int]:
-    """Return a key that puts rows before columns; rows are as high as half a building."""
-    left, top, _, bottom = cluster.box
-    return round((top + bottom) / max(bottom - top, 1)), left
 
 
 def _what(other: Cluster, main: Cluster) -> str:

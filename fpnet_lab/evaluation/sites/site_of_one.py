@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from fpnet_core.config import FpnetConfig
 from fpnet_core.io.maps import write_map
 from fpnet_core.localizer import Localizer, create_localizer, replay
-from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.sites import Site
 from fpnet_core.sites.site_files import read_site
-from fpnet_core.sites.site_localizer import SiteLocalizer
+from fpnet_core.sites.site_localizer import create_site_localizer
 from fpnet_core.sites.storey_plans import storey_plans
 from fpnet_lab.evaluation.localization.drives import kept_scans
 from fpnet_lab.evaluation.localization.inputs import drive_through
@@ -73,7 +72,7 @@ def _on_plan(site: Site, config: FpnetConfig) -> Localizer:
 
 
 def _on_site(site: Site, config: FpnetConfig) -> Localizer:
-    localizer = SiteLocalizer(config, LearnedMatcher(config.matcher))
+    localizer = create_site_localizer(config)
     localizer.set_site(site)
     return localizer
 

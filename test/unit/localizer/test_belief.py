@@ -47,8 +47,8 @@ NO_MIRROR = verdict((HERE, -6.0), none=-6.0)
 class Following:
     """Goes on from where each tick has led."""
 
-    def __init__(self, distinct_m=1.0):
-        self._tracker = HypothesisTracker(CONFIG, JUDGE, distinct_m)
+    def __init__(self):
+        self._tracker = HypothesisTracker(CONFIG, JUDGE)
         self.standing = Standing()
 
     @property
@@ -116,7 +116,7 @@ def test_a_winner_that_only_stretches_elsewhere_is_the_same_one():
     robot = np.array([30.0, 0.0])
     deformed = Affine2D(stretched, robot - stretched @ robot)
     for robot_xy, status in ((robot, Status.LOCALIZED), (None, Status.AMBIGUOUS)):
-        following = Following(2.0)
+        following = Following()
         for best in (SE2.identity(), deformed, SE2.identity(), deformed):
             tick = verdict((best, 8.0), (THERE, 0.0))
             belief = following.update(tick, NO_MIRROR, robot_xy=robot_xy)

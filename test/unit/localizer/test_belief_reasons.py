@@ -43,7 +43,7 @@ NOWHERE = verdict(1e-6)
 
 
 def beliefs(*verdicts, mirrored=NOWHERE, needs_news=False):
-    tracker = HypothesisTracker(LocalizerConfig(confirm_ticks=3), JUDGE, 1.0)
+    tracker = HypothesisTracker(LocalizerConfig(confirm_ticks=3), JUDGE)
     sight = Sight(evidence(), SE2.identity(), floor_m2=30.0, needs_news=needs_news)
     standing = Standing()
     found = []

@@ -126,6 +126,9 @@ def test_a_word_on_another_level_ends_the_claim(ridden):
     assert claimed.storey == 'low'
     localizer.tell_level('0')  # where it is
     assert localizer.output is claimed
+    with pytest.raises(HintError, match='an elevation of nan m is no height'):
+        localizer.tell_elevation(float('nan'))
+    assert localizer.output is claimed
     localizer.tell_elevation(3.4)
     assert localizer.output.status is Status.WAITING
     assert 'it is at 3.4 m now' in localizer.output.reason
