@@ -20,6 +20,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 import shapely
 
+from fpnet_core.trajectory import path_length
+
 Array = NDArray[np.float64]
 
 SENSOR_HEIGHT_M = 0.9
@@ -80,7 +82,7 @@ class Tour:
     @property
     def path_m(self) -> float:
         """Distance driven [m]."""
-        return float(np.linalg.norm(np.diff(self.xy, axis=0), axis=1).sum())
+        return path_length(self.xy)
 
     def line(self) -> shapely.LineString:
         """Return the driven path as a line [m]."""

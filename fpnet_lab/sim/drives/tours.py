@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 import shapely
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.trajectory import path_length
 from fpnet_lab.sim.buildings.openings import walkable_area
 from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, Leg, MotionLimits, Tour, drive_legs
 from fpnet_lab.sim.drives.routes import NO_ROOM, Place, Router, draw_nearby
@@ -136,8 +137,7 @@ def _choose_legs(
 
 def _leg_time_s(path: Array, motion: MotionLimits) -> float:
     """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
-    length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-    return length_m / (_PACE * motion.speed_mps) + _LINGER_S
+    return path_length(path) / (_PACE * motion.speed_mps) + _LINGER_S
 
 
 def _draw_leg(path: Array, rng: np.random.Generator) -> Leg:
