@@ -49,7 +49,7 @@ RULES = (
 
 
 @dataclass(frozen=True)
-class Look:
+class PlacedLook:
     """The best placement's probability and whether it is right; floor and path so far."""
 
     probability: float
@@ -75,7 +75,7 @@ def first_scans(case: Case, config: FpnetConfig) -> tuple[list[Scan], GridMap, T
     return list(registered(early, config.odometry)), inputs.plan, truth
 
 
-def looks_of(case: Case, cases: tuple[Case, ...], config: FpnetConfig) -> list[list[Look]]:
+def looks_of(case: Case, cases: tuple[Case, ...], config: FpnetConfig) -> list[list[PlacedLook]]:
     """Return the looks at a drive's own plan, and at each other one."""
     config = never_claiming(settings_of(case, config))
     scans, own, truth = first_scans(case, config)
@@ -85,7 +85,7 @@ def looks_of(case: Case, cases: tuple[Case, ...], config: FpnetConfig) -> list[l
     return found
 
 
-def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[Look]:
+def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[PlacedLook]:
     run = product.run
     errors = belief_errors(run, truth) if truth else [None] * len(run.beliefs)
     path_m = lengths_along(run.odometry.xy)
@@ -94,7 +94,7 @@ def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[Look]:
             continue
         is_right = error is not None and error[0] <= RIGHT[0] and error[1] <= RIGHT[1]
         here = np.searchsorted(run.odometry.stamps_ns, output.stamp_ns)
-        yield Look(
+        yield PlacedLook(
             output.probability if output.estimates else 0.0,
             is_right,
             output.submap.free_area_m2,
@@ -102,7 +102,9 @@ def _looks(product: ProductRun, truth: Truth | None = None) -> Iterator[Look]:
         )
 
 
-def first_claim(looks: list[Look], needed: int, probability: float, news_m2: float) -> Look | None:
+def first_claim(
+    looks: list[PlacedLook], needed: int, probability: float, news_m2: float
+) -> PlacedLook | None:
     """Return the look that claims; None without a claim."""
     in_row, counted_m2 = 0, 0.0
     for look in looks:
@@ -115,7 +117,7 @@ def first_claim(looks: list[Look], needed: int, probability: float, news_m2: flo
     return None
 
 
-def outcome(drives: list[list[list[Look]]], rule: tuple[int, float, float]) -> dict:
+def outcome(drives: list[list[list[PlacedLook]]], rule: tuple[int, float, float]) -> dict:
     """Return what a rule comes to over all drives."""
     own = [first_claim(plans[0], *rule) for plans in drives]
     foreign = [first_claim(looks, *rule) for plans in drives for looks in plans[1:]]
