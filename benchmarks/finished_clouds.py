@@ -28,6 +28,8 @@ from fpnet_core.localizer import match_maps
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_core.segmentation import segment_submap
 from fpnet_core.submaps import submap_from_cloud
+from fpnet_core.viz.pictures import DPI, saved_figure
+from fpnet_core.viz.segmentation import draw_grid, draw_segmentation
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.kept import digest, make_once
 from fpnet_lab.sim.buildings.building import extrude
@@ -40,6 +42,7 @@ STOREY_M = 2.95
 STRAYS, STRAY_M = 3000, 20.0
 STRETCH, TURN_RAD, CELL_M = (1.02, 0.98), 0.5, 0.04
 SAME_IOU = 0.5
+SIZE_INCHES = (12.0, 8.0)
 
 
 def true_labels(plan, grid):
@@ -180,18 +183,12 @@ def of_two(below, above, config, rng):
 
 
 def draw(cut, sub, path):
-    """Write a picture: rooms in colours, walls black, lintels red, doors white."""
-    colours = np.random.default_rng(1).integers(80, 230, (int(cut.labels.max()) + 1, 3))
-    colours[0] = 60
-    picture = colours[cut.labels].astype(np.uint8)
-    picture[(cut.labels == 0) & (sub.grid.cells == 0)] = 200
-    picture[sub.grid.cells > 0] = 0
-    picture[sub.lintel] = (0, 0, 255)
-    for portal in cut.portals:
-        ends = np.rint(cut.grid.xy_to_rc(portal.ends)[:, ::-1]).astype(int).tolist()
-        cv2.line(picture, *ends, (255, 255, 255), 2)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(path), picture[::-1])
+    """Write a picture: rooms and doors in colours, lintels as blue dots below the doors."""
+    with saved_figure(path, SIZE_INCHES, DPI) as figure:
+        ax = figure.subplots()
+        draw_grid(ax, sub.grid)
+        ax.plot(*sub.grid.rc_to_xy(np.argwhere(sub.lintel)).T, '.', color='blue', markersize=2.0)
+        draw_segmentation(ax, cut)
 
 
 if __name__ == '__main__':

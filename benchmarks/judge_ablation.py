@@ -18,6 +18,7 @@ import numpy as np
 from fpnet_core.config import FpnetConfig
 from fpnet_core.matching.learned import LearnedMatcher
 from fpnet_lab.cli.reports import finish, script_parser
+from fpnet_lab.evaluation.robots.robot_pairs import BANDS
 from fpnet_lab.kept import read_kept
 from fpnet_lab.training import use_threads
 from fpnet_lab.training.judge import JudgeTraining, fit_judge, stack_trials
@@ -25,7 +26,6 @@ from fpnet_lab.training.judge_figures import at_prior, mean_log_probability
 from fpnet_lab.training.judge_trials import COLUMNS, Trials, TrialSource
 
 SEED = 7000
-BANDS = {'50-100 %': (0.5, 1.0), '20-35 %': (0.2, 0.35), '10-20 %': (0.1, 0.2)}
 BENT = ('bent', 'bend', 'contrast', 'best_score', 'second_score', 'mean_score')
 JUDGES = {
     'features alone': (*BENT, 'rival'),
@@ -42,7 +42,7 @@ def measured(best, is_right, trials, threshold):
     for name, (low, high) in BANDS.items():
         here = (kept >= low) & (kept <= high)
         mine, others = here & own, here & ~own
-        rows[name] = {
+        rows[f'{name} %'] = {
             'trials': int(mine.sum()),
             'right': round(float(is_right[mine].mean()), 3),
             'claimed_right': round(float((claim & is_right)[mine].mean()), 3),

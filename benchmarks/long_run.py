@@ -26,11 +26,8 @@ from fpnet_core.types import Status
 from fpnet_lab.cli.reports import finish, script_parser
 from fpnet_lab.evaluation.localization.drives import resident_mb
 from fpnet_lab.evaluation.localization.inputs import drive_through
-from fpnet_lab.sim.drives.tours import TourLimits
+from fpnet_lab.evaluation.speed.drive import FAMILY, ROOMS, SCAN_POINTS, SEED, TOUR
 
-SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
-TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
-SCAN_POINTS = 25_000
 EARLY_MIN = 5.0
 WINDOW_MIN = 2.0  # figures are taken over so long before each mark
 

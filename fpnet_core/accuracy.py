@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -150,10 +151,10 @@ def summarize_run(
         if first_ns is None or len(odometry) == 0
         else (first_ns - int(odometry.stamps_ns[0])) / NS_PER_S,
         path_to_first_pose_m=None if first_ns is None else odometry.path_length_m(first_ns),
-        median_position_error_m=_quantile(position, 0.5),
-        median_yaw_error_deg=_quantile(np.rad2deg(yaw), 0.5),
-        tick_ms_p50=_quantile(tick_ms, 0.5),
-        tick_ms_p95=_quantile(tick_ms, 0.95),
+        median_position_error_m=quantile(position, 0.5),
+        median_yaw_error_deg=quantile(np.rad2deg(yaw), 0.5),
+        tick_ms_p50=quantile(tick_ms, 0.5),
+        tick_ms_p95=quantile(tick_ms, 0.95),
         **_sigmas(covariances),
         nees_mean=float(nees.mean()) if len(nees) else None,
         inside_95=float((nees <= GATE_95).mean()) if len(nees) else None,
@@ -164,10 +165,11 @@ def _sigmas(covariances: Array | None) -> dict[str, float | None]:
     """Return the median standard deviations that covariances ``(S, 3, 3)`` state."""
     cov = np.zeros((0, 3, 3)) if covariances is None else covariances
     return {
-        'sigma_position_m_median': _quantile(np.sqrt(cov[:, 0, 0] + cov[:, 1, 1]), 0.5),
-        'sigma_yaw_deg_median': _quantile(np.rad2deg(np.sqrt(cov[:, 2, 2])), 0.5),
+        'sigma_position_m_median': quantile(np.sqrt(cov[:, 0, 0] + cov[:, 1, 1]), 0.5),
+        'sigma_yaw_deg_median': quantile(np.rad2deg(np.sqrt(cov[:, 2, 2])), 0.5),
     }
 
 
-def _quantile(values: Array, q: float) -> float | None:
+def quantile(values: Array | Sequence[float], q: float) -> float | None:
+    """Return the quantile ``q`` in [0, 1] of values (N,), None of nothing."""
     return float(np.quantile(values, q)) if len(values) else None

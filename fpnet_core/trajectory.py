@@ -24,6 +24,11 @@ def lengths_along(points: Array) -> Array:
     return np.asarray(np.cumsum(steps))
 
 
+def path_length(points: Array) -> float:
+    """Return the length of the path through ``points (S, D)``, 0 for none."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
 @dataclass(frozen=True, eq=False)
 class PlanarTrajectory:
     """Planar poses in one frame: ``stamps_ns (S,)`` ascending, ``xy (S, 2)`` [m], ``yaw (S,)``."""
@@ -72,8 +77,7 @@ class PlanarTrajectory:
 
     def path_length_m(self, until_ns: int | None = None) -> float:
         """Length of the path, up to and including ``until_ns``."""
-        xy = self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns]
-        return float(np.linalg.norm(np.diff(xy, axis=0), axis=1).sum())
+        return path_length(self.xy if until_ns is None else self.xy[self.stamps_ns <= until_ns])
 
     def mapped(self, A: Affine2D) -> PlanarTrajectory:
         """Return the same poses in another frame."""

@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
 
 from fpnet_core.config import FpnetConfig
+from fpnet_core.io.sessions import TICK_NAME, TICKS_NAME
 from fpnet_core.localizer import create_localizer
 from fpnet_core.localizer.warm_up import warm_up
 from fpnet_core.sites.site_localizer import create_site_localizer
@@ -73,7 +74,7 @@ class LocalizerNode(ManagedNode):
         if TFMessage is None and parameters.sends_tf:
             self.get_logger().warning(f'no TF: {NO_TF}')
         self._run_folder = RunFolder(parameters.run_dir, self.get_logger())
-        self.add_end(lambda: self._run_folder.write('last_tick.npz', self._localizer.output))
+        self.add_end(lambda: self._run_folder.write(TICK_NAME, self._localizer.output))
         self._out = LocalizerOutputs(self, parameters.path_spacing_m)
         self._storeys = StoreyTopics(
             self, self._localizer, parameters.site, config, parameters.map_frame
@@ -250,7 +251,7 @@ class LocalizerNode(ManagedNode):
         self._telling.tick()
         if output is not before:
             self._telling.differences()
-            self._run_folder.write(f'ticks/{output.stamp_ns:020d}.npz', output)
+            self._run_folder.write(f'{TICKS_NAME}/{output.stamp_ns:020d}.npz', output)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -21,14 +21,13 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import Status
 from fpnet_ros.runtime import STATUS, STREAM
 from msg_adapters.diagnostics import LocalizerReport, report_from_msg
 from msg_adapters.poses import StampedPose, pose_from_msg
 from msg_adapters.stamps import stamp_from_msg
-
-POSES_NAME, SESSION_NAME = 'poses.tum', 'session.json'
 
 _STARTING = 'starting the nodes; after an installation they compile for a while'
 _LINE_PERIOD_S = 5.0  # between two lines where the output is no terminal; chosen

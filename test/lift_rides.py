@@ -23,7 +23,7 @@ from fpnet_core.types import OCCUPIED, GridMap
 from fpnet_lab.sim.buildings.building import Building
 from fpnet_lab.sim.buildings.meshes import extrude_polygon, horizontal_sheet, merge_meshes
 from fpnet_lab.sim.drawn.render import fill_polygons
-from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MotionLimits, Tour
+from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MOTION, Tour
 from fpnet_lab.sim.drives.recording import Recording
 from fpnet_lab.sim.drives.scanning import SimulatedScan
 from fpnet_lab.sim.lidars.lidar import LidarSimulator
@@ -168,11 +168,10 @@ def _shut_in(left: Recording, turn: tuple[float, float]) -> Recording:
 
 def _turning(turn: tuple[float, float], sensor_height_m: float) -> Tour:
     """Return a tour that stands, turns the shorter way, and stands again."""
-    motion = MotionLimits()
     by = (turn[1] - turn[0] + np.pi) % (2.0 * np.pi) - np.pi
-    turning_s = max(abs(by) / (0.5 * motion.turn_rate_radps), motion.step_s)
-    time_s = motion.step_s * np.arange(
-        round((2.0 * _STANDS_S + turning_s) / motion.step_s), dtype=np.float64
+    turning_s = max(abs(by) / (0.5 * MOTION.turn_rate_radps), MOTION.step_s)
+    time_s = MOTION.step_s * np.arange(
+        round((2.0 * _STANDS_S + turning_s) / MOTION.step_s), dtype=np.float64
     )
     yaw = np.interp(time_s, [_STANDS_S, _STANDS_S + turning_s], [turn[0], turn[0] + by])
     still = np.zeros((len(time_s), 2))

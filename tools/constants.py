@@ -44,8 +44,6 @@ UNSAID = 'unsaid'
 
 _KIND = re.compile(rf'(?:^|[;:.,(]\s+|\()({"|".join(KINDS)})\b', re.IGNORECASE)
 _HEADING = re.compile(rf'#\s*({"|".join(KINDS)})\b', re.IGNORECASE)
-_PAGE = re.compile(r'docs/\w+\.md')
-_COMMAND = re.compile(r'`(?:python |fpnet |benchmarks/)')
 # Calls whose numbers are shapes, steps of a loop or columns of an array: geometry, no quantities.
 _GEOMETRY = {'slice', 'range', 'ones', 'zeros', 'empty', 'eye', 'full', 'ix_', 'arange', 'compile'}
 
@@ -59,16 +57,6 @@ class Constant:
     name: str
     text: str
     kind: str
-
-    @property
-    def is_referenced(self) -> bool:
-        """Whether its words name a page or a command, as those of a fitted one have to."""
-        return bool(_COMMAND.search(self.text) or pages(self.text))
-
-
-def pages(text: str) -> list[str]:
-    """Return the pages of the documentation that a text names."""
-    return _PAGE.findall(text)
 
 
 def constants(package: str) -> Iterator[Constant]:

@@ -24,12 +24,13 @@ import sys
 import tempfile
 import time
 
+from fpnet_core.cli.outputs import WRITTEN
+
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r'-?\d+(?:\.\d+)?')
 DURATION = re.compile(r'\d+(?:\.\d+)? ?(?:ms|s)\b')
 TABLE = re.compile('[\u2500-\u257f]')
-WRITTEN = ('--out', '--plot', '--json', '--tum')
 NEAR = 0.2
 TIMEOUT_S = 600
 

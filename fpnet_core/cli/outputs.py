@@ -12,7 +12,9 @@ from typing import Any
 from fpnet_core.errors import FpnetError
 from fpnet_core.kernel_cache import is_writable
 
-_WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
+WRITTEN = ('--out', '--plot', '--strips', '--json', '--tum', '--film')
+"""The options that name an output, of all commands."""
+
 _PICTURES = ('.png', '.jpg', '.jpeg', '.pdf', '.svg', '.webp', '.tif', '.tiff', '.eps')
 _FILMS = ('.gif',)
 
@@ -26,7 +28,7 @@ def look_first(command: Any) -> None:
     """
     for each in _commands(command):
         for option in each.params:
-            name = next((name for name in option.opts if name in _WRITTEN), None)
+            name = next((name for name in option.opts if name in WRITTEN), None)
             if name is not None:
                 option.callback = _then(_look(name, option.metavar == 'DIR'), option.callback)
 
@@ -63,7 +65,7 @@ def _look(name: str, is_folder: bool) -> Callable[[Path], None]:
 
 def check_folder(path: Path, name: str) -> None:
     """
-    Tell whether files can be written into a folder, which need not exist yet.
+    Refuse a folder that no files can be written into; it need not exist yet.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def check_folder(path: Path, name: str) -> None:
 
 def check_file(path: Path, name: str) -> None:
     """
-    Tell whether a file can be written, whose folder need not exist yet.
+    Refuse a file that cannot be written; its folder need not exist yet.
 
     Raises
     ------

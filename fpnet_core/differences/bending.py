@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import Affine2D, Placements
 from fpnet_core.judging.deform import PATCH_M
 from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
-from fpnet_core.pose.verify import WALL_SIGMA_M
 
 Array = NDArray[np.float64]
 
@@ -86,7 +85,7 @@ def _places(
         xy = back @ (rc - A[:, 2])
         walls = sub.walls[np.hypot(*(sub.walls - xy).T) <= _AROUND_M]
         if len(walls) >= _FEWEST_WALLS:
-            support = wall_support(plan, walls, Placements.of([A_plan_sub]), WALL_SIGMA_M)
+            support = wall_support(plan, walls, Placements.of([A_plan_sub]))
             yield index, _Place(xy, walls, A_plan_sub, float(support[0]) + _BETTER)
 
 
@@ -105,7 +104,7 @@ def _aligned(
             ]
             starts = Placements.of([place.A_plan_sub, *around])
             found = refine(plan, place.walls, starts, freedom, AGAIN)
-            support = wall_support(plan, place.walls, found, WALL_SIGMA_M)
+            support = wall_support(plan, place.walls, found)
             best = int(support.argmax())
             if support[best] > place.support:
                 A, value = found[best].A_plan_submap, float(support[best])

@@ -70,12 +70,11 @@ class LaserPoints:
 
     ``points (P, 3) float32`` [m] lie in z = 0 of the scanner's frame; ``time_s (P,) float64``
     counts from the first ray, which is the instant of the message's stamp, and is zero where the
-    message tells no time between rays; ``dropped`` rays had no valid range.
+    message tells no time between rays. Rays without a valid range are left out.
     """
 
     points: NDArray[np.float32]
     time_s: NDArray[np.float64]
-    dropped: int
 
 
 def decode_laser(scan: LaserScanLike) -> LaserPoints:
@@ -103,7 +102,7 @@ def decode_laser(scan: LaserScanLike) -> LaserPoints:
     points[:, 0] = ranges[index] * np.cos(angles)
     points[:, 1] = ranges[index] * np.sin(angles)
     time_s = index.astype(np.float64) * _time_step_s(scan, len(ranges))
-    return LaserPoints(points, time_s, len(ranges) - len(index))
+    return LaserPoints(points, time_s)
 
 
 def _check_limits(scan: LaserScanLike) -> None:

@@ -71,16 +71,15 @@ class CloudArrays:
     """
     A decoded cloud.
 
-    ``points (P, 3) float32`` [m] are finite; ``time_s (P,) float64`` counts from the cloud's
-    first instant, None where the cloud has no usable time field; ``viewpoints (P, 3) float32``
-    [m] are where rays began, None where the cloud does not tell; ``dropped`` points were NaN,
-    infinite, or zeros, which drivers write where nothing returned; ``first_s`` is the first
-    instant as the driver wrote it, by whatever clock. A cloud without points gives empty arrays.
+    ``points (P, 3) float32`` [m] are finite, and no zeros, which drivers write where nothing
+    returned; ``time_s (P,) float64`` counts from the cloud's first instant, None where the cloud
+    has no usable time field; ``viewpoints (P, 3) float32`` [m] are where rays began, None where
+    the cloud does not tell; ``first_s`` is the first instant as the driver wrote it, by whatever
+    clock. A cloud without points gives empty arrays.
     """
 
     points: NDArray[np.float32]
     time_s: NDArray[np.float64] | None
-    dropped: int = 0
     viewpoints: NDArray[np.float32] | None = None
     first_s: float = 0.0
 
@@ -207,17 +206,15 @@ def _returned_points(
         finite &= np.isfinite(viewpoints)
     # Zeros often are those of the whole record: their time of zero would stretch the sweep.
     somewhere = (points[:, 0] != 0.0) | (points[:, 1] != 0.0) | (points[:, 2] != 0.0)
-    dropped = 0
     if not (finite.all() and somewhere.all()):
         kept = finite.all(axis=1) & somewhere
-        dropped = len(points) - int(np.count_nonzero(kept))
         points = points[kept]
         time = None if time is None else time[kept]
         viewpoints = None if viewpoints is None else viewpoints[kept]
     times = None if time is None else sweep_seconds(time)
     if times is None:
-        return CloudArrays(points, None, dropped, viewpoints)
-    return CloudArrays(points, times.since_first_s, dropped, viewpoints, times.first_s)
+        return CloudArrays(points, None, viewpoints)
+    return CloudArrays(points, times.since_first_s, viewpoints, times.first_s)
 
 
 def _columns(raw: NDArray[Any], names: Iterable[str]) -> NDArray[np.float32]:

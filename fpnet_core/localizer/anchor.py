@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 from fpnet_core.config import LocalizerConfig
 from fpnet_core.geometry import Affine2D, Placement, Placements, rotation, wrap_to_pi
 from fpnet_core.pose import AGAIN, RIGID_STRAIN, Freedom, MapEvidence, refine, wall_support
-from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.submaps.recent import RECENT_M
 
 Array = NDArray[np.float64]
@@ -88,7 +87,7 @@ class Anchor:
         if len(seen) >= FEWEST_POINTS:
             tracked = self._measured(plan, seen, A_plan_odom, tracked)
             both = Placements.of([A_plan_odom, tracked.A_plan_odom])
-            support = wall_support(plan, seen, both, WALL_SIGMA_M)
+            support = wall_support(plan, seen, both)
             if support[1] < support[0] + self.config.drift_support:
                 return None, A_plan_odom
         return tracked, tracked.A_plan_odom
@@ -106,7 +105,7 @@ class Anchor:
             return A_plan_odom
         fits = refine(plan, newest, Placements.of([A_plan_odom]), _rigid(A_plan_odom), AGAIN)
         both = Placements.of([A_plan_odom, fits[0].A_plan_submap])
-        support = wall_support(plan, newest, both, WALL_SIGMA_M)
+        support = wall_support(plan, newest, both)
         if support[1] < support[0] + self.config.drift_support:
             return A_plan_odom
         # What has smeared the last metres lies half of them behind.
@@ -131,7 +130,7 @@ class Anchor:
         """Return the fix corrected by the walls around the robot."""
         starts = Placements.of([claim, last.A_plan_odom])
         fits = refine(plan, seen, starts, _rigid(claim), AGAIN)
-        before, after = (wall_support(plan, seen, each, WALL_SIGMA_M) for each in (starts, fits))
+        before, after = (wall_support(plan, seen, each) for each in (starts, fits))
         start, pick = last, 1
         if after[0] > after[1] + self.config.drift_support:
             start, pick = Fix(claim, last.robot_odom, np.diag(_START**2)), 0

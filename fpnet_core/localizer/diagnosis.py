@@ -13,8 +13,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
-
 from fpnet_core.config import FpnetConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.judging import Judge, Verdict
@@ -28,6 +26,7 @@ from fpnet_core.localizer.scale import ScaleSearch, allowed_scales
 from fpnet_core.localizer.sides import StageTimer, mirrored_rooms, plan_side, prepare_submap
 from fpnet_core.matching import RegionMatcher
 from fpnet_core.segmentation import ScaleEstimate, SubmapSegmenter
+from fpnet_core.trajectory import path_length
 from fpnet_core.types import OCCUPIED, Cause, GridMap, LocalizerOutput, Status, Submap
 
 _FARTHEST_M = 5.0  # physical: who has driven so far indoors has passed a wall
@@ -125,8 +124,7 @@ def causes_of_waiting(
 
 def _is_blind(submap: Submap) -> bool:
     """Tell whether a robot that has driven so far should have seen a wall, and has not."""
-    path_m = float(np.hypot(*np.diff(submap.path_xy, axis=0).T).sum())
-    return path_m > _FARTHEST_M and not (submap.grid.cells == OCCUPIED).any()
+    return path_length(submap.path_xy) > _FARTHEST_M and not (submap.grid.cells == OCCUPIED).any()
 
 
 def _looked_at(

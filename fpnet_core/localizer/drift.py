@@ -29,7 +29,6 @@ from fpnet_core.pose import (
     refine,
     wall_support,
 )
-from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.rays import values_at
 from fpnet_core.trajectory import lengths_along
 from fpnet_core.types import FREE, OCCUPIED, GridMap, LocalizerOutput, Submap
@@ -139,8 +138,8 @@ def _between(first: Submap, later: Submap, path_m: float) -> DoubleWalls | None:
     at = T_first_later.apply(later.path_xy[-1:])[0]
     moved = refine(walls, seen, _starts(at), _RIGID, ROUGH)
     moved = refine(walls, seen, moved, _RIGID, FINE)
-    support = wall_support(walls, seen, moved, WALL_SIGMA_M)
-    before = float(wall_support(walls, seen, _still(), WALL_SIGMA_M)[0])
+    support = wall_support(walls, seen, moved)
+    before = float(wall_support(walls, seen, _still())[0])
     best = int(support.argmax())
     after = float(support[best])
     if after < _FIT or after - before < _GAIN:

@@ -26,7 +26,6 @@ from fpnet_core.localizer.anchor import FEWEST_POINTS, Anchor, Fix
 from fpnet_core.localizer.belief import Belief
 from fpnet_core.localizer.sides import RobotXY
 from fpnet_core.pose import MapEvidence, wall_support
-from fpnet_core.pose.verify import WALL_SIGMA_M
 from fpnet_core.raster.morphology import grown
 from fpnet_core.types import FREE, OCCUPIED, Status, Submap
 
@@ -112,7 +111,7 @@ class Surroundings:
         if len(submap.newest_xy) < FEWEST_POINTS:
             return None
         at = Placements.of([A_plan_submap])
-        return float(wall_support(plan, submap.newest_xy, at, WALL_SIGMA_M)[0])
+        return float(wall_support(plan, submap.newest_xy, at)[0])
 
     def _is_doubtful(
         self, support: float | None, usual: float, vicinity: Vicinity, submap: Submap

@@ -18,7 +18,6 @@ from fpnet_core.differences import DifferenceKind, Differences
 from fpnet_core.report.moments import SHOWN_PLACEMENTS, door_lines
 from fpnet_core.report.pictures import Picture, segmentation_picture
 from fpnet_core.report.record import (
-    PLACEMENT_COLOURS,
     PLACEMENT_SYMBOLS,
     RunRecord,
     best_placement_error,
@@ -26,13 +25,14 @@ from fpnet_core.report.record import (
 )
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import Segmentation
+from fpnet_core.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
 from fpnet_core.viz.differences import DIFFERENCE_COLOURS
 from fpnet_core.viz.segmentation import DOOR_COLOUR, label_xy
 from fpnet_core.viz.strip import STATUS_COLOURS
 
 HEX_OF_STATUS = {status.value: to_hex(colour) for status, colour in STATUS_COLOURS.items()}
 
-_TRUTH, _MATCH, _INK = '#2ca02c', '#ff7f0e', '#222222'
+_INK = '#222222'
 _DOOR = to_hex(DOOR_COLOUR)
 # Chosen, not measured:
 _ROOM_NAME = {'size': 11, 'color': '#303030'}
@@ -56,14 +56,14 @@ def plan_figure(record: RunRecord) -> go.Figure:
         add_differences(figure, record.differences)
     if len(record.truth_on_plan):
         x, y = _path(record.truth_on_plan)
-        line = {'color': _TRUTH, 'width': 5}
+        line = {'color': TRUTH_COLOUR, 'width': 5}
         figure.add_scatter(x=x, y=y, mode='lines', name='true path', line=line, opacity=0.45)
     for rank in reversed(range(SHOWN_PLACEMENTS)):
         symbol = PLACEMENT_SYMBOLS[rank]
         marker = {'color': PLACEMENT_COLOURS[rank], 'symbol': symbol, 'size': 3 if not rank else 5}
         name = 'best placement' if rank == 0 else f'rival {rank}'
         _add_moving(figure, f'placement_{rank}', name, mode='markers', marker=marker)
-    line = {'color': _MATCH, 'width': 2}
+    line = {'color': MATCH_COLOUR, 'width': 2}
     _add_moving(figure, 'matches', 'matches', mode='lines+markers', line=line)
     line = {'color': PLACEMENT_COLOURS[0], 'width': 2}
     _add_moving(figure, 'published', 'published poses', mode='lines', line=line)

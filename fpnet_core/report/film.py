@@ -18,9 +18,10 @@ from fpnet_core.geometry import Affine2D, rotation
 from fpnet_core.geometry.polar import heading_of
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.report.moments import SHOWN_PLACEMENTS
-from fpnet_core.report.record import PLACEMENT_COLOURS, RunRecord
+from fpnet_core.report.record import RunRecord
 from fpnet_core.report.sheets import Box, PictureSheet, fitted
 from fpnet_core.types import OCCUPIED, UNKNOWN, LocalizerOutput, Segmentation, Status
+from fpnet_core.viz.colours import PLACEMENT_COLOURS
 from fpnet_core.viz.segmentation import painted, partner_colours
 from fpnet_core.viz.strip import STATUS_COLOURS
 

@@ -20,11 +20,8 @@ from fpnet_core.types import Cause, LocalizerOutput, Segmentation
 
 _STEP_M = 0.2  # chosen: a shorter step says little of the direction
 
-PLACEMENT_COLOURS = ('#1f77b4', '#8e3fb0', '#00796b')
-"""Of the best placement and its rivals. Chosen: neither is the red of doors."""
-
 PLACEMENT_SYMBOLS = ('circle', 'x-thin-open', 'triangle-up-open')
-"""Of their walls in plotly's words, and as signs in a text: colours alone do not tell them."""
+"""Of placements' walls in plotly's words, as signs in a text: colours alone do not tell them."""
 
 PLACEMENT_SIGNS = ('●', '✕', '△')
 

@@ -20,7 +20,8 @@ from fpnet_core.report.charts import (
 )
 from fpnet_core.report.moments import changes, chosen_ticks, moments
 from fpnet_core.report.page import write_page
-from fpnet_core.report.record import PLACEMENT_COLOURS, PLACEMENT_SIGNS, RunRecord
+from fpnet_core.report.record import PLACEMENT_SIGNS, RunRecord
+from fpnet_core.viz.colours import PLACEMENT_COLOURS
 
 _ELSEWHERE = ('reason', 'causes', 'outdated')  # sentences, which have their own place on the page
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # given: of sRGB's channels, by ITU-R BT.709

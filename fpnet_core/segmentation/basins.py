@@ -26,14 +26,11 @@ class Basins:
     Catchment areas of the clearance's maxima.
 
     ``labels (h, w)`` int32 is basin index + 1, 0 outside the mask; ``peaks (B,)`` is the
-    largest clearance of each basin [m]; ``areas (B,)`` its size and ``frontiers (B,)`` its
-    border to unseen space, both in working cells.
+    largest clearance of each basin [m].
     """
 
     labels: NDArray[np.int32]
     peaks: NDArray[np.float32]
-    areas: NDArray[np.int64]
-    frontiers: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -84,10 +81,8 @@ def grow_basins(work: WorkRaster) -> Basins:
     order = cells[np.argsort(65535 - steps, kind='stable')]
     labels = np.zeros(mask.shape, dtype=np.int32)
     count = _flood(height, mask, order, labels)
-    areas, peaks = label_figures(labels, height, count + 1)
-    inner = np.ascontiguousarray(labels[1:-1, 1:-1])
-    frontiers = np.bincount(inner[work.frontier], minlength=count + 1)[1:]
-    return Basins(inner, peaks[1:], areas[1:], frontiers)
+    _, peaks = label_figures(labels, height, count + 1)
+    return Basins(np.ascontiguousarray(labels[1:-1, 1:-1]), peaks[1:])
 
 
 def find_saddles(

@@ -15,6 +15,7 @@ from fpnet_core.geometry import Affine2D
 from fpnet_core.matches import MatchResult
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput, Segmentation
+from fpnet_core.viz.colours import MATCH_COLOUR, PLACEMENT_COLOURS, TRUTH_COLOUR
 from fpnet_core.viz.match import shared_colours
 from fpnet_core.viz.pictures import DPI, saved_figure
 from fpnet_core.viz.segmentation import (
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Chosen, not measured:
-_TRUTH, _ESTIMATE, _MATCH = 'tab:green', 'tab:blue', 'tab:orange'
 _SIZE_INCHES = (16.0, 8.5)
 _GAP_NS = 2_000_000_000  # poses further apart than this are not joined by a line
 
@@ -98,7 +98,7 @@ def draw_matches(
             coordsA=plan_axes.transData,
             xyB=tuple(sub.regions[sub_id].centroid),
             coordsB=sub_axes.transData,
-            color=_MATCH,
+            color=MATCH_COLOUR,
             alpha=float(np.clip(score, 0.2, 1.0)),
             linewidth=1.2,
         )
@@ -117,10 +117,10 @@ def _submap_colours(
 
 def _draw_paths(ax: Axes, published: PlanarTrajectory, truth: PlanarTrajectory | None) -> None:
     if truth is not None:
-        ax.plot(*truth.xy.T, color=_TRUTH, linewidth=3.0, alpha=0.6, label='true path')
-        ax.plot(*truth.xy[0], marker='o', color=_TRUTH, label='start')
+        ax.plot(*truth.xy.T, color=TRUTH_COLOUR, linewidth=3.0, alpha=0.6, label='true path')
+        ax.plot(*truth.xy[0], marker='o', color=TRUTH_COLOUR, label='start')
     x, y = _broken_at_gaps(published).T
-    ax.plot(x, y, color=_ESTIMATE, linewidth=1.2, label='published poses')
+    ax.plot(x, y, color=PLACEMENT_COLOURS[0], linewidth=1.2, label='published poses')
 
 
 def _broken_at_gaps(trajectory: PlanarTrajectory) -> NDArray[np.float64]:

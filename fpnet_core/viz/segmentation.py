@@ -29,8 +29,8 @@ DOOR_COLOUR: Colour = (0.85, 0.1, 0.1)
 # Chosen, not measured:
 _GREY_FREE, _GREY_UNKNOWN, _GREY_OCCUPIED = 1.0, 0.8, 0.15
 _UNMATCHED: Colour = (0.75, 0.75, 0.75)
-# Hues a golden angle apart stay distinct however many there are.
 _TINT = 0.55  # opacity of a room's colour
+# Hues a golden angle apart stay distinct however many there are.
 _GOLDEN = 0.6180339887498949  # numerical
 
 

@@ -20,6 +20,7 @@ from fpnet_core.types import (
     Status,
     Submap,
 )
+from fpnet_core.viz.colours import PLACEMENT_COLOURS, TRUTH_COLOUR
 from fpnet_core.viz.pictures import saved_figure
 from fpnet_core.viz.run import draw_matches
 from fpnet_core.viz.segmentation import (
@@ -40,12 +41,8 @@ STATUS_COLOURS: dict[Status, str] = {
     Status.LOST: 'tab:red',
 }
 
-_MOMENTS = 5
-_PLACEMENT_COLOURS = ('tab:blue', 'tab:red', 'tab:brown')
-"""Of the best placement and its rivals. Chosen."""
-
 # Chosen, not measured:
-_TRUTH = 'tab:green'
+_MOMENTS = 5
 _WALL_STRIDE = 8  # numerical: every so many wall cells are drawn
 _DISTANT_M = 30.0  # errors beyond are drawn at the edge
 _WIDTH_INCHES, _DPI = 22.0, 90
@@ -107,12 +104,12 @@ def _draw_plan(
     draw_segmentation(ax, plan)
     so_far = truth.xy[truth.stamps_ns <= output.stamp_ns]
     walls = _walls(output.submap)
-    best = output.estimates.take(np.s_[: len(_PLACEMENT_COLOURS)]).apply(walls)
-    for placed, colour in reversed(list(zip(best, _PLACEMENT_COLOURS, strict=False))):
+    best = output.estimates.take(np.s_[: len(PLACEMENT_COLOURS)]).apply(walls)
+    for placed, colour in reversed(list(zip(best, PLACEMENT_COLOURS, strict=False))):
         ax.plot(*placed.T, '.', color=colour, markersize=2.0)
-    ax.plot(*so_far.T, color=_TRUTH, linewidth=2.5)
+    ax.plot(*so_far.T, color=TRUTH_COLOUR, linewidth=2.5)
     if len(so_far):
-        ax.plot(*so_far[-1], 'o', color=_TRUTH, markersize=6)
+        ax.plot(*so_far[-1], 'o', color=TRUTH_COLOUR, markersize=6)
     ax.set_xlabel('')
     ax.set_ylabel('')
 
@@ -133,7 +130,7 @@ def _draw_submap(plan_axes: Axes, ax: Axes, plan: Segmentation, output: Localize
         ax.plot(*output.submap.path_xy.T, color='black', linewidth=1.0)
     if output.match is not None:
         draw_matches(plan_axes, ax, plan, sub, output.match)
-    scores = ', '.join(f'{s:.2f}' for s in output.estimates.score[: len(_PLACEMENT_COLOURS)])
+    scores = ', '.join(f'{s:.2f}' for s in output.estimates.score[: len(PLACEMENT_COLOURS)])
     ax.set_title(
         f'{output.status.value}, p {output.probability:.2f}; scores {scores or "none"}',
         color=STATUS_COLOURS[output.status],
@@ -162,10 +159,10 @@ def _draw_timeline(
     timed = zip(times, errors_m, strict=True)
     known = [(t, min(error, _DISTANT_M)) for t, error in timed if error is not None]
     if known:
-        errors.plot(*zip(*known, strict=True), 'x', color='tab:blue')
+        errors.plot(*zip(*known, strict=True), 'x', color=PLACEMENT_COLOURS[0])
     errors.set_yscale('symlog', linthresh=1.0)
     errors.set_ylim(0.0, _DISTANT_M)
-    errors.set_ylabel('its error [m]', color='tab:blue')
+    errors.set_ylabel('its error [m]', color=PLACEMENT_COLOURS[0])
     for status in dict.fromkeys(output.status for output in outputs):
         ax.fill_between([], [], color=STATUS_COLOURS[status], alpha=0.35, label=status.value)
     ax.legend(loc='lower right', ncols=6)

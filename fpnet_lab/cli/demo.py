@@ -141,8 +141,8 @@ def _raise_interrupt(_signal: int, _frame: FrameType | None) -> None:
 
 def _draw(path: Path, session: Path, run: DemoRun, plan: Segmentation) -> None:
     from fpnet_core.io.runs import read_output
+    from fpnet_core.io.sessions import TICK_NAME
     from fpnet_core.viz.run import plot_run
-    from fpnet_lab.evaluation.demo import TICK_NAME
 
     truth = run.truth.mapped(run.A_plan_building)
     last = read_output(session / TICK_NAME)

@@ -14,6 +14,7 @@ from fpnet_core.accuracy import RunSummary, summarize_run
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D
 from fpnet_core.io.runs import read_output
+from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME, TICKS_NAME
 from fpnet_core.io.truth import (
     TRUTH_NAME,
     TRUTH_POSES_NAME,
@@ -23,11 +24,6 @@ from fpnet_core.io.truth import (
 )
 from fpnet_core.trajectory import PlanarTrajectory
 from fpnet_core.types import LocalizerOutput
-
-POSES_NAME, SESSION_NAME, TICK_NAME = 'poses.tum', 'session.json', 'last_tick.npz'
-"""What a session of the nodes leaves in its folder, beside all ticks."""
-
-_TICKS_NAME = 'ticks'
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +92,7 @@ def read_ticks(session_dir: Path) -> tuple[LocalizerOutput, ...]:
     FpnetError
         If a file is damaged.
     """
-    files = (session_dir / _TICKS_NAME).glob('*.npz')
+    files = (session_dir / TICKS_NAME).glob('*.npz')
     ticks = [
         replace(tick, stamp_ns=tick.submap.stamp_ns)
         for tick in map(read_output, files)

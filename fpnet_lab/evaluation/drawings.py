@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.accuracy import quantile
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import FpnetError
@@ -29,6 +30,7 @@ from fpnet_core.raster.rays import values_at
 from fpnet_core.segmentation import segment_floorplan, segment_unknown_scale
 from fpnet_core.segmentation.agreement import room_agreement
 from fpnet_core.types import UNKNOWN, GridMap, Segmentation
+from fpnet_lab.metrics import mean, share
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.population.floors import room_labels
 from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
@@ -307,6 +309,7 @@ def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
     """
     right = [result for result in results if result.is_right]
     wrong = [result for result in results if not result.is_right]
+    seconds = [result.seconds for result in results]
     return {
         'sheets': len(results),
         'right': share(result.is_right for result in results),
@@ -314,10 +317,10 @@ def kind_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
         'good_marked': share(result.is_marked for result in right),
         'clean_right': share((result.clean_f1 or 0.0) >= GOOD_F1 for result in results),
         'rooms_right': share(result.f1 >= GOOD_F1 for result in results),
-        'f1_mean': float(np.mean([result.f1 for result in results])) if results else None,
+        'f1_mean': mean(result.f1 for result in results),
         'refused': sum(bool(result.refusal) for result in results),
-        'seconds_p50': _quantile(results, 0.5),
-        'seconds_p95': _quantile(results, 0.95),
+        'seconds_p50': quantile(seconds, 0.5),
+        'seconds_p95': quantile(seconds, 0.95),
         'wrong': [_as_json(result) for result in wrong],
     }
 
@@ -339,16 +342,6 @@ def scale_figures(results: Sequence[SheetResult]) -> dict[str, Any]:
         'sure_and_wrong': share(not result.is_close for result in sure),
         'median_width': float(np.median([r.high / r.low for r in read])) if read else None,
     }
-
-
-def share(flags: Iterable[bool]) -> float | None:
-    """Return the share of True, None of nothing."""
-    values = list(flags)
-    return float(np.mean(values)) if values else None
-
-
-def _quantile(results: Sequence[SheetResult], q: float) -> float | None:
-    return float(np.quantile([r.seconds for r in results], q)) if results else None
 
 
 def _as_json(result: SheetResult) -> dict[str, Any]:

@@ -26,8 +26,8 @@ from fpnet_lab.evaluation.drawings import (
     processor_s,
     scale_figures,
     segmented,
-    share,
 )
+from fpnet_lab.metrics import share
 from fpnet_lab.sim.pairs.presets import SPLITS
 from fpnet_lab.sim.population.floors import CELL_M, read_image, read_labels
 

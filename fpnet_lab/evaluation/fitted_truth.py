@@ -31,8 +31,6 @@ class FittedTruth:
     """
 
     log: Path
-    plan_path: Path
-    mirrored: bool
     plan: GridMap
     A_plan_log: Affine2D
 
@@ -52,20 +50,18 @@ def read_fitted_truth(folder: Path, name: str) -> FittedTruth:
     if name not in index or not pairs:
         raise FpnetError(f'{folder}: no fitted pair for the log {name!r}')
     pair, raster = pairs[0], index[name]
-    plan_path = folder / pair['floorplan']
-    plan = read_map(plan_path)
+    plan = read_map(folder / pair['floorplan'])
     A_image_log = Affine2D.from_matrix(pair['affine_2x3']) @ _pixel_from_world(
         raster, pair['robot_map_was_mirrored_vs_source']
     )
     A_plan_log = pixel_to_xy(plan) @ A_image_log
-    mirrored = A_plan_log.is_mirrored
-    if mirrored:
+    if A_plan_log.is_mirrored:
         width_m = plan.shape[1] * plan.resolution
         flip = Affine2D(np.diag([-1.0, 1.0]), np.array([width_m, 0.0]))
         A_plan_log = plan.T_frame_grid @ flip @ plan.T_frame_grid.inv() @ A_plan_log
         plan = plan.mirrored()
     log = folder / 'logs' / f'{name}-corrected.log.gz'
-    return FittedTruth(log, plan_path, mirrored, plan, A_plan_log)
+    return FittedTruth(log, plan, A_plan_log)
 
 
 def _pixel_from_world(raster: dict[str, Any], flipped: bool) -> Affine2D:

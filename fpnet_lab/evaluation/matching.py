@@ -30,6 +30,7 @@ from fpnet_lab.metrics import (
     expected_calibration_error,
     matching_score,
     placement_error,
+    share,
 )
 from fpnet_lab.metrics.placement import AUC_DEGREES
 from fpnet_lab.sim.pairs.pair import MatchingPair
@@ -127,7 +128,7 @@ def _figures(pairs: Sequence[MatchingPair], said: Sequence[Prediction]) -> dict[
     return {
         **{f'auc{limit}': auc(errors, limit) for limit in AUC_DEGREES},
         'ms': matching_score(counts),
-        'ts': _share([error.is_transform_right for error in errors]),
+        'ts': share(error.is_transform_right for error in errors) or 0.0,
         'match_precision': pooled.precision,
         'match_recall': pooled.recall,
         'match_f1': pooled.f1,
@@ -150,11 +151,7 @@ def _calibration_error(both: Sequence[tuple[MatchingPair, Prediction]]) -> float
 
 
 def _recall(errors: Sequence[PlacementError], distance_m: float, rotation_deg: float) -> float:
-    return _share([error.is_within(distance_m, rotation_deg) for error in errors])
-
-
-def _share(hits: Sequence[bool]) -> float:
-    return float(np.mean(hits)) if hits else 0.0
+    return share(error.is_within(distance_m, rotation_deg) for error in errors) or 0.0
 
 
 def _middle(pair: MatchingPair) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pure functions that score results; shared by training, evaluation and tests."""
 
+from fpnet_lab.metrics.averages import mean, share
 from fpnet_lab.metrics.calibration import (
     Reliability,
     expected_calibration_error,
@@ -18,6 +19,8 @@ __all__ = [
     'count_matches',
     'expected_calibration_error',
     'matching_score',
+    'mean',
     'placement_error',
     'reliability_bins',
+    'share',
 ]

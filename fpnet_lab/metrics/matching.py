@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.matches import IGNORE
+from fpnet_lab.metrics.averages import mean
 
 
 @dataclass(frozen=True)
@@ -66,4 +67,4 @@ def matching_score(counts: Sequence[MatchCounts]) -> float:
     A pair without predictions scores 0 if it had partners to find, else it is left out.
     """
     scores = [item.precision for item in counts if item.predicted or item.true]
-    return float(np.mean(scores)) if scores else 0.0
+    return mean(scores) or 0.0

@@ -44,12 +44,11 @@ def test_empty_cloud_survives_the_round_trip(received):
     assert cloud.points.shape == (0, 3)
 
 
-def test_nan_points_are_dropped_and_counted(received):
+def test_nan_points_are_dropped(received):
     points = _points()
     points[2, 1] = np.nan
     points[5, 2] = np.inf
     cloud = cloud_from_msg(received(cloud_to_msg(points, STAMP_NS, 'lidar')))
-    assert cloud.dropped == 2
     np.testing.assert_array_equal(
         cloud.points, np.delete(points, [2, 5], axis=0).astype(np.float32)
     )

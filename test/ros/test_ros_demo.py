@@ -16,8 +16,9 @@ import pytest
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.runs import read_output
+from fpnet_core.io.sessions import TICK_NAME
 from fpnet_core.types import Status
-from fpnet_lab.evaluation.demo import TICK_NAME, judge_demo
+from fpnet_lab.evaluation.demo import judge_demo
 from msg_adapters.clouds import cloud_from_msg
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow]

@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fpnet_core.accuracy import quantile
 from fpnet_lab.evaluation.localization.cases import ROUGH_GROUP
 from fpnet_lab.evaluation.localization.records import Record
-from fpnet_lab.metrics import expected_calibration_error
+from fpnet_lab.metrics import expected_calibration_error, mean
 
 PRODUCT = 'fpnet'
 """The localizer's name among the methods."""
@@ -59,8 +59,8 @@ def figures(records: Sequence[Record]) -> Figures:
         'inside_95': _mean(_said(r.inside_95 for r in closed)),
         'open_set_false_claims': sum(r.is_open_set and r.poses > 0 for r in records),
         'ece': calibration_error([belief for r in records for belief in r.beliefs]),
-        'tick_ms_p50': _quantile(ticks, 0.5),
-        'tick_ms_p95': _quantile(ticks, 0.95),
+        'tick_ms_p50': _rounded(quantile(ticks, 0.5)),
+        'tick_ms_p95': _rounded(quantile(ticks, 0.95)),
         'add_scan_ms_p50': median(r.add_scan_ms for r in records),
         'rss_mb_max': max((r.rss_mb for r in records), default=None),
         'runs': len(records),
@@ -93,11 +93,7 @@ def _by(records: Sequence[Record], key: Callable[[Record], str]) -> dict[str, Fi
 
 def median(values: Iterable[float | None]) -> float | None:
     """Return the median of what is known, rounded; None where nothing is."""
-    return _quantile(np.array(_said(values)), 0.5)
-
-
-def _quantile(values: NDArray[np.float64], q: float) -> float | None:
-    return _rounded(np.quantile(values, q)) if len(values) else None
+    return _rounded(quantile(_said(values), 0.5))
 
 
 def _said(values: Iterable[float | None]) -> list[float]:
@@ -105,8 +101,8 @@ def _said(values: Iterable[float | None]) -> list[float]:
 
 
 def _mean(values: Sequence[float]) -> float | None:
-    return _rounded(np.mean(values)) if values else None
+    return _rounded(mean(values))
 
 
-def _rounded(value: Any) -> float:
-    return round(float(value), 4)
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 4)

@@ -62,18 +62,6 @@ def stated(page: Path) -> Iterator[Stated]:
         yield Stated(page, match[2], match[3])
 
 
-def contradictions(on_pages: Sequence[Stated]) -> list[str]:
-    """Return a line for each name that has different figures on different places."""
-    by_name: dict[str, list[Stated]] = {}
-    for each in on_pages:
-        by_name.setdefault(each.name, []).append(each)
-    return [
-        f'{name}: ' + '; '.join(f'{each.page.name} states {each.text!r}' for each in places)
-        for name, places in by_name.items()
-        if len({each.text for each in places}) > 1
-    ]
-
-
 def with_figures(text: str, figures: Mapping[str, str]) -> str:
     """Return a page's text with what is between its markers replaced, where the name is known."""
     for pattern in (_TABLE, _VALUE):

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fpnet_lab.metrics import mean
 from fpnet_lab.scores import (
     Column,
     Figures,
@@ -194,7 +195,7 @@ def _of_clouds(clouds: Sequence[Row]) -> Row:
         'rooms': sum(rooms),
         'matched': sum(cloud['status'] == 'matched' for cloud in clouds),
     }
-    return means | counts | {'of_two': float(np.mean(of_two)) if of_two else None}
+    return means | counts | {'of_two': mean(of_two)}
 
 
 def scale(report: Row) -> Figures:

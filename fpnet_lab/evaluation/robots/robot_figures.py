@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fpnet_lab.evaluation.robots.robot_pairs import BANDS, WHOLE
+from fpnet_lab.metrics import share
 
 ALL_BANDS = (WHOLE, *BANDS)
 
@@ -70,17 +71,13 @@ def _shares(outcomes: Sequence[Outcome]) -> Shares:
     same = [each.is_claimed for each in foreign if each.is_same_architect]
     other = [each.is_claimed for each in foreign if not each.is_same_architect]
     return {
-        'right': _share([o.is_right for o in outcomes]),
-        'claimed_right': _share([o.is_claimed and o.is_right for o in outcomes]),
-        'wrong_and_claimed': _share([o.is_claimed and not o.is_right for o in outcomes]),
-        'foreign_claimed': _share(same + other),
-        'foreign_random_claimed': _share(other),
-        'foreign_same_architect_claimed': _share(same),
+        'right': share(o.is_right for o in outcomes),
+        'claimed_right': share(o.is_claimed and o.is_right for o in outcomes),
+        'wrong_and_claimed': share(o.is_claimed and not o.is_right for o in outcomes),
+        'foreign_claimed': share(same + other),
+        'foreign_random_claimed': share(other),
+        'foreign_same_architect_claimed': share(same),
         'pairs': len(outcomes),
         'foreign_pairs': len(foreign),
         'foreign_same_architect_pairs': len(same),
     }
-
-
-def _share(hits: Sequence[bool]) -> float | None:
-    return sum(hits) / len(hits) if hits else None

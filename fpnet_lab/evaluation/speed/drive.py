@@ -23,8 +23,8 @@ from fpnet_lab.sim.drives.tours import TourLimits
 # Chosen: about 930 m2 in seven minutes.
 SEED, FAMILY, ROOMS = 5, 'racetrack', (40, 80)
 # Chosen, with it:
-_TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
-_SCAN_POINTS = 25_000  # given: what the aim for a scan is stated for
+TOUR = TourLimits(rooms=24, shortest_s=280.0, longest_s=420.0)
+SCAN_POINTS = 25_000  # given: what the aim for a scan is stated for
 _STEP = 5  # chosen: every so many sweeps is added: two a second
 _TICK = 2  # chosen: scans between two ticks: one a second
 _WARM_TICKS = 3  # numerical: ticks that are not counted
@@ -64,7 +64,7 @@ def drive_figures(seconds: float | None = None) -> tuple[list[Figure], float]:
     figures of ``add_scan``, of cutting the submap into rooms again and of whole ticks, and the
     explored area [m2]
     """
-    recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=_TOUR)
+    recording = drive_through(FAMILY, 'beams64', SEED, rooms=ROOMS, limits=TOUR)
     config = load_config(None, {'localizer.search_every_ticks': 1})
     localizer = create_localizer(config)
     localizer.set_plan(recording.floorplan)
@@ -99,5 +99,5 @@ def _scans(recording: Recording, seconds: float | None) -> Iterator[Scan]:
     last = len(recording) if seconds is None else min(len(recording), int(seconds / period_s))
     for index in range(0, last, _STEP):
         scan = recording.deskewed(index)
-        kept = np.sort(rng.permutation(len(scan.points))[:_SCAN_POINTS])
+        kept = np.sort(rng.permutation(len(scan.points))[:SCAN_POINTS])
         yield replace(scan, points=scan.points[kept])

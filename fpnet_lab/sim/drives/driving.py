@@ -20,6 +20,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 import shapely
 
+from fpnet_core.trajectory import path_length
+
 Array = NDArray[np.float64]
 
 SENSOR_HEIGHT_M = 0.9
@@ -55,6 +57,10 @@ class MotionLimits:
     """Standard deviation of roll and pitch at full speed: floors and tyres are not perfect."""
 
 
+MOTION = MotionLimits()
+"""Of every simulated robot."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tour:
     """
@@ -80,7 +86,7 @@ class Tour:
     @property
     def path_m(self) -> float:
         """Distance driven [m]."""
-        return float(np.linalg.norm(np.diff(self.xy, axis=0), axis=1).sum())
+        return path_length(self.xy)
 
     def line(self) -> shapely.LineString:
         """Return the driven path as a line [m]."""
@@ -113,8 +119,6 @@ def drive_legs(
     legs: Sequence[Leg],
     rooms: Sequence[int],
     rng: np.random.Generator,
-    motion: MotionLimits,
-    sensor_height_m: float = SENSOR_HEIGHT_M,
 ) -> Tour:
     """
     Drive legs one after another, from a standstill with a random heading.
@@ -124,46 +128,43 @@ def drive_legs(
     legs : at least one; each starts where the one before ends
     rooms : the rooms that the tour visits, kept in it
     rng : draws the first heading, roll and pitch
-    motion : how the robot moves
-    sensor_height_m : of the sensor above z = 0
     """
     first = legs[0].path[1] - legs[0].path[0]
     yaw = float(np.arctan2(first[1], first[0]) + rng.uniform(-1.0, 1.0) * np.pi / 2.0)
     state = np.array([*legs[0].path[0], yaw, 0.0, 0.0])
     limits = np.array(
         [
-            motion.speed_mps,
-            motion.acceleration_mps2,
-            motion.turn_rate_radps,
-            motion.turn_acceleration_radps2,
-            motion.step_s,
+            MOTION.speed_mps,
+            MOTION.acceleration_mps2,
+            MOTION.turn_rate_radps,
+            MOTION.turn_acceleration_radps2,
+            MOTION.step_s,
         ]
     )
-    tracks = [np.tile(state[:3], (1 + round(motion.standstill_s / motion.step_s), 1))]
-    ahead = round(motion.lookahead_m / _SPACING_M)
+    tracks = [np.tile(state[:3], (1 + round(MOTION.standstill_s / MOTION.step_s), 1))]
+    ahead = round(MOTION.lookahead_m / _SPACING_M)
     for leg in legs:
         points = _resample(leg.path, _SPACING_M)
         tracks.append(_follow(points, _SPACING_M, ahead, state, limits))
         tracks.append(_turn(leg.look_rad, state, limits))
     xy_yaw = np.concatenate(tracks)
-    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], motion.step_s, axis=0), axis=1)
+    speed = np.linalg.norm(np.gradient(xy_yaw[:, :2], MOTION.step_s, axis=0), axis=1)
     return Tour(
-        time_s=motion.step_s * np.arange(len(xy_yaw), dtype=np.float64),
+        time_s=MOTION.step_s * np.arange(len(xy_yaw), dtype=np.float64),
         xy=xy_yaw[:, :2],
         yaw_rad=xy_yaw[:, 2],
-        tilt_rad=_sway(speed / motion.speed_mps, rng, motion),
+        tilt_rad=_sway(speed / MOTION.speed_mps, rng),
         rooms=tuple(rooms),
-        sensor_height_m=sensor_height_m,
     )
 
 
-def _sway(speed_share: Array, rng: np.random.Generator, motion: MotionLimits) -> Array:
+def _sway(speed_share: Array, rng: np.random.Generator) -> Array:
     """Return roll and pitch ``(S, 2)``: smooth noise that grows with speed [rad]."""
     noise = rng.standard_normal((len(speed_share), 2))
-    smooth = gaussian_filter1d(noise, _SWAY_S / motion.step_s, axis=0)
+    smooth = gaussian_filter1d(noise, _SWAY_S / MOTION.step_s, axis=0)
     unit = smooth / smooth.std(axis=0)
-    share = gaussian_filter1d(speed_share, _SWAY_S / motion.step_s)
-    sway: Array = motion.sway_rad * share[:, None] * unit
+    share = gaussian_filter1d(speed_share, _SWAY_S / MOTION.step_s)
+    sway: Array = MOTION.sway_rad * share[:, None] * unit
     return sway
 
 

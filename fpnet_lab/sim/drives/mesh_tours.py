@@ -16,7 +16,7 @@ from skimage.graph import MCP_Geometric
 from fpnet_core.errors import MapFormatError
 from fpnet_core.raster.distance import clearance_of
 from fpnet_core.raster.pieces import pieces_of
-from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MotionLimits, Tour
+from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, Tour
 from fpnet_lab.sim.drives.mesh_worlds import CELL_M, MeshWorld
 from fpnet_lab.sim.drives.routes import NO_ROOM, Place
 from fpnet_lab.sim.drives.tours import TourLimits, tour_on
@@ -40,7 +40,6 @@ def plan_mesh_tour(
     world: MeshWorld,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    motion: MotionLimits | None = None,
 ) -> Tour:
     """
     Drive from a random place to others through the largest connected free space.
@@ -52,7 +51,6 @@ def plan_mesh_tour(
         Draws the start, the goals and how to look around.
     limits : TourLimits
         Bounds of the time; rooms are not counted, as a mesh has none.
-    motion : how the robot moves
 
     Raises
     ------
@@ -66,7 +64,7 @@ def plan_mesh_tour(
             f'the mesh leaves {ground.area_m2:.1f} m2 of connected space for a robot '
             f'{2 * BODY_RADIUS_M} m wide; expected at least {LEAST_DRIVABLE_M2} m2'
         )
-    tour = tour_on(ground, rng, limits, motion or MotionLimits())
+    tour = tour_on(ground, rng, limits)
     if tour is None:
         raise MapFormatError(
             f'no tour of {limits.shortest_s:.0f} to {limits.longest_s:.0f} s through '

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 import shapely
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.trajectory import path_length
 from fpnet_lab.sim.buildings.openings import walkable_area
-from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, Leg, MotionLimits, Tour, drive_legs
+from fpnet_lab.sim.drives.driving import BODY_RADIUS_M, MOTION, Leg, Tour, drive_legs
 from fpnet_lab.sim.drives.routes import NO_ROOM, Place, Router, draw_nearby
 from fpnet_lab.sim.types import BuildingPlan
 
@@ -66,7 +67,6 @@ def plan_tour(
     plan: BuildingPlan,
     rng: np.random.Generator,
     limits: TourLimits | None = None,
-    motion: MotionLimits | None = None,
 ) -> Tour:
     """
     Plan and drive a tour that starts in a random room and visits others near by.
@@ -77,7 +77,6 @@ def plan_tour(
     rng : numpy.random.Generator
         Draws the start, the order of the rooms, where to stand in them and how to look around.
     limits : TourLimits
-    motion : how the robot moves
 
     Raises
     ------
@@ -86,7 +85,7 @@ def plan_tour(
     """
     limits = limits or TourLimits()
     ground = _Rooms(plan, limits.rooms)
-    tour = tour_on(ground, rng, limits, motion or MotionLimits())
+    tour = tour_on(ground, rng, limits)
     if tour is None:
         raise ConfigError(
             f'{plan.family} plan with {len(ground.candidates)} rooms has no tour through '
@@ -96,15 +95,13 @@ def plan_tour(
     return tour
 
 
-def tour_on(
-    ground: Ground, rng: np.random.Generator, limits: TourLimits, motion: MotionLimits
-) -> Tour | None:
+def tour_on(ground: Ground, rng: np.random.Generator, limits: TourLimits) -> Tour | None:
     """Return the first drive with enough places, within the time and clear of walls, or None."""
     for start in ground.starts(rng):
-        places, legs = _choose_legs(ground, start, rng, limits, motion)
+        places, legs = _choose_legs(ground, start, rng, limits)
         if legs and len(places) >= ground.least_places:
             rooms = [place.room for place in places if place.room != NO_ROOM]
-            tour = drive_legs(legs, rooms, rng, motion)
+            tour = drive_legs(legs, rooms, rng)
             in_time = limits.shortest_s <= tour.duration_s <= limits.longest_s
             if in_time and ground.is_clear(tour):
                 return tour
@@ -116,7 +113,6 @@ def _choose_legs(
     start: Place,
     rng: np.random.Generator,
     limits: TourLimits,
-    motion: MotionLimits,
 ) -> tuple[list[Place], list[Leg]]:
     """Add places until both number and time suffice; stop where the next would take too long."""
     places, legs, clock_s = [start], [], 0.0
@@ -126,7 +122,7 @@ def _choose_legs(
         path, place = next(ways, (None, start))
         if path is None:
             break
-        clock_s += _leg_time_s(path, motion)
+        clock_s += _leg_time_s(path)
         if clock_s > limits.longest_s:
             break
         legs.append(_draw_leg(path, rng))
@@ -134,10 +130,9 @@ def _choose_legs(
     return places, legs
 
 
-def _leg_time_s(path: Array, motion: MotionLimits) -> float:
+def _leg_time_s(path: Array) -> float:
     """Return about how long driving a path (V, 2) and looking around at its end take [s]."""
-    length_m = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-    return length_m / (_PACE * motion.speed_mps) + _LINGER_S
+    return path_length(path) / (_PACE * MOTION.speed_mps) + _LINGER_S
 
 
 def _draw_leg(path: Array, rng: np.random.Generator) -> Leg:

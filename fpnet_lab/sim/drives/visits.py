@@ -22,7 +22,7 @@ from fpnet_lab.sim.buildings.fittings import BuildingStyle
 from fpnet_lab.sim.buildings.meshes import TriangleMesh, merge_meshes
 from fpnet_lab.sim.drawn.distort import DrawnPlan, laid_elsewhere
 from fpnet_lab.sim.drawn.render import render_plan
-from fpnet_lab.sim.drives.driving import MotionLimits, Tour
+from fpnet_lab.sim.drives.driving import Tour
 from fpnet_lab.sim.drives.mesh_tours import plan_mesh_tour
 from fpnet_lab.sim.drives.mesh_worlds import survey_mesh
 from fpnet_lab.sim.drives.tours import TourLimits, plan_tour
@@ -47,6 +47,7 @@ _PLAN_ATTEMPTS = 20  # numerical
 # Chosen, not measured:
 _TOUR_CLEARANCE_M = 0.45  # furniture stays this far from the robot's path
 _SHORTEST_OWN_TOUR_S = 10.0  # a user's plan may be a small flat
+_DRAWN_WALL_M = (0.06, 0.3)  # thickness of a drawing's walls
 _SHOWN_SHARE = 0.7  # of a mesh tour that its floorplan must show as free
 
 
@@ -58,7 +59,7 @@ class RecordingOptions:
     ``family`` is a key of ``FAMILIES`` (None draws one of ``DEFAULT_FAMILIES``); ``rooms`` bounds
     the number of rooms besides corridors; both are for generated buildings. ``style`` is how a
     plan is raised. The drawing's x and y
-    stretch, pixel size [m] and wall thickness [m] are drawn evenly from their ranges.
+    stretch and its pixel size [m] are drawn evenly from their ranges.
     """
 
     family: str | None = None
@@ -67,10 +68,8 @@ class RecordingOptions:
     style: BuildingStyle = field(default_factory=BuildingStyle)
     stretch: tuple[float, float] = (0.96, 1.04)
     resolution_m: tuple[float, float] = (0.03, 0.08)
-    drawn_wall_m: tuple[float, float] = (0.06, 0.3)
     lidar: SensorModel = SENSORS['beams32']
     limits: TourLimits = field(default_factory=TourLimits)
-    motion: MotionLimits = field(default_factory=MotionLimits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def mesh_visit(
     Parameters
     ----------
     seed : draws the tour
-    options : its limits and motion
+    options : its limits
     mesh : metres, z up
     floorplan : in the mesh's own x and y [m]; None takes what a robot could drive on
 
@@ -143,7 +142,7 @@ def mesh_visit(
         If the mesh has no drivable space indoors, or the floorplan shows another building.
     """
     world = survey_mesh(mesh)
-    tour = plan_mesh_tour(world, _streams(seed)[0], options.limits, options.motion)
+    tour = plan_mesh_tour(world, _streams(seed)[0], options.limits)
     floorplan = floorplan or world.floorplan()
     shown = _share_on_free(floorplan, tour.xy)
     if shown < _SHOWN_SHARE:
@@ -190,7 +189,7 @@ def _draw_plan_and_tour(
             reason = f'the last plan has {count} rooms and {len(plan.rooms) - count} corridors'
             continue
         try:
-            return plan, plan_tour(plan, rng, options.limits, options.motion)
+            return plan, plan_tour(plan, rng, options.limits)
         except ConfigError as error:
             reason = str(error)
     raise ConfigError(
@@ -207,7 +206,7 @@ def _longest_tour(plan: BuildingPlan, rng: np.random.Generator, options: Recordi
     for rooms in range(wanted, 1, -1):
         limits = replace(options.limits, rooms=rooms, shortest_s=shortest_s)
         try:
-            return plan_tour(plan, rng, limits, options.motion)
+            return plan_tour(plan, rng, limits)
         except ConfigError:
             continue
     raise ConfigError(
@@ -224,7 +223,7 @@ def _draw_floorplan(
     sheet = render_plan(
         plan,
         resolution_m=float(rng.uniform(*options.resolution_m)),
-        wall_m=float(rng.uniform(*options.drawn_wall_m)),
+        wall_m=float(rng.uniform(*_DRAWN_WALL_M)),
         T_plan_building=stretch,
     )
     return laid_elsewhere(sheet, stretch, rng)

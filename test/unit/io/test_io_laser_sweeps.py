@@ -24,7 +24,7 @@ def place(x, y, z, *, roll=0.0, pitch=0.0, yaw=0.0):
 
 def laser(xy=((2.0, 1.0),), step_s=0.01):
     points = np.pad(np.array(xy, dtype=np.float32), ((0, 0), (0, 1)))
-    return LaserPoints(points, step_s * np.arange(len(points)), 0)
+    return LaserPoints(points, step_s * np.arange(len(points)))
 
 
 def sweep_at(offset_ms, count=3):

@@ -19,7 +19,7 @@ def cloud(times):
     if times is None:
         return CloudArrays(points, None)
     found = sweep_seconds(np.array(times, dtype=np.float64))
-    return CloudArrays(points, found.since_first_s, 0, None, found.first_s)
+    return CloudArrays(points, found.since_first_s, None, found.first_s)
 
 
 @given(

@@ -18,7 +18,7 @@ from fpnet_core.pose.uncertainty import (
     unrest_of,
     wall_information,
 )
-from fpnet_core.spread import Growth, PoseSpread, Signs, carried
+from fpnet_core.spread import Growth, Signs, carried
 from fpnet_core.types import FREE, OCCUPIED, GridMap
 
 CELL_M = 0.05
@@ -156,4 +156,3 @@ def test_nothing_beyond_what_was_seen_counts_more():
     model = packaged_uncertainty()
     far, farther = (model.covariances(np.full(len(FIGURES), v), np.eye(3)) for v in (50.0, 99.0))
     np.testing.assert_array_equal(far, farther)
-    assert isinstance(model.spread(Signs(np.eye(3), np.zeros(3)), np.zeros(2), 0), PoseSpread)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from benchmark_reports import MADE, REPORTS, manifest, rows
 import pytest
+from stated_figures import contradictions
 
-from fpnet_lab.evaluation.published.figures import contradictions, pages, stated
+from fpnet_lab.evaluation.published.figures import pages, stated
 from fpnet_lab.evaluation.published.makers import MAKERS, published
 from fpnet_lab.evaluation.published.weights import WEIGHTS
 

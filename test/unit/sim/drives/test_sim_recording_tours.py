@@ -8,7 +8,7 @@ import shapely
 
 from fpnet_core.errors import ConfigError
 from fpnet_lab.sim.buildings.openings import walkable_area
-from fpnet_lab.sim.drives.driving import MotionLimits
+from fpnet_lab.sim.drives.driving import MOTION
 from fpnet_lab.sim.drives.routes import Place, Router
 from fpnet_lab.sim.drives.tours import TourLimits, plan_tour
 from fpnet_lab.sim.plans import generate_plan
@@ -45,17 +45,17 @@ def test_tour_starts_in_a_room_and_enters_four_others(plan_and_tour):
 
 def test_tour_respects_the_drive(plan_and_tour):
     _, tour = plan_and_tour
-    motion, limits = MotionLimits(), TourLimits()
+    limits = TourLimits()
     step = np.diff(tour.time_s)
     speed = np.linalg.norm(np.diff(tour.xy, axis=0), axis=1) / step
     rate = np.diff(tour.yaw_rad) / step
-    assert speed.max() <= motion.speed_mps + 1e-6
-    assert np.abs(rate).max() <= motion.turn_rate_radps + 1e-6
-    assert np.abs(np.diff(speed) / step[1:]).max() <= motion.acceleration_mps2 * 1.01
-    assert np.abs(np.diff(rate) / step[1:]).max() <= motion.turn_acceleration_radps2 * 1.01
+    assert speed.max() <= MOTION.speed_mps + 1e-6
+    assert np.abs(rate).max() <= MOTION.turn_rate_radps + 1e-6
+    assert np.abs(np.diff(speed) / step[1:]).max() <= MOTION.acceleration_mps2 * 1.01
+    assert np.abs(np.diff(rate) / step[1:]).max() <= MOTION.turn_acceleration_radps2 * 1.01
     assert limits.shortest_s <= tour.duration_s <= limits.longest_s
-    assert np.abs(tour.tilt_rad).max() < 6.0 * motion.sway_rad
-    still = round(motion.standstill_s / motion.step_s)
+    assert np.abs(tour.tilt_rad).max() < 6.0 * MOTION.sway_rad
+    still = round(MOTION.standstill_s / MOTION.step_s)
     assert np.ptp(tour.xy[:still], axis=0).max() == 0.0
 
 

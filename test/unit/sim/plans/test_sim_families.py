@@ -79,6 +79,7 @@ def test_rooms_lie_on_both_sides_of_one_straight_corridor(family):
         assert sides[1] > 5.0 * sides[0]
         heights = np.array([room.centroid.y for room in _rooms(plan, 'room')])
         assert (heights > 0.0).any()
+        assert (heights < 0.0).any()
 
 
 def test_racetrack_corridors_close_a_loop():
