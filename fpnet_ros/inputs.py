@@ -21,6 +21,7 @@ from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.whereabouts import Placing, Whereabouts
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
@@ -243,7 +244,7 @@ class ScanInput:
         self._heard_s['cloud'] = time.monotonic()
         self._clouds.follow(info)
         msg = deserialize_message(data, PointCloud2)
-        stamp_ns, frame_id = stamp_from_msg(msg.header.stamp), msg.header.frame_id.lstrip('/')
+        stamp_ns, frame_id = stamp_from_msg(msg.header.stamp), plain_frame(msg.header.frame_id)
         if carries_times(msg):
             self._take_timed(msg, frame_id, stamp_ns)
         else:

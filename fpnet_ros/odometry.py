@@ -19,6 +19,7 @@ from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
@@ -82,7 +83,7 @@ def _sweep_of_cloud(data: bytes, stamps: SweepStamps, heard_s: float) -> _Sweep:
     cloud = cloud_from_msg(msg)
     stamp_ns = stamps.pose_ns(cloud, stamp_from_msg(msg.header.stamp))
     scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
-    return _Sweep(scan, msg.header.frame_id.lstrip('/'), heard_s)
+    return _Sweep(scan, plain_frame(msg.header.frame_id), heard_s)
 
 
 class OdometryNode(OwnValues):

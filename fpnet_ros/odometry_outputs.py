@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from sensor_msgs.msg import PointCloud2
 
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.motion import twist
 from fpnet_core.io.scans import RegisteredSweep
 from fpnet_core.stamps import NS_PER_S
@@ -152,9 +153,10 @@ class OdometryOutputs:
         """
         own = self._settings.lidar_odom_frame
         for transform in msg.transforms:
-            parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
+            parent = plain_frame(transform.header.frame_id)
+            child = plain_frame(transform.child_frame_id)
             is_ours = parent == own and transform in self._sent
-            if self.moving == child.lstrip('/') and not is_ours and self._tf:
+            if self.moving == child and not is_ours and self._tf:
                 self._tf = None
                 self._warn(
                     f'somebody publishes {parent} -> {self.moving} on /tf, so ours from {own} is '

@@ -24,6 +24,7 @@ from rclpy.parameter import Parameter
 from fpnet_core.config import Section
 from fpnet_core.config_docs import ConfigField, config_fields
 from fpnet_core.errors import ConfigError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_ros.known_parameters import said_of_unknown
 
 AnySection = TypeVar('AnySection', bound=Section)
@@ -156,8 +157,7 @@ class ParameterTree(Generic[AnySection]):
             branch = tree
             for part in parents:
                 branch = branch.setdefault(part, {})
-            # Messages and TF may have a slash before a frame's name; tf2 asks without one.
-            branch[leaf] = value.lstrip('/') if leaf.endswith(_FRAMES) else value
+            branch[leaf] = plain_frame(value) if leaf.endswith(_FRAMES) else value
         try:
             return self._section.model_validate(tree)
         except ValidationError as error:

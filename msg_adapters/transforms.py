@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.errors import OdometryError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 
@@ -83,8 +84,8 @@ def transform_from_msg(msg: Any) -> StampedTransform:
         ) from None
     return StampedTransform(
         stamp_from_msg(msg.header.stamp),
-        str(msg.header.frame_id).lstrip('/'),
-        str(msg.child_frame_id).lstrip('/'),
+        plain_frame(msg.header.frame_id),
+        plain_frame(msg.child_frame_id),
         matrix,
     )
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
@@ -164,14 +164,9 @@ def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
         If one of them is no rigid transform.
     """
     for stamped in message.transforms:
-        parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
+        parent, child = plain_frame(stamped.header.frame_id), plain_frame(stamped.child_frame_id)
         pose = stamped.transform
         yield Transform(parent, child, rigid(pose.translation, pose.rotation), is_static)
-
-
-def plain(frame: str) -> str:
-    """Return a frame without the slash that some publishers put before it."""
-    return str(frame).strip('/')
 
 
 def rigid(at: Any, turned: Any) -> NDArray[np.float64]:

@@ -19,11 +19,11 @@ from fpnet_core.doctor.observed import (
     SeenScan,
     Topic,
     Transform,
-    plain,
     rigid,
     transforms_of,
 )
 from fpnet_core.errors import FpnetError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
 from fpnet_core.io.bags import stamp_to_ns
@@ -94,7 +94,7 @@ class Observer:
             return
         if not hasattr(message, 'header'):
             return
-        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain(message.header.frame_id)
+        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain_frame(message.header.frame_id)
         heard.stamps_ns.append(stamp_ns)
         heard.heard_ns.append(heard_ns)
         heard.frames[frame] = None
@@ -149,7 +149,7 @@ class Observer:
             heard.heard_ns.append(heard_ns)
 
     def _take_pose(self, heard: _Heard, name: str, stamp_ns: int, message: Any) -> None:
-        if child := plain(message.child_frame_id):
+        if child := plain_frame(message.child_frame_id):
             heard.children[child] = None
         if name != self.odometry:
             return

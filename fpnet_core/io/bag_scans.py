@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
 from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.bags import BagReader, stamp_to_ns
@@ -275,7 +275,7 @@ def read_odometry(
     track = PoseTrack(body)
     for _, _, message in bag.messages([topic]):
         for stamped in message.transforms:
-            if stamped.child_frame_id.strip('/') == body:
+            if plain_frame(stamped.child_frame_id) == body:
                 pose = stamped.transform
                 matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
                 track.add(stamp_to_ns(stamped.header.stamp), matrix)
@@ -285,7 +285,7 @@ def read_odometry(
 def first_frame(bag: BagReader, topic: str, path: Path) -> str:
     """Return the frame of the first message on a topic."""
     for _, _, message in bag.messages([topic]):
-        return str(message.header.frame_id).strip('/')
+        return plain_frame(message.header.frame_id)
     raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
 
 
