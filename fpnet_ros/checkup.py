@@ -22,7 +22,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
+from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, heard_transforms
 from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns, check_unit
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
 from fpnet_core.io.message_types import CLOCK, GRID, TRANSFORMS
@@ -227,7 +227,7 @@ class Checkup:
 
     def _take_transforms(self, data: bytes, is_static: bool) -> None:
         try:
-            for each in transforms_of(deserialize_message(data, TFMessage), is_static):
+            for each in heard_transforms(deserialize_message(data, TFMessage), is_static):
                 self._transforms[each.parent, each.child] = each, time.monotonic()
         except ValueError:
             return  # whoever looks it up says so

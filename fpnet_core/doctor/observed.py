@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
+from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.geometry.rigid3d import rigid_from_quaternion
 from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
+from fpnet_core.io.messages import transforms_of
 from fpnet_core.stamps import NS_PER_S
 
 SCANS = (POINT_CLOUD, *LASER_SCANS)
@@ -154,22 +154,7 @@ class Observed:
         return tree
 
 
-def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
-    """
-    Yield the transforms of a TFMessage.
-
-    Raises
-    ------
-    ValueError
-        If one of them is no rigid transform.
-    """
-    for stamped in message.transforms:
-        parent, child = plain_frame(stamped.header.frame_id), plain_frame(stamped.child_frame_id)
-        pose = stamped.transform
-        yield Transform(parent, child, rigid(pose.translation, pose.rotation), is_static)
-
-
-def rigid(at: Any, turned: Any) -> NDArray[np.float64]:
-    """Return the (4, 4) transform of a message's position and orientation, else ValueError."""
-    rotation = [turned.x, turned.y, turned.z, turned.w]
-    return rigid_from_quaternion([at.x, at.y, at.z], rotation)
+def heard_transforms(message: Any, is_static: bool) -> Iterator[Transform]:
+    """Yield the transforms of a TFMessage; ValueError as :func:`transforms_of`."""
+    for each in transforms_of(message):
+        yield Transform(each.parent, each.child, each.T_parent_child, is_static)

@@ -19,17 +19,16 @@ from fpnet_core.doctor.observed import (
     SeenScan,
     Topic,
     Transform,
-    rigid,
-    transforms_of,
+    heard_transforms,
 )
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
 from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
-from fpnet_core.io.bags import stamp_to_ns
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
-from fpnet_core.io.pointcloud2 import decode_points
+from fpnet_core.io.messages import rigid_of, stamp_to_ns
+from fpnet_core.io.pointcloud2 import decode_cloud
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_core.stamps import NS_PER_S
 
@@ -140,7 +139,7 @@ class Observer:
 
     def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
         try:
-            for each in transforms_of(message, is_static=name.endswith(TF_STATIC)):
+            for each in heard_transforms(message, is_static=name.endswith(TF_STATIC)):
                 self._transforms[each.parent, each.child, each.is_static] = each
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
@@ -155,7 +154,7 @@ class Observer:
             return
         pose = message.pose.pose
         try:
-            self._track.add(stamp_ns, rigid(pose.position, pose.orientation))
+            self._track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
 
@@ -173,15 +172,7 @@ def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepSt
         last_ns = stamp_ns + round(float(seen.time_s.max(initial=0.0)) * NS_PER_S)
         return SeenScan(frame, last_ns, seen.points, seen.time_s, is_planar=True)
     names = tuple(each.name for each in message.fields)
-    cloud = decode_points(
-        message.fields,
-        message.data,
-        message.point_step,
-        message.row_step,
-        message.width,
-        message.height,
-        message.is_bigendian,
-    )
+    cloud = decode_cloud(message)
     step = max(1, len(cloud.points) // _MOST_POINTS)
     times = None if cloud.time_s is None else cloud.time_s[::step]
     return SeenScan(frame, stamps.pose_ns(cloud, stamp_ns), cloud.points[::step], times, names)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 import logging
 from pathlib import Path
@@ -18,8 +19,7 @@ from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
 from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
-from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import BagReader, stamp_to_ns
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import (
     LASER_SCANS,
     ODOMETRY,
@@ -27,7 +27,8 @@ from fpnet_core.io.message_types import (
     POSE,
     TRANSFORMS,
 )
-from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
+from fpnet_core.io.messages import StampedTransform, rigid_of, stamp_to_ns, transforms_of
+from fpnet_core.io.pointcloud2 import CloudArrays, decode_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
 from fpnet_core.stamps import NS_PER_S
@@ -107,15 +108,7 @@ class BagScans:
 
     def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
-            return decode_points(
-                cloud.fields,
-                cloud.data,
-                cloud.point_step,
-                cloud.row_step,
-                cloud.width,
-                cloud.height,
-                cloud.is_bigendian,
-            )
+            return decode_cloud(cloud)
         except CloudFormatError as error:
             raise CloudFormatError(
                 f'{self._path}, {self.cloud_topic}, message {index}: {error}'
@@ -261,7 +254,8 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
         if msgtype == ODOMETRY:
             pose, track.child_frame = message.pose.pose, message.child_frame_id
         stamp_ns = stamp_to_ns(message.header.stamp) or recorded_ns
-        track.add(stamp_ns, _matrix(pose.position, pose.orientation, f'bag {path}, {topic}'))
+        with _naming(path, topic):
+            track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
     return track if len(track) else None
 
 
@@ -273,12 +267,8 @@ def read_odometry(
         return read_track(bag, topic, path)
     body = static.body(first_frame(bag, scan_topic, path))
     track = PoseTrack(body)
-    for _, _, message in bag.messages([topic]):
-        for stamped in message.transforms:
-            if plain_frame(stamped.child_frame_id) == body:
-                pose = stamped.transform
-                matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
-                track.add(stamp_to_ns(stamped.header.stamp), matrix)
+    for each in _transforms(bag, path, [topic], body):
+        track.add(each.stamp_ns, each.T_parent_child)
     return track if len(track) else None
 
 
@@ -289,14 +279,22 @@ def first_frame(bag: BagReader, topic: str, path: Path) -> str:
     raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
 
 
-def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
+def _transforms(
+    bag: BagReader, path: Path, topics: list[str], child: str = ''
+) -> Iterator[StampedTransform]:
+    """Yield the transforms on topics: all, or those of one child frame."""
+    for topic, _, message in bag.messages(topics):
+        with _naming(path, topic):
+            yield from transforms_of(message, child)
+
+
+@contextmanager
+def _naming(path: Path, topic: str) -> Iterator[None]:
+    """Have what is wrong with a pose said with the place where it stands."""
     try:
-        return rigid_from_quaternion(
-            [translation.x, translation.y, translation.z],
-            [rotation.x, rotation.y, rotation.z, rotation.w],
-        )
+        yield
     except ValueError as error:
-        raise BagFormatError(f'{where}: {error}') from None
+        raise BagFormatError(f'bag {path}, {topic}: {error}') from None
 
 
 def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> FrameTree:
@@ -328,9 +326,6 @@ def _said_of_frames(
         and scan_topic.startswith(topic.removesuffix(name) + '/')
     ]
     found: dict[tuple[str, str], list[NDArray[np.float64]]] = {}
-    for topic, _, message in bag.messages(of_robot) if of_robot else ():
-        for stamped in message.transforms:
-            pose = stamped.transform
-            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
-            found.setdefault((stamped.header.frame_id, stamped.child_frame_id), []).append(matrix)
+    for each in _transforms(bag, path, of_robot) if of_robot else ():
+        found.setdefault((each.parent, each.child), []).append(each.T_parent_child)
     return found
