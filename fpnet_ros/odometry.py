@@ -23,6 +23,7 @@ from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
+from fpnet_core.io.topic_names import TF_STATIC_TOPIC
 from fpnet_core.odometry import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LARGE_CLOUDS, LOST
@@ -113,9 +114,9 @@ class OdometryNode(OwnValues):
             self._publisher, self._subscribe_to, self._settings, logger.warning
         )
         self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
-        self._static_topic = self.resolve_topic_name('/tf_static')
+        self._static_topic = self.resolve_topic_name(TF_STATIC_TOPIC)
         if TFMessage is not None:
-            self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
+            self.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_tf_static, TF_STATIC)
         self._clouds = Numbering()
         self._unplaced = 0
         self._losses = LossLog(logger.warning)

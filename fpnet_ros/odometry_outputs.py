@@ -16,6 +16,7 @@ from sensor_msgs.msg import PointCloud2
 from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.motion import twist
 from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.robot_odometry import RobotOdometryParameters
@@ -89,16 +90,16 @@ class OdometryOutputs:
         self.moving = ''
         """The frame whose pose was published last, empty before the first."""
         self._last: tuple[int, Array] | None = None  # stamp and pose that were published
-        self._odometry = publisher(Odometry, 'kiss/odometry', STREAM)
-        self._frames = publisher(PointCloud2, 'kiss/frame', STREAM)
+        self._odometry = publisher(Odometry, KISS_ODOMETRY, STREAM)
+        self._frames = publisher(PointCloud2, KISS_FRAME, STREAM)
         self._sent: tuple[Any, ...] = ()  # transforms of ours that come back on /tf
         self._tf = None
         if TFMessage is None:
             warn(f'no TF: {NO_TF}')
         elif settings.publish_odom_tf:
-            self._tf = publisher(TFMessage, '/tf', TF)
+            self._tf = publisher(TFMessage, TF_TOPIC, TF)
             if not settings.invert_odom_tf:
-                subscribe(TFMessage, '/tf', self._on_tf, TF)
+                subscribe(TFMessage, TF_TOPIC, self._on_tf, TF)
 
     def publish(
         self,

@@ -14,17 +14,11 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
 from fpnet_core.io.messages import transforms_of
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 
-SCANS = (POINT_CLOUD, *LASER_SCANS)
-"""Message types that carry scans."""
-
 _FIRST = 10  # messages that tell two clocks apart, before either may jump; chosen
-
-TF, TF_STATIC, CLOCK_TOPIC = '/tf', '/tf_static', '/clock'
-"""Given: of tf2, and of simulated time."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +122,7 @@ class Observed:
     track: PoseTrack = field(default_factory=PoseTrack)
     unreadable: tuple[str, ...] = ()
     is_live: bool = False
-    tf: str = TF
+    tf: str = TF_TOPIC
 
     def topic(self, name: str) -> Topic | None:
         """Return a topic by its name; None where there is none."""

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.doctor.observed import (
-    TF,
-    TF_STATIC,
     Observed,
     Offer,
     SeenScan,
@@ -24,12 +22,13 @@ from fpnet_core.doctor.observed import (
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
+from fpnet_core.io.bag_scans import usable_clouds
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
 from fpnet_core.io.messages import rigid_of, stamp_to_ns
 from fpnet_core.io.pointcloud2 import decode_cloud
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.io.topic_names import KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC, TRUTH_TOPICS
 from fpnet_core.stamps import NS_PER_S
 
 MOST_SWEEPS = 150
@@ -139,7 +138,7 @@ class Observer:
 
     def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
         try:
-            for each in heard_transforms(message, is_static=name.endswith(TF_STATIC)):
+            for each in heard_transforms(message, is_static=name.endswith(TF_STATIC_TOPIC)):
                 self._transforms[each.parent, each.child, each.is_static] = each
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
@@ -183,9 +182,9 @@ def tf_beside(types: Collection[str], scans: str) -> tuple[str, str]:
     namespace = scans
     while namespace:
         namespace = namespace.rpartition('/')[0]
-        if namespace + TF in types or namespace + TF_STATIC in types:
+        if namespace + TF_TOPIC in types or namespace + TF_STATIC_TOPIC in types:
             break
-    return namespace + TF, namespace + TF_STATIC
+    return namespace + TF_TOPIC, namespace + TF_STATIC_TOPIC
 
 
 def likeliest_scans(types: dict[str, str]) -> str:
@@ -199,4 +198,4 @@ def likeliest_odometry(types: dict[str, str]) -> str:
     """Return the topic of the odometry that is meant, KISS-ICP's if there; empty: none."""
     found = [name for name, msgtype in types.items() if msgtype == ODOMETRY]
     usable: Iterable[str] = [name for name in found if not TRUTH_TOPICS.search(name)]
-    return min(usable, key=lambda name: (not name.endswith('kiss/odometry'), name), default='')
+    return min(usable, key=lambda name: (not name.endswith(KISS_ODOMETRY), name), default='')

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 import logging
 from pathlib import Path
-import re
 from typing import Any, Literal
 
 import numpy as np
@@ -21,26 +20,27 @@ from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import (
-    LASER_SCANS,
     ODOMETRY,
     POINT_CLOUD,
     POSE,
+    SCANS,
     TRANSFORMS,
 )
 from fpnet_core.io.messages import StampedTransform, rigid_of, stamp_to_ns, transforms_of
 from fpnet_core.io.pointcloud2 import CloudArrays, decode_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.io.topic_names import (
+    KISS_FRAME,
+    KISS_ODOMETRY,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+    TRUTH_TOPICS,
+    is_registered,
+)
 from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
-
-TF_TOPIC = '/tf'
-"""Where a robot's own odometry is, if on no topic of its own. Given."""
-
-_TF_STATIC = '/tf_static'
-TRUTH_TOPICS = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
-_KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
 
 class BagScans:
@@ -80,8 +80,8 @@ class BagScans:
         """Decode and yield the clouds."""
         tally = Tally(self._path, self.odometry_topic, self._odometry)
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
-        is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
-        stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
+        say = in_silence if is_registered(self.cloud_topic) else _log.warning
+        stamps = SweepStamps(self._scan_stamp, say)
         with BagReader(self._path) as bag:
             for index, (_, recorded_ns, cloud) in enumerate(bag.messages([self.cloud_topic])):
                 arrays = self._decode(cloud, index)
@@ -189,13 +189,13 @@ def usable_clouds(topics: dict[str, str]) -> list[str]:
     clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
     # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it will do on its own; its
     # keypoints and local map are no scans.
-    raw = [topic for topic in clouds if not _KISS_CLOUD.search(topic)]
-    return raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
+    raw = [topic for topic in clouds if not is_registered(topic)]
+    return raw or [topic for topic in clouds if topic.endswith(KISS_FRAME)]
 
 
 def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
     if wanted:
-        clouds = [t for t, msgtype in topics.items() if msgtype in (POINT_CLOUD, *LASER_SCANS)]
+        clouds = [t for t, msgtype in topics.items() if msgtype in SCANS]
         return _require(wanted, clouds, topics, path)
     return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', '--topic', topics, path)
 
@@ -209,7 +209,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
         in_tf = [topic for topic, msgtype in topics.items() if msgtype == TRANSFORMS]
         return _require(wanted, odometry + in_tf, topics, path)
     usable = [topic for topic in odometry if not TRUTH_TOPICS.search(topic)]
-    usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
+    usable = [topic for topic in usable if topic.endswith(KISS_ODOMETRY)] or usable
     if not usable:
         return None
     return _the_only(usable, 'Odometry', '--topic', topics, path)
@@ -309,7 +309,7 @@ def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> Frame
         for (parent, child), places in _said_of_frames(bag, path, TF_TOPIC, scan_topic).items():
             if len(places) > 1 and all(np.allclose(place, places[0]) for place in places):
                 tree.add_fixed(parent, child, places[0])
-    for (parent, child), places in _said_of_frames(bag, path, _TF_STATIC, scan_topic).items():
+    for (parent, child), places in _said_of_frames(bag, path, TF_STATIC_TOPIC, scan_topic).items():
         tree.add_fixed(parent, child, places[-1])
     return tree
 
