@@ -13,7 +13,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
@@ -109,11 +108,11 @@ class OdometryNode(OwnValues):
         logger = self.get_logger()
         self._stamps = SweepStamps(scans.stamp, logger.warning)
         self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
-        self._robot = RobotOdometry(self._subscribe_to, self._settings, self._report)
+        self._robot = RobotOdometry(self.add_subscription, self._settings, self._report)
         self._out = OdometryOutputs(
-            self._publisher, self._subscribe_to, self._settings, logger.warning
+            self.add_publisher, self.add_subscription, self._settings, logger.warning
         )
-        self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
+        self._diagnostics = self.add_publisher(DiagnosticArray, '/diagnostics', STREAM)
         self._static_topic = self.resolve_topic_name(TF_STATIC_TOPIC)
         if TFMessage is not None:
             self.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_tf_static, TF_STATIC)
@@ -145,23 +144,11 @@ class OdometryNode(OwnValues):
         self._scans.close()
         super().destroy_node()
 
-    def _publisher(self, kind: type, topic: str, qos: Any) -> Any:
-        options = QoSOverridingOptions.with_default_policies()
-        return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
-
-    def _subscribe_to(
-        self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
-    ) -> None:
-        options = QoSOverridingOptions.with_default_policies()
-        self.create_subscription(
-            kind, topic, callback, qos, qos_overriding_options=options, raw=raw
-        )
-
     def _subscribe(
         self, kind: type, topic: str, callback: Callable[..., None], raw: bool = False
     ) -> None:
         clouds = sensor_data(self._settings.max_pending_scans)
-        self._subscribe_to(kind, topic, callback, clouds, raw)
+        self.add_subscription(kind, topic, callback, clouds, raw)
 
     def _listen_to_lasers(self, topics: dict[str, type]) -> None:
         base = self._settings.base_frame
