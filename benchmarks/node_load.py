@@ -33,6 +33,7 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
+from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_lab.cli.reports import script_parser, write_report
@@ -91,11 +92,11 @@ class Load:
         self.node = rclpy.create_node('load')
         self._child = child
         create = self.node.create_publisher
-        self._clouds = create(PointCloud2, 'points' if with_kiss else 'kiss/frame', STREAM)
-        self._odometry = None if with_kiss else create(Odometry, 'kiss/odometry', STREAM)
+        self._clouds = create(PointCloud2, 'points' if with_kiss else KISS_FRAME, STREAM)
+        self._odometry = None if with_kiss else create(Odometry, KISS_ODOMETRY, STREAM)
         self._floorplans = self.node.create_publisher(OccupancyGrid, 'floorplan', LATCHED)
         self._client = self.node.create_client(GetParameters, 'localizer/get_parameters')
-        self.node.create_subscription(TFMessage, '/tf', self._on_tf, TF)
+        self.node.create_subscription(TFMessage, TF_TOPIC, self._on_tf, TF)
         self.node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, STREAM
         )
@@ -116,7 +117,7 @@ class Load:
         while (
             'took the floorplan' not in self._child.log_tail()
             or not self._clouds.get_subscription_count()
-            or not self.node.count_publishers('kiss/odometry')
+            or not self.node.count_publishers(KISS_ODOMETRY)
         ):
             if time.monotonic() > deadline or self._child.process.poll() is not None:
                 raise SystemExit(f'the localizer is not ready: {self._child.log_tail()}')

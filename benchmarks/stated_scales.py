@@ -65,7 +65,7 @@ def fits(errors):
 
 def stating(pair, error):
     """Return a pair whose plan states a scale that is off by ``error``, in its logarithm."""
-    factor = float(np.sqrt(abs(np.linalg.det(pair.A_plan_robot.linear))) * np.exp(-error))
+    factor = pair.A_plan_robot.scale * float(np.exp(-error))
     A = pair.A_plan_robot @ Affine2D(np.eye(2) / factor, np.zeros(2))
     return replace(pair, robot=rescaled(pair.robot, factor), A_plan_robot=A, is_metric=True)
 

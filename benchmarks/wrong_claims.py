@@ -32,7 +32,7 @@ def errors(found, pair):
     xy = pair.robot.rc_to_xy(np.argwhere(pair.robot.cells == FREE))
     placed, true = found.apply(xy), truth.apply(xy)
     turn = np.rad2deg(abs(angle_between(found.heading, truth.heading)))
-    scale = np.sqrt(abs(np.linalg.det(found.linear) / np.linalg.det(truth.linear)))
+    scale = found.scale / truth.scale
     moved = np.median(np.linalg.norm(placed - true, axis=1))
     return moved, np.linalg.norm(placed.mean(axis=0) - true.mean(axis=0)), turn, scale
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.frozen import freeze_field
-from fpnet_core.geometry import SE2, Affine2D, Placements
+from fpnet_core.geometry import SE2, Affine2D, Placements, scale_of
 from fpnet_core.matches import MatchResult
 from fpnet_core.spread import PoseSpread
 
@@ -284,7 +284,7 @@ class PlanScale:
     @property
     def factor(self) -> float:
         """Return the mean of both axes."""
-        return float(np.sqrt(np.linalg.det(self.stretch)))
+        return float(scale_of(self.stretch))
 
 
 class Status(Enum):

@@ -22,21 +22,20 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from fpnet_core.doctor import Finding, Observed, Offer, Topic, Transform
 from fpnet_core.doctor.clocks import check_clocks
 from fpnet_core.doctor.frames import check_tree
-from fpnet_core.doctor.observed import CLOCK_TOPIC, SeenScan, transforms_of
+from fpnet_core.doctor.observed import SeenScan, heard_transforms
 from fpnet_core.doctor.sensor import check_mount, check_point_times, check_returns, check_unit
 from fpnet_core.doctor.topics import check_published, check_qos, check_time
 from fpnet_core.io.message_types import CLOCK, GRID, TRANSFORMS
+from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
 from fpnet_ros.inputs import LocatedScan
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import STALE_INPUT_S, sensor_data
-from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
+from fpnet_ros.runtime import STALE_INPUT_S, TF_STATIC, sensor_data
 from msg_adapters.diagnostics import OK, WARN, named_status_to_msg
 
 DOCTOR = 'fpnet_doctor'
 """Name of the node that only listens."""
 
-_TF_TOPICS = '/tf', '/tf_static'  # given
 # Chosen, not measured:
 _DISCOVERY_S = 5.0  # until publishers that are there are known
 _SWEEPS = 5  # that tell how the scanner is mounted
@@ -102,10 +101,12 @@ class Checkup:
         self._is_blind = False
         self._returned_s: float | None = None  # when a scan had a return, or the first one came
         if TFMessage is not None:
-            self._heard |= {node.resolve_topic_name(name): TRANSFORMS for name in _TF_TOPICS}
+            self._heard |= {
+                node.resolve_topic_name(name): TRANSFORMS for name in (TF_TOPIC, TF_STATIC_TOPIC)
+            }
             add = partial(node.add_subscription, TFMessage, raw=True)
-            add(_TF_TOPICS[0], self._on_tf, sensor_data(_TF_QUEUE))
-            add(_TF_TOPICS[1], self._on_static, TF_STATIC_QOS)
+            add(TF_TOPIC, self._on_tf, sensor_data(_TF_QUEUE))
+            add(TF_STATIC_TOPIC, self._on_static, TF_STATIC)
 
     def hear(self, stamp_ns: int) -> None:
         """Take a scan's stamp when it comes: how long it waits to be added is no clock's fault."""
@@ -227,7 +228,7 @@ class Checkup:
 
     def _take_transforms(self, data: bytes, is_static: bool) -> None:
         try:
-            for each in transforms_of(deserialize_message(data, TFMessage), is_static):
+            for each in heard_transforms(deserialize_message(data, TFMessage), is_static):
                 self._transforms[each.parent, each.child] = each, time.monotonic()
         except ValueError:
             return  # whoever looks it up says so

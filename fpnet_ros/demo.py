@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 from fpnet_core.errors import BagFormatError, FpnetError
 from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import LASER_SCAN, POINT_CLOUD
+from fpnet_core.io.topic_names import KISS_FRAME
 from fpnet_ros.monitor import Monitor
 from fpnet_ros.processes import (
     Child,
@@ -159,7 +160,7 @@ def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: 
     )
     start(
         'localizer',
-        {'run_dir': str(options.out), reliable.format('/kiss/frame'): 'reliable', **waiting},
+        {'run_dir': str(options.out), reliable.format(f'/{KISS_FRAME}'): 'reliable', **waiting},
     )
 
 

@@ -17,13 +17,12 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
 
 from fpnet_core.doctor import Observed
-from fpnet_core.doctor.observed import CLOCK_TOPIC, TF_STATIC
 from fpnet_core.doctor.observer import Observer, likeliest_odometry, likeliest_scans
 from fpnet_core.io.message_types import GRID, LASER_SCANS, ODOMETRY, POINT_CLOUD, TRANSFORMS
+from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC
 from fpnet_ros.checkup import DOCTOR, offers_of
 from fpnet_ros.optional_messages import TFMessage
-from fpnet_ros.runtime import TF_STATIC as TF_STATIC_QOS
-from fpnet_ros.runtime import sensor_data
+from fpnet_ros.runtime import TF_STATIC, sensor_data
 
 _DISCOVERY_S, _PATIENCE_S = 2.0, 8.0  # until everybody has found everybody, and scans; chosen
 _POLL_S = 0.1  # numerical
@@ -80,7 +79,7 @@ class Listener:
         """Begin to listen, once the graph is known."""
         node = self._node
         types = self._types()
-        if node.count_publishers('/clock'):
+        if node.count_publishers(CLOCK_TOPIC):
             node.set_parameters([Parameter('use_sim_time', value=True)])
         asked = {name: kind for name, kind in types.items() if self._is_asked_for(name)}
         self._observer = Observer(
@@ -89,7 +88,7 @@ class Listener:
             odometry or likeliest_odometry(asked) or likeliest_odometry(types) or None,
         )
         for name in self._observer.topics:
-            qos = TF_STATIC_QOS if name.endswith(TF_STATIC) else sensor_data(_QUEUE)
+            qos = TF_STATIC if name.endswith(TF_STATIC_TOPIC) else sensor_data(_QUEUE)
             take = partial(self._take, name)
             if (kind := _KINDS.get(types[name])) is not None:  # without tf2_msgs there is no TF
                 node.create_subscription(kind, name, take, qos)

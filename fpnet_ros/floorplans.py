@@ -13,6 +13,7 @@ from nav_msgs.msg import OccupancyGrid
 
 from fpnet_core.config import ScalePolicy
 from fpnet_core.errors import FpnetError, MapFormatError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.localizer import Localizer
 from fpnet_core.localizer.state import plan_fingerprint
 from fpnet_core.segmentation import ScaleEstimate
@@ -85,7 +86,7 @@ class FloorplanInput:
         node.add_subscription(OccupancyGrid, 'floorplan', self._on_grid, LATCHED)
 
     def _on_grid(self, msg: OccupancyGrid) -> None:
-        frame_id, taken = msg.header.frame_id.lstrip('/'), self._taken
+        frame_id, taken = plain_frame(msg.header.frame_id), self._taken
         try:
             if not frame_id:
                 raise MapFormatError('its header names no frame_id; map_server calls it map')

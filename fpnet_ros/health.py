@@ -10,7 +10,7 @@ import math
 import time
 from typing import Any
 
-from fpnet_core.doctor.observed import CLOCK_TOPIC
+from fpnet_core.io.topic_names import CLOCK_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import LocalizerOutput, Status
 from fpnet_ros.inputs import ScanInput

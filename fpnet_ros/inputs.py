@@ -21,12 +21,20 @@ from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import CloudFormatError, ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.whereabouts import Placing, Whereabouts
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.message_types import LASER_SCAN, ODOMETRY, POINT_CLOUD
 from fpnet_core.io.pointcloud2 import CloudArrays
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.io.topic_names import (
+    KISS_FRAME,
+    KISS_ODOMETRY,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+    is_registered,
+)
 from fpnet_ros.lasers import LaserInput, LaserParameters
 from fpnet_ros.lifecycle import ManagedNode
 from fpnet_ros.odometry_run import OdometryRun
@@ -147,7 +155,7 @@ class ScanInput:
         self._listen_to_scans(node, scan_stamp)
         if not self._from_tf:
             poses = sensor_data(ODOMETRY_QUEUE)
-            node.add_subscription(Odometry, 'kiss/odometry', self._on_odometry, poses)
+            node.add_subscription(Odometry, KISS_ODOMETRY, self._on_odometry, poses)
         self._listen_to_tf(node)
 
     def _listen_to_scans(self, node: ManagedNode, scan_stamp: ScanStamp) -> None:
@@ -164,10 +172,10 @@ class ScanInput:
             )
             return
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
-        is_registered = self._resolve('kiss/frame').endswith('kiss/frame')
-        say = in_silence if is_registered else node.get_logger().warning
+        is_silent = is_registered(self._resolve(KISS_FRAME))
+        say = in_silence if is_silent else node.get_logger().warning
         self._stamps = SweepStamps(scan_stamp, say)
-        node.add_subscription(PointCloud2, 'kiss/frame', self._on_cloud, clouds, raw=True)
+        node.add_subscription(PointCloud2, KISS_FRAME, self._on_cloud, clouds, raw=True)
 
     @property
     def ages_s(self) -> dict[str, float]:
@@ -181,8 +189,8 @@ class ScanInput:
     def silence_s(self) -> dict[str, float]:
         """Time since each input was last heard, or since the start, by its topics."""
         lasers = map(self._resolve, self._settings.topics)
-        scans = ', '.join(lasers) or self._resolve('kiss/frame')
-        poses = self._resolve('/tf' if self._from_tf else 'kiss/odometry')
+        scans = ', '.join(lasers) or self._resolve(KISS_FRAME)
+        poses = self._resolve(TF_TOPIC if self._from_tf else KISS_ODOMETRY)
         if self._from_tf:  # where others publish as well
             poses += f' from {self._settings.odom_frame!r}'
         return {scans: self.ages_s['cloud_age_s'], poses: self.ages_s['odometry_age_s']}
@@ -191,16 +199,16 @@ class ScanInput:
         """Return the message type of each topic that scans and poses come on, scans first."""
         settings = self._settings
         found = dict.fromkeys(map(self._resolve, settings.topics), LASER_SCAN)
-        found = found or {self._resolve('kiss/frame'): POINT_CLOUD}
+        found = found or {self._resolve(KISS_FRAME): POINT_CLOUD}
         if settings.odometry_source == 'topic':
-            found[self._resolve('kiss/odometry')] = ODOMETRY
+            found[self._resolve(KISS_ODOMETRY)] = ODOMETRY
         return found
 
     def odometry_run(self) -> OdometryRun:
         """Return which run of the odometry publishes now; in TF nobody can tell."""
         if self._settings.odometry_source == 'tf':
             return OdometryRun()
-        found = self._node.get_publishers_info_by_topic('kiss/odometry')
+        found = self._node.get_publishers_info_by_topic(KISS_ODOMETRY)
         publishers = frozenset(bytes(each.endpoint_gid).hex() for each in found)
         return OdometryRun(publishers, self._odometry.newest)
 
@@ -235,15 +243,15 @@ class ScanInput:
             if self._where.needs_tf:
                 raise ConfigError(NO_TF)
             return
-        node.add_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
+        node.add_subscription(TFMessage, TF_STATIC_TOPIC, self._on_tf_static, TF_STATIC)
         if self._where.needs_tf:
-            node.add_subscription(TFMessage, '/tf', self._on_tf, TF)
+            node.add_subscription(TFMessage, TF_TOPIC, self._on_tf, TF)
 
     def _on_cloud(self, data: bytes, info: dict[str, Any]) -> None:
         self._heard_s['cloud'] = time.monotonic()
         self._clouds.follow(info)
         msg = deserialize_message(data, PointCloud2)
-        stamp_ns, frame_id = stamp_from_msg(msg.header.stamp), msg.header.frame_id.lstrip('/')
+        stamp_ns, frame_id = stamp_from_msg(msg.header.stamp), plain_frame(msg.header.frame_id)
         if carries_times(msg):
             self._take_timed(msg, frame_id, stamp_ns)
         else:

@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan, MultiEchoLaserScan
 
 from fpnet_core.config import Section
 from fpnet_core.errors import FpnetError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.io.laser_sweeps import SAME_SWEEP_NS, LaserSweep, SweepMerger, mounted
 from fpnet_ros.runtime import Once
 from fpnet_ros.work import Numbering
@@ -117,7 +117,7 @@ class LaserInput:
 
     def _use(self, topic: str, msg: Any, is_late: bool) -> None:
         """Hand a scan on, or let it wait."""
-        frame = msg.header.frame_id.lstrip('/')
+        frame = plain_frame(msg.header.frame_id)
         base = self._base_frame() or (frame if self._is_alone else '')
         if self._unknown(frame, base):
             self._waiting.append((topic, msg))
@@ -134,7 +134,7 @@ class LaserInput:
         elif len(own) > self._limit:
             self._waiting.remove(own[0])
             self.dropped += 1
-            frame = own[0][1].header.frame_id.lstrip('/')
+            frame = plain_frame(own[0][1].header.frame_id)
             why = self._unknown(frame, self._base_frame())
             self._unplaced.tell(OdometryError(f'{why}; the scan was dropped'), topic)
 

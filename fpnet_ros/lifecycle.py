@@ -109,32 +109,20 @@ class ManagedNode(OwnValues, LifecycleNode):
 
     def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
         """Return a publisher that is silent unless the node is active."""
+        options = QoSOverridingOptions.with_default_policies()
         publisher = self.create_lifecycle_publisher(
-            kind,
-            topic,
-            qos,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            kind, topic, qos, qos_overriding_options=options
         )
         self._undo.append(lambda: self.destroy_lifecycle_publisher(publisher))
         return publisher
 
     def add_subscription(
         self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
-    ) -> None:
-        """
-        Subscribe; the callback takes the message, or the message and its information.
-
-        ``raw`` messages are handed over as serialized bytes.
-        """
-        subscription = self.create_subscription(
-            kind,
-            topic,
-            callback,
-            qos,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            raw=raw,
-        )
+    ) -> Any:
+        """Subscribe as every node does, until the node is cleaned up."""
+        subscription = super().add_subscription(kind, topic, callback, qos, raw)
         self._undo.append(lambda: self.destroy_subscription(subscription))
+        return subscription
 
     def add_service(self, kind: type, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Offer a service."""

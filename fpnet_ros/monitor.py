@@ -22,6 +22,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from fpnet_core.io.sessions import POSES_NAME, SESSION_NAME
+from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY
 from fpnet_core.io.trajectories import write_tum
 from fpnet_core.types import Status
 from fpnet_ros.runtime import STATUS, STREAM
@@ -70,7 +71,7 @@ class Monitor(Node):
         self._task = self._bar.add_task(_STARTING, total=scans)
         self.create_subscription(PoseStamped, 'floorplan_pose', self._on_pose, STREAM)
         self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
-        self.create_subscription(Odometry, 'kiss/odometry', self._on_odometry, STREAM)
+        self.create_subscription(Odometry, KISS_ODOMETRY, self._on_odometry, STREAM)
 
     def __enter__(self) -> Self:
         """Show the progress bar."""
@@ -97,8 +98,8 @@ class Monitor(Node):
         return (
             any(tick.status is not Status.NO_PLAN for tick in self.ticks)
             and self.count_subscribers(cloud_topic) > 0
-            and self.count_subscribers('kiss/frame') > 0
-            and self.count_publishers('kiss/odometry') > 0
+            and self.count_subscribers(KISS_FRAME) > 0
+            and self.count_publishers(KISS_ODOMETRY) > 0
         )
 
     def is_complete(self) -> bool:

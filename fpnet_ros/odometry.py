@@ -13,15 +13,16 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from fpnet_core.config import OdometryConfig, ScansConfig
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.io.laser_sweeps import LaserSweep
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps
+from fpnet_core.io.topic_names import TF_STATIC_TOPIC
 from fpnet_core.odometry import Consistency, GuidedOdometry
 from fpnet_ros.checkup import SweepCheckup, findings_to_msg
 from fpnet_ros.health import DIAGNOSTICS_PERIOD_S, LARGE_CLOUDS, LOST
@@ -82,7 +83,7 @@ def _sweep_of_cloud(data: bytes, stamps: SweepStamps, heard_s: float) -> _Sweep:
     cloud = cloud_from_msg(msg)
     stamp_ns = stamps.pose_ns(cloud, stamp_from_msg(msg.header.stamp))
     scan = Scan(stamp_ns, cloud.points, cloud.time_s, viewpoints=cloud.viewpoints)
-    return _Sweep(scan, msg.header.frame_id.lstrip('/'), heard_s)
+    return _Sweep(scan, plain_frame(msg.header.frame_id), heard_s)
 
 
 class OdometryNode(OwnValues):
@@ -107,14 +108,14 @@ class OdometryNode(OwnValues):
         logger = self.get_logger()
         self._stamps = SweepStamps(scans.stamp, logger.warning)
         self._kiss = GuidedOdometry(config, self._on_clock_back, logger.warning)
-        self._robot = RobotOdometry(self._subscribe_to, self._settings, self._report)
+        self._robot = RobotOdometry(self.add_subscription, self._settings, self._report)
         self._out = OdometryOutputs(
-            self._publisher, self._subscribe_to, self._settings, logger.warning
+            self.add_publisher, self.add_subscription, self._settings, logger.warning
         )
-        self._diagnostics = self._publisher(DiagnosticArray, '/diagnostics', STREAM)
-        self._static_topic = self.resolve_topic_name('/tf_static')
+        self._diagnostics = self.add_publisher(DiagnosticArray, '/diagnostics', STREAM)
+        self._static_topic = self.resolve_topic_name(TF_STATIC_TOPIC)
         if TFMessage is not None:
-            self.create_subscription(TFMessage, '/tf_static', self._on_tf_static, TF_STATIC)
+            self.create_subscription(TFMessage, TF_STATIC_TOPIC, self._on_tf_static, TF_STATIC)
         self._clouds = Numbering()
         self._unplaced = 0
         self._losses = LossLog(logger.warning)
@@ -143,23 +144,11 @@ class OdometryNode(OwnValues):
         self._scans.close()
         super().destroy_node()
 
-    def _publisher(self, kind: type, topic: str, qos: Any) -> Any:
-        options = QoSOverridingOptions.with_default_policies()
-        return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
-
-    def _subscribe_to(
-        self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
-    ) -> None:
-        options = QoSOverridingOptions.with_default_policies()
-        self.create_subscription(
-            kind, topic, callback, qos, qos_overriding_options=options, raw=raw
-        )
-
     def _subscribe(
         self, kind: type, topic: str, callback: Callable[..., None], raw: bool = False
     ) -> None:
         clouds = sensor_data(self._settings.max_pending_scans)
-        self._subscribe_to(kind, topic, callback, clouds, raw)
+        self.add_subscription(kind, topic, callback, clouds, raw)
 
     def _listen_to_lasers(self, topics: dict[str, type]) -> None:
         base = self._settings.base_frame

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 from sensor_msgs.msg import PointCloud2
 
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.motion import twist
 from fpnet_core.io.scans import RegisteredSweep
+from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.robot_odometry import RobotOdometryParameters
@@ -88,16 +90,16 @@ class OdometryOutputs:
         self.moving = ''
         """The frame whose pose was published last, empty before the first."""
         self._last: tuple[int, Array] | None = None  # stamp and pose that were published
-        self._odometry = publisher(Odometry, 'kiss/odometry', STREAM)
-        self._frames = publisher(PointCloud2, 'kiss/frame', STREAM)
+        self._odometry = publisher(Odometry, KISS_ODOMETRY, STREAM)
+        self._frames = publisher(PointCloud2, KISS_FRAME, STREAM)
         self._sent: tuple[Any, ...] = ()  # transforms of ours that come back on /tf
         self._tf = None
         if TFMessage is None:
             warn(f'no TF: {NO_TF}')
         elif settings.publish_odom_tf:
-            self._tf = publisher(TFMessage, '/tf', TF)
+            self._tf = publisher(TFMessage, TF_TOPIC, TF)
             if not settings.invert_odom_tf:
-                subscribe(TFMessage, '/tf', self._on_tf, TF)
+                subscribe(TFMessage, TF_TOPIC, self._on_tf, TF)
 
     def publish(
         self,
@@ -152,9 +154,10 @@ class OdometryOutputs:
         """
         own = self._settings.lidar_odom_frame
         for transform in msg.transforms:
-            parent, child = transform.header.frame_id.lstrip('/'), transform.child_frame_id
+            parent = plain_frame(transform.header.frame_id)
+            child = plain_frame(transform.child_frame_id)
             is_ours = parent == own and transform in self._sent
-            if self.moving == child.lstrip('/') and not is_ours and self._tf:
+            if self.moving == child and not is_ours and self._tf:
                 self._tf = None
                 self._warn(
                     f'somebody publishes {parent} -> {self.moving} on /tf, so ours from {own} is '

@@ -19,6 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from fpnet_core.doctor import Finding
 from fpnet_core.geometry import SE2
 from fpnet_core.geometry.whereabouts import Placing
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.localizer.localizer import Snapshot
 from fpnet_core.localizer.map_frame import Located, MapFrame
 from fpnet_core.raster.warping import warped_grid
@@ -105,7 +106,7 @@ class LocalizerOutputs:
         self._markers = add(MarkerArray, '~/markers', LATCHED)
         self._submap = add(OccupancyGrid, '~/submap', LATCHED)
         self._scaled = add(OccupancyGrid, '~/floorplan_scaled', LATCHED)
-        self._tf = add(TFMessage, '/tf', TF) if TFMessage else None
+        self._tf = add(TFMessage, TF_TOPIC, TF) if TFMessage else None
         self._view = ViewTopics(node)
 
     def forget_path(self) -> None:

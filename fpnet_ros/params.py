@@ -20,10 +20,12 @@ from rcl_interfaces.msg import (
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from fpnet_core.config import Section
 from fpnet_core.config_docs import ConfigField, config_fields
 from fpnet_core.errors import ConfigError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_ros.known_parameters import said_of_unknown
 
 AnySection = TypeVar('AnySection', bound=Section)
@@ -49,8 +51,27 @@ class OwnValues(Node):
     A node that accepts its own values at any time: what ``ros2 param dump`` wrote, ``load`` reads.
 
     A dump holds what is read-only or read at the start only, and its types get lost on the way:
-    an empty list comes back as one of truth values, ``1e-05`` as a text.
+    an empty list comes back as one of truth values, ``1e-05`` as a text. What the ``add_...``
+    methods make has parameters for its QoS.
     """
+
+    def add_publisher(self, kind: type, topic: str, qos: Any) -> Any:
+        """Return a publisher."""
+        options = QoSOverridingOptions.with_default_policies()
+        return self.create_publisher(kind, topic, qos, qos_overriding_options=options)
+
+    def add_subscription(
+        self, kind: type, topic: str, callback: Callable[..., None], qos: Any, raw: bool = False
+    ) -> Any:
+        """
+        Subscribe; the callback takes the message, or the message and its information.
+
+        ``raw`` messages are handed over as serialized bytes.
+        """
+        options = QoSOverridingOptions.with_default_policies()
+        return self.create_subscription(
+            kind, topic, callback, qos, qos_overriding_options=options, raw=raw
+        )
 
     def set_parameters_atomically(self, parameter_list: list[Parameter[Any]]) -> Any:
         """Set those that change anything; an unknown name is refused with the one meant."""
@@ -156,8 +177,7 @@ class ParameterTree(Generic[AnySection]):
             branch = tree
             for part in parents:
                 branch = branch.setdefault(part, {})
-            # Messages and TF may have a slash before a frame's name; tf2 asks without one.
-            branch[leaf] = value.lstrip('/') if leaf.endswith(_FRAMES) else value
+            branch[leaf] = plain_frame(value) if leaf.endswith(_FRAMES) else value
         try:
             return self._section.model_validate(tree)
         except ValidationError as error:

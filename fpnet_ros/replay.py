@@ -23,7 +23,8 @@ from rosgraph_msgs.msg import Clock as ClockMsg
 from fpnet_core.config import Section
 from fpnet_core.errors import BagFormatError, ConfigError
 from fpnet_core.io.bags import BagReader
-from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
+from fpnet_core.io.message_types import SCANS
+from fpnet_core.io.topic_names import CLOCK_TOPIC, KISS_ODOMETRY
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import Status
 from fpnet_ros.params import OwnValues, ParameterTree
@@ -37,7 +38,6 @@ _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
-_SCANS = (POINT_CLOUD, *LASER_SCANS)
 # Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
@@ -77,10 +77,10 @@ class ReplayNode(OwnValues):
         self._now_ns: int | None = None  # recorded time, None before the first message
         self._clock_publisher: Publisher[Any] | None = None
         if self._settings.clock:
-            self._clock_publisher = self.create_publisher(ClockMsg, '/clock', 10)
+            self._clock_publisher = self.create_publisher(ClockMsg, CLOCK_TOPIC, 10)
         self._confirmed = 0
         if self._settings.max_ahead:
-            self.create_subscription(Odometry, 'kiss/odometry', self._confirm, STREAM)
+            self.create_subscription(Odometry, KISS_ODOMETRY, self._confirm, STREAM)
         self._status: Status | None = None  # of the localizer
         if self._settings.wait_for_localizer:
             self.create_subscription(DiagnosticStatus, 'localizer/status', self._on_status, STATUS)
@@ -98,7 +98,7 @@ class ReplayNode(OwnValues):
                 )
                 for topic, msgtype in types.items()
             }
-            scans = [publishers[t] for t, kind in types.items() if kind in _SCANS]
+            scans = [publishers[t] for t, kind in types.items() if kind in SCANS]
             self._wait_for_subscriber(list(publishers.values()), scans)
             total = sum(bag.count(topic) for topic in publishers)
             played = self._publish_all(bag, publishers, latched, total)
@@ -163,7 +163,7 @@ class ReplayNode(OwnValues):
                 elif topic not in latched:  # what is latched still holds
                     continue
                 publishers[topic].publish(data)
-                played, scans = played + 1, scans + (kind in _SCANS)
+                played, scans = played + 1, scans + (kind in SCANS)
         return played
 
     def _confirm(self, _: Odometry) -> None:

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from fpnet_core.errors import ConfigError, FpnetError, OdometryError
 from fpnet_core.geometry.pose_track import Array
 from fpnet_core.geometry.whereabouts import Whereabouts
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_ros.lasers import LaserParameters
 from fpnet_ros.optional_messages import NO_TF, TFMessage
 from fpnet_ros.runtime import ODOMETRY_QUEUE, TF, sensor_data
@@ -102,7 +103,7 @@ class RobotOdometry:
         elif source == 'tf':
             if TFMessage is None:
                 raise ConfigError(NO_TF)
-            subscribe(TFMessage, '/tf', self._on_tf, TF)
+            subscribe(TFMessage, TF_TOPIC, self._on_tf, TF)
 
     @property
     def is_used(self) -> bool:

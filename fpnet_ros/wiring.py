@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fpnet_core.errors import ConfigError
+from fpnet_core.io.topic_names import KISS_FRAME, KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC
 
 ARGUMENTS = (
     ('floorplan', '', 'Map YAML or drawing of the floorplan.'),
@@ -35,7 +36,7 @@ ARGUMENTS = (
 """Name, default and description of every argument. Given: they are the interface."""
 
 _ROBOT_ODOM = 'odom'  # given: REP-105
-_TF_IN_NAMESPACE = {'/tf': 'tf', '/tf_static': 'tf_static'}
+_TF_IN_NAMESPACE = {TF_TOPIC: 'tf', TF_STATIC_TOPIC: 'tf_static'}
 
 
 @dataclass(frozen=True)
@@ -126,9 +127,9 @@ def _localizer(arguments: Mapping[str, str]) -> NodeSpec:
     if arguments['odometry'] == 'robot':
         # Our odometry hands on what it registered; another's leaves the scans to the localizer.
         parameters |= _scans(arguments)
-        remappings['kiss/frame'] = arguments['points']
+        remappings[KISS_FRAME] = arguments['points']
         if arguments['odom_topic']:
-            remappings['kiss/odometry'] = arguments['odom_topic']
+            remappings[KISS_ODOMETRY] = arguments['odom_topic']
             parameters |= _typed(arguments, odom_frame=str)
         else:
             parameters |= {'odometry_source': 'tf', 'odom_frame': _robot_odom(arguments)}

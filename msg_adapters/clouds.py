@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from fpnet_core.io.pointcloud2 import (
     TIME_FIELDS,
     CloudArrays,
-    decode_points,
+    decode_cloud,
     encode_points,
 )
 from msg_adapters.stamps import header_to_msg
@@ -28,15 +28,7 @@ def cloud_from_msg(msg: Any) -> CloudArrays:
     CloudFormatError
         If a coordinate field is missing or unusable, or lengths contradict each other.
     """
-    return decode_points(
-        msg.fields,
-        msg.data,
-        msg.point_step,
-        msg.row_step,
-        msg.width,
-        msg.height,
-        bool(msg.is_bigendian),
-    )
+    return decode_cloud(msg)
 
 
 def carries_times(msg: Any) -> bool:

@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 import json
 from typing import Any
 
-import numpy as np
-
 from fpnet_core.types import Cause, CauseKind, LocalizerOutput, Status, status_line
 from msg_adapters.stamps import header_to_msg
 
@@ -80,7 +78,7 @@ def report_of_output(
     values = {f'{stage}_ms': ms for stage, ms in output.timings_ms.items()}
     if output.A_plan_odom is not None:
         # Nominal metres of the drawing per true metre.
-        values['scale'] = float(np.sqrt(abs(np.linalg.det(output.A_plan_odom.linear))))
+        values['scale'] = output.A_plan_odom.scale
     if output.submap is not None:
         values['explored_m2'] = output.submap.free_area_m2
     if output.graph is not None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fpnet_core.geometry.frame_tree import plain_frame
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
@@ -38,8 +39,8 @@ def odometry_from_msg(msg: Any) -> OdometryReading:
     """
     return OdometryReading(
         stamp_from_msg(msg.header.stamp),
-        str(msg.header.frame_id).lstrip('/'),
-        str(msg.child_frame_id).lstrip('/'),
+        plain_frame(msg.header.frame_id),
+        plain_frame(msg.child_frame_id),
         matrix_from_pose_msg(msg.pose.pose),
     )
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.errors import OdometryError
 from fpnet_core.geometry import SE2
+from fpnet_core.geometry.frame_tree import plain_frame
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
@@ -75,7 +76,7 @@ def uncertain_pose_from_msg(msg: Any) -> UncertainPose:
         raise OdometryError('the covariance of a pose holds NaN or infinity; fix its publisher')
     pose = SE2.from_matrix4(matrix_from_pose_msg(msg.pose.pose))
     stamp_ns = stamp_from_msg(msg.header.stamp)
-    return UncertainPose(StampedPose(stamp_ns, str(msg.header.frame_id).lstrip('/'), pose), cov)
+    return UncertainPose(StampedPose(stamp_ns, plain_frame(msg.header.frame_id), pose), cov)
 
 
 def uncertain_pose_to_msg(T_frame_body: SE2, cov: ArrayLike, stamp_ns: int, frame_id: str) -> Any:

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from fpnet_core.io.messages import stamp_to_ns
 from fpnet_core.stamps import NS_PER_S
 
 
 def stamp_from_msg(msg: Any) -> int:
     """Return the nanoseconds of a ``builtin_interfaces/Time``."""
-    return int(msg.sec) * NS_PER_S + int(msg.nanosec)
+    return stamp_to_ns(msg)
 
 
 def stamp_to_msg(stamp_ns: int) -> Any:

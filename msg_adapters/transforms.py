@@ -5,25 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.errors import OdometryError
-from fpnet_core.geometry.rigid3d import quaternion_from_rigid, rigid_from_quaternion
-from msg_adapters.stamps import header_to_msg, stamp_from_msg
-
-
-@dataclass(frozen=True, eq=False)
-class StampedTransform:
-    """``T_parent_child (4, 4)`` at ``stamp_ns``."""
-
-    stamp_ns: int
-    parent: str
-    child: str
-    T_parent_child: NDArray[np.float64]
+from fpnet_core.geometry.rigid3d import quaternion_from_rigid
+from fpnet_core.io.messages import StampedTransform, rigid_of, transform_of
+from msg_adapters.stamps import header_to_msg
 
 
 def matrix_from_pose_msg(msg: Any) -> NDArray[np.float64]:
@@ -35,12 +25,8 @@ def matrix_from_pose_msg(msg: Any) -> NDArray[np.float64]:
     OdometryError
         If a value is not finite or the quaternion is zero.
     """
-    position, rotation = msg.position, msg.orientation
     try:
-        return rigid_from_quaternion(
-            (position.x, position.y, position.z),
-            (rotation.x, rotation.y, rotation.z, rotation.w),
-        )
+        return rigid_of(msg.position, msg.orientation)
     except ValueError as error:
         raise OdometryError(f'pose message is unusable: {error}; fix its publisher') from None
 
@@ -73,20 +59,13 @@ def transform_from_msg(msg: Any) -> StampedTransform:
     OdometryError
         If a value is not finite or the quaternion is zero.
     """
-    xyz, xyzw = msg.transform.translation, msg.transform.rotation
     try:
-        matrix = rigid_from_quaternion((xyz.x, xyz.y, xyz.z), (xyzw.x, xyzw.y, xyzw.z, xyzw.w))
+        return transform_of(msg)
     except ValueError as error:
         raise OdometryError(
             f'transform {msg.header.frame_id} -> {msg.child_frame_id} is unusable: {error}; '
             'fix its publisher'
         ) from None
-    return StampedTransform(
-        stamp_from_msg(msg.header.stamp),
-        str(msg.header.frame_id).lstrip('/'),
-        str(msg.child_frame_id).lstrip('/'),
-        matrix,
-    )
 
 
 def transforms_from_msg(

@@ -22,10 +22,10 @@ from fpnet_core.drawings.scaling import with_scale_of
 from fpnet_core.drawings.types import Reading
 from fpnet_core.errors import BagFormatError, OdometryError
 from fpnet_core.geometry import Affine2D
-from fpnet_core.io.bag_scans import TF_TOPIC
 from fpnet_core.io.posed_scans import PosedScans
 from fpnet_core.io.recordings import open_scans
 from fpnet_core.io.scans import ScanSource
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import read_poses
 from fpnet_core.judging.causes import Asked
 from fpnet_core.localizer import Replay, ReplayResult

@@ -30,7 +30,7 @@ WIRING = (
 )
 """Checks that take no time: of names, QoS, frames and stamps."""
 
-SCANS = (check_returns, check_unit, check_point_times, check_mount)
+SCAN_CHECKS = (check_returns, check_unit, check_point_times, check_mount)
 """Checks of what single scans show."""
 
 _SPOILS = {
@@ -55,7 +55,7 @@ def _of_motion(seen: Observed) -> list[Finding]:
 
 def examine(seen: Observed) -> list[Finding]:
     """Return everything that is wrong, the first thing to mend first."""
-    found = [finding for check in (*WIRING, *SCANS) for finding in check(seen)]
+    found = [finding for check in (*WIRING, *SCAN_CHECKS) for finding in check(seen)]
     # With these no odometry agrees with the scans, however good.
     if not _SPOILS & {finding.problem for finding in found}:
         found += _of_motion(seen)

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 
 from fpnet_core.doctor.findings import Finding, Problem
-from fpnet_core.doctor.observed import TF, TF_STATIC, Observed
+from fpnet_core.doctor.observed import Observed
+from fpnet_core.io.topic_names import TF_STATIC_TOPIC, TF_TOPIC
 
 _STATIC = (
     'ros2 run tf2_ros static_transform_publisher --x X --y Y --z Z --yaw YAW '
@@ -74,9 +75,9 @@ def check_frames(seen: Observed) -> Iterator[Finding]:
                 Problem.FRAME,
                 frame,
                 f'scans on {seen.scans} are in it, odometry is of {base}, and nothing on '
-                f'{TF_STATIC} joins both{_meant(seen, frame)}',
+                f'{TF_STATIC_TOPIC} joins both{_meant(seen, frame)}',
                 _STATIC.format(base=base, frame=frame) + f'; or set frame_id of the driver. '
-                f'A transform on {TF} alone will not do: mounts are fixed',
+                f'A transform on {TF_TOPIC} alone will not do: mounts are fixed',
             )
     if seen.odometry and topic is not None and not base and len(topic):
         odometry = seen.topic(seen.odometry)

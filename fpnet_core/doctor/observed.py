@@ -14,17 +14,11 @@ from numpy.typing import NDArray
 
 from fpnet_core.geometry.frame_tree import FrameTree
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.message_types import LASER_SCANS, POINT_CLOUD
+from fpnet_core.io.messages import transforms_of
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 
-SCANS = (POINT_CLOUD, *LASER_SCANS)
-"""Message types that carry scans."""
-
 _FIRST = 10  # messages that tell two clocks apart, before either may jump; chosen
-
-TF, TF_STATIC, CLOCK_TOPIC = '/tf', '/tf_static', '/clock'
-"""Given: of tf2, and of simulated time."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +122,7 @@ class Observed:
     track: PoseTrack = field(default_factory=PoseTrack)
     unreadable: tuple[str, ...] = ()
     is_live: bool = False
-    tf: str = TF
+    tf: str = TF_TOPIC
 
     def topic(self, name: str) -> Topic | None:
         """Return a topic by its name; None where there is none."""
@@ -154,27 +148,7 @@ class Observed:
         return tree
 
 
-def transforms_of(message: Any, is_static: bool) -> Iterator[Transform]:
-    """
-    Yield the transforms of a TFMessage.
-
-    Raises
-    ------
-    ValueError
-        If one of them is no rigid transform.
-    """
-    for stamped in message.transforms:
-        parent, child = plain(stamped.header.frame_id), plain(stamped.child_frame_id)
-        pose = stamped.transform
-        yield Transform(parent, child, rigid(pose.translation, pose.rotation), is_static)
-
-
-def plain(frame: str) -> str:
-    """Return a frame without the slash that some publishers put before it."""
-    return str(frame).strip('/')
-
-
-def rigid(at: Any, turned: Any) -> NDArray[np.float64]:
-    """Return the (4, 4) transform of a message's position and orientation, else ValueError."""
-    rotation = [turned.x, turned.y, turned.z, turned.w]
-    return rigid_from_quaternion([at.x, at.y, at.z], rotation)
+def heard_transforms(message: Any, is_static: bool) -> Iterator[Transform]:
+    """Yield the transforms of a TFMessage; ValueError as :func:`transforms_of`."""
+    for each in transforms_of(message):
+        yield Transform(each.parent, each.child, each.T_parent_child, is_static)

@@ -12,25 +12,23 @@ from typing import Any
 import numpy as np
 
 from fpnet_core.doctor.observed import (
-    TF,
-    TF_STATIC,
     Observed,
     Offer,
     SeenScan,
     Topic,
     Transform,
-    plain,
-    rigid,
-    transforms_of,
+    heard_transforms,
 )
 from fpnet_core.errors import FpnetError
+from fpnet_core.geometry.frame_tree import plain_frame
 from fpnet_core.geometry.pose_track import PoseTrack
-from fpnet_core.io.bag_scans import TRUTH_TOPICS, usable_clouds
-from fpnet_core.io.bags import stamp_to_ns
+from fpnet_core.io.bag_scans import usable_clouds
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY, TRANSFORMS
-from fpnet_core.io.pointcloud2 import decode_points
+from fpnet_core.io.messages import rigid_of, stamp_to_ns
+from fpnet_core.io.pointcloud2 import decode_cloud
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.io.topic_names import KISS_ODOMETRY, TF_STATIC_TOPIC, TF_TOPIC, TRUTH_TOPICS
 from fpnet_core.stamps import NS_PER_S
 
 MOST_SWEEPS = 150
@@ -94,7 +92,7 @@ class Observer:
             return
         if not hasattr(message, 'header'):
             return
-        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain(message.header.frame_id)
+        stamp_ns, frame = stamp_to_ns(message.header.stamp), plain_frame(message.header.frame_id)
         heard.stamps_ns.append(stamp_ns)
         heard.heard_ns.append(heard_ns)
         heard.frames[frame] = None
@@ -140,7 +138,7 @@ class Observer:
 
     def _take_transforms(self, heard: _Heard, name: str, heard_ns: int, message: Any) -> None:
         try:
-            for each in transforms_of(message, is_static=name.endswith(TF_STATIC)):
+            for each in heard_transforms(message, is_static=name.endswith(TF_STATIC_TOPIC)):
                 self._transforms[each.parent, each.child, each.is_static] = each
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
@@ -149,13 +147,13 @@ class Observer:
             heard.heard_ns.append(heard_ns)
 
     def _take_pose(self, heard: _Heard, name: str, stamp_ns: int, message: Any) -> None:
-        if child := plain(message.child_frame_id):
+        if child := plain_frame(message.child_frame_id):
             heard.children[child] = None
         if name != self.odometry:
             return
         pose = message.pose.pose
         try:
-            self._track.add(stamp_ns, rigid(pose.position, pose.orientation))
+            self._track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
         except ValueError as error:
             self._unreadable.append(f'{name}: {error}')
 
@@ -173,15 +171,7 @@ def _scan(msgtype: str, stamp_ns: int, frame: str, message: Any, stamps: SweepSt
         last_ns = stamp_ns + round(float(seen.time_s.max(initial=0.0)) * NS_PER_S)
         return SeenScan(frame, last_ns, seen.points, seen.time_s, is_planar=True)
     names = tuple(each.name for each in message.fields)
-    cloud = decode_points(
-        message.fields,
-        message.data,
-        message.point_step,
-        message.row_step,
-        message.width,
-        message.height,
-        message.is_bigendian,
-    )
+    cloud = decode_cloud(message)
     step = max(1, len(cloud.points) // _MOST_POINTS)
     times = None if cloud.time_s is None else cloud.time_s[::step]
     return SeenScan(frame, stamps.pose_ns(cloud, stamp_ns), cloud.points[::step], times, names)
@@ -192,9 +182,9 @@ def tf_beside(types: Collection[str], scans: str) -> tuple[str, str]:
     namespace = scans
     while namespace:
         namespace = namespace.rpartition('/')[0]
-        if namespace + TF in types or namespace + TF_STATIC in types:
+        if namespace + TF_TOPIC in types or namespace + TF_STATIC_TOPIC in types:
             break
-    return namespace + TF, namespace + TF_STATIC
+    return namespace + TF_TOPIC, namespace + TF_STATIC_TOPIC
 
 
 def likeliest_scans(types: dict[str, str]) -> str:
@@ -208,4 +198,4 @@ def likeliest_odometry(types: dict[str, str]) -> str:
     """Return the topic of the odometry that is meant, KISS-ICP's if there; empty: none."""
     found = [name for name, msgtype in types.items() if msgtype == ODOMETRY]
     usable: Iterable[str] = [name for name in found if not TRUTH_TOPICS.search(name)]
-    return min(usable, key=lambda name: (not name.endswith('kiss/odometry'), name), default='')
+    return min(usable, key=lambda name: (not name.endswith(KISS_ODOMETRY), name), default='')

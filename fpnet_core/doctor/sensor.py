@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.doctor.findings import Finding, Problem
 from fpnet_core.doctor.observed import Observed, SeenScan
+from fpnet_core.io.topic_names import is_registered
 from fpnet_core.submaps.heights import floor_and_ceiling
 
 Array = NDArray[np.float64]
@@ -69,7 +70,7 @@ def check_unit(seen: Observed) -> Iterator[Finding]:
 def check_point_times(seen: Observed) -> Iterator[Finding]:
     """Yield clouds whose points have no time of their own."""
     sweep = next((each for each in seen.sweeps if not each.is_planar and len(each.points)), None)
-    if sweep is None or seen.scans.endswith('kiss/frame'):  # its motion is undone already
+    if sweep is None or is_registered(seen.scans):  # its motion is undone already
         return
     if sweep.time_s is not None and np.ptp(sweep.time_s) > 0.0:
         return

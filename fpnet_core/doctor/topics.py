@@ -7,22 +7,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from fpnet_core.doctor.findings import Finding, Problem
-from fpnet_core.doctor.observed import (
-    CLOCK_TOPIC,
-    SCANS,
-    TF,
-    TF_STATIC,
-    Observed,
-    Offer,
-    Topic,
-)
-from fpnet_core.io.message_types import GRID, ODOMETRY
+from fpnet_core.doctor.observed import Observed, Offer, Topic
+from fpnet_core.io.message_types import GRID, ODOMETRY, POINT_CLOUD, SCANS
+from fpnet_core.io.topic_names import CLOCK_TOPIC, TF_STATIC_TOPIC, TF_TOPIC
 
 _RELIABLE, _LATCHED = Offer(), Offer(is_latched=True)
 
 _MAPS = ('floorplan', 'map')
 _MEANT = {
-    SCANS[0]: ('scans', 'points:=TOPIC, or scan:=TOPIC'),
+    POINT_CLOUD: ('scans', 'points:=TOPIC, or scan:=TOPIC'),
     ODOMETRY: ('odometry', 'remap kiss/odometry to TOPIC'),
     GRID: ('a floorplan', 'remap floorplan to TOPIC'),
 }
@@ -117,6 +110,6 @@ def mismatch(offer: Offer, request: Offer) -> tuple[str, str] | None:
 def _usual_requests(topic: Topic) -> list[Offer]:
     """Return what this package's nodes ask of a topic; scans and odometry may be of any QoS."""
     is_map = topic.msgtype == GRID and topic.name.rpartition('/')[2] in _MAPS
-    if topic.name.endswith(TF_STATIC) or is_map:
+    if topic.name.endswith(TF_STATIC_TOPIC) or is_map:
         return [_LATCHED]
-    return [_RELIABLE] if topic.name.endswith(TF) else []
+    return [_RELIABLE] if topic.name.endswith(TF_TOPIC) else []

@@ -4,6 +4,7 @@
 
 from fpnet_core.geometry.angles import angle_between, rotation, wrap_to_pi
 from fpnet_core.geometry.placements import Placement, Placements
+from fpnet_core.geometry.polar import scale_of
 from fpnet_core.geometry.transforms import SE2, Affine2D, Similarity2D
 
 __all__ = [
@@ -14,5 +15,6 @@ __all__ = [
     'Similarity2D',
     'angle_between',
     'rotation',
+    'scale_of',
     'wrap_to_pi',
 ]

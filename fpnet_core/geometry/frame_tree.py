@@ -17,6 +17,15 @@ from fpnet_core.stamps import NS_PER_S
 Array = NDArray[np.float64]
 
 
+def plain_frame(frame: str) -> str:
+    """
+    Return a frame's name without a slash before it.
+
+    Some publishers still put one there; tf2 knows none, so both are the same frame.
+    """
+    return frame.lstrip('/')
+
+
 @dataclass(eq=False)
 class _Edge:
     """``T_parent_child``, always the same or over time."""
@@ -32,7 +41,7 @@ class FrameTree:
     """
     Transforms by frame name and time; a frame has one parent, the last one given.
 
-    Names are compared without the slash that some publishers put before them. Nothing is ever
+    Names are compared as :func:`plain_frame` returns them. Nothing is ever
     taken to coincide: what no transform joins is unknown, in a recording as on a robot.
 
     Parameters
@@ -56,7 +65,7 @@ class FrameTree:
 
     def add_fixed(self, parent: str, child: str, T_parent_child: Array) -> None:
         """Take a transform that never changes."""
-        self._edges[_named(child)] = _Edge(_named(parent), T_parent_child)
+        self._edges[plain_frame(child)] = _Edge(plain_frame(parent), T_parent_child)
 
     def add(self, parent: str, child: str, T_parent_child: Array, stamp_ns: int) -> None:
         """
@@ -64,7 +73,7 @@ class FrameTree:
 
         Where the clock goes back, as in a looping recording, the edge starts anew.
         """
-        parent, child = _named(parent), _named(child)
+        parent, child = plain_frame(parent), plain_frame(child)
         edge = self._edges.get(child)
         if edge is None or edge.parent != parent or not isinstance(edge.place, PoseTrack):
             track = PoseTrack(child, self._horizon_ns, self._max_gap_ns)
@@ -106,7 +115,7 @@ class FrameTree:
 
     def reason(self, target: str, source: str, stamp_ns: int) -> str:
         """Return in words why :meth:`lookup` knows nothing."""
-        target, source = _named(target), _named(source)
+        target, source = plain_frame(target), plain_frame(source)
         if not target:
             return f'the place of {source!r} is unknown: the odometry names no child_frame_id'
         if self._joint(target, source) is None:
@@ -118,12 +127,12 @@ class FrameTree:
 
     def parent(self, frame: str) -> str | None:
         """Return the parent of a frame, None where nobody has named one."""
-        edge = self._edges.get(_named(frame))
+        edge = self._edges.get(plain_frame(frame))
         return None if edge is None else edge.parent
 
     def children(self, frame: str) -> list[str]:
         """Return the frames whose parent a frame is, in the order in which they came."""
-        frame = _named(frame)
+        frame = plain_frame(frame)
         return [child for child, edge in self._edges.items() if edge.parent == frame]
 
     def root(self, frame: str) -> str:
@@ -137,7 +146,7 @@ class FrameTree:
             if isinstance(self._edges[here].place, PoseTrack):
                 return here
             frame = above
-        return _named(frame)
+        return plain_frame(frame)
 
     def _joint(self, one: str, other: str) -> str | None:
         """Return the nearest common ancestor of two frames, None where they have none."""
@@ -146,14 +155,14 @@ class FrameTree:
 
     def _chain(self, frame: str) -> list[str]:
         """Return the frame and its ancestors; a loop ends where it closes."""
-        chain = [_named(frame)]
+        chain = [plain_frame(frame)]
         while (edge := self._edges.get(chain[-1])) is not None and edge.parent not in chain:
             chain.append(edge.parent)
         return chain
 
     def _along(self, frame: str, root: str, stamp_ns: int) -> Array | None:
         """Return ``T_root_frame`` through the ancestors of ``frame``."""
-        T_here_frame, frame = np.eye(4), _named(frame)
+        T_here_frame, frame = np.eye(4), plain_frame(frame)
         while frame != root:
             edge = self._edges[frame]
             T_parent_frame = edge.at(stamp_ns)
@@ -161,7 +170,3 @@ class FrameTree:
                 return None
             T_here_frame, frame = T_parent_frame @ T_here_frame, edge.parent
         return T_here_frame
-
-
-def _named(frame: str) -> str:
-    return frame.strip('/')

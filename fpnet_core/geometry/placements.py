@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.frozen import freeze_field, frozen_array
-from fpnet_core.geometry.polar import heading_of, stretch_of
+from fpnet_core.geometry.polar import heading_of, scale_of, stretch_of
 from fpnet_core.geometry.transforms import Affine2D
 
 Array = NDArray[np.float64]
@@ -155,7 +155,7 @@ class Placements:
     @property
     def scale(self) -> Array:
         """Mean scales (C,): plan metres per submap metre."""
-        return np.asarray(np.sqrt(np.abs(np.linalg.det(self.linear))), dtype=np.float64)
+        return scale_of(self.linear)
 
     @property
     def heading(self) -> Array:

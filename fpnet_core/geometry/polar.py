@@ -18,6 +18,12 @@ def heading_of(linear: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(turn, dtype=np.float64)
 
 
+def scale_of(linear: ArrayLike) -> NDArray[np.float64]:
+    """Return the mean scales ``(...)`` of linear maps ``(..., 2, 2)``: squared, that of areas."""
+    a = np.asarray(linear, dtype=np.float64)
+    return np.asarray(np.sqrt(np.abs(np.linalg.det(a))), dtype=np.float64)
+
+
 def stretch_of(linear: ArrayLike) -> NDArray[np.float64]:
     """Return the symmetric parts ``(..., 2, 2)`` of linear maps of that shape."""
     a = np.asarray(linear, dtype=np.float64)

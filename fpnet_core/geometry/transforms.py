@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fpnet_core.geometry.angles import rotation
-from fpnet_core.geometry.polar import heading_of, stretch_of
+from fpnet_core.geometry.polar import heading_of, scale_of, stretch_of
 
 Array = NDArray[np.float64]
 
@@ -99,6 +99,11 @@ class Affine2D:
         return float(heading_of(self.linear))
 
     @property
+    def scale(self) -> float:
+        """Mean scale: length in ``a`` over length in ``b``."""
+        return float(scale_of(self.linear))
+
+    @property
     def stretch(self) -> Array:
         """Symmetric part (2, 2) of the polar form, in the axes of frame ``a``."""
         return stretch_of(self.linear)
@@ -144,7 +149,7 @@ class Similarity2D(Affine2D):
 
     @property
     def scale(self) -> float:
-        """Uniform scale: length in ``a`` over length in ``b``."""
+        """Uniform scale, to the last digit: length in ``a`` over length in ``b``."""
         return float(np.hypot(self.linear[0, 0], self.linear[1, 0]))
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import Array, PoseTrack
 from fpnet_core.stamps import NS_PER_S
 
@@ -75,7 +75,7 @@ class Whereabouts:
 
     def add_pose(self, odom: str, child: str, T_odom_child: Array, stamp_ns: int) -> None:
         """Take a pose of the odometry."""
-        child = child.strip('/')
+        child = plain_frame(child)
         if self._track is None or self._track.child_frame != child or self._odom != odom:
             self._track = PoseTrack(child, _HORIZON_NS)
         self._odom = odom

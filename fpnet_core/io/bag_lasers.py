@@ -25,10 +25,11 @@ from fpnet_core.io.bag_scans import (
     read_track,
     usable_clouds,
 )
-from fpnet_core.io.bags import BagReader, stamp_to_ns
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.laser_sweeps import LaserSweep, SweepMerger, mounted
 from fpnet_core.io.laserscan import decode_laser
 from fpnet_core.io.message_types import LASER_SCANS, ODOMETRY
+from fpnet_core.io.messages import stamp_to_ns
 from fpnet_core.io.scans import Scan, ScanSource
 
 _log = logging.getLogger(__name__)

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 import logging
 from pathlib import Path
-import re
 from typing import Any, Literal
 
 import numpy as np
@@ -16,30 +16,31 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import ScanStamp
 from fpnet_core.errors import BagFormatError, CloudFormatError, OdometryError
-from fpnet_core.geometry.frame_tree import FrameTree
+from fpnet_core.geometry.frame_tree import FrameTree, plain_frame
 from fpnet_core.geometry.pose_track import MAX_GAP_NS, PoseTrack
-from fpnet_core.geometry.rigid3d import rigid_from_quaternion
-from fpnet_core.io.bags import BagReader, stamp_to_ns
+from fpnet_core.io.bags import BagReader
 from fpnet_core.io.message_types import (
-    LASER_SCANS,
     ODOMETRY,
     POINT_CLOUD,
     POSE,
+    SCANS,
     TRANSFORMS,
 )
-from fpnet_core.io.pointcloud2 import CloudArrays, decode_points
+from fpnet_core.io.messages import StampedTransform, rigid_of, stamp_to_ns, transforms_of
+from fpnet_core.io.pointcloud2 import CloudArrays, decode_cloud
 from fpnet_core.io.scans import Scan
 from fpnet_core.io.sweep_stamps import SweepStamps, in_silence
+from fpnet_core.io.topic_names import (
+    KISS_FRAME,
+    KISS_ODOMETRY,
+    TF_STATIC_TOPIC,
+    TF_TOPIC,
+    TRUTH_TOPICS,
+    is_registered,
+)
 from fpnet_core.stamps import NS_PER_S
 
 _log = logging.getLogger(__name__)
-
-TF_TOPIC = '/tf'
-"""Where a robot's own odometry is, if on no topic of its own. Given."""
-
-_TF_STATIC = '/tf_static'
-TRUTH_TOPICS = re.compile(r'truth|(^|[/_])gt([/_]|$)', re.IGNORECASE)
-_KISS_CLOUD = re.compile(r'(^|/)kiss/(frame|keypoints|local_map)$')
 
 
 class BagScans:
@@ -79,8 +80,8 @@ class BagScans:
         """Decode and yield the clouds."""
         tally = Tally(self._path, self.odometry_topic, self._odometry)
         # What KISS-ICP hands on is registered: its clouds have no times, and their poses' stamps.
-        is_registered = _KISS_CLOUD.search(self.cloud_topic) is not None
-        stamps = SweepStamps(self._scan_stamp, in_silence if is_registered else _log.warning)
+        say = in_silence if is_registered(self.cloud_topic) else _log.warning
+        stamps = SweepStamps(self._scan_stamp, say)
         with BagReader(self._path) as bag:
             for index, (_, recorded_ns, cloud) in enumerate(bag.messages([self.cloud_topic])):
                 arrays = self._decode(cloud, index)
@@ -107,15 +108,7 @@ class BagScans:
 
     def _decode(self, cloud: Any, index: int) -> CloudArrays:
         try:
-            return decode_points(
-                cloud.fields,
-                cloud.data,
-                cloud.point_step,
-                cloud.row_step,
-                cloud.width,
-                cloud.height,
-                cloud.is_bigendian,
-            )
+            return decode_cloud(cloud)
         except CloudFormatError as error:
             raise CloudFormatError(
                 f'{self._path}, {self.cloud_topic}, message {index}: {error}'
@@ -196,13 +189,13 @@ def usable_clouds(topics: dict[str, str]) -> list[str]:
     clouds = [topic for topic, msgtype in topics.items() if msgtype == POINT_CLOUD]
     # KISS-ICP's frame is deskewed and stamped like the raw cloud, so it will do on its own; its
     # keypoints and local map are no scans.
-    raw = [topic for topic in clouds if not _KISS_CLOUD.search(topic)]
-    return raw or [topic for topic in clouds if topic.endswith('kiss/frame')]
+    raw = [topic for topic in clouds if not is_registered(topic)]
+    return raw or [topic for topic in clouds if topic.endswith(KISS_FRAME)]
 
 
 def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str:
     if wanted:
-        clouds = [t for t, msgtype in topics.items() if msgtype in (POINT_CLOUD, *LASER_SCANS)]
+        clouds = [t for t, msgtype in topics.items() if msgtype in SCANS]
         return _require(wanted, clouds, topics, path)
     return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', '--topic', topics, path)
 
@@ -216,7 +209,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
         in_tf = [topic for topic, msgtype in topics.items() if msgtype == TRANSFORMS]
         return _require(wanted, odometry + in_tf, topics, path)
     usable = [topic for topic in odometry if not TRUTH_TOPICS.search(topic)]
-    usable = [topic for topic in usable if topic.endswith('kiss/odometry')] or usable
+    usable = [topic for topic in usable if topic.endswith(KISS_ODOMETRY)] or usable
     if not usable:
         return None
     return _the_only(usable, 'Odometry', '--topic', topics, path)
@@ -261,7 +254,8 @@ def read_track(bag: BagReader, topic: str | None, path: Path) -> PoseTrack | Non
         if msgtype == ODOMETRY:
             pose, track.child_frame = message.pose.pose, message.child_frame_id
         stamp_ns = stamp_to_ns(message.header.stamp) or recorded_ns
-        track.add(stamp_ns, _matrix(pose.position, pose.orientation, f'bag {path}, {topic}'))
+        with _naming(path, topic):
+            track.add(stamp_ns, rigid_of(pose.position, pose.orientation))
     return track if len(track) else None
 
 
@@ -273,30 +267,34 @@ def read_odometry(
         return read_track(bag, topic, path)
     body = static.body(first_frame(bag, scan_topic, path))
     track = PoseTrack(body)
-    for _, _, message in bag.messages([topic]):
-        for stamped in message.transforms:
-            if stamped.child_frame_id.strip('/') == body:
-                pose = stamped.transform
-                matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
-                track.add(stamp_to_ns(stamped.header.stamp), matrix)
+    for each in _transforms(bag, path, [topic], body):
+        track.add(each.stamp_ns, each.T_parent_child)
     return track if len(track) else None
 
 
 def first_frame(bag: BagReader, topic: str, path: Path) -> str:
     """Return the frame of the first message on a topic."""
     for _, _, message in bag.messages([topic]):
-        return str(message.header.frame_id).strip('/')
+        return plain_frame(message.header.frame_id)
     raise BagFormatError(f'bag {path}: {topic} carries no message; choose another topic')
 
 
-def _matrix(translation: Any, rotation: Any, where: str) -> NDArray[np.float64]:
+def _transforms(
+    bag: BagReader, path: Path, topics: list[str], child: str = ''
+) -> Iterator[StampedTransform]:
+    """Yield the transforms on topics: all, or those of one child frame."""
+    for topic, _, message in bag.messages(topics):
+        with _naming(path, topic):
+            yield from transforms_of(message, child)
+
+
+@contextmanager
+def _naming(path: Path, topic: str) -> Iterator[None]:
+    """Have what is wrong with a pose said with the place where it stands."""
     try:
-        return rigid_from_quaternion(
-            [translation.x, translation.y, translation.z],
-            [rotation.x, rotation.y, rotation.z, rotation.w],
-        )
+        yield
     except ValueError as error:
-        raise BagFormatError(f'{where}: {error}') from None
+        raise BagFormatError(f'bag {path}, {topic}: {error}') from None
 
 
 def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> FrameTree:
@@ -311,7 +309,7 @@ def read_static_transforms(bag: BagReader, path: Path, scan_topic: str) -> Frame
         for (parent, child), places in _said_of_frames(bag, path, TF_TOPIC, scan_topic).items():
             if len(places) > 1 and all(np.allclose(place, places[0]) for place in places):
                 tree.add_fixed(parent, child, places[0])
-    for (parent, child), places in _said_of_frames(bag, path, _TF_STATIC, scan_topic).items():
+    for (parent, child), places in _said_of_frames(bag, path, TF_STATIC_TOPIC, scan_topic).items():
         tree.add_fixed(parent, child, places[-1])
     return tree
 
@@ -328,9 +326,6 @@ def _said_of_frames(
         and scan_topic.startswith(topic.removesuffix(name) + '/')
     ]
     found: dict[tuple[str, str], list[NDArray[np.float64]]] = {}
-    for topic, _, message in bag.messages(of_robot) if of_robot else ():
-        for stamped in message.transforms:
-            pose = stamped.transform
-            matrix = _matrix(pose.translation, pose.rotation, f'bag {path}, {topic}')
-            found.setdefault((stamped.header.frame_id, stamped.child_frame_id), []).append(matrix)
+    for each in _transforms(bag, path, of_robot) if of_robot else ():
+        found.setdefault((each.parent, each.child), []).append(each.T_parent_child)
     return found

@@ -36,6 +36,7 @@ from fpnet_core.io.message_types import (
     UNCERTAIN_POSE,
 )
 from fpnet_core.io.pointcloud2 import encode_points
+from fpnet_core.io.topic_names import TF_STATIC_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_core.types import GridMap
 
@@ -228,7 +229,7 @@ class BagWriter:
             child_frame_id,
             _MSG['geometry_msgs/msg/Transform'](translation, pose.orientation),
         )
-        qos = _STATIC_QOS if topic.endswith('/tf_static') else _STREAM_QOS
+        qos = _STATIC_QOS if topic.endswith(TF_STATIC_TOPIC) else _STREAM_QOS
         self._write(topic, TRANSFORMS, stamp_ns, _MSG[TRANSFORMS]([stamped]), qos)
 
     def write_number(self, topic: str, stamp_ns: int, value: float) -> None:

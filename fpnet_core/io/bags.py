@@ -18,7 +18,6 @@ from rosbags.typesys.store import Typestore
 from fpnet_core.errors import BagFormatError
 from fpnet_core.io.message_types import BAG_SUFFIXES, ROS_1_SUFFIX, TRANSFORMS
 from fpnet_core.plain_yaml import parse_yaml
-from fpnet_core.stamps import NS_PER_S
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -164,11 +163,6 @@ def _ros_1_types() -> Typestore:
     types = get_typestore(Stores.ROS1_NOETIC)
     types.register(get_types_from_msg('geometry_msgs/TransformStamped[] transforms', TRANSFORMS))
     return types
-
-
-def stamp_to_ns(stamp: Any) -> int:
-    """Return the nanoseconds of a ``builtin_interfaces/Time``."""
-    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
 
 
 def _check_metadata(path: Path) -> None:

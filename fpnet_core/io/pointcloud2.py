@@ -84,6 +84,19 @@ class CloudArrays:
     first_s: float = 0.0
 
 
+def decode_cloud(message: Any) -> CloudArrays:
+    """Decode a PointCloud2 of rclpy or rosbags; CloudFormatError as :func:`decode_points`."""
+    return decode_points(
+        message.fields,
+        message.data,
+        message.point_step,
+        message.row_step,
+        message.width,
+        message.height,
+        bool(message.is_bigendian),
+    )
+
+
 def decode_points(
     fields: Sequence[PointFieldLike],
     data: Any,

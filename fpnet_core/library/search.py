@@ -157,13 +157,10 @@ class _Asked:
 
     def _partners(self, number: int, placements: Placements) -> NDArray[np.float64]:
         """Count the keypoints that find a like one at ``C`` placements on a plan, ``(C,)``."""
-        linear = placements.linear
-        factor = np.sqrt(np.abs(np.linalg.det(linear)))
-        yaw = np.arctan2(linear[:, 1, 0] - linear[:, 0, 1], linear[:, 0, 0] + linear[:, 1, 1])
-        poses = np.column_stack([yaw, placements.translation]).astype(np.float32)
+        poses = np.column_stack([placements.heading, placements.translation]).astype(np.float32)
         found = [
             self.part.shard.partners(self.question.keypoints.scaled(each), number, pose)
-            for each, pose in zip(factor.tolist(), poses, strict=True)
+            for each, pose in zip(placements.scale.tolist(), poses, strict=True)
         ]
         return np.array(found, dtype=np.float64)
 

@@ -144,7 +144,7 @@ class SeenWalls:
         fields = _fields(_around(plan, _at(candidates, self.evidence.corners)))
         aligned = refine(fields, self.evidence.walls, candidates, _FREEDOM, ROUGH)
         violation = agreement(fields, self.evidence, aligned, WALL_SIGMA_M).free_violation
-        scale = np.sqrt(np.abs(np.linalg.det(aligned.linear)))
+        scale = aligned.scale
         own = np.exp(-0.5 * np.square(scale[:, None] * self.distance / WALL_SIGMA_M))
         placed = _likelihood_at(fields, _at(aligned, self.points))
         found = scale * (_correlation(own, placed) - violation)

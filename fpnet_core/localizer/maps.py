@@ -8,8 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-import numpy as np
-
 from fpnet_core.config import FpnetConfig
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import Affine2D
@@ -87,9 +85,7 @@ class MapMatch:
     @property
     def scale(self) -> float | None:
         """Nominal metres of the plan per nominal metre of the submap, at the best placement."""
-        if self.A_best is None:
-            return None
-        return float(np.sqrt(abs(np.linalg.det(self.A_best.linear))))
+        return None if self.A_best is None else self.A_best.scale
 
 
 def cut_plan(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import PoseConfig, ScalePolicy
-from fpnet_core.geometry import Affine2D
+from fpnet_core.geometry import Affine2D, scale_of
 from fpnet_core.judging.reasons import AT_EDGE
 from fpnet_core.pose import Freedom
 from fpnet_core.segmentation import STATED_SCALE, ScaleEstimate
@@ -72,7 +72,7 @@ class ScaleSearch:
     @property
     def factors(self) -> Array:
         """Return the mean scale of each stretch, ``(L,)``."""
-        return np.asarray(np.sqrt(np.linalg.det(self.stretches)), dtype=np.float64)
+        return scale_of(self.stretches)
 
     @property
     def log_range(self) -> float:
@@ -84,8 +84,8 @@ class ScaleSearch:
         """Return the search that does not doubt what was stated."""
         return replace(self, misstated=None)
 
-    def is_within(self, scale: Array) -> NDArray[np.bool_]:
-        """Tell which mean scales ``(C,)`` lie within the bounds, and were not held there."""
+    def is_within(self, scale: Array | float) -> NDArray[np.bool_]:
+        """Tell whether mean scales ``(C,)``, or one, lie within the bounds, not held there."""
         low, high = self.bounds
         return np.asarray((scale > low * (1.0 + AT_EDGE)) & (scale < high / (1.0 + AT_EDGE)))
 
@@ -235,7 +235,6 @@ class ScaleHistory:
         if self.is_fixed or (self.estimate is not None and self.estimate.is_locked):
             return self
         seen = (*self.seen, A_plan_submap.stretch)[-_LOCK_TICKS:]
-        scale = np.sqrt(np.linalg.det(A_plan_submap.stretch))
         mean = np.mean(seen, axis=0)
         off_m = max(_DRAWING_SIGMA_M, bend_m)
         sigma = max(_scatter(seen, mean), off_m / _extent_m(A_plan_submap, walls))
@@ -243,7 +242,7 @@ class ScaleHistory:
             self,
             seen=seen,
             estimate=PlanScale(mean, sigma, len(seen) == _LOCK_TICKS and sigma <= _LOCK_SIGMA),
-            is_misstated=self.is_misstated or not self.first.is_within(scale),
+            is_misstated=self.is_misstated or not self.first.is_within(A_plan_submap.scale),
         )
 
 

@@ -78,9 +78,8 @@ def search_placements(
     walls, free = _thinned(sub.walls, _MAX_WALLS), _thinned(sub.free, _MAX_FREE)
     found = [_of_turn(field, walls, free, yaw, factors) for yaw in wall_turns(plan, sub)]
     linear, translation, worth = (np.concatenate(part) for part in zip(*found, strict=True))
-    scale = np.sqrt(np.abs(np.linalg.det(linear)))
-    order = in_turn(scale, worth)[:max_candidates]
-    return Placements(linear[order], translation[order])
+    placed = Placements(linear, translation)
+    return placed.take(in_turn(placed.scale, worth)[:max_candidates])
 
 
 def _thinned(points: Array, limit: int) -> Array:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.geometry import SE2, Affine2D
+from fpnet_core.geometry import SE2, Affine2D, scale_of
 from fpnet_core.types import GridMap
 
 Array = NDArray[np.float64]
@@ -82,7 +82,7 @@ def growth_at(H: Array, place: NDArray[Any]) -> float:
     """Return by how much a homography (3, 3) makes short lengths longer at a place (2,)."""
     x, y, w = H @ np.append(place, 1.0)
     jacobian = (H[:2, :2] - np.outer((x / w, y / w), H[2, :2])) / w
-    return float(np.sqrt(abs(np.linalg.det(jacobian))))
+    return float(scale_of(jacobian))
 
 
 def fixed_point(pixels: Array, bits: int = PIXEL_BITS) -> NDArray[np.int32]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fpnet_core.geometry import SE2
 from fpnet_core.io.bag_writer import BagWriter
 from fpnet_core.io.maps import write_map
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.io.trajectories import write_covariances, write_tum
 from fpnet_core.localizer.map_frame import MapFrame
 from fpnet_core.raster.warping import warped_grid
@@ -101,7 +102,7 @@ def _write_bag(
         bag.write_grid('/map', min(first, default=0), scaled)
         for stamp_ns, T_odom_sensor in _rigid(odometry):
             bag.write_odometry('/odometry', stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
-            bag.write_transform('/tf', stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
+            bag.write_transform(TF_TOPIC, stamp_ns, _ODOM, _SENSOR, T_odom_sensor)
         for (stamp_ns, T_map_sensor), cov_plan in said:
             cov = frame.covariance(cov_plan)
             bag.write_pose('/floorplan_pose', stamp_ns, _MAP, T_map_sensor)
@@ -124,7 +125,7 @@ def _write_belief(bag: BagWriter, output: LocalizerOutput, frame: MapFrame) -> N
         if len(output.submap.path_xy):
             robot = output.submap.T_odom_submap.apply(output.submap.path_xy[-1])
         T_map_odom = frame.T_map_odom(output.A_plan_odom, robot)
-        bag.write_transform('/tf', output.stamp_ns, _MAP, _ODOM, T_map_odom.as_matrix4())
+        bag.write_transform(TF_TOPIC, output.stamp_ns, _MAP, _ODOM, T_map_odom.as_matrix4())
 
 
 def _in_odom(submap: Submap) -> GridMap:

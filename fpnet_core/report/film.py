@@ -15,7 +15,6 @@ from PIL import Image
 
 from fpnet_core.errors import FpnetError
 from fpnet_core.geometry import Affine2D, rotation
-from fpnet_core.geometry.polar import heading_of
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.report.moments import SHOWN_PLACEMENTS
 from fpnet_core.report.record import RunRecord
@@ -183,9 +182,8 @@ def on_the_way(A_start: Affine2D, A_end: Affine2D, share: float) -> Affine2D:
     It turns and grows about the places of the origin, as nothing does that is mixed by entries.
     """
     eased = share * share * (3.0 - 2.0 * share)
-    between = A_end.linear @ np.linalg.inv(A_start.linear)
-    scale = float(np.sqrt(abs(np.linalg.det(between))))
-    angle = float(heading_of(between))
+    between = A_end @ A_start.inv()
+    scale, angle = between.scale, between.heading
     bent = A_end.linear - scale * rotation(angle) @ A_start.linear
     linear = scale**eased * rotation(eased * angle) @ A_start.linear + eased * bent
     return Affine2D(linear, (1.0 - eased) * A_start.translation + eased * A_end.translation)

@@ -37,7 +37,7 @@ def _correlative(match: MapMatch) -> Answer | None:
 
 def _branch_and_bound(match: MapMatch) -> Answer | None:
     """Search the scales that the localizer's own search tries."""
-    scales = np.unique(np.sqrt(np.linalg.det(match.search.stretches)))
+    scales = np.unique(match.search.factors)
     return BranchAndBound(match.plan.evidence, scales).place(match.sub.evidence)
 
 

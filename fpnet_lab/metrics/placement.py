@@ -75,11 +75,10 @@ def placement_error(
     """Compare ``estimate`` with ``truth``, both submap to plan, at the submap's ``middle`` [m]."""
     if estimate is None:
         return PlacementError()
-    ratio = np.sqrt(abs(np.linalg.det(estimate.linear) / np.linalg.det(truth.linear)))
     moved = estimate.apply(np.array(middle)) - truth.apply(np.array(middle))
     return PlacementError(
         rotation_deg=float(np.degrees(angle_between(estimate.heading, truth.heading))),
-        scale=float(abs(ratio - 1.0)),
+        scale=abs(estimate.scale / truth.scale - 1.0),
         direction_deg=_folded_angle_deg(estimate, truth),
         distance_m=float(np.linalg.norm(moved)),
     )

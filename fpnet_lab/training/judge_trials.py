@@ -288,7 +288,7 @@ def right_placements(
     middle = np.linalg.norm(there.mean(axis=1) - truth.mean(axis=0), axis=1)
     best = Affine2D.from_matrix(_fitted(points, truth))
     turn = np.rad2deg(angle_between(placed.heading, best.heading))
-    scale = np.abs(placed.scale / np.sqrt(abs(np.linalg.det(best.linear))) - 1.0)
+    scale = np.abs(placed.scale / best.scale - 1.0)
     limit_m = max(RIGHT_DIAGONALS * diagonal_m, RIGHT_LEAST_M)
     is_near = (middle < limit_m) & (scale < RIGHT_SCALE)
     is_same = (moved < RIGHT_MEDIAN_M) & (middle < RIGHT_MEDIAN_M)
@@ -325,7 +325,7 @@ def _fitted(points: Array, truth: Array) -> Array:
 
 def _nearly_metric(pair: RobotPair, rng: np.random.Generator) -> RobotPair:
     """Return a pair whose robot map has the plan's scale, up to what a stated one is off."""
-    scale = float(np.sqrt(abs(np.linalg.det(pair.A_plan_robot.linear))))
+    scale = pair.A_plan_robot.scale
     if abs(np.log(scale)) <= _TOLERATED_SCALE:
         return pair
     factor = scale * float(np.exp(rng.uniform(-_STATED_ERROR, _STATED_ERROR)))

@@ -52,7 +52,7 @@ HEAVY = ('torch', 'matplotlib', 'open3d', 'cv2', 'numba', 'ezdxf', 'pypdfium2', 
 STAGES = tuple(f'fpnet_core.{stage}' for stage in ('submaps', 'segmentation', 'graphs', 'pose'))
 ADAPTERS_MAY = (
     'fpnet_core.types', 'fpnet_core.geometry', 'fpnet_core.errors', 'fpnet_core.io.pointcloud2',
-    'fpnet_core.io.laserscan',
+    'fpnet_core.io.laserscan', 'fpnet_core.io.messages',
     'fpnet_core.stamps',
 )  # fmt: skip
 

@@ -52,6 +52,12 @@ def test_headings_turn_with_the_frame(T, yaw):
     assert angle_between(T.apply_yaw(yaw), T.yaw + yaw) < 1e-9
 
 
+@given(affine, similar)
+def test_mean_scales_multiply_and_are_those_of_the_smaller_group(A, S):
+    assert Affine2D(S.linear, S.translation).scale == pytest.approx(S.scale, rel=1e-9)
+    assert (A @ S).scale == pytest.approx(A.scale * S.scale, rel=1e-9)
+
+
 @given(angles)
 def test_wrapping_keeps_the_direction_in_a_half_open_range(angle):
     wrapped = float(wrap_to_pi(angle))

@@ -101,7 +101,7 @@ class Seen:
             for status in msg.status
             if any(entry.key == 'scale' for entry in status.values)
         ]
-        true_scale = np.sqrt(abs(np.linalg.det(excerpt.A_plan_building.linear)))
+        true_scale = excerpt.A_plan_building.scale
         assert abs(scales[-1] / true_scale - 1.0) < 0.03
 
     @staticmethod

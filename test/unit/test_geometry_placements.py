@@ -72,6 +72,7 @@ def test_polar_parts_of_one_and_of_many_agree():
     placed = planted()
     for index, each in enumerate(placed):
         assert each.A_plan_submap.heading == placed.heading[index]
+        assert each.A_plan_submap.scale == placed.scale[index]
         np.testing.assert_array_equal(each.A_plan_submap.stretch, placed.stretch[index])
     S = Similarity2D.from_scale_yaw(1.7, -2.0, [3.0, 4.0])
     assert S.heading == pytest.approx(S.yaw)

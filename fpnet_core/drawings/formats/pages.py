@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Label
 from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import scale_of
 
 Array = NDArray[np.float64]
 Colour = tuple[int, int, int, int]
@@ -60,7 +61,7 @@ class Canvas:
     @property
     def pixels_per_unit(self) -> float:
         """Pixels per unit of the page."""
-        return float(np.sqrt(abs(np.linalg.det(self.A_pixel_page[:, :2]))))
+        return float(scale_of(self.A_pixel_page[:, :2]))
 
 
 @dataclass(frozen=True, eq=False)

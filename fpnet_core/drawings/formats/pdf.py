@@ -41,6 +41,7 @@ from fpnet_core.drawings.formats.painting import MIN_WIDTH_PX
 from fpnet_core.drawings.lengths import INCH_M
 from fpnet_core.drawings.types import Label, ReadOptions
 from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import scale_of
 
 POINT_M = INCH_M / 72.0
 """Given: length of a PDF's unit on paper [m]."""
@@ -213,7 +214,7 @@ def _add_path(reader: _Reader, obj: Any, A_page_form: Array, clip: Box) -> None:
         return
     width = ctypes.c_float()
     raw.FPDFPageObj_GetStrokeWidth(obj, width)
-    scale = float(np.sqrt(abs(np.linalg.det(A[:, :2]))))
+    scale = float(scale_of(A[:, :2]))
     paint = Paint(
         fill=fill,
         stroke=stroke,

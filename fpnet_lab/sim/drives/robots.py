@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from fpnet_core.geometry import SE2, angle_between
 from fpnet_core.io.bag_writer import BagWriter
+from fpnet_core.io.topic_names import TF_TOPIC
 from fpnet_core.stamps import NS_PER_S
 from fpnet_lab.sim.drives.drift import wheel_odometry
 from fpnet_lab.sim.drives.laser_scans import laser_readings
@@ -134,7 +135,7 @@ class Drive:
 
     def write(self, bag: BagWriter) -> int:
         """Write all that the robot reports; returns how many sweeps each sensor makes."""
-        tf = f'{self.robot.namespace}/tf'
+        tf = self.robot.namespace + TF_TOPIC
         for sensor in self.robot.sensors:
             bag.write_transform(f'{tf}_static', EPOCH_NS, BASE, sensor.frame, sensor.T_base_sensor)
         events: list[tuple[int, Callable[[], None]]] = []
@@ -159,7 +160,7 @@ class Drive:
             if self.robot.wheels_topic:
                 bag.write_odometry(self.robot.wheels_topic, stamp_ns, WHEELS_FRAME, BASE, T)
             if self.robot.wheels_in_tf:
-                bag.write_transform('/tf', stamp_ns, WHEELS_FRAME, BASE, T)
+                bag.write_transform(TF_TOPIC, stamp_ns, WHEELS_FRAME, BASE, T)
 
         return write
 

@@ -137,7 +137,7 @@ class _Writer:
     ) -> None:
         self._layout = layout
         self._A = A_file_page
-        self._per_m = float(np.sqrt(abs(np.linalg.det(A_file_page.linear))))
+        self._per_m = A_file_page.scale
         self._layers = layers
         self._denominator = denominator
 

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Times, poses and transforms in messages, as plain values.
+
+Functions read a message's attributes only, so messages of rclpy and of rosbags both work and the
+core needs no message package.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.geometry.frame_tree import plain_frame
+from fpnet_core.geometry.rigid3d import rigid_from_quaternion
+from fpnet_core.stamps import NS_PER_S
+
+
+@dataclass(frozen=True, eq=False)
+class StampedTransform:
+    """``T_parent_child (4, 4)`` at ``stamp_ns``; frames have no slash before their names."""
+
+    stamp_ns: int
+    parent: str
+    child: str
+    T_parent_child: NDArray[np.float64]
+
+
+def stamp_to_ns(stamp: Any) -> int:
+    """Return the nanoseconds of a ``builtin_interfaces/Time``."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def rigid_of(position: Any, rotation: Any) -> NDArray[np.float64]:
+    """
+    Return the (4, 4) transform of a message's position and quaternion, which is normalised.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite or the quaternion is zero.
+    """
+    return rigid_from_quaternion(
+        (position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w)
+    )
+
+
+def transform_of(message: Any) -> StampedTransform:
+    """Return what a ``geometry_msgs/TransformStamped`` says; ValueError as :func:`rigid_of`."""
+    said = message.transform
+    return StampedTransform(
+        stamp_to_ns(message.header.stamp),
+        plain_frame(message.header.frame_id),
+        plain_frame(message.child_frame_id),
+        rigid_of(said.translation, said.rotation),
+    )
+
+
+def transforms_of(message: Any, child: str = '') -> Iterator[StampedTransform]:
+    """
+    Yield the transforms of a ``tf2_msgs/TFMessage``: all, or those of one child frame.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no rigid transform, once those before it are yielded.
+    """
+    for each in message.transforms:
+        if not child or plain_frame(each.child_frame_id) == child:
+            yield transform_of(each)
