@@ -38,6 +38,8 @@ _SILENCE_S = 10.0
 _DISCOVERY_POLL_S = 0.05
 # Discovery is mutual: a best-effort subscriber seen now may know this publisher a moment later.
 _DISCOVERY_SETTLE_S = 0.5
+# Recorders get what is latched when they subscribe, one topic after the other.
+_LATCHED_FIRST_NS = NS_PER_S
 # Reliable subscribers confirm the last messages within milliseconds; a dead one never does.
 _LAST_ACKNOWLEDGEMENT_S = 2.0
 
@@ -99,9 +101,10 @@ class ReplayNode(OwnValues):
                 for topic, msgtype in types.items()
             }
             scans = [publishers[t] for t, kind in types.items() if kind in SCANS]
+            early = self._publish_early(bag, publishers, latched)
             self._wait_for_subscriber(list(publishers.values()), scans)
             total = sum(bag.count(topic) for topic in publishers)
-            played = self._publish_all(bag, publishers, latched, total)
+            played = self._publish_all(bag, publishers, latched, total, early)
             while self._settings.loop and played:
                 self.get_logger().info(f'played {played} messages; starting again')
                 played = self._publish_all(bag, publishers, latched, total)
@@ -140,13 +143,34 @@ class ReplayNode(OwnValues):
     def _on_status(self, msg: DiagnosticStatus) -> None:
         self._status = report_from_msg(msg).status
 
+    def _publish_early(
+        self, bag: BagReader, publishers: dict[str, Publisher[Any]], latched: frozenset[str]
+    ) -> int:
+        """
+        Publish what is latched from the recording's start on; return how many messages that is.
+
+        Who is waited for may wait for it: a localizer for the recorded map, scans for the place of
+        their sensor.
+        """
+        found = bag.raw_messages(sorted(latched)) if latched else ()
+        until_ns, count = None, 0
+        for topic, _, stamp_ns, data in found:
+            until_ns = stamp_ns + _LATCHED_FIRST_NS if until_ns is None else until_ns
+            if stamp_ns > until_ns:
+                break
+            publishers[topic].publish(data)
+            count += 1
+        return count
+
     def _publish_all(
         self,
         bag: BagReader,
         publishers: dict[str, Publisher[Any]],
         latched: frozenset[str],
         total: int,
+        early: int = 0,
     ) -> int:
+        """Publish the recording but for the first ``early`` latched messages; return how many."""
         played = scans = self._confirmed = 0
         first_ns: int | None = None
         columns = TextColumn('replay'), BarColumn(), TimeRemainingColumn()
@@ -157,6 +181,9 @@ class ReplayNode(OwnValues):
                 if first_ns is None:
                     first_ns = stamp_ns + round(self._settings.start_offset_s * NS_PER_S)
                     started_s = time.monotonic()
+                if early and topic in latched:
+                    played, early = played + 1, early - 1
+                    continue
                 if stamp_ns >= first_ns:
                     started_s += self._wait_for_odometry(scans)
                     self._wait_until(stamp_ns, first_ns, started_s)

@@ -108,8 +108,22 @@ def test_who_comes_late_gets_what_was_latched(bench, tmp_path):
     assert bench.wait_for(lambda: bool(clouds)), replay.log_tail()
     static = bench.collect(TFMessage, '/tf_static', TF_STATIC)
     assert bench.wait_for(lambda: bool(static), 10.0), replay.log_tail()
-    (transform,) = static[0].transforms
+    (transforms,) = static
+    (transform,) = transforms.transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ('base', 'lidar')
+
+
+def test_what_is_latched_comes_before_anybody_is_waited_for(bench, tmp_path):
+    with BagWriter(tmp_path / 'bag') as bag:
+        for index, points in enumerate(_clouds()):
+            bag.write_cloud('/points', START_NS + index * PERIOD_NS, 'lidar', points)
+        bag.write_transform('/tf_static', START_NS + PERIOD_NS, 'base', 'lidar', np.eye(4))
+    clouds = bench.collect(PointCloud2, 'points', sensor_data(COUNT))
+    static = bench.collect(TFMessage, '/tf_static', TF_STATIC)
+    parameters = {'bag': str(tmp_path / 'bag'), 'wait_for_localizer': True}
+    replay = bench.start('replay', parameters | {'wait_for_subscriber_s': 600.0})
+    assert bench.wait_for(lambda: bool(static)), replay.log_tail()
+    assert not clouds  # no localizer has come
 
 
 def test_a_loop_starts_again_and_takes_the_clock_back(bench, recording):
