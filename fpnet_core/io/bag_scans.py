@@ -197,7 +197,7 @@ def _choose_cloud(topics: dict[str, str], wanted: str | None, path: Path) -> str
     if wanted:
         clouds = [t for t, msgtype in topics.items() if msgtype in SCANS]
         return _require(wanted, clouds, topics, path)
-    return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', '--topic', topics, path)
+    return _the_only(usable_clouds(topics), 'PointCloud2 or LaserScan', topics, path)
 
 
 def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> str | None:
@@ -212,7 +212,7 @@ def choose_odometry(topics: dict[str, str], wanted: str | None, path: Path) -> s
     usable = [topic for topic in usable if topic.endswith(KISS_ODOMETRY)] or usable
     if not usable:
         return None
-    return _the_only(usable, 'Odometry', '--topic', topics, path)
+    return _the_only(usable, 'Odometry', topics, path)
 
 
 def _require(wanted: str, candidates: list[str], topics: dict[str, str], path: Path) -> str:
@@ -224,15 +224,13 @@ def _require(wanted: str, candidates: list[str], topics: dict[str, str], path: P
     return wanted
 
 
-def _the_only(
-    candidates: list[str], kind: str, option: str, topics: dict[str, str], path: Path
-) -> str:
+def _the_only(candidates: list[str], kind: str, topics: dict[str, str], path: Path) -> str:
     if len(candidates) == 1:
         return candidates[0]
     if candidates:
         raise BagFormatError(
             f'bag {path} has several {kind} topics: {", ".join(sorted(candidates))}; '
-            f'choose one ({option})'
+            'choose one (--topic)'
         )
     raise BagFormatError(
         f'bag {path} has no {kind} topic; it holds {", ".join(sorted(topics)) or "nothing"}'
