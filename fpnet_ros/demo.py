@@ -24,7 +24,7 @@ import signal
 import sys
 import time
 from types import FrameType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fpnet_core.errors import BagFormatError, FpnetError
 from fpnet_core.io.bags import BagReader
@@ -39,6 +39,7 @@ from fpnet_ros.processes import (
     private_environment,
     ros_arguments,
 )
+from fpnet_ros.wiring import wired
 
 # Chosen, not measured:
 _READY_S = 300.0  # after an installation the localizer compiles first
@@ -140,28 +141,24 @@ def _scan_topic(path: Path) -> _Topic:
 
 
 def _start_listening_nodes(group: ProcessGroup, options: SessionOptions, topic: _Topic) -> None:
-    def start(
-        name: str, parameters: dict[str, Any], remappings: dict[str, str] | None = None
-    ) -> None:
-        arguments = ros_arguments(parameters, remappings)
-        if options.params_file is not None:
-            arguments += ['--params-file', str(options.params_file)]
-        group.start(name, [*node_command(name), *arguments])
-
     # Reliable, as the result shall not depend on how much shared memory this machine has.
     reliable = 'qos_overrides.{}.subscription.reliability'
-    start('floorplan_server', {'floorplan': str(options.floorplan)})
     waiting = {'max_pending_scans': 2 * _MAX_AHEAD}
-    lasers = {'scan_topics': [topic.name]} if topic.is_laser else {}
-    start(
-        'odometry',
-        {reliable.format(topic.name): 'reliable', **waiting, **lasers},
-        {} if lasers else {'pointcloud_topic': topic.name},
-    )
-    start(
-        'localizer',
-        {'run_dir': str(options.out), reliable.format(f'/{KISS_FRAME}'): 'reliable', **waiting},
-    )
+    more = {
+        'odometry': {reliable.format(topic.name): 'reliable', **waiting},
+        'localizer': {
+            'run_dir': str(options.out),
+            reliable.format(f'/{KISS_FRAME}'): 'reliable',
+            **waiting,
+        },
+    }
+    scans = 'scan' if topic.is_laser else 'points'
+    for node in wired({'floorplan': str(options.floorplan), scans: topic.name}):
+        parameters = node.parameters | more.get(node.executable, {})
+        arguments = ros_arguments(parameters, node.remappings)
+        if options.params_file is not None:
+            arguments += ['--params-file', str(options.params_file)]
+        group.start(node.executable, [*node_command(node.executable), *arguments])
 
 
 def _replay_command(options: SessionOptions, topic: str) -> list[str]:
