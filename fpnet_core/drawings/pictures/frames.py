@@ -23,7 +23,7 @@ _FACE_DEPTH, _FOLLOWED_SIDES = 0.04, 3  # how near to how many sides a wall's ot
 _FRAMED_INK = 0.2  # of all ink lies inside a frame and is not the frame
 # What no outer wall is, with its windows, doors and partitions:
 _RULED_SIDE, _RULED_SIDES = 0.9, 3  # of so many sides is one line
-_LINE_SHARE, _LINE_PX = 0.006, 3.0  # of the longer side, or pixels: a line is no thicker
+_LINE_SHARE, _LINE_PX = 0.0075, 3.0  # of the longer side, or pixels: a line is no thicker
 _FREE_SIDE, _FREEST_SIDE = 0.7, 0.98  # of three sides and of one in one piece is free of all else
 
 
