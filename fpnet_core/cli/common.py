@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fpnet_core.config import FpnetConfig
     from fpnet_core.drawings.types import Reading, ReadOptions
     from fpnet_core.judging.causes import Asked
-    from fpnet_core.types import Cause
+    from fpnet_core.types import Cause, Segmentation
 
 
 def complete_setting(incomplete: str) -> list[str]:
@@ -357,6 +357,19 @@ def say_reading(reading: Reading, json_path: Path | None) -> None:
         say(note, json_path)
     for doubt in reading.doubts:
         say(f'doubt about how {reading.drawing.name} was read: {doubt}', json_path)
+
+
+def scale_doubts(
+    reading: Reading, segmentation: Segmentation, config: FpnetConfig
+) -> tuple[str, ...]:
+    """Return what speaks against a scale that was stated, as a check of the plan says it."""
+    if not (reading.scale.is_known and segmentation.rooms) or reading.doubts:
+        return ()
+    from fpnet_core.plan_check.gate import scale_faults
+    from fpnet_core.segmentation import told_scale
+
+    told = told_scale(reading.grid, segmentation, config.segmentation)
+    return scale_faults(reading.scale, segmentation, told)
 
 
 def say_causes(causes: Sequence[Cause], json_path: Path | None) -> None:

@@ -5,17 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
-
-if TYPE_CHECKING:
-    from fpnet_core.config import FpnetConfig
-    from fpnet_core.drawings.types import Reading
-    from fpnet_core.types import Segmentation
 
 
 @common.reads_drawing
@@ -58,7 +53,7 @@ def command(
     segmentation = segment_floorplan(reading.grid, tree.segmentation)
     record = write_plan(reading, out)
     save_reading(reading, segmentation, picture)
-    faults = _faults(reading, segmentation, tree)
+    faults = common.scale_doubts(reading, segmentation, tree)
     for line in (*said_of(reading, segmentation), *(f'doubt: {fault}' for fault in faults)):
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
@@ -67,17 +62,6 @@ def command(
     common.write_json(json_path, as_json(reading) | figures | doubts)
     if not segmentation.rooms:
         raise typer.Exit(1)
-
-
-def _faults(reading: Reading, segmentation: Segmentation, tree: FpnetConfig) -> tuple[str, ...]:
-    """Return what speaks against a scale that was stated, as a check of the plan says it."""
-    if not (reading.scale.is_known and segmentation.rooms) or reading.doubts:
-        return ()
-    from fpnet_core.plan_check.gate import scale_faults
-    from fpnet_core.segmentation import told_scale
-
-    told = told_scale(reading.grid, segmentation, tree.segmentation)
-    return scale_faults(reading.scale, segmentation, told)
 
 
 def _checked(out: Path, drawing: Path) -> Path:

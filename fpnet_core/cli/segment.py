@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 import time
 from typing import TYPE_CHECKING, Annotated, Any
@@ -70,6 +71,11 @@ def command(
     segmentation, scale = _segment(subject, tree, scale_is_known)
     elapsed_ms = 1e3 * (time.perf_counter() - started)
     _print_summary(segmentation, scale, elapsed_ms, json_path)
+    doubts = common.scale_doubts(reading, segmentation, tree) if reading is not None else ()
+    for doubt in doubts:
+        common.say(f'doubt: {doubt}', json_path)
+    if reading is not None:
+        reading = replace(reading, doubts=(*reading.doubts, *doubts))
     common.write_json(json_path, _report(segmentation, scale, elapsed_ms, reading))
     if plot is not None:
         _draw(segmentation, plot)

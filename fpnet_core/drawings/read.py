@@ -144,7 +144,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         drawing=drawing,
         storeys=found.storeys,
         dropped=found.dropped,
-        notes=(*drawing.notes, *_notes(found, options)),
+        notes=(*drawing.notes, *_notes(found, options), *_meant_pixels(drawing, options)),
         doubts=(*drawing.doubts, *thought.reasons),
         doubtful=thought.places,
         trust=found.trust,
@@ -161,6 +161,19 @@ def _notes(found: Found, options: ReadOptions) -> list[str]:
             f'{found.chosen + 1}, the largest, was taken. Choose another one with --storey.'
         )
     return notes
+
+
+def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
+    """Say which pixels are meant of a file that has none, where the user counted some."""
+    if drawing.strokes is None or not (options.resolution_m or options.length or options.crop):
+        return []
+    height, width = drawing.pixels.shape[:2]
+    per_unit = float(np.sqrt(abs(np.linalg.det(drawing.A_pixel_image[:, :2]))))
+    return [
+        f'Pixels are those of a picture of {width} x {height} that the {drawing.format.upper()} '
+        f'was painted as, {per_unit:.4g} of them to one of its own units: give --resolution, '
+        '--length and --crop in them.'
+    ]
 
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:

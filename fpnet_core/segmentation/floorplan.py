@@ -33,6 +33,9 @@ from fpnet_core.types import FREE, UNKNOWN, GridMap, Segmentation
 # A closed space without a door that is smaller is no room;
 # fitted to furnished drawings of generated storeys (docs/segmentation.md).
 _MIN_SHUT_AREA_M2 = 3.0
+# Physical: nobody walks where it is narrower. A closed space without a door that mostly is so is
+# the hollow of a wall drawn as two lines, or a duct.
+_MIN_SHUT_WIDTH_M = 0.6
 # Doors of shut rooms, their leaves and windows beside them lie within [m]. Chosen.
 _NEAR_SHUT_M = 2.0
 # Numerical: a hectare at 2 cm has 25 million cells, and each costs some twenty bytes on the way.
@@ -145,7 +148,7 @@ def _cut(
     full, openings, clearance = cut
     is_room = _is_room(full, clearance, cell_m, on_paper)
     if is_default and openings:
-        is_room &= ~_is_shut(full, openings, is_room, cell_m)
+        is_room &= ~_is_shut(full, openings, is_room, clearance, cell_m)
     return assemble(grid, _only(full, is_room), openings, metres_per_unit)
 
 
@@ -202,22 +205,41 @@ def _is_room(
 
 
 def _is_shut(
-    labels: NDArray[np.int32], openings: list[Opening], is_room: Mask, cell_m: float
+    labels: NDArray[np.int32],
+    openings: list[Opening],
+    is_room: Mask,
+    clearance: NDArray[np.float32],
+    cell_m: float,
 ) -> Mask:
     """
     Tell which labels (R + 1,) nobody can enter, and are no rooms for that.
 
-    Small ones are tables, shafts and cupboards; one around all others is what lies between the
-    building and the frame or the dimensions that are drawn around it.
+    Small ones are tables, shafts and cupboards, narrow ones hollows of walls; one around all
+    others is what lies between the building and the frame or the dimensions that are drawn
+    around it.
     """
     is_shut = np.ones(len(is_room), dtype=np.bool_)
     is_shut[[room for opening in openings for room in opening.rooms]] = False
     ends, sizes, _ = label_extents(labels, len(is_room))
     is_small = sizes < _MIN_SHUT_AREA_M2 / cell_m**2
+    is_narrow = _mean_widths(labels, clearance, len(is_room)) < _MIN_SHUT_WIDTH_M
     inner = ends[is_room & ~is_shut]
     is_around = (ends[:, :2] < inner[:, :2].min(axis=0, initial=labels.size)).all(axis=1)
     is_around &= (ends[:, 2:] > inner[:, 2:].max(axis=0, initial=0)).all(axis=1)
-    return np.asarray(is_shut & (is_small | is_around))
+    return np.asarray(is_shut & (is_small | is_narrow | is_around))
+
+
+def _mean_widths(
+    labels: NDArray[np.int32], clearance: NDArray[np.float32], count: int
+) -> NDArray[np.float64]:
+    """
+    Return how wide (count,) spaces are in the mean [m].
+
+    A strip's cells are a quarter of its width away from its sides in the mean, whatever its turn.
+    """
+    sizes = np.bincount(labels.ravel(), minlength=count)
+    sums = np.bincount(labels.ravel(), clearance.ravel(), minlength=count)
+    return np.asarray(4.0 * sums / np.maximum(sizes, 1))
 
 
 def _only(labels: NDArray[np.int32], is_kept: Mask) -> NDArray[np.int32]:

@@ -20,7 +20,7 @@ from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
 from fpnet_core.drawings.pictures.plausible import wall_cells
 from fpnet_core.drawings.pictures.signs import coloured_signs
 from fpnet_core.drawings.pictures.tones import contrast, ink_level
-from fpnet_core.drawings.pictures.view import View
+from fpnet_core.drawings.pictures.view import View, unframed
 from fpnet_core.drawings.types import Array, Box, Chances, Trust
 from fpnet_core.errors import MapFormatError
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
@@ -108,6 +108,7 @@ def see_building(view: View, storey: int | None) -> SeenBuilding | None:
     MapFormatError
         If there is no such storey.
     """
+    view = unframed(view)
     shape = view.levels.shape
     sheet, H_sheet_pixel = view.shown((0, 0, shape[1], shape[0]), SHEET_PX)
     first = _chances(sheet)

@@ -40,6 +40,8 @@ _HALL_DOORS = 3  # rooms that open into a hall; paper and missed walls have fewe
 _MANY_SPECKS = 40.0  # per room
 _DOORED_SHARE = 0.4  # of a building's rooms have a door that was seen, where there are several
 _SEVERAL_ROOMS = 4
+_JOINED_SHARE = 0.6  # of a building's rooms are joined by doors, or belong to dwellings in a row:
+_DWELLING_ROOMS = 3  # so many rooms joined by doors may have their own door to the outside
 _DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
 _AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _INK_SHARE = 0.6  # of a building is wall
@@ -74,6 +76,8 @@ def findings(segmentation: Segmentation) -> list[str]:
     low, high = np.log(_DOOR_TO_ROOM)
     ratio = figures['door_to_room']
     specks = np.expm1(figures['specks'])
+    is_doored = rooms < _SEVERAL_ROOMS or figures['doored'] >= _DOORED_SHARE
+    groups = _joined_rooms(segmentation)
     said = [
         (rooms < _FEW_ROOMS, 'Only one room was found: walls were missed, or it is no floorplan.'),
         (
@@ -85,11 +89,14 @@ def findings(segmentation: Segmentation) -> list[str]:
         ),
         (not segmentation.portals, 'No door was found: no building has rooms without doors.'),
         (
-            bool(segmentation.portals)
-            and rooms >= _SEVERAL_ROOMS
-            and figures['doored'] < _DOORED_SHARE,
+            bool(segmentation.portals) and not is_doored,
             f'{100.0 * (1.0 - figures["doored"]):.0f} % of the rooms have no door: arcs or '
             'thresholds of doors were taken for walls; draw the doors as gaps.',
+        ),
+        (
+            is_doored and rooms >= _SEVERAL_ROOMS and _are_apart(segmentation, groups),
+            f'No more than {max(map(len, groups), default=0)} of {rooms} rooms are joined by '
+            'doors: other doors were taken for walls; draw them as gaps.',
         ),
         (
             bool(segmentation.portals) and not low < ratio < high,
@@ -106,6 +113,31 @@ def findings(segmentation: Segmentation) -> list[str]:
         ),
     ]
     return [sentence for is_so, sentence in said if is_so]
+
+
+def _joined_rooms(segmentation: Segmentation) -> list[set[int]]:
+    """Return the ids of rooms that doors join, a set for each group of them."""
+    groups = [{room.id} for room in segmentation.rooms]
+    for portal in segmentation.portals:
+        met = [group for group in groups if group & set(portal.rooms)]
+        groups = [group for group in groups if group not in met] + [set().union(*met)]
+    return groups
+
+
+def _are_apart(segmentation: Segmentation, groups: list[set[int]]) -> bool:
+    """
+    Tell whether most rooms cannot be reached: neither from the largest group nor from outside.
+
+    Doors to the outside are seldom read, and dwellings in a row have no other ones in common.
+    """
+    outer = {portal.rooms[0] for portal in segmentation.portals if portal.rooms[1] is None}
+    largest = max(groups, key=len)
+    reached = sum(
+        len(group)
+        for group in groups
+        if group is largest or len(group) >= _DWELLING_ROOMS or group & outer
+    )
+    return reached < _JOINED_SHARE * len(segmentation.rooms)
 
 
 def _is_hall(segmentation: Segmentation) -> bool:

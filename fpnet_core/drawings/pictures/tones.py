@@ -88,14 +88,18 @@ def contrast(pixels: Levels) -> Levels:
         Dark lines on a lighter ground. The channel with the most contrast counts, so that
         yellow lines on white are lines.
     """
-    reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
     found = _mass(pixels)
     for channel in _channels(pixels):
-        around = cv2.morphologyEx(channel, cv2.MORPH_CLOSE, square(reach))
-        np.maximum(found, _share_darker(channel, _levels(around)), out=found)
+        np.maximum(found, _share_darker(channel, paper_around(channel)), out=found)
     found[_table(pixels)] = 0
     # The brightest pixel around is brighter than the paper by the noise.
     return np.asarray(cv2.subtract(found, np.full_like(found, np.median(found))), dtype=np.uint8)
+
+
+def paper_around(pixels: Levels) -> Levels:
+    """Return pixels (H, W) or (H, W, C) without darker lines that are no thicker than walls."""
+    reach = max(_LEAST_REACH_PX, round(_REACH_SHARE * max(pixels.shape[:2])))
+    return _levels(cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, square(reach)))
 
 
 def sheet_outline(pixels: Levels) -> NDArray[np.float64] | None:

@@ -4,15 +4,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.pictures.frames import without_frames
 from fpnet_core.drawings.pictures.straighten import find_straightening, straightened_size
-from fpnet_core.drawings.pictures.tones import Levels, contrast, sheet_outline
+from fpnet_core.drawings.pictures.tones import (
+    Levels,
+    contrast,
+    ink_level,
+    paper_around,
+    sheet_outline,
+)
 from fpnet_core.drawings.types import Array, Box
+from fpnet_core.raster.morphology import grown
 from fpnet_core.raster.pixels import cut_from, growth_at, map_points, shrinking
 
 WORK_PX = 1800
@@ -23,6 +31,7 @@ _NEAR_SHARE, _PAPER_SHARE = 0.04, 0.06  # of the longer side: what is drawn as n
 _UNLIKE_PAPER = 48  # levels between paper and what is drawn upon it
 _BESIDE_SHARE = 0.25  # of the edge is unlike paper where a table lies around it
 _SAMPLES = 30_000  # numerical: pixels whose median is the paper
+_SOFT_PX = 2  # numerical: so far around a line of the view it may still be darker than the paper
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,3 +166,30 @@ def view_of(pixels: Levels) -> View:
             cv2.warpPerspective(levels, H, straightened_size(H, levels.shape)), dtype=np.uint8
         )
     return View(levels, H @ scale, pixels, is_straightened)
+
+
+def unframed(view: View) -> View:
+    """
+    Return a view whose sheet has no frame, nor a title block that is joined to one.
+
+    Frames are painted in the tone of the paper beside them. The network would take them for walls,
+    and the ground that they enclose for rooms.
+    """
+    level = ink_level(view.levels)
+    if level is None:
+        return view
+    ink = view.levels > level
+    frames, rest = without_frames(ink, is_sure=True)
+    if not frames:
+        return view
+    gone = grown(ink & ~rest, _SOFT_PX) & ~rest
+    size = view.pixels.shape[1::-1]
+    flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    there = cv2.warpPerspective(gone.view(np.uint8), view.H_view_pixel, size, flags=flags) > 0
+    factor = min(1.0, WORK_PX / max(size))
+    small = [max(1, round(side * factor)) for side in size]
+    reduced = cv2.resize(view.pixels, small, interpolation=cv2.INTER_AREA)
+    paper = cv2.resize(paper_around(np.asarray(reduced, np.uint8)), size)
+    pixels = view.pixels.copy()
+    pixels[there] = paper[there]
+    return replace(view, levels=np.where(gone, 0, view.levels).astype(np.uint8), pixels=pixels)

@@ -12,7 +12,7 @@ import pytest
 from fpnet_core.cli import common, main
 from fpnet_core.drawings.read import read_plan
 from fpnet_core.drawings.scaling import with_scale_of
-from fpnet_core.drawings.types import ScaleSource
+from fpnet_core.drawings.types import ReadOptions, ScaleSource
 from fpnet_core.errors import ConfigError
 from fpnet_core.io.maps import write_map
 from fpnet_core.raster.pixels import pixel_to_xy
@@ -56,6 +56,37 @@ def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
     printed = capsys.readouterr()
     assert 'doubt: its middle room has' in printed.err
     assert json.loads(printed.out)['doubts'][0].endswith('m2: no building at this scale')
+
+
+def test_rooms_of_a_slip_in_the_scale_are_doubted_as_well(drawing, capsys):
+    assert run('segment', drawing, '--length', '0,0,200,0=100', '--json', '-') == 0
+    printed = capsys.readouterr()
+    assert 'doubt: its middle room has' in printed.err
+    doubts = json.loads(printed.out)['drawing']['doubts']
+    assert doubts[0].endswith('m2: no building at this scale')
+
+
+def test_the_pixels_of_a_file_that_has_none_are_named(tmp_path):
+    """Six rooms of 4 m in a file whose unit is 5 cm; the picture it is painted as is larger."""
+    walls = ''.join(
+        f'<rect x="{40 + 80 * k}" y="{y}" width="80" height="80"/>'
+        f'<path d="M{70 + 80 * k} {door}h18" stroke="white" stroke-width="6"/>'
+        for k in range(6)
+        for y, door in ((40, 120), (160, 160))
+    )
+    (tmp_path / 'a.svg').write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="560" height="280">'
+        f'<g fill="none" stroke="black" stroke-width="4">{walls}'
+        '<path d="M40 120V160M520 120V160"/></g></svg>'
+    )
+    bare = read_plan(tmp_path / 'a.svg')
+    height, width = bare.drawing.pixels.shape[:2]
+    stated = read_plan(tmp_path / 'a.svg', ReadOptions(resolution_m=0.01))
+    assert not [note for note in bare.notes if 'Pixels are' in note]
+    per_unit = bare.drawing.A_pixel_image[0, 0]
+    assert per_unit > 1.5
+    said = f'picture of {width} x {height} that the SVG was painted as, {per_unit:.4g} of them'
+    assert said in stated.notes[-1]
 
 
 def test_every_command_reads_the_map_as_it_reads_the_drawing(drawing, tmp_path):

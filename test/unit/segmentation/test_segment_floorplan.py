@@ -208,6 +208,19 @@ def test_what_lies_between_the_building_and_a_frame_around_it_is_no_room():
     assert len(found.regions) == len(segment_floorplan(grid, CONFIG).regions)
 
 
+@pytest.mark.parametrize('angle_deg', [0.0, 33.0])
+@pytest.mark.parametrize(('width_m', 'is_room'), [(0.4, False), (1.0, True)])
+def test_the_hollow_of_a_wall_is_no_room_and_a_shaft_is_one(width_m, is_room, angle_deg):
+    """The hollow is wider where walls meet; no door leads into either."""
+    grid, T_frame_plan = office(angle_deg)
+    strip = rectangle(-0.4 - width_m, 0.0, -0.4, 11.0)
+    corner = rectangle(-0.8 - width_m, -0.6, -0.4, 0.0)
+    drawn = painted(grid, T_frame_plan, [(strip, FREE), (corner, FREE)])
+    bare, found = (segment_floorplan(each, CONFIG) for each in (grid, drawn))
+    assert len(found.rooms) == len(bare.rooms) + is_room
+    assert len(found.portals) == len(bare.portals)
+
+
 def test_corridor_with_bulges_stays_one_room():
     corridor = [rectangle(0.0, 0.0, 20.0, 1.5)]
     bulges = [rectangle(x, 1.4, x + 2.0, 2.1) for x in (2.0, 9.0, 15.0)]

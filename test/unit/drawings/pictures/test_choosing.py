@@ -93,6 +93,39 @@ def test_a_hall_into_which_rooms_open_is_no_giant():
     assert areas[-1] / sum(areas) == pytest.approx(0.7, abs=0.15)
 
 
+def units(rooms, corridor_doors=0):
+    """
+    Six units side by side above a corridor of 24 m, each of ``rooms`` that doors join.
+
+    Doors lead from the corridor into the first ``corridor_doors`` of them.
+    """
+    high = 60 * rooms
+    cells = np.full((high + 60, 506), OCCUPIED, np.int8)
+    cells[high + 13 : high + 47, 13:493] = FREE
+    for unit in range(6):
+        left = 13 + 80 * unit
+        for room in range(rooms):
+            cells[13 + 60 * room : 67 + 60 * room, left : left + 74] = FREE
+        for wall in range(rooms if unit < corridor_doors else rooms - 1):
+            cells[66 + 60 * wall : 74 + 60 * wall, left + 30 : left + 48] = FREE
+    return segment_floorplan(GridMap(np.pad(cells, 8, constant_values=UNKNOWN), 0.05), CONFIG)
+
+
+@pytest.mark.parametrize(
+    ('rooms', 'corridor_doors', 'is_doubted'),
+    [(2, 0, True), (2, 3, True), (2, 4, False), (2, 6, False), (3, 0, False)],
+)
+def test_rooms_that_no_door_joins_are_doubted_and_dwellings_in_a_row_are_not(
+    rooms, corridor_doors, is_doubted
+):
+    segmentation = units(rooms, corridor_doors)
+    assert len(segmentation.rooms) == 6 * rooms + 1
+    assert len(segmentation.portals) == 6 * (rooms - 1) + corridor_doors
+    most = rooms * corridor_doors + 1 if corridor_doors else rooms
+    said = f'No more than {most} of {6 * rooms + 1} rooms are joined by doors: '
+    assert any(said in finding for finding in findings(segmentation)) == is_doubted
+
+
 def test_what_no_building_is_like_is_the_last_resort():
     _, found = read(*building(sill=False))
     _, shut = read(*building(doors=False))

@@ -177,3 +177,23 @@ def test_an_empty_sheet_shows_no_building():
 
 def test_the_network_is_read_once():
     assert packaged_wall_network() is packaged_wall_network()
+
+
+@pytest.mark.parametrize('thickness', [2, 3])
+def test_the_ground_within_a_frame_of_two_lines_is_no_room(thickness):
+    """The network takes such a frame, 2 m beside the building, for a wall of two lines."""
+    pad = ((40, 100), (40, 140))
+    picture, labels = storey()
+    framed = np.pad(picture, (*pad, (0, 0)), constant_values=WHITE)
+    truth = np.pad(labels, pad)
+    height, width = truth.shape
+    for inset in (10, 16):
+        corners = (inset, inset), (width - inset - 1, height - inset - 1)
+        cv2.rectangle(framed, *corners, (0, 0, 0), thickness)
+    for row in range(4):
+        corners = (width - 146, height - 66 + 12 * row), (width - 17, height - 17)
+        cv2.rectangle(framed, *corners, (0, 0, 0), 1)
+    seen = see_building(view_of(framed), None)
+    ground = cv2.erode((truth == 0).astype(np.uint8), np.ones((9, 9), np.uint8))
+    outside = cv2.warpPerspective(ground, seen.H_cell_pixel, seen.cells.shape[::-1]) > 0
+    assert (seen.cells[outside] == FREE).mean() < 0.01
