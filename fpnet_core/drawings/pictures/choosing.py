@@ -17,6 +17,7 @@ from fpnet_core.drawings.pictures.learned import SeenBuilding, see_building
 from fpnet_core.drawings.pictures.looking import view_reading
 from fpnet_core.drawings.pictures.plain import best_plain, is_lettered, plain_reading
 from fpnet_core.drawings.pictures.sheet import FRAME, find_building
+from fpnet_core.drawings.pictures.thin_lines import without_thin_lines
 from fpnet_core.drawings.pictures.tones import Levels, ink_level, is_dark_ground
 from fpnet_core.drawings.pictures.view import View, on_paper, view_of
 from fpnet_core.drawings.stated import UNSAID, SaidScale
@@ -50,6 +51,10 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     MapFormatError
         If no reading shows one.
     """
+    return without_thin_lines(_with_all_lines(drawing, options, config), config)
+
+
+def _with_all_lines(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
     said, pictures = SaidScale.of(drawing, options), _pictures(drawing.pixels)
     plain = None if options.storey else best_plain(pictures, options, config, said)
     if plain is not None and _is_sure(plain) and not is_lettered(plain, pictures[0]):
