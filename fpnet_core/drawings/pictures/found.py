@@ -18,7 +18,7 @@ from fpnet_core.drawings.stated import UNSAID, SaidScale
 from fpnet_core.drawings.types import Array, Box, Dropped, Trust
 from fpnet_core.raster.pixels import pixel_to_xy, shrinking
 from fpnet_core.segmentation import segment_unknown_scale
-from fpnet_core.segmentation.scale import segment_at
+from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
 
 NOMINAL_M = 0.05
@@ -61,11 +61,12 @@ class Found:
         to_plan = pixel_to_xy(self.segmentation.grid).matrix
         return np.asarray(to_plan @ shrinking(1.0 / stride(self.cells)) @ self.H_cell_pixel)
 
-    @property
+    @cached_property
     def known_factor(self) -> float | None:
-        """True metres of one of the segmentation's; None if nobody says the scale."""
+        """True metres of one of the segmentation's; None if unsaid or said by a slip."""
         cell_m = self.said.cell_m(self.H_cell_pixel, self.cells.shape)
-        return None if cell_m is None else cell_m / self._nominal_m
+        factor = None if cell_m is None else cell_m / self._nominal_m
+        return None if factor is None or _is_slip(self.segmentation, factor) else factor
 
     @cached_property
     def is_absurd(self) -> bool:
@@ -103,7 +104,7 @@ def rooms_of(
     """
     Return the rooms of cells (H, W), seen as coarsely as does, and true metres per nominal one.
 
-    These are estimated where they are not known.
+    These are estimated where they are not known, or known by a slip of the pen.
     """
     step = stride(cells)
     rows, cols = (-(-side // step) for side in cells.shape)
@@ -114,9 +115,21 @@ def rooms_of(
     coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
     grid = GridMap(coarse[::-1], nominal_m * step)
     if known_factor is not None:
-        return segment_at(grid, config, known_factor), known_factor
+        segmentation = segment_at(grid, config, known_factor)
+        if not _is_slip(segmentation, known_factor):
+            return segmentation, known_factor
     segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
     return segmentation, scale.factor
+
+
+def _is_slip(segmentation: Segmentation, factor: float) -> bool:
+    """Tell whether rooms, if there are any, are beyond doubt those of another scale."""
+    if not segmentation.rooms:
+        return True
+    told = estimate_metres_per_unit(segmentation, factor)
+    return replace(
+        told, factor=told.factor / factor, low=told.low / factor, high=told.high / factor
+    ).is_denial
 
 
 def stride(cells: NDArray[np.int8]) -> int:
