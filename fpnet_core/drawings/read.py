@@ -10,22 +10,23 @@ import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.pictures.choosing import Found, choose, thought_of
+from fpnet_core.drawings.pictures.choosing import choose, thought_of
+from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
+    Length,
     Reading,
     ReadOptions,
     ScaleSource,
 )
 from fpnet_core.errors import MapFormatError
+from fpnet_core.geometry import scale_of
 from fpnet_core.io.maps import YAML_SUFFIXES, read_map
 from fpnet_core.raster.pixels import pixel_to_xy
 from fpnet_core.types import FREE, OCCUPIED, GridMap
-
-Length = tuple[float, float, float, float, float]
 
 _LEAST_CROP_PX = 16  # numerical
 _LONG_M = (0.5, 20_000.0)  # physical: no building is shorter or longer, its sheet included
@@ -133,7 +134,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     """
     _check_options(drawing, options)
     found = choose(drawing, options, config)
-    scale, cell_m = resolve_scale(drawing, options, found, config)
+    scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     thought = thought_of(found, drawing, config)
     return Reading(
@@ -168,7 +169,7 @@ def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
     if drawing.strokes is None or not (options.resolution_m or options.length or options.crop):
         return []
     height, width = drawing.pixels.shape[:2]
-    per_unit = float(np.sqrt(abs(np.linalg.det(drawing.A_pixel_image[:, :2]))))
+    per_unit = float(scale_of(drawing.A_pixel_image[:, :2]))
     return [
         f'Pixels are those of a picture of {width} x {height} that the {drawing.format.upper()} '
         f'was painted as, {per_unit:.4g} of them to one of its own units: give --resolution, '

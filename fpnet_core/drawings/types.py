@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Box = tuple[int, int, int, int]
+Length = tuple[float, float, float, float, float]
 Chances = NDArray[np.float32]
 
 
@@ -134,7 +135,7 @@ class ReadOptions:
     """
 
     resolution_m: float | None = None
-    length: tuple[float, float, float, float, float] | None = None
+    length: Length | None = None
     crop: tuple[int, int, int, int] | None = None
     storey: int | None = None
     page: int | None = None

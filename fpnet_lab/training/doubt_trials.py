@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.choosing import Found
+from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.pictures.looking import Rival, view_reading
 from fpnet_core.drawings.pictures.room_figures import ROOM_FIGURES, best_overlap, room_figures
 from fpnet_core.drawings.pictures.sheet_figures import WHOLE_FIGURES, whole_figures

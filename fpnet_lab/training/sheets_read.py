@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.opening import open_drawing
-from fpnet_core.drawings.pictures.choosing import Found, choose
+from fpnet_core.drawings.pictures.choosing import choose
+from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import FpnetError
 from fpnet_core.raster.pixels import growth_at

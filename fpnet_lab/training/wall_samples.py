@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.formats.images import open_image
-from fpnet_core.drawings.pictures.plausible import wall_cells
+from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.errors import FpnetError
 from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.morphology import grown_by, opened_by, square

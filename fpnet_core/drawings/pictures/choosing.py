@@ -5,103 +5,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures.doubting import Doubts, doubts_of, is_believed
+from fpnet_core.drawings.pictures.found import NOMINAL_M, Found, likelihood, rooms_of, stride
 from fpnet_core.drawings.pictures.learned import SeenBuilding, see_building
-from fpnet_core.drawings.pictures.looking import Rival, view_reading
-from fpnet_core.drawings.pictures.plausible import FEATURES, features, findings, probability
+from fpnet_core.drawings.pictures.looking import view_reading
+from fpnet_core.drawings.pictures.plain import best_plain, is_lettered, plain_reading
 from fpnet_core.drawings.pictures.sheet import FRAME, find_building
-from fpnet_core.drawings.pictures.tones import (
-    Levels,
-    brightness,
-    colourfulness,
-    commonest_levels,
-    ink_level,
-    is_dark_ground,
-)
+from fpnet_core.drawings.pictures.thin_lines import without_thin_lines
+from fpnet_core.drawings.pictures.tones import Levels, ink_level, is_dark_ground
 from fpnet_core.drawings.pictures.view import View, on_paper, view_of
-from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions, Trust
+from fpnet_core.drawings.stated import UNSAID, SaidScale
+from fpnet_core.drawings.types import Array, Box, Drawing, Dropped, ReadOptions
 from fpnet_core.errors import MapFormatError
-from fpnet_core.io.images import interpret
 from fpnet_core.raster.blocks import unblocked
 from fpnet_core.raster.morphology import closed, grown
 from fpnet_core.raster.pieces import filled, looked_up, pieces_of
-from fpnet_core.raster.pixels import map_points, pixel_to_xy, shrinking
+from fpnet_core.raster.pixels import map_points
 from fpnet_core.raster.windows import EVERY_SIDE, border_of
-from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.segmentation.doorsills import doorway_symbols
 from fpnet_core.segmentation.scale import estimate_metres_per_unit
-from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap, Segmentation
-
-NOMINAL_M = 0.05
-"""Edge of a cell where nothing is known of the scale; every figure is a ratio then. Chosen."""
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, Segmentation
 
 # Chosen, not measured:
 _SURE = 0.7  # a reading so plausible is taken without a look at others
-_PLAIN_ODDS = 10.0  # before its rooms are looked at: clean pictures mostly mean what they show
-_MAX_PLAIN_PX = 6_000_000  # larger pictures are sheets
-_MAX_DRAWN_PX = 3_000_000  # and so are larger ones without a level that means unknown
-_LEVELS_SHARE = 0.92  # of a clean picture has one of these
-_WHITE, _UNKNOWN_SHARE = 240, 0.1  # darker levels over so much of a picture are no lines
-_COLOURED = 24  # levels between channels that a scanner's noise does not make
-_COLOUR_SHARE = 2e-3  # of a picture has colour
-_JUDGED_PX = 1200  # numerical: the longer side of a picture in which a plain reading is judged
-_SPECKS = 1.0  # per room: letters, furniture
-_ROUNDS = 2  # numerical: of scale and segmentation: enough to judge
 _SYMBOL_EDGE_PX = 2  # so far around a door's symbols the network takes them for walls
 _SEEN_SHARE = 0.25  # of a space was seen as a room
 # The ground before an entrance has no walls around so much of it, and is as small beside rooms, or
 # it has none to speak of.
 _BARE_SHARE, _COURT_SHARE, _OPEN_SHARE = 0.4, 0.6, 0.8
 _GAP_DOORS = 2.0  # widths of doors are gaps in outer walls
-_SAME_SCALE = 0.2  # in its logarithm, within which a picture means the same
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """
-    The reading that was chosen.
-
-    ``cells (H, W)`` with row 0 at the top; ``H_cell_pixel (3, 3)`` maps the drawing's pixels to
-    them; ``segmentation`` has cells of :data:`NOMINAL_M` and may be coarser. ``storeys`` and
-    ``dropped`` are in the drawing's pixels; ``rivals`` are other readings of it; ``thought`` is
-    what was thought of it where that was asked for.
-    """
-
-    cells: NDArray[np.int8]
-    H_cell_pixel: Array
-    segmentation: Segmentation
-    probability: float
-    how: str
-    storeys: tuple[Box, ...] = ()
-    chosen: int = 0
-    dropped: tuple[Dropped, ...] = ()
-    is_straightened: bool = False
-    trust: Trust | None = None
-    rivals: tuple[Rival, ...] = ()
-    thought: Doubts | None = None
-
-    @property
-    def H_plan_pixel(self) -> Array:
-        """Map (3, 3) from the drawing's pixels to nominal metres of the segmentation."""
-        to_plan = pixel_to_xy(self.segmentation.grid).matrix
-        return np.asarray(to_plan @ shrinking(1.0 / _stride(self.cells)) @ self.H_cell_pixel)
-
-    @cached_property
-    def is_absurd(self) -> bool:
-        """Tell whether no building is like that, as one without doors."""
-        return bool(not self.segmentation.rooms or findings(self.segmentation))
-
-    @property
-    def as_rival(self) -> Rival:
-        """The reading as others of the same drawing see it."""
-        return Rival(self.segmentation, self.H_plan_pixel, self.probability)
 
 
 def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
@@ -113,13 +51,17 @@ def choose(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -
     MapFormatError
         If no reading shows one.
     """
-    pictures = _pictures(drawing.pixels)
-    plain = None if options.storey else _best_plain(pictures, options, config)
-    if plain is not None and _is_sure(plain) and not _is_lettered(plain, pictures[0]):
+    return without_thin_lines(_with_all_lines(drawing, options, config), config)
+
+
+def _with_all_lines(drawing: Drawing, options: ReadOptions, config: SegmentationConfig) -> Found:
+    said, pictures = SaidScale.of(drawing, options), _pictures(drawing.pixels)
+    plain = None if options.storey else best_plain(pictures, options, config, said)
+    if plain is not None and _is_sure(plain) and not is_lettered(plain, pictures[0]):
         return plain
     known = [plain] if plain is not None else []
     for picture in pictures:
-        seen = _seen(picture, options, config)
+        seen = _seen(picture, options, config, said)
         known += [seen] if seen is not None else []
         if seen is not None and _is_sure(seen):
             break
@@ -172,18 +114,13 @@ def thought_of(found: Found, drawing: Drawing, config: SegmentationConfig) -> Do
         found.rivals,
         config,
         found.trust,
+        found.known_factor,
     )
     return doubts_of(look)
 
 
 def _is_sure(reading: Found) -> bool:
     return reading.probability > _SURE and not reading.is_absurd
-
-
-def _is_lettered(plain: Found, picture: Levels) -> bool:
-    """Tell whether more than a building is drawn: texts come with lines that cross rooms."""
-    specks = features(plain.segmentation)[FEATURES.index('specks')]
-    return bool(specks > np.log1p(_SPECKS)) and not _is_map(commonest_levels(brightness(picture)))
 
 
 def all_readings(
@@ -195,10 +132,10 @@ def all_readings(
     Yields the rooms in nominal metres and the map (3, 3) from pixels to those.
     """
     for picture in _pictures(pixels):
-        plain = _plain(picture, options, config)
+        plain = plain_reading(picture, options, config, UNSAID)
         if plain is not None:
             yield plain.segmentation, plain.H_plan_pixel
-        seen = _seen(picture, options, config)
+        seen = _seen(picture, options, config, UNSAID)
         if seen is not None:
             yield seen.segmentation, seen.H_plan_pixel
 
@@ -208,15 +145,9 @@ def _pictures(pixels: Levels) -> list[Levels]:
     return [255 - pixels, pixels] if is_dark_ground(pixels) else [pixels]
 
 
-def _best_plain(
-    pictures: list[Levels], options: ReadOptions, config: SegmentationConfig
+def _seen(
+    pixels: Levels, options: ReadOptions, config: SegmentationConfig, said: SaidScale
 ) -> Found | None:
-    found = (_plain(picture, options, config) for picture in pictures)
-    known = [plain for plain in found if plain is not None]
-    return max(known, key=lambda plain: plain.probability, default=None)
-
-
-def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
     """Return the reading by the network; None where it sees no building."""
     part, H_part_pixel = on_paper(pixels, options.crop)
     view = view_of(part)
@@ -224,9 +155,9 @@ def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> F
     if seen is None:
         return None
     seen = replace(seen, H_cell_pixel=seen.H_cell_pixel @ H_part_pixel)
-    found = _with_doorways(_of_cells(seen.cells, seen, config), seen, config)
-    found = _without_forecourts(found, seen, config)
-    rough = _of_cells(seen.rough_cells, seen, config)
+    found = _with_doorways(_of_cells(seen.cells, seen, config, said), seen, config)
+    found = _without_forecourts(found, config)
+    rough = _of_cells(seen.rough_cells, seen, config, said)
     to_pixel = np.asarray(np.linalg.inv(view.H_view_pixel @ H_part_pixel), np.float64)
     return replace(
         found,
@@ -239,11 +170,13 @@ def _seen(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> F
     )
 
 
-def _of_cells(cells: NDArray[np.int8], seen: SeenBuilding, config: SegmentationConfig) -> Found:
-    segmentation, _ = _rooms_of(cells, NOMINAL_M, config)
-    chance = probability(features(segmentation))
+def _of_cells(
+    cells: NDArray[np.int8], seen: SeenBuilding, config: SegmentationConfig, said: SaidScale
+) -> Found:
+    cell_m = said.cell_m(seen.H_cell_pixel, cells.shape)
+    segmentation, _ = rooms_of(cells, NOMINAL_M, config, cell_m and cell_m / NOMINAL_M)
     how = 'walls as learned from drawings'
-    return Found(cells, seen.H_cell_pixel, segmentation, chance, how)
+    return Found(cells, seen.H_cell_pixel, segmentation, likelihood(segmentation), how, said)
 
 
 def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
@@ -252,9 +185,7 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
 
     A space that walls shut in, and that was seen as a room in part, is one if a door leads there.
     """
-    scale = estimate_metres_per_unit(found.segmentation)
-    # Where all doors are shut rooms alone tell the scale, and doorways may be half as wide.
-    factors = (scale.factor,) if found.segmentation.portals else (scale.factor, scale.low)
+    factors = _likely_factors(found)
     walls = seen.cells == OCCUPIED
     spaces, count = pieces_of(~walls, connectivity=4)
     size = np.bincount(spaces.ravel(), minlength=len(count))
@@ -268,10 +199,20 @@ def _with_doorways(found: Found, seen: SeenBuilding, config: SegmentationConfig)
         return found
     is_room &= np.bincount(spaces[symbols], minlength=len(count)) > 0
     is_free = looked_up(spaces, is_room) | (symbols & walls)
-    return _of_cells(np.where(is_free, FREE, seen.cells).astype(np.int8), seen, config)
+    return found.with_cells(np.where(is_free, FREE, seen.cells).astype(np.int8), config)
 
 
-def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationConfig) -> Found:
+def _likely_factors(found: Found) -> tuple[float, ...]:
+    """Return what true metres of a nominal one may be."""
+    known = found.known_factor
+    if known is not None:
+        return (known,)
+    scale = estimate_metres_per_unit(found.segmentation)
+    # Where all doors are shut rooms alone tell the scale, and doorways may be half as wide.
+    return (scale.factor,) if found.segmentation.portals else (scale.factor, scale.low)
+
+
+def _without_forecourts(found: Found, config: SegmentationConfig) -> Found:
     """Return a reading without ground that walls do not shut in."""
     labels = found.segmentation.labels
     cells = found.segmentation.grid.cells
@@ -291,8 +232,8 @@ def _without_forecourts(found: Found, seen: SeenBuilding, config: SegmentationCo
     is_court[0] = False
     if not is_court.any():
         return found
-    gone = unblocked(is_court[labels[::-1]], _stride(found.cells), found.cells.shape)
-    return _of_cells(np.where(gone, UNKNOWN, found.cells).astype(np.int8), seen, config)
+    gone = unblocked(is_court[labels[::-1]], stride(found.cells), found.cells.shape)
+    return found.with_cells(np.where(gone, UNKNOWN, found.cells).astype(np.int8), config)
 
 
 def _within_walls(segmentation: Segmentation) -> NDArray[np.bool_]:
@@ -328,73 +269,3 @@ def _boxed(H: Array, box: Box) -> Box:
     mapped = map_points(H, corners)
     first, last = np.rint(mapped.min(axis=0)).astype(int), np.rint(mapped.max(axis=0)).astype(int)
     return int(first[0]), int(first[1]), int(last[0]), int(last[1])
-
-
-def _plain(pixels: Levels, options: ReadOptions, config: SegmentationConfig) -> Found | None:
-    """Return what :func:`fpnet_core.io.images.interpret` reads, of a picture without a sheet."""
-    left, top, right, bottom = options.crop or (0, 0, *pixels.shape[1::-1])
-    grey = _grey(pixels[top:bottom, left:right])
-    if grey is None:
-        return None
-    try:
-        cells = interpret(grey, options.resolution_m or NOMINAL_M)
-        sheet = find_building(cells == OCCUPIED)
-    except MapFormatError:
-        return None
-    if len(sheet.boxes) > 1 or any(not _is_within(d.box, sheet.boxes[0]) for d in sheet.dropped):
-        return None
-    segmentation, factor = _rooms_of(cells, options.resolution_m or NOMINAL_M, config)
-    if options.resolution_m is None and abs(np.log(factor)) > _SAME_SCALE:
-        cells = interpret(grey, NOMINAL_M * factor)
-        segmentation, _ = _rooms_of(cells, NOMINAL_M * factor, config)
-    H = np.array([[1.0, 0.0, -left], [0.0, 1.0, -top], [0.0, 0.0, 1.0]])
-    chance = _PLAIN_ODDS * probability(features(segmentation))
-    chance /= chance + 1.0 - chance / _PLAIN_ODDS
-    return Found(cells, H, segmentation, chance, 'a clean drawing or robot map')
-
-
-def _rooms_of(
-    cells: NDArray[np.int8], cell_m: float, config: SegmentationConfig
-) -> tuple[Segmentation, float]:
-    """Return the rooms of cells, seen as coarsely as does, and true metres per nominal one."""
-    stride = _stride(cells)
-    rows, cols = (-(-side // stride) for side in cells.shape)
-    padded = np.full((rows * stride, cols * stride), UNKNOWN, dtype=np.int8)
-    padded[: cells.shape[0], : cells.shape[1]] = cells
-    blocks = padded.reshape(rows, stride, cols, stride)
-    wall, free = (blocks == OCCUPIED).any(axis=(1, 3)), (blocks == FREE).all(axis=(1, 3))
-    coarse = np.select([wall, free], [OCCUPIED, FREE], UNKNOWN).astype(np.int8)
-    grid = GridMap(coarse[::-1], cell_m * stride)
-    segmentation, scale = segment_unknown_scale(grid, config, _ROUNDS)
-    return segmentation, scale.factor
-
-
-def _stride(cells: NDArray[np.int8]) -> int:
-    """Return how many cells (H, W) of a reading are one of those that it is judged by."""
-    return int(-(-max(cells.shape) // _JUDGED_PX))
-
-
-def _grey(pixels: Levels) -> Levels | None:
-    """
-    Return the grey levels (H, W) of a picture that a histogram explains; None of any other.
-
-    Such pictures are grey, of modest size, and of a few levels: neither paper nor a photograph.
-    """
-    if pixels.shape[0] * pixels.shape[1] > _MAX_PLAIN_PX:
-        return None
-    if (colourfulness(pixels) > _COLOURED).mean() > _COLOUR_SHARE:
-        return None
-    grey = brightness(pixels)
-    shares = commonest_levels(grey)
-    is_small = grey.size <= _MAX_DRAWN_PX or _is_map(shares)
-    return grey if is_small and sum(share for _, share in shares) > _LEVELS_SHARE else None
-
-
-def _is_map(shares: list[tuple[int, float]]) -> bool:
-    """Tell whether a level is as common as that for unknown is on robots' maps."""
-    return any(share > _UNKNOWN_SHARE for level, share in shares if level < _WHITE)
-
-
-def _is_within(inner: Box, outer: Box) -> bool:
-    starts = inner[0] >= outer[0] and inner[1] >= outer[1]
-    return starts and inner[2] <= outer[2] and inner[3] <= outer[3]

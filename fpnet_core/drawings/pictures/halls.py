@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fpnet_core.drawings.pictures.plausible import wall_cells, walls_going_on
+from fpnet_core.drawings.pictures.thickness import wall_cells, walls_going_on
 from fpnet_core.drawings.types import Chances
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.morphology import Mask, closed, grown

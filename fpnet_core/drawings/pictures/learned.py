@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.pictures.halls import LIKELY, given_halls, halls_of
-from fpnet_core.drawings.pictures.plausible import wall_cells
 from fpnet_core.drawings.pictures.signs import coloured_signs
+from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.drawings.pictures.tones import contrast, ink_level
 from fpnet_core.drawings.pictures.view import View, unframed
 from fpnet_core.drawings.types import Array, Box, Chances, Trust

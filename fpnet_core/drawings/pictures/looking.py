@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.config import SegmentationConfig
-from fpnet_core.drawings.pictures.plausible import wall_cells
+from fpnet_core.drawings.pictures.thickness import THIN, thin_walls, wall_cells
 from fpnet_core.drawings.pictures.tones import Levels, contrast
 from fpnet_core.drawings.types import Trust
-from fpnet_core.raster.morphology import Mask, grown, opened_by, square
+from fpnet_core.raster.morphology import Mask, square
 from fpnet_core.raster.pixels import growth_at, pixel_to_xy
 from fpnet_core.segmentation.scale import estimate_metres_per_unit, segment_at
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
@@ -34,7 +34,7 @@ WHAT_IFS = ('smaller', 'larger', 'thick', 'dark')
 
 # Chosen, not measured:
 _FACTORS = {'smaller': 0.8, 'larger': 1.25}  # of the scale: about its usual interval
-_THIN, _FAINT = 0.6, 0.6  # of the usual wall's thickness and contrast
+_FAINT = 0.6  # of the usual wall's contrast
 _LEAST_PLAUSIBLE = 1e-3  # numerical: so that rivals of which none is plausible have a mean
 
 
@@ -101,8 +101,13 @@ def view_reading(
     rivals: Sequence[Rival],
     config: SegmentationConfig,
     trust: Trust | None = None,
+    known_factor: float | None = None,
 ) -> ReadingView:
-    """Return what there is to see of ``pixels (H, W, 3)`` read as ``segmentation``."""
+    """
+    Return what there is to see of ``pixels (H, W, 3)`` read as ``segmentation``.
+
+    True metres of its nominal ones are estimated where they are not known.
+    """
     levels = _levels_at(pixels, segmentation.grid, H_plan_pixel)
     walls = segmentation.grid.cells == OCCUPIED
     ranked = sorted(rivals, key=lambda rival: -rival.plausible)
@@ -110,7 +115,7 @@ def view_reading(
         segmentation=segmentation,
         H_plan_pixel=H_plan_pixel,
         levels=levels,
-        thin=_thin(walls),
+        thin=thin_walls(walls, round(THIN * wall_cells(walls))),
         faint=np.zeros_like(walls),
         rivals=tuple(_labels_at(rival, segmentation.grid, H_plan_pixel) for rival in ranked),
         weights=np.array([rival.plausible for rival in ranked]),
@@ -119,13 +124,15 @@ def view_reading(
         trust=trust,
     )
     seen = replace(plain, faint=_faint(plain))
-    return replace(seen, what_if=_what_ifs(seen, config))
+    return replace(seen, what_if=_what_ifs(seen, config, known_factor))
 
 
-def _what_ifs(look: ReadingView, config: SegmentationConfig) -> dict[str, Labels]:
+def _what_ifs(
+    look: ReadingView, config: SegmentationConfig, known_factor: float | None
+) -> dict[str, Labels]:
     if not look.segmentation.rooms:
         return dict.fromkeys(WHAT_IFS, look.segmentation.labels)
-    factor = estimate_metres_per_unit(look.segmentation).factor
+    factor = known_factor or estimate_metres_per_unit(look.segmentation).factor
     grid = look.segmentation.grid
     without = {'thick': _without(grid, look.thin), 'dark': _without(grid, look.faint)}
     return {
@@ -136,14 +143,6 @@ def _what_ifs(look: ReadingView, config: SegmentationConfig) -> dict[str, Labels
 
 def _without(grid: GridMap, gone: Mask) -> GridMap:
     return replace(grid, cells=np.where(gone, FREE, grid.cells).astype(np.int8))
-
-
-def _thin(walls: Mask) -> Mask:
-    """Return which walls (H, W) are thinner than the usual one."""
-    side = round(_THIN * wall_cells(walls))
-    if side < 2:
-        return np.zeros_like(walls)
-    return np.asarray(walls & ~grown(opened_by(walls, square(side)), 1))
 
 
 def _faint(look: ReadingView) -> Mask:

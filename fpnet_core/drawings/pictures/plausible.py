@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from fpnet_core.raster.morphology import opened_by, shrunk, square
+from fpnet_core.drawings.pictures.thickness import wall_cells
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.small_networks import CLIP
 from fpnet_core.types import FREE, OCCUPIED, GridMap, Segmentation
@@ -43,7 +43,6 @@ _SEVERAL_ROOMS = 4
 _JOINED_SHARE = 0.6  # of a building's rooms are joined by doors, or belong to dwellings in a row:
 _DWELLING_ROOMS = 3  # so many rooms joined by doors may have their own door to the outside
 _DOOR_TO_ROOM = (0.06, 0.7)  # of the root of the median room's area is as wide as a door
-_AS_THICK = 0.6  # of the usual wall's thickness has what goes on as a wall
 _INK_SHARE = 0.6  # of a building is wall
 
 
@@ -184,21 +183,6 @@ def features(segmentation: Segmentation) -> Array:
 def _sides(ring: Array) -> tuple[float, float]:
     _, size, _ = cv2.minAreaRect(ring.astype(np.float32))
     return max(size[0], 1e-6), max(size[1], 1e-6)
-
-
-def wall_cells(walls: NDArray[np.bool_]) -> float:
-    """Return the mean thickness of walls (H, W) in cells: twice their area over their outline."""
-    outline = walls & ~shrunk(walls, 1)
-    return 2.0 * float(np.count_nonzero(walls) + 1) / float(np.count_nonzero(outline) + 1)
-
-
-def walls_going_on(walls: NDArray[np.bool_], ink: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return walls (H, W) with all ``ink (H, W)`` that goes on from them nearly as thick."""
-    side = max(1, round(_AS_THICK * wall_cells(walls)))
-    pieces, stats = pieces_of(opened_by(ink, square(side)) | walls)
-    is_part = np.bincount(pieces[walls], minlength=len(stats)) > 0
-    is_part[0] = False
-    return np.asarray(is_part[pieces])
 
 
 def _specks(grid: GridMap, door: float) -> int:

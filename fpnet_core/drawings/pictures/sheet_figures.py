@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.drawings.pictures.looking import WHAT_IFS, ReadingView
-from fpnet_core.drawings.pictures.plausible import FEATURES, features, wall_cells, walls_going_on
+from fpnet_core.drawings.pictures.plausible import FEATURES, features
 from fpnet_core.drawings.pictures.room_figures import ROOM_FIGURES
+from fpnet_core.drawings.pictures.thickness import wall_cells, walls_going_on
 from fpnet_core.raster.morphology import Mask, grown
 from fpnet_core.raster.pieces import pieces_of
 from fpnet_core.raster.windows import NEIGHBOURS, border_of

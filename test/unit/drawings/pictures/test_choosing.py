@@ -4,14 +4,16 @@
 
 import cv2
 import numpy as np
-from plan_pictures import storey
+from plan_pictures import PX_PER_M, ROOM_COUNT, storey
 import pytest
 
 from fpnet_core.config import SegmentationConfig
 from fpnet_core.drawings.pictures import choosing
+from fpnet_core.drawings.pictures import found as found_module
 from fpnet_core.drawings.pictures.learned import SeenBuilding
 from fpnet_core.drawings.pictures.plausible import findings
-from fpnet_core.drawings.types import Drawing, ReadOptions, Trust
+from fpnet_core.drawings.stated import UNSAID, SaidScale
+from fpnet_core.drawings.types import Drawing, DrawingScale, ReadOptions, ScaleSource, Trust
 from fpnet_core.segmentation import segment_floorplan
 from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 
@@ -43,7 +45,7 @@ def seen(cells, ink):
 
 def read(cells, ink):
     look = seen(cells, ink)
-    return look, choosing._of_cells(cells, look, CONFIG)
+    return look, choosing._of_cells(cells, look, CONFIG, UNSAID)
 
 
 def test_sills_that_a_network_takes_for_walls_are_open():
@@ -69,19 +71,19 @@ def test_the_ground_before_an_entrance_is_no_room():
     cells, ink = building(sill=False)
     cells[100:120, 30:36] = FREE
     cells[90:135, 8:30] = FREE
-    look, found = read(cells, ink)
-    kept = choosing._without_forecourts(found, look, CONFIG)
+    _, found = read(cells, ink)
+    kept = choosing._without_forecourts(found, CONFIG)
     assert len(found.segmentation.rooms) == 6
     assert len(kept.segmentation.rooms) == 5
     assert (kept.cells[:, 40:] == cells[:, 40:]).all()
     cells[36:204, 36:270] = UNKNOWN
     cells[36:60, 40:120] = FREE  # a corner of the hall, and the wall above it has a gap
     cells[30:36, 140:160] = UNKNOWN
-    look, found = read(cells, ink)
-    kept = choosing._without_forecourts(found, look, CONFIG)
+    _, found = read(cells, ink)
+    kept = choosing._without_forecourts(found, CONFIG)
     assert (kept.cells[36:60, 40:120] == FREE).all()
 
-    assert choosing._without_forecourts(kept, look, CONFIG) is kept
+    assert choosing._without_forecourts(kept, CONFIG) is kept
 
 
 def test_a_hall_into_which_rooms_open_is_no_giant():
@@ -150,6 +152,35 @@ def test_a_bare_drawing_with_letters_is_looked_at_by_the_network_too(monkeypatch
     for pixels, looks in ((picture, 0), (drawn, 1), (lettered(grey), 1)):
         choosing.choose(Drawing(pixels, 'a.png', 'png'), ReadOptions(), CONFIG)
         assert len(asked) == looks
+
+
+@pytest.mark.parametrize('is_said_by', ['resolution', 'length', 'drawing'])
+def test_readings_are_judged_at_the_scale_that_is_said(monkeypatch, is_said_by):
+    monkeypatch.setattr(found_module, 'segment_unknown_scale', lambda *_: pytest.fail('guessed'))
+    picture, _ = storey()
+    width, pixel_m = picture.shape[1], 1.0 / PX_PER_M
+    units = DrawingScale(pixel_m, pixel_m, pixel_m, ScaleSource.UNITS)
+    options = {
+        'resolution': ReadOptions(resolution_m=pixel_m),
+        'length': ReadOptions(length=(0.0, 9.0, width, 9.0, width * pixel_m)),
+        'drawing': ReadOptions(),
+    }[is_said_by]
+    drawing = Drawing(picture, 'a.png', 'png', scale=units if is_said_by == 'drawing' else None)
+    found = choosing.choose(drawing, options, CONFIG)
+    nominal_m = np.sqrt(abs(np.linalg.det(found.H_plan_pixel[:2, :2])))
+    assert found.known_factor * nominal_m == pytest.approx(pixel_m)
+    assert len(found.segmentation.rooms) == ROOM_COUNT
+    assert not choosing.thought_of(found, drawing, CONFIG).reasons
+
+
+def test_doors_symbols_have_their_size_at_the_scale_that_is_said():
+    look, found = read(*building())
+    known = DrawingScale(0.05, 0.05, 0.05, ScaleSource.STATED)
+    assert choosing._likely_factors(choosing.replace(found, said=SaidScale(known))) == (1.0,)
+    assert len(choosing._likely_factors(found)) == 2
+    slip = DrawingScale(0.5, 0.5, 0.5, ScaleSource.STATED)
+    opened = choosing._with_doorways(choosing.replace(found, said=SaidScale(slip)), look, CONFIG)
+    assert len(opened.segmentation.portals) == 4
 
 
 def lettered(picture):
