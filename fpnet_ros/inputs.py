@@ -287,7 +287,7 @@ class ScanInput:
             self._report(error)
             return
         self._where.add_pose(
-            odometry.frame_id, odometry.child_frame_id, odometry.T_odom_child, odometry.stamp_ns
+            odometry.parent, odometry.child, odometry.T_parent_child, odometry.stamp_ns
         )
         self._hand_on()
 

@@ -157,7 +157,7 @@ class RobotOdometry:
         with self._changed:
             self._patience.hear(time.monotonic())
             self.where.add_pose(
-                reading.frame_id, reading.child_frame_id, reading.T_odom_child, reading.stamp_ns
+                reading.parent, reading.child, reading.T_parent_child, reading.stamp_ns
             )
             self._changed.notify()
 

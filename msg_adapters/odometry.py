@@ -4,40 +4,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fpnet_core.geometry.frame_tree import plain_frame
+from fpnet_core.io.messages import StampedTransform
 from msg_adapters.stamps import header_to_msg, stamp_from_msg
 from msg_adapters.transforms import matrix_from_pose_msg, matrix_to_pose_msg
 
 _UNKNOWN = -1.0  # given: sensor_msgs says so of what nobody measured
 
 
-@dataclass(frozen=True, eq=False)
-class OdometryReading:
-    """Pose ``T_odom_child (4, 4)`` of ``child_frame_id`` in ``frame_id`` at ``stamp_ns``."""
-
-    stamp_ns: int
-    frame_id: str
-    child_frame_id: str
-    T_odom_child: NDArray[np.float64]
-
-
-def odometry_from_msg(msg: Any) -> OdometryReading:
+def odometry_from_msg(msg: Any) -> StampedTransform:
     """
-    Return the pose of an Odometry message; velocities, covariances and slashes before frames are
-    dropped.
+    Return the pose of an Odometry message: its frame is the parent, its child frame the child.
+
+    Velocities, covariances and slashes before frames are dropped.
 
     Raises
     ------
     OdometryError
         If a value is not finite or the quaternion is zero.
     """
-    return OdometryReading(
+    return StampedTransform(
         stamp_from_msg(msg.header.stamp),
         plain_frame(msg.header.frame_id),
         plain_frame(msg.child_frame_id),

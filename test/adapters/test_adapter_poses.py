@@ -108,8 +108,8 @@ def test_odometry_carries_its_variances(received):
 def test_odometry_survives_the_round_trip(received):
     msg = received(odometry_to_msg(_rigid(), STAMP_NS, 'odom_lidar', 'lidar'))
     back = odometry_from_msg(msg)
-    assert (back.stamp_ns, back.frame_id, back.child_frame_id) == (STAMP_NS, 'odom_lidar', 'lidar')
-    np.testing.assert_allclose(back.T_odom_child, _rigid(), atol=1e-12)
+    assert (back.stamp_ns, back.parent, back.child) == (STAMP_NS, 'odom_lidar', 'lidar')
+    np.testing.assert_allclose(back.T_parent_child, _rigid(), atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -135,9 +135,9 @@ def test_front_and_rear_scanners_make_one_odometry_of_the_base(bench):
 
 def _check_motion(readings) -> None:
     first, last = (odometry_from_msg(readings[k]) for k in (0, -1))
-    assert (last.frame_id, last.child_frame_id) == ('odom_lidar', 'base_link')
+    assert (last.parent, last.child) == ('odom_lidar', 'base_link')
     moved = np.linalg.inv(base_at(first.stamp_ns)) @ base_at(last.stamp_ns)
-    error = np.linalg.inv(last.T_odom_child) @ moved
+    error = np.linalg.inv(last.T_parent_child) @ moved
     assert np.hypot(*error[:2, 3]) < 0.05
     assert abs(np.arctan2(error[1, 0], error[0, 0])) < np.deg2rad(1.0)
 

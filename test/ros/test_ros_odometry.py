@@ -84,11 +84,11 @@ def test_clouds_become_odometry_and_frames_and_bad_ones_are_survived(bench):
     assert [stamp_from_msg(msg.header.stamp) for msg in readings] == stamps
     assert [stamp_from_msg(msg.header.stamp) for msg in frames] == stamps
     last = odometry_from_msg(readings[-1])
-    assert (last.frame_id, last.child_frame_id) == ('odom_test', 'lidar')
+    assert (last.parent, last.child) == ('odom_test', 'lidar')
     assert frames[-1].header.frame_id == 'lidar'
     travelled_m = (SCANS - 1) * SPEED_MPS * PERIOD_NS / 1e9
-    np.testing.assert_allclose(last.T_odom_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.1)
-    np.testing.assert_allclose(last.T_odom_child[:3, :3], np.eye(3), atol=0.02)
+    np.testing.assert_allclose(last.T_parent_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.1)
+    np.testing.assert_allclose(last.T_parent_child[:3, :3], np.eye(3), atol=0.02)
     assert len(cloud_from_msg(frames[-1]).points) > 5000
     log = node.log.read_text()
     assert log.count('point_step') == 1, log
@@ -135,10 +135,10 @@ def test_with_a_base_frame_pose_and_tf_are_those_of_the_base(bench):
         bench.wait_for(lambda n=seen: len(readings) > n, 20.0)
     assert bench.wait_for(lambda: len(transforms) == len(readings) > 4, 60.0), node.log_tail()
     last, tf = odometry_from_msg(readings[-1]), transform_from_msg(transforms[-1].transforms[0])
-    assert (last.frame_id, last.child_frame_id) == (tf.parent, tf.child) == ('odom', 'base_link')
-    np.testing.assert_allclose(tf.T_parent_child, last.T_odom_child, atol=1e-9)
+    assert (last.parent, last.child) == (tf.parent, tf.child) == ('odom', 'base_link')
+    np.testing.assert_allclose(tf.T_parent_child, last.T_parent_child, atol=1e-9)
     moved_m = (len(readings) - 1) * SPEED_MPS * PERIOD_NS / 1e9
-    np.testing.assert_allclose(last.T_odom_child[:3, 3], (-moved_m, 0.0, 0.0), atol=0.1)
+    np.testing.assert_allclose(last.T_parent_child[:3, 3], (-moved_m, 0.0, 0.0), atol=0.1)
     assert readings[-1].pose.covariance[0] == 0.04
     assert 'transform base_link -> arm is unusable' in node.log.read_text()
 
@@ -240,7 +240,7 @@ def test_beside_the_robot_s_own_odometry_ours_keeps_out_of_tf_and_tells_when_tha
     assert parents == {'odom'}
     last = odometry_from_msg(readings[-1])
     travelled_m = 33 * SPEED_MPS * PERIOD_NS / 1e9
-    np.testing.assert_allclose(last.T_odom_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.12)
+    np.testing.assert_allclose(last.T_parent_child[:3, 3], (travelled_m, 0.0, 0.0), atol=0.12)
     log = node.log.read_text()
     assert log.count("the scans do not fit the robot's odometry") == 1, log
     said = lambda: {s.message for msg in diagnostics for s in msg.status}  # noqa: E731
