@@ -35,7 +35,9 @@ def command(
     kinds: Annotated[
         str | None,
         typer.Option(
-            '--kinds', metavar='NAMES', help='Of clean,office,brochure,scan,phone; default: all.'
+            '--kinds',
+            metavar='NAMES',
+            help='Of clean, office, brochure, scan, phone (default: these) and varied.',
         ),
     ] = None,
     half: Annotated[
@@ -78,10 +80,10 @@ def command(
 
 
 def _kinds(names: str | None) -> list[SheetKind]:
-    from fpnet_lab.sim.sheets import SheetKind
+    from fpnet_lab.sim.sheets import STANDARD_KINDS, SheetKind
 
     known = [kind.value for kind in SheetKind]
-    wanted = known if names is None else names.split(',')
+    wanted = [kind.value for kind in STANDARD_KINDS] if names is None else names.split(',')
     unknown = sorted(set(wanted) - set(known))
     if unknown:
         raise ConfigError(f'unknown kind {unknown[0]!r}; choose of {",".join(known)}')

@@ -66,10 +66,10 @@ def command(
 
 def _draw_sheets(out: Path, seed: int) -> None:
     """Draw sheets of every kind, a row for each."""
-    from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+    from fpnet_lab.sim.sheets import STANDARD_KINDS, draw_sheet
     from fpnet_lab.viz.drawings import save_contact_sheet
 
-    wanted = [(kind, seed * SHEETS + i) for kind in SheetKind for i in range(SHEETS)]
+    wanted = [(kind, seed * SHEETS + i) for kind in STANDARD_KINDS for i in range(SHEETS)]
     pictures = [
         (f'{kind.value}, seed {number}', draw_sheet(number, kind).pixels)
         for kind, number in track(wanted, 'sheets')

@@ -26,7 +26,7 @@ from fpnet_core.drawings.pictures.sheet_figures import WHOLE_FIGURES, whole_figu
 from fpnet_core.segmentation.agreement import SAME_ROOM_IOU
 from fpnet_lab.evaluation.drawings import compared
 from fpnet_lab.kept import make_once
-from fpnet_lab.sim.sheets import Sheet, SheetKind, draw_sheet
+from fpnet_lab.sim.sheets import STANDARD_KINDS, Sheet, SheetKind, draw_sheet
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def gather_trials(
     on_sheet: Callable[[float], None] = lambda _: None,
 ) -> list[ReadingTrial]:
     """Return the trials of all kinds of sheets; what ``folder`` holds is taken over."""
-    tasks = {f'{kind.value}-{seed}': (seed, kind) for seed, kind in product(seeds, SheetKind)}
+    tasks = {f'{kind.value}-{seed}': (seed, kind) for seed, kind in product(seeds, STANDARD_KINDS)}
     made = make_once(
         folder,
         tuple[ReadingTrial, ...],

@@ -46,7 +46,7 @@ from fpnet_lab.sim.drawn.styled import (
 )
 from fpnet_lab.sim.plans.sources import GeneratedPlans
 from fpnet_lab.sim.population.floors import TUNE_FLOORS
-from fpnet_lab.sim.sheets import SheetKind, draw_sheet
+from fpnet_lab.sim.sheets import STANDARD_KINDS, draw_sheet
 from fpnet_lab.training.gathering import Columns, Counts, MapTask
 from fpnet_lab.training.sheets_read import COMPARED_CELLS, read_from_file
 
@@ -288,7 +288,7 @@ def _drawn_map(files: Sequence[_File], variant: int, rng: np.random.Generator) -
 
 def _read_sheet(number: int, config: SegmentationConfig, _: np.random.Generator) -> GridMap | None:
     """Return what a reader makes of a sheet; None where it made something else of it."""
-    kinds = list(SheetKind)
+    kinds = list(STANDARD_KINDS)
     sheet = draw_sheet(FIRST_SHEET + number, kinds[number % len(kinds)])
     read = read_from_file(sheet, config)
     if read is None:

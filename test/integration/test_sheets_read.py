@@ -15,7 +15,7 @@ from fpnet_lab.evaluation.drawings import bench_sheets, seeds_of
 from fpnet_lab.sim.drawn.render import render_plan
 from fpnet_lab.sim.drawn.styles import STYLES
 from fpnet_lab.sim.plans import generate_plan
-from fpnet_lab.sim.sheets import SheetKind
+from fpnet_lab.sim.sheets import STANDARD_KINDS
 
 pytestmark = pytest.mark.slow
 RIGHT_F1 = 0.85
@@ -23,7 +23,7 @@ BUILDINGS = 2
 
 
 def test_rooms_of_every_kind_of_sheet_are_read(tmp_path):
-    kinds = list(SheetKind)
+    kinds = list(STANDARD_KINDS)
     seeds = seeds_of('tune', BUILDINGS)
     config = FpnetConfig()
     results = bench_sheets(read_plan, tmp_path, kinds, seeds, config.segmentation)

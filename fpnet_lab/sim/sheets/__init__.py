@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sheets as people have them: a storey drawn, coloured, lettered, scanned; and the truth."""
 
-from fpnet_lab.sim.sheets.looks import SheetKind
+from fpnet_lab.sim.sheets.looks import STANDARD_KINDS, SheetKind
 from fpnet_lab.sim.sheets.sheet import Sheet, draw_sheet
 
-__all__ = ['Sheet', 'SheetKind', 'draw_sheet']
+__all__ = ['STANDARD_KINDS', 'Sheet', 'SheetKind', 'draw_sheet']

@@ -12,6 +12,8 @@ import numpy as np
 
 from fpnet_lab.sim.drawn.styles import DoorMark
 from fpnet_lab.sim.sheets.artwork import Colour, Pen
+from fpnet_lab.sim.sheets.interior_style import InteriorStyle, draw_interior_style
+from fpnet_lab.sim.sheets.surround_style import SurroundStyle, draw_surround_style
 
 WallLook = Literal['solid', 'thin', 'outlined', 'hatched', 'tinted']
 
@@ -24,6 +26,17 @@ class SheetKind(StrEnum):
     BROCHURE = 'brochure'  # coloured by room or department
     SCAN = 'scan'  # paper on a scanner
     PHONE = 'phone'  # paper under a phone
+    VARIED = 'varied'  # any combination of components, on screen or on paper
+
+
+STANDARD_KINDS = (
+    SheetKind.CLEAN,
+    SheetKind.OFFICE,
+    SheetKind.BROCHURE,
+    SheetKind.SCAN,
+    SheetKind.PHONE,
+)
+"""The kinds that benchmarks of drawings report."""
 
 
 class Trait(StrEnum):
@@ -169,6 +182,8 @@ class Look:
     resolution_m : of a pixel
     font : of all texts
     letter_mm : height of a room's capitals on paper
+    interior : components drawn within the building; None for standard ones
+    surround : components drawn around the building; None for standard ones
     """
 
     kind: SheetKind
@@ -183,6 +198,8 @@ class Look:
     resolution_m: float
     font: str
     letter_mm: float
+    interior: InteriorStyle | None = None
+    surround: SurroundStyle | None = None
 
     def mm(self, on_paper: float) -> float:
         """Return what so many millimetres on paper are in the building [m]."""
@@ -219,6 +236,8 @@ def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Loo
 
     Of scans and phone pictures this is the look of the paper.
     """
+    if kind is SheetKind.VARIED:
+        return _varied_look(rng, extent_m)
     is_paper = kind in _PAPER_KINDS
     if is_paper:
         kinds, shares = _PAPER_KINDS[kind]
@@ -244,6 +263,22 @@ def draw_look(rng: np.random.Generator, kind: SheetKind, extent_m: float) -> Loo
         resolution_m=_resolution_m(rng, extent_m, is_paper),
         font=str(rng.choice(FONTS, p=(0.55, 0.15, 0.1, 0.2))),
         letter_mm=float(rng.uniform(1.8, 3.5)),
+    )
+
+
+def _varied_look(rng: np.random.Generator, extent_m: float) -> Look:
+    """Mix the traits of a random standard kind with components drawn one by one."""
+    kinds = (SheetKind.CLEAN, SheetKind.OFFICE, SheetKind.BROCHURE)
+    look = draw_look(rng, kinds[int(rng.integers(len(kinds)))], extent_m)
+    traits = set(look.traits)
+    for other in kinds:
+        traits |= {t for t, share in _SHARES[other].items() if rng.random() < 0.35 * share}
+    return replace(
+        look,
+        traits=frozenset(traits),
+        walls=_WALL_LOOKS[int(rng.integers(len(_WALL_LOOKS)))],
+        interior=draw_interior_style(rng),
+        surround=draw_surround_style(rng),
     )
 
 

@@ -29,6 +29,8 @@ MAX_AREA_M2 = 2500.0
 
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
+_PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
+_SCREEN_SHARE = 0.55  # of varied sheets were never printed; chosen
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
 
@@ -48,6 +50,7 @@ class Sheet:
     H_image_page : (3, 3)
         From page metres to pixels (x right, y down, whole numbers are centres).
     jpeg_quality : of a picture that is kept as JPEG
+    medium : ``scan`` or ``phone`` for a picture of paper, else None
     """
 
     kind: SheetKind
@@ -59,11 +62,12 @@ class Sheet:
     pixels: NDArray[np.uint8]
     H_image_page: Array
     jpeg_quality: int
+    medium: SheetKind | None = None
 
     @property
     def is_photo(self) -> bool:
         """Tell whether it is a picture of paper, which people keep as JPEG."""
-        return self.kind in {SheetKind.SCAN, SheetKind.PHONE}
+        return self.medium is not None
 
     def H_image_building(self, storey: int = 0) -> Array:
         """Return the homography (3, 3) from a storey's building metres to pixels."""
@@ -148,13 +152,34 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     H = _image_from_page(pixels.shape[0], look.resolution_m)
     if layout.artwork.paper is not None:
         pixels = pixels[..., :3]
-    if kind in {SheetKind.SCAN, SheetKind.PHONE}:
-        pixels, H_image_drawn = weather(pixels, kind, rng)
+    medium = _medium(kind, artwork_has_paper=layout.artwork.paper is not None, rng=rng)
+    if medium is not None:
+        pixels, H_image_drawn = weather(pixels, medium, rng)
         H = H_image_drawn @ H
     quality = int(rng.integers(*_JPEG_QUALITY))
     return Sheet(
-        kind, seed, look, layout.artwork, layout.storeys, layout.beside, pixels, H, quality
+        kind,
+        seed,
+        look,
+        layout.artwork,
+        layout.storeys,
+        layout.beside,
+        pixels,
+        H,
+        quality,
+        medium,
     )
+
+
+def _medium(
+    kind: SheetKind, *, artwork_has_paper: bool, rng: np.random.Generator
+) -> SheetKind | None:
+    """Return how a picture of paper was taken; None for a sheet that was never printed."""
+    if kind in _PAPER_MEDIA:
+        return kind
+    if kind is not SheetKind.VARIED or not artwork_has_paper or rng.random() < _SCREEN_SHARE:
+        return None
+    return _PAPER_MEDIA[int(rng.integers(len(_PAPER_MEDIA)))]
 
 
 def _generate(rng: np.random.Generator) -> BuildingPlan:
