@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The network that parses pictures, evaluated by OpenCV.
+
+It tells for each pixel what it shows, where text and furniture lie upon it, and how long a pixel
+is. ``K`` classes are those of :mod:`fpnet_core.io.pixel_classes`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+import gzip
+from importlib import resources
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.types import Chances
+from fpnet_core.io.pixel_classes import CLASSES
+
+OVERLAYS = ('text', 'furniture')
+"""Given: what may lie upon a class: each has a probability of its own."""
+
+CONTEXT = len(CLASSES) + 1
+"""Given: channels of an earlier answer: its probabilities, and where there is one."""
+
+CHANNELS = 3 + CONTEXT
+"""Given: red, green, blue and an earlier answer."""
+
+STRIDE = 64
+"""Given: pictures are padded to a multiple of so many pixels."""
+
+SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
+"""Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
+
+PARSER_NAME = 'parser.onnx.gz'
+
+_MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
+
+
+@dataclass(frozen=True, eq=False)
+class Parse:
+    """
+    What the network sees in a picture.
+
+    ``classes (K, H, W)`` and ``overlays (2, H, W)`` are probabilities; ``scale (SCALE_BINS,)``
+    are those of the metres of a pixel of this picture.
+    """
+
+    classes: Chances
+    overlays: Chances
+    scale: NDArray[np.float64]
+
+
+def parse(pixels: NDArray[np.uint8], context: Chances | None = None) -> Parse:
+    """
+    Return what the network sees in ``pixels (H, W, 3)``.
+
+    ``context (CONTEXT, H, W)`` is an earlier answer for the same pixels, its last channel 1 where
+    there is one; None where there is none.
+    """
+    height, width = pixels.shape[:2]
+    network = _packaged()
+    network.setInput(channels(pixels, context), 'picture')
+    logits, scale = network.forward(['classes', 'scale'])
+    seen = np.asarray(logits[0, :, :height, :width], np.float32)
+    return Parse(
+        _softmax(seen[: len(CLASSES)]), _logistic(seen[len(CLASSES) :]), _pooled(scale[0])
+    )
+
+
+def channels(pixels: NDArray[np.uint8], context: Chances | None = None) -> Chances:
+    """Return the network's input (1, CHANNELS, H', W'), padded to multiples of the stride."""
+    margin = ((0, -pixels.shape[0] % STRIDE), (0, -pixels.shape[1] % STRIDE))
+    padded = np.pad(pixels, (*margin, (0, 0)), mode='edge').transpose(2, 0, 1)
+    found = np.zeros((1, CHANNELS, *padded.shape[1:]), np.float32)
+    found[0, :3] = (padded / np.float32(255.0) - _MIDDLE) / _SPREAD
+    if context is not None:
+        found[0, 3:, : pixels.shape[0], : pixels.shape[1]] = context
+    return found
+
+
+def bin_metres() -> NDArray[np.float64]:
+    """Return the metres of a pixel (SCALE_BINS,) in the middle of each bin."""
+    return np.geomspace(*SCALE_M, SCALE_BINS)
+
+
+def _softmax(logits: Chances) -> Chances:
+    shares = np.exp(logits - logits.max(axis=0))
+    return np.asarray(shares / shares.sum(axis=0), np.float32)
+
+
+def _logistic(logits: Chances) -> Chances:
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0))), np.float32)
+
+
+def _pooled(scale: Chances) -> NDArray[np.float64]:
+    """Return probabilities (SCALE_BINS,) of a whole picture from its places' logits."""
+    flat = scale.reshape(SCALE_BINS + 1, -1).astype(np.float64)
+    weight = np.exp(flat[-1] - flat[-1].max())
+    logits = flat[:-1] @ (weight / weight.sum())
+    shares = np.exp(logits - logits.max())
+    return np.asarray(shares / shares.sum())
+
+
+@cache
+def _packaged() -> Any:
+    """Return the packaged network, read once."""
+    data = resources.files('fpnet_core.weights').joinpath(PARSER_NAME).read_bytes()
+    return cv2.dnn.readNetFromONNX(np.frombuffer(gzip.decompress(data), np.uint8))

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""``fpnet train-parser``: train the network that parses pictures of floorplans."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+import typer
+
+from fpnet_core.cli import common
+from fpnet_lab.cli import options
+from fpnet_lab.provenance import Provenance
+
+
+def command(
+    out: options.RunOption,
+    data: options.MaybeTuneDataOption = None,
+    steps: Annotated[int, typer.Option('--steps', min=1, help='Batches.')] = 12_000,
+    minutes: Annotated[
+        float, typer.Option('--minutes', min=0.0, help='End after so long; 0: after all steps.')
+    ] = 0.0,
+    batch: Annotated[int, typer.Option('--batch', min=1, help='Drawings a batch.')] = 8,
+    side: Annotated[
+        int, typer.Option('--side', min=128, help='Pixels of a view, a multiple of 64.')
+    ] = 448,
+    workers: Annotated[
+        int, typer.Option('--workers', min=1, help='Processes that draw sheets.')
+    ] = 1,
+    device: Annotated[str, typer.Option('--device', help='cpu, or cuda.')] = 'cpu',
+    seed: common.SeedOption = 0,
+) -> None:
+    """
+    Draw sheets with their truth while training what parses them.
+
+    Writes parser.onnx.gz and parser.json. Called again, it goes on where it was; a changed
+    number of steps changes how the learning rate falls.
+
+    Example: fpnet train-parser --data ../shared/data --out runs/parser
+
+    Example: fpnet train-parser --out runs/parser --device cuda --workers 15 --minutes 9
+    --steps 100000 --batch 24 --side 832
+    """
+    from fpnet_lab.training.parser import ParserTrainer, ParserTraining
+    from fpnet_lab.training.parser_samples import real_samples
+
+    real = real_samples(common.check_input(data)) if data is not None else []
+    settings = ParserTraining(
+        steps=steps,
+        batch_size=batch,
+        chunk=min(4, batch),
+        side_px=side,
+        workers=workers,
+        minutes=minutes,
+        seed=seed or 0,
+    )
+    trainer = ParserTrainer(out, settings, real, device)
+
+    def on_saved(figures: dict[str, Any]) -> None:
+        typer.echo(json.dumps(figures))
+
+    trainer.run(on_saved)
+    facts = {'real': len(real), 'command': Provenance.now().command}
+    typer.echo(f'wrote {trainer.write(facts)}')

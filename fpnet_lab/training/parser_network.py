@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The network that parses drawings: a U-Net (Ronneberger et al., 2015) whose view is a whole sheet.
+
+Six levels down to 1/64 of the picture let every answer depend on the whole sheet. The network
+runs twice. The first look is at the sheet; the second is at the building alone, as finely as its
+walls need, with the first look's answer as further input channels.
+
+Letters: ``B`` pictures of ``H`` by ``W`` pixels, ``C`` channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BytesIO
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from fpnet_core.drawings.parsing.network import CHANNELS, OVERLAYS, SCALE_BINS
+from fpnet_core.io.pixel_classes import CLASSES
+
+ANSWERS = len(CLASSES) + len(OVERLAYS)
+"""Given: logits for each pixel: one of the classes, and each overlay for itself."""
+
+_PER_ANSWER = 4  # given: the last layer answers for each pixel of a block of two by two
+
+
+@dataclass(frozen=True)
+class ParserNetworkConfig:
+    """Channels at 1/2 to 1/64 of the picture, and residual blocks at the last five levels."""
+
+    widths: tuple[int, ...] = (24, 48, 64, 96, 128, 160)
+    down_blocks: tuple[int, ...] = (1, 2, 2, 2, 3)
+    up_blocks: tuple[int, ...] = (1, 1, 1, 1)
+
+
+class _ConvNorm(nn.Module):
+    """A convolution, normalised over the batch, and rectified where ``is_active``."""
+
+    def __init__(
+        self, inputs: int, outputs: int, side: int = 3, stride: int = 1, *, is_active: bool = True
+    ) -> None:
+        super().__init__()
+        self.conv = nn.Conv2d(inputs, outputs, side, stride, side // 2, bias=False)
+        self.norm = nn.BatchNorm2d(outputs)
+        self.is_active = is_active
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = self.norm(self.conv(x))
+        return torch.relu(x) if self.is_active else x
+
+
+class _ResidualBlock(nn.Module):
+    """Two convolutions around which the input is added (He et al., 2016)."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.first = _ConvNorm(width, width)
+        self.second = _ConvNorm(width, width, is_active=False)
+
+    def forward(self, x: Tensor) -> Tensor:
+        return torch.relu(x + self.second(self.first(x)))
+
+
+def _blocks(width: int, count: int) -> list[nn.Module]:
+    return [_ResidualBlock(width) for _ in range(count)]
+
+
+class ParserNetwork(nn.Module):
+    """Classes of pixels and the scale of a picture, from the picture and an earlier answer."""
+
+    def __init__(self, config: ParserNetworkConfig) -> None:
+        super().__init__()
+        widths = config.widths
+        self.stem = _ConvNorm(CHANNELS, widths[0], stride=2)
+        self.down = nn.ModuleList(
+            nn.Sequential(_ConvNorm(a, b, stride=2), *_blocks(b, count))
+            for a, b, count in zip(widths, widths[1:], config.down_blocks, strict=False)
+        )
+        inner = list(zip(widths[1:], widths[2:], config.up_blocks, strict=False))[::-1]
+        self.lift = nn.ModuleList(_ConvNorm(b, a, 1) for a, b, _ in inner)
+        self.up = nn.ModuleList(nn.Sequential(*_blocks(a, count)) for a, _, count in inner)
+        self.last_lift = _ConvNorm(widths[1], widths[0], 1)
+        self.last = _ConvNorm(widths[0], widths[0])
+        self.head = nn.Conv2d(widths[0], _PER_ANSWER * ANSWERS, 3, padding=1)
+        self.shuffle = nn.PixelShuffle(2)
+        self.scale_head = nn.Conv2d(widths[-1], SCALE_BINS + 1, 1)
+
+    def forward(self, picture: Tensor) -> tuple[Tensor, Tensor]:
+        """
+        Return logits (B, ANSWERS, H, W), and (B, SCALE_BINS + 1, H / 64, W / 64) of the scale.
+
+        ``picture (B, CHANNELS, H, W)`` is as :func:`fpnet_core.drawings.parsing.network.channels`
+        makes it; H and W are multiples of 64.
+        """
+        finest = x = self.stem(picture)
+        seen = []
+        for layer in self.down:
+            x = layer(x)
+            seen.append(x)
+        x = seen.pop()
+        scale = self.scale_head(x)
+        for lift, blocks in zip(self.lift, self.up, strict=True):
+            x = blocks(seen.pop() + _doubled(lift(x)))
+        x = self.last(finest + _doubled(self.last_lift(x)))
+        return torch.as_tensor(self.shuffle(self.head(x))), scale
+
+
+def _doubled(x: Tensor) -> Tensor:
+    return nn.functional.interpolate(x, scale_factor=2.0, mode='nearest')
+
+
+def pooled_scale(scale: Tensor) -> Tensor:
+    """Return logits (B, SCALE_BINS) of a picture from those of its places, by their weights."""
+    votes, weight = scale[:, :-1].flatten(2), scale[:, -1:].flatten(2).softmax(dim=2)
+    return torch.as_tensor((votes * weight).sum(dim=2))
+
+
+def onnx_bytes(network: ParserNetwork) -> bytes:
+    """
+    Return a network as ONNX, weights rounded to half precision so that they compress.
+
+    It is stored in single precision, which every version of OpenCV reads.
+    """
+    network = network.eval()
+    state = network.state_dict()
+    network.load_state_dict({name: _rounded(value) for name, value in state.items()})
+    free = {2: 'height', 3: 'width'}
+    names = {'picture': free, 'classes': free, 'scale': {2: 'rows', 3: 'columns'}}
+    buffer = BytesIO()
+    torch.onnx.export(
+        network,
+        (torch.zeros(1, CHANNELS, 128, 192),),
+        buffer,
+        dynamo=False,
+        opset_version=13,
+        input_names=['picture'],
+        output_names=['classes', 'scale'],
+        dynamic_axes=names,
+    )
+    return buffer.getvalue()
+
+
+def _rounded(value: Tensor) -> Tensor:
+    return value.half().float() if value.is_floating_point() else value
+
+
+def unweighted(
+    state: Mapping[str, Tensor], class_weights: tuple[float, ...]
+) -> dict[str, Tensor]:
+    """Return a state whose probabilities are those of pixels that weigh the same."""
+    weights = np.ones(ANSWERS)
+    weights[: len(CLASSES)] = class_weights
+    each = torch.tensor(np.log(weights), dtype=torch.float32).repeat_interleave(_PER_ANSWER)
+    return {k: v - each if k == 'head.bias' else v for k, v in state.items()}
