@@ -38,6 +38,9 @@ class PlanDoor:
     ``is_open`` marks a passage of full height, without lintel, frame or leaf: the seam between
     two pieces of one corridor. Otherwise a leaf hangs at ``ends[hinge]`` and opens into
     ``rooms[swing]``; openings wider than :data:`DOUBLE_LEAF_M` have a leaf at either end.
+
+    A door to the outside has the same room twice; :attr:`normal` points out, and ``reach_m`` is
+    how far the outer wall goes that way [m]. Only sheets have such doors, never mirrored.
     """
 
     rooms: tuple[int, int]
@@ -45,6 +48,12 @@ class PlanDoor:
     is_open: bool = False
     hinge: Literal[0, 1] = 0
     swing: Literal[0, 1] = 0
+    reach_m: float = 0.0
+
+    @property
+    def is_outside(self) -> bool:
+        """Tell whether it leads out of the building: both its rooms are the same."""
+        return self.rooms[0] == self.rooms[1]
 
     @property
     def leaves(self) -> int:

@@ -235,7 +235,8 @@ def door_outline(door: PlanDoor, wall_m: float, true_wall_m: float) -> NDArray[n
     inset = door.along * (wall_m - true_wall_m) / 2.0 if door.is_open else np.zeros(2)
     normal = door.normal * (max(wall_m, true_wall_m) / 2.0 + DOOR_OVERLAP_M)
     a, b = door.ends[0] + inset, door.ends[1] - inset
-    return np.stack([a - normal, b - normal, b + normal, a + normal])
+    out = normal if not door.reach_m else door.normal * door.reach_m
+    return np.stack([a - normal, b - normal, b + out, a + out])
 
 
 def shell_outlines(plan: BuildingPlan, outer_wall_m: float) -> list[NDArray[np.float64]]:

@@ -11,16 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL, WINDOW
-from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_lab.sim.drawn.render import paint_rings
-from fpnet_lab.sim.sheets.artwork import Area, Array, Role
+from fpnet_lab.sim.sheets.artwork import Arcs, Area, Array, Letters, Lines, Role, Stroke
+from fpnet_lab.sim.sheets.lettering import LETTER_ASPECT
 from fpnet_lab.sim.sheets.sheet import Sheet
-from fpnet_lab.sim.sheets.storeys import PlacedStorey, outlines_of, solid_parts
+from fpnet_lab.sim.sheets.storeys import PlacedStorey, facade, outlines_of, solid_parts
 
 Classes = NDArray[np.uint8]
 
 _FINER = 2  # numerical: areas are painted on a raster so many times as fine
 _HALF = 0.5  # numerical: of a pixel is wall
+
+TEXT_BIT, SYMBOL_BIT = 1, 2
+"""Bits of an overlay map: letters; furniture, stairs and other symbols."""
+
+_LETTER_HALF = 0.65  # half a line of text over the height of a capital; chosen
+_SPARE_PX = 2  # numerical: lines are so much wider in the overlay
+_ARC_STEPS = 17  # numerical
+_SYMBOLS = (Role.FURNITURE, Role.STAIRS)
 
 
 def sheet_classes(
@@ -48,12 +57,81 @@ def sheet_classes(
     return painter.classes()
 
 
+def sheet_overlays(
+    sheet: Sheet, H_pixel_image: Array | None = None, shape: tuple[int, int] | None = None
+) -> Classes:
+    """
+    Return what is written or drawn over the classes (H, W): :data:`TEXT_BIT`, :data:`SYMBOL_BIT`.
+
+    Parameters as for :func:`sheet_classes`. Texts are boxes about as large as their letters;
+    symbols are their lines and whatever closed lines surround.
+    """
+    H = (np.eye(3) if H_pixel_image is None else H_pixel_image) @ sheet.H_image_page
+    shape = shape or (sheet.pixels.shape[0], sheet.pixels.shape[1])
+    texts, symbols = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
+    growth = growth_at(H, np.array(sheet.artwork.size_m) / 2.0)
+    strokes = sheet.artwork.strokes
+    boxes = [_letter_box(mark) for mark in strokes if isinstance(mark, Letters)]
+    if boxes:
+        corners = _corners(H, np.concatenate(boxes)).reshape(-1, 4, 2)
+        for corner in corners:
+            cv2.fillConvexPoly(texts, corner, TEXT_BIT)
+    for mark in strokes:
+        if mark.role in _SYMBOLS:
+            _paint_symbol(symbols, mark, H, growth)
+    return texts | symbols
+
+
+def _letter_box(mark: Letters) -> Array:
+    """Return the corners (4, 2) [m, page] of a line of text."""
+    width, half = LETTER_ASPECT * len(mark.text) * mark.height_m, _LETTER_HALF * mark.height_m
+    left = 0.0 if mark.align == 'left' else -width / 2.0
+    right = left + width
+    box = np.array([(left, -half), (right, -half), (right, half), (left, half)])
+    c, s = np.cos(mark.angle_rad), np.sin(mark.angle_rad)
+    return np.asarray(mark.xy + box @ np.array([[c, s], [-s, c]]))
+
+
+def _corners(H: Array, points: Array) -> NDArray[np.int32]:
+    return np.asarray(np.round(map_points(H, points)).astype(np.int32))
+
+
+def _paint_symbol(symbols: Classes, mark: Stroke, H: Array, growth: float) -> None:
+    if isinstance(mark, Letters):
+        return
+    if isinstance(mark, Area):
+        lines, is_closed, width_px = list(mark.rings), True, 0.0
+    elif isinstance(mark, Lines):
+        lines, is_closed, width_px = list(mark.lines), mark.is_closed, mark.pen.width_m * growth
+    else:
+        lines, width_px = _arc_lines(mark), mark.pen.width_m * growth
+        is_closed = bool((np.ptp(mark.span, axis=1) > 2.0 * np.pi - 1e-6).all())
+    if not lines:
+        return
+    splits = np.cumsum([len(line) for line in lines])[:-1]
+    corners = np.split(_corners(H, np.concatenate(lines)), splits)
+    if is_closed:
+        # One by one: of all rings together those that overlap would be holes.
+        for ring in [corners] if isinstance(mark, Area) else [[line] for line in corners]:
+            cv2.fillPoly(symbols, ring, SYMBOL_BIT)
+    cv2.polylines(symbols, corners, is_closed, SYMBOL_BIT, round(width_px) + _SPARE_PX)
+
+
+def _arc_lines(arcs: Arcs) -> list[Array]:
+    share = np.linspace(0.0, 1.0, _ARC_STEPS)
+    angle = arcs.span[:, :1] + share * np.diff(arcs.span, axis=1)
+    unit = np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    return list(arcs.centre[:, None] + arcs.radius[:, None, None] * unit)
+
+
 def _paint_storey(painter: _Painter, storey: PlacedStorey, sheet: Sheet) -> None:
     walls, panes = solid_parts(storey, sheet.look)
     for room in storey.rooms:
         painter.fill([room], FLOOR)
     for door, opening in zip(storey.on_page.doors, storey.openings, strict=True):
         painter.fill([opening], FLOOR if door.is_open else DOOR)
+    for entrance in facade(storey, sheet.look).entrances:
+        painter.fill([entrance], DOOR)
     for pane in panes:
         painter.fill([pane], WINDOW)
     painter.fill(outlines_of(walls), WALL)

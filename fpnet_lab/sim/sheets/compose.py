@@ -37,6 +37,7 @@ from fpnet_lab.sim.sheets.lettering import (
     dimension_space_m,
     room_letters,
 )
+from fpnet_lab.sim.sheets.interior import interior_letters, interior_marks
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_marks
 from fpnet_lab.sim.types import BuildingPlan
@@ -211,7 +212,8 @@ def _draw_all(
         if departments is not None:
             mine = departments if number == 0 else _also(storey, departments, look, rng)
             sheet.add(fill_marks(storey, mine, look, rng))
-        sheet.add(storey_marks(storey, look, rng))
+        draw = storey_marks if look.interior is None else interior_marks
+        sheet.add(draw(storey, look, rng))
         sheet.add(detail_marks(storey, look, rng))
         _write(sheet, storey, len(storeys) > 1)
     _surround(sheet, storeys, departments, size, column_m)
@@ -239,7 +241,9 @@ def _backdrop(sheet: _Sheet, storeys: tuple[PlacedStorey, ...]) -> None:
 def _write(sheet: _Sheet, storey: PlacedStorey, has_caption: bool) -> None:
     """Write what belongs to one storey."""
     look, rng = sheet.look, sheet.rng
-    if sheet.has(Trait.TEXTS):
+    if look.interior is not None:
+        sheet.add(interior_letters(storey, look, rng))
+    if sheet.has(Trait.TEXTS) and (look.interior is None or look.interior.tags is None):
         sheet.add(room_letters(storey, look, rng))
     if sheet.has(Trait.DIMENSIONS):
         sheet.add(dimension_marks(storey, look, rng))

@@ -14,13 +14,15 @@ from fpnet_core.raster.pixels import growth_at, map_points
 from fpnet_lab.sim.drawn.render import paint_rings
 from fpnet_lab.sim.drawn.styles import MAX_SEED
 from fpnet_lab.sim.plans import generate_plan
+from fpnet_lab.sim.plans.gates import reaching, with_gates
+from fpnet_lab.sim.plans.special import generate_special_plan
 from fpnet_lab.sim.population.floors import room_rings
 from fpnet_lab.sim.sheets.artwork import Array, Artwork, box_ring
 from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
-from fpnet_lab.sim.sheets.storeys import PlacedStorey
+from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
@@ -31,6 +33,7 @@ _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
 _PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
 _SCREEN_SHARE = 0.55  # of varied sheets were never printed; chosen
+_SPECIAL_SHARE, _HOME_SHARE = 0.5, 0.12  # of varied sheets' storeys; chosen
 _KIND_NUMBERS = {kind: number for number, kind in enumerate(SheetKind)}
 
 
@@ -139,14 +142,15 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     """
     kind = SheetKind(kind)
     rng = np.random.default_rng([seed, _KIND_NUMBERS[kind]])
-    first = plan or _generate(rng)
+    first = plan or _storey_of(rng, kind)
     extent = first.extent[1] - first.extent[0]
     look = draw_look(rng, kind, float(extent.max()))
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
-    plans = (first, _generate(rng)) if is_double else (first,)
+    plans = (first, _storey_of(rng, kind)) if is_double else (first,)
     placing = int(rng.integers(MAX_SEED))
     layout = compose(plans, look, np.random.default_rng(placing))
     look = with_room_for(look, max(layout.artwork.size_m))
+    plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
     layout = compose(plans, look, np.random.default_rng(placing))
     pixels = rasterise(layout.artwork, look.resolution_m)
     H = _image_from_page(pixels.shape[0], look.resolution_m)
@@ -182,12 +186,32 @@ def _medium(
     return _PAPER_MEDIA[int(rng.integers(len(_PAPER_MEDIA)))]
 
 
+def _storey_of(rng: np.random.Generator, kind: SheetKind) -> BuildingPlan:
+    """Draw a storey; varied sheets show special buildings, homes and doors outside, too."""
+    if kind is not SheetKind.VARIED:
+        return _generate(rng)
+    pick = rng.random()
+    if pick < _SPECIAL_SHARE:
+        return generate_special_plan(rng)
+    if pick < _SPECIAL_SHARE + _HOME_SHARE:
+        plan = generate_plan(rng, families=('home', 'practice', 'house'), min_rooms=2)
+    else:
+        plan = _generate(rng)
+    return with_gates(rng, plan, int(rng.integers(0, 4)))
+
+
 def _generate(rng: np.random.Generator) -> BuildingPlan:
     """Draw a storey in one piece: two wings far apart look like two storeys on a sheet."""
     while True:
         plan = generate_plan(rng, max_rooms=MAX_ROOMS, max_area_m2=MAX_AREA_M2)
         if plan.family != _IN_PIECES:
             return plan
+
+
+def outer_wall_m(plan: BuildingPlan, look: Look) -> float:
+    """Return how thick a look draws outer walls [m]."""
+    outer_m = max(plan.wall_m, drawn_wall_m(plan, look))
+    return outer_m if look.walls == 'thin' else max(outer_m, look.outer_m)
 
 
 def _image_from_page(rows: int, resolution_m: float) -> Array:

@@ -24,6 +24,7 @@ from fpnet_lab.sim.sheets.artwork import (
     Role,
     lines_of,
 )
+from fpnet_lab.sim.sheets.facade import Facade, draw_facade
 from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, WALL_PEN_MM, Look, Trait
 from fpnet_lab.sim.types import BuildingPlan, polygons_from_rings
 
@@ -72,7 +73,8 @@ class PlacedStorey:
 def drawn_wall_m(plan: BuildingPlan, look: Look) -> float:
     """Return how thick a look draws inner walls [m]; never too thin to be seen."""
     thinnest = MIN_WALL_PX * look.resolution_m
-    if look.walls == 'thin':
+    has_lines = look.interior is not None and look.interior.has_lines
+    if look.walls == 'thin' or has_lines:
         return max(thinnest, look.mm(WALL_PEN_MM))
     least = thinnest if look.walls == 'solid' else MIN_DOUBLE_WALL_PX * look.resolution_m
     return max(plan.wall_m, least)
@@ -89,11 +91,31 @@ def storey_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
 
 def solid_parts(storey: PlacedStorey, look: Look) -> tuple[BaseGeometry, Array]:
     """Return all that is solid but windows, and windows (N, 4, 2), as drawn [m, page]."""
-    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
-    if look.walls != 'thin':
-        outer_m = max(outer_m, look.outer_m)
+    outer_m = outer_wall_m(storey, look)
+    if look.interior is not None:
+        found = facade(storey, look)
+        openings = [*found.panes, *found.entrances]
+        return _walls(storey, outer_m, np.array(openings).reshape(-1, 4, 2)), found.panes
     panes = _panes(storey, outer_m) if Trait.WINDOWS in look.traits else np.zeros((0, 4, 2))
     return _walls(storey, outer_m, panes), panes
+
+
+def outer_wall_m(storey: PlacedStorey, look: Look) -> float:
+    """Return how far outer walls reach beyond the true rooms [m]."""
+    if look.interior is not None and look.interior.has_thin_outer:
+        return (storey.plan.wall_m + storey.drawn_wall_m) / 2.0
+    outer_m = max(storey.plan.wall_m, storey.drawn_wall_m)
+    return outer_m if look.walls == 'thin' else max(outer_m, look.outer_m)
+
+
+def facade(storey: PlacedStorey, look: Look) -> Facade:
+    """Return windows and entrances of a varied sheet, none of any other."""
+    if look.interior is None:
+        return Facade(np.zeros((0, 4, 2)), np.zeros((0, 4, 2)))
+    outer_m = outer_wall_m(storey, look)
+    depth = outer_m + (storey.drawn_wall_m - storey.plan.wall_m) / 2.0
+    has_windows = Trait.WINDOWS in look.traits
+    return draw_facade(storey.rooms, depth, storey.shell(outer_m), look.interior, has_windows)
 
 
 def _walls(storey: PlacedStorey, outer_m: float, panes: Array) -> BaseGeometry:
