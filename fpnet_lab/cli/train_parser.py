@@ -34,7 +34,7 @@ def command(
     """
     Draw sheets with their truth while training what parses them.
 
-    Writes parser.onnx.gz and parser.json. Called again, it goes on where it was; a changed
+    Writes parser.onnx.xz and parser.json. Called again, it goes on where it was; a changed
     number of steps changes how the learning rate falls.
 
     Example: fpnet train-parser --data ../shared/data --out runs/parser

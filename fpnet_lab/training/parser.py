@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-import gzip
 from itertools import islice
 import json
+import lzma
 from pathlib import Path
 import time
 from typing import Any
@@ -22,7 +22,7 @@ import torch
 from torch import Tensor, nn
 from torch.utils.data import DataLoader
 
-from fpnet_core.drawings.parsing.network import CHANNELS, CONTEXT, PARSER_NAME
+from fpnet_core.drawings.parsing.network import CHANNELS, CONTEXT, FILTERS, PARSER_NAME
 from fpnet_core.io.pixel_classes import CLASSES
 from fpnet_lab.pool import START_METHOD
 from fpnet_lab.training.checkpoint import load_state, save_state
@@ -216,7 +216,7 @@ class ParserTrainer:
         network = ParserNetwork(self.layout)
         state = {name: value.cpu() for name, value in self.mean.state_dict().items()}
         network.load_state_dict(unweighted(state, self.config.class_weights))
-        data = gzip.compress(onnx_bytes(network), mtime=0)
+        data = lzma.compress(onnx_bytes(network), filters=FILTERS)
         path = self.folder / PARSER_NAME
         path.write_bytes(data)
         made = {

@@ -19,6 +19,7 @@ from io import BytesIO
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from fpnet_core.drawings.parsing.network import CHANNELS, OVERLAYS, SCALE_BINS
 from fpnet_core.io.pixel_classes import CLASSES
@@ -46,12 +47,17 @@ class _ConvNorm(nn.Module):
     ) -> None:
         super().__init__()
         self.conv = nn.Conv2d(inputs, outputs, side, stride, side // 2, bias=False)
-        self.norm = nn.BatchNorm2d(outputs)
+        self.norm: nn.Module = nn.BatchNorm2d(outputs)
         self.is_active = is_active
 
     def forward(self, x: Tensor) -> Tensor:
         x = self.norm(self.conv(x))
         return torch.relu(x) if self.is_active else x
+
+    def fold(self) -> None:
+        """Fold the normalisation into the convolution, in place; for inference only."""
+        self.conv = fuse_conv_bn_eval(self.conv, self.norm)
+        self.norm = nn.Identity()
 
 
 class _ResidualBlock(nn.Module):
@@ -127,6 +133,9 @@ def onnx_bytes(network: ParserNetwork) -> bytes:
     It is stored in single precision, which every version of OpenCV reads.
     """
     network = network.eval()
+    for module in network.modules():
+        if isinstance(module, _ConvNorm):
+            module.fold()
     state = network.state_dict()
     network.load_state_dict({name: _rounded(value) for name, value in state.items()})
     free = {2: 'height', 3: 'width'}

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.io.pixel_classes import OUTSIDE, WALL, WINDOW
+from fpnet_core.io.pixel_classes import FLOOR, OUTSIDE, WALL, WINDOW
 from fpnet_core.raster.windows import window_of
 from fpnet_lab.sim.sheets.classes import Classes
 from fpnet_lab.training.parser_samples import Pixels, Sample
@@ -30,7 +30,7 @@ _MOST_ENLARGED = 1.5
 _IN_BUILDING = 0.85  # of second looks have their middle in the building
 _TURNED, _TURN_RAD, _ANY_TURN = 0.3, 0.07, 0.08
 _PRESSED, _QUALITY = 0.2, (25, 90)  # of views were kept as JPEG, and how well
-_SOLID_LEVEL = 80  # of 255: what is wall to such a share is wall in a smaller picture
+_SOLID_LEVEL = 56  # of 255: what is wall to such a share is wall in a smaller picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,8 @@ def _shrunk(sample: Sample, size: tuple[int, int]) -> tuple[Pixels, Classes]:
     if size[0] >= sample.classes.shape[1]:
         return sample.pixels, answers
     pixels = cv2.resize(sample.pixels, size, interpolation=cv2.INTER_AREA)
-    found = np.asarray(cv2.resize(answers, size, interpolation=cv2.INTER_NEAREST), np.uint8)
+    kept = np.where(sample.classes == WALL, FLOOR, answers)  # a wall is one by its share alone
+    found = np.asarray(cv2.resize(kept, size, interpolation=cv2.INTER_NEAREST), np.uint8)
     for value in (WINDOW, WALL):
         mask = (sample.classes == value).astype(np.uint8) * 255
         is_it = cv2.resize(mask, size, interpolation=cv2.INTER_AREA) > _SOLID_LEVEL

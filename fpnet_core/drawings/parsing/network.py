@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-import gzip
 from importlib import resources
+import lzma
 from typing import Any
 
 import cv2
@@ -37,7 +37,10 @@ STRIDE = 64
 SCALE_BINS, SCALE_M = 48, (0.002, 1.0)
 """Given: bins of the metres of a pixel, and the first and last bin's middle, in equal ratios."""
 
-PARSER_NAME = 'parser.onnx.gz'
+FILTERS = ({'id': lzma.FILTER_LZMA2, 'preset': 9, 'lc': 0, 'lp': 2, 'pb': 2},)
+"""Numerical: how the network is packed: bytes of a number by their place in it."""
+
+PARSER_NAME = 'parser.onnx.xz'
 
 _MIDDLE, _SPREAD = 0.75, 0.25  # numerical: of brightness in [0, 1]: paper is bright
 
@@ -111,4 +114,4 @@ def _pooled(scale: Chances) -> NDArray[np.float64]:
 def _packaged() -> Any:
     """Return the packaged network, read once."""
     data = resources.files('fpnet_core.weights').joinpath(PARSER_NAME).read_bytes()
-    return cv2.dnn.readNetFromONNX(np.frombuffer(gzip.decompress(data), np.uint8))
+    return cv2.dnn.readNetFromONNX(np.frombuffer(lzma.decompress(data), np.uint8))
