@@ -115,8 +115,7 @@ def window_marks(panes: Array, look: Look, style: InteriorStyle) -> list[Mark]:
         return marks
     if paint.kind == 'filled':
         colour = paint.colour or look.line
-        marks += [Area(Role.WINDOW, (pane,), colour) for pane in panes]
-        return marks
+        return [Area(Role.WINDOW, tuple(panes), colour)]
     jambs = [*np.stack([a, far_a], axis=1), *np.stack([b, far_b], axis=1)]
     marks += lines_of(Role.WINDOW, jambs, pen)
     shares = {1: (0.5,), 2: (0.0, 1.0), 3: (0.0, 0.5, 1.0)}[paint.lines]
