@@ -62,7 +62,7 @@ def interior_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -
     marks += wall_marks(storey, look, style)
     marks += door_marks(storey, look, style, rng)
     taken = {number for _, number in stair_rooms(storey)} if Trait.STAIRS in look.traits else set()
-    has_furniture = 'furniture' in style.storey_symbols and Trait.FURNITURE not in look.traits
+    has_furniture = 'furniture' in style.storey_symbols or Trait.FURNITURE in look.traits
     marks += _room_symbols(storey, look, style, rng, taken)
     if has_furniture:
         brush = _brush(look, style, rng)
