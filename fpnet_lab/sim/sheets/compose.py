@@ -30,6 +30,7 @@ from fpnet_lab.sim.sheets.colouring import (
     fill_marks,
 )
 from fpnet_lab.sim.sheets.details import detail_marks
+from fpnet_lab.sim.sheets.interior import interior_letters, interior_marks
 from fpnet_lab.sim.sheets.lettering import (
     axis_marks,
     axis_space_m,
@@ -37,7 +38,6 @@ from fpnet_lab.sim.sheets.lettering import (
     dimension_space_m,
     room_letters,
 )
-from fpnet_lab.sim.sheets.interior import interior_letters, interior_marks
 from fpnet_lab.sim.sheets.looks import Look, Trait
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m, storey_marks
 from fpnet_lab.sim.types import BuildingPlan
@@ -84,7 +84,13 @@ class _Sheet:
             self.beside.append(Beside(what, box))
 
 
-def compose(plans: tuple[BuildingPlan, ...], look: Look, rng: np.random.Generator) -> Layout:
+def compose(
+    plans: tuple[BuildingPlan, ...],
+    look: Look,
+    rng: np.random.Generator,
+    *,
+    is_blank: bool = False,
+) -> Layout:
     """
     Lay out storeys side by side or one above the other, and everything around them.
 
@@ -93,6 +99,7 @@ def compose(plans: tuple[BuildingPlan, ...], look: Look, rng: np.random.Generato
     plans : one or two storeys
     look : how they are drawn
     rng : draws places, names and colours
+    is_blank : leave the marks out, for those who ask only for the size
 
     Returns
     -------
@@ -109,7 +116,8 @@ def compose(plans: tuple[BuildingPlan, ...], look: Look, rng: np.random.Generato
     spare = (np.array(size) - least) * rng.uniform(0.3, 0.7, 2)
     storeys = tuple(_moved(storey, spare - low) for storey in storeys)
     sheet = _Sheet(look, rng, [], [])
-    _draw_all(sheet, storeys, size, column_m)
+    if not is_blank:
+        _draw_all(sheet, storeys, size, column_m)
     artwork = Artwork(size, look.denominator, tuple(sheet.marks), _paper(look, rng))
     if Trait.INVERTED in look.traits:
         artwork = inverted(artwork)

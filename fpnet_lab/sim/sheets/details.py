@@ -46,7 +46,7 @@ def detail_marks(storey: PlacedStorey, look: Look, rng: np.random.Generator) -> 
     for is_lift, number in stairs:
         room = storey.rooms[number]
         marks += _lift(room, look) if is_lift else _stairs(room, look, rng)
-    if Trait.FURNITURE in look.traits:
+    if Trait.FURNITURE in look.traits and look.interior is None:
         marks += _furniture(storey, {number for _, number in stairs}, look, rng)
     if Trait.COLUMNS in look.traits:
         marks += _columns(storey, look)

@@ -68,7 +68,7 @@ def openings_of(storey: PlacedStorey, look: Look) -> list[Opening]:
         side = 1.0 if door.swing == 0 else -1.0
         normal = side * np.array([-along[1], along[0]])
         found.append(Opening(first, along, normal, door.width_m, storey.drawn_wall_m))
-    for a, b, far_b, far_a in facade(storey, look).entrances:
+    for a, b, _, far_a in facade(storey, look).entrances:
         width, depth = float(np.linalg.norm(b - a)), float(np.linalg.norm(far_a - a))
         normal = (far_a - a) / depth * (1.0 if int(1e3 * width) % 2 else -1.0)
         found.append(Opening((a + far_a) / 2.0, (b - a) / width, normal, width, depth))

@@ -72,9 +72,10 @@ def _floor(ring: Array, paint: FloorPaint, colour: Colour, look: Look) -> list[M
     if paint.kind == 'solid':
         return [Area(Role.FILL, (ring,), colour)]
     edge = ring[1] - ring[0]
-    angle = float(np.arctan2(edge[1], edge[0])) + paint.angle_rad
-    if paint.kind == 'gradient':
+    angle = float(np.arctan2(edge[1], edge[0]))
+    if paint.kind == 'gradient':  # slanting bands would have teeth along the walls
         return _gradient(ring, angle, colour)
+    angle += paint.angle_rad
     area = float(shapely.area(shapely.Polygon(ring)))
     pitch = max(paint.pitch_m, _FINEST_PITCH_PX * look.resolution_m, np.sqrt(area / _MOST_CELLS))
     pen = Pen(paint.pen, look.pen(FAINT_PEN_MM).width_m)

@@ -292,7 +292,11 @@ def _wall_paint(rng: np.random.Generator) -> WallPaint:
 
 
 def _window_paint(rng: np.random.Generator) -> WindowPaint:
-    blue = (float(rng.uniform(0.1, 0.6)), float(rng.uniform(0.4, 0.85)), float(rng.uniform(0.7, 1)))
+    blue = (
+        float(rng.uniform(0.1, 0.6)),
+        float(rng.uniform(0.4, 0.85)),
+        float(rng.uniform(0.7, 1)),
+    )
     is_long = rng.random() < 0.3
     return WindowPaint(
         kind=_WINDOW_KINDS[int(rng.choice(len(_WINDOW_KINDS), p=_WINDOW_SHARES))],
@@ -327,7 +331,9 @@ def _floor_paint(rng: np.random.Generator) -> FloorPaint:
 
 def _tag_style(rng: np.random.Generator) -> TagStyle:
     kinds = ('number', 'name', 'area', 'size')
-    chosen = tuple(k for k, p in zip(kinds, (0.5, 0.5, 0.4, 0.25), strict=True) if rng.random() < p)
+    chosen = tuple(
+        k for k, p in zip(kinds, (0.5, 0.5, 0.4, 0.25), strict=True) if rng.random() < p
+    )
     scripts = ('latin', 'accents', 'cyrillic', 'greek')
     turned = float(rng.choice([np.pi / 2.0, rng.uniform(-np.pi, np.pi)]))
     return TagStyle(

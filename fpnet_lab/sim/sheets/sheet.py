@@ -148,7 +148,7 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
     plans = (first, _storey_of(rng, kind)) if is_double else (first,)
     placing = int(rng.integers(MAX_SEED))
-    layout = compose(plans, look, np.random.default_rng(placing))
+    layout = compose(plans, look, np.random.default_rng(placing), is_blank=True)
     look = with_room_for(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
     layout = compose(plans, look, np.random.default_rng(placing))

@@ -15,7 +15,6 @@ from fpnet_lab.sim.sheets.looks import THIN_PEN_MM, Look
 from fpnet_lab.sim.sheets.storeys import (
     PlacedStorey,
     areas_of,
-    facade,
     outer_wall_m,
     outlines_of,
     solid_parts,
@@ -62,7 +61,9 @@ def _glass(inner: BaseGeometry, storey: PlacedStorey, style: InteriorStyle) -> B
         return shapely.Polygon()
     rng = np.random.default_rng(style.seed)
     chosen = rng.random(len(storey.rooms)) < style.glass_share
-    rooms = [room for room, is_glass in zip(storey.rooms, chosen.tolist(), strict=True) if is_glass]
+    rooms = [
+        room for room, is_glass in zip(storey.rooms, chosen.tolist(), strict=True) if is_glass
+    ]
     if not rooms:
         return shapely.Polygon()
     reach = storey.drawn_wall_m * 1.02
@@ -76,7 +77,9 @@ def _painted(
     """Return walls in one paint; a middle line needs the ``shell`` of outer walls."""
     kind = paint.kind
     if kind == 'as look':
-        kind = {'solid': 'solid', 'thin': 'solid', 'tinted': 'coloured'}.get(look.walls, look.walls)
+        kind = {'solid': 'solid', 'thin': 'solid', 'tinted': 'coloured'}.get(
+            look.walls, look.walls
+        )
     if kind == 'solid':
         return areas_of(walls, Role.WALL, look.ink)
     if kind == 'pale':
@@ -112,8 +115,7 @@ def window_marks(panes: Array, look: Look, style: InteriorStyle) -> list[Mark]:
         return marks
     if paint.kind == 'filled':
         colour = paint.colour or look.line
-        marks += [Area(Role.WINDOW, (pane,), colour) for pane in panes]
-        return marks
+        return [Area(Role.WINDOW, tuple(panes), colour)]
     jambs = [*np.stack([a, far_a], axis=1), *np.stack([b, far_b], axis=1)]
     marks += lines_of(Role.WINDOW, jambs, pen)
     shares = {1: (0.5,), 2: (0.0, 1.0), 3: (0.0, 0.5, 1.0)}[paint.lines]
@@ -136,8 +138,3 @@ def _mullions(a: Array, b: Array, out: Array, pitch_m: float, pen: Pen) -> list[
         middle, half = at + depth / 2.0, _MULLION_DEPTH / 2.0 * depth
         strokes += list(np.stack([middle - half, middle + half], axis=1))
     return [Lines(Role.WINDOW, tuple(strokes), pen)]
-
-
-def entrances_of(storey: PlacedStorey, look: Look) -> Array:
-    """Return the entrances (M, 4, 2) [m, page]."""
-    return facade(storey, look).entrances
