@@ -23,6 +23,7 @@ from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_r
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m
+from fpnet_lab.sim.sheets.surround import surrounded
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
@@ -156,6 +157,9 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     H = _image_from_page(pixels.shape[0], look.resolution_m)
     if layout.artwork.paper is not None:
         pixels = pixels[..., :3]
+    if look.surround is not None and layout.artwork.paper is not None:
+        outer_m = max(outer_wall_m(storey, look) for storey in plans)
+        pixels, H = surrounded(pixels, H, layout.storeys, look, outer_m)
     medium = _medium(kind, artwork_has_paper=layout.artwork.paper is not None, rng=rng)
     if medium is not None:
         pixels, H_image_drawn = weather(pixels, medium, rng)
