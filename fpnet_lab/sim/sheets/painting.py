@@ -77,7 +77,7 @@ def _paint(axes: Axes, mark: Stroke, points_per_m: float, order: int) -> None:
     elif isinstance(mark, Arcs):
         style = _stroke(mark.pen, points_per_m)
         outline = Outline.make_compound_path(*_arc_outlines(mark))
-        axes.add_patch(
+        axes.add_artist(
             PathPatch(
                 outline,
                 facecolor='none',
@@ -89,7 +89,7 @@ def _paint(axes: Axes, mark: Stroke, points_per_m: float, order: int) -> None:
         )
     elif isinstance(mark, Area):
         outline = Outline.make_compound_path(*(_closed(ring) for ring in mark.rings))
-        axes.add_patch(PathPatch(outline, facecolor=mark.colour, linewidth=0.0, zorder=order))
+        axes.add_artist(PathPatch(outline, facecolor=mark.colour, linewidth=0.0, zorder=order))
     else:
         _letter(axes, mark, points_per_m, order)
 

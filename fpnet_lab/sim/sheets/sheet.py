@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
+from fpnet_lab.sim.sheets.picture_effects import marked, taken
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m
 from fpnet_lab.sim.sheets.surround import surrounded
 from fpnet_lab.sim.types import BuildingPlan
@@ -30,6 +31,8 @@ MAX_ROOMS = 60
 MAX_AREA_M2 = 2500.0
 """Larger storeys are no single sheet. Chosen."""
 
+_SLOW = {Trait.FURNITURE, Trait.TILES, Trait.TEXTS, Trait.FILLS, Trait.SITE}
+_WOBBLE = 0.4  # of a wall's thickness that lines stray; chosen
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
 _PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
@@ -149,7 +152,7 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
     plans = (first, _storey_of(rng, kind)) if is_double else (first,)
     placing = int(rng.integers(MAX_SEED))
-    layout = compose(plans, look, np.random.default_rng(placing))
+    layout = compose(plans, _sized(look), np.random.default_rng(placing))
     look = with_room_for(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
     layout = compose(plans, look, np.random.default_rng(placing))
@@ -160,9 +163,14 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     if look.surround is not None and layout.artwork.paper is not None:
         outer_m = max(outer_wall_m(storey, look) for storey in plans)
         pixels, H = surrounded(pixels, H, layout.storeys, look, outer_m)
+        wobble_px = _WOBBLE * min(drawn_wall_m(storey, look) for storey in plans)
+        pixels = marked(pixels, look.surround, wobble_px * growth_at(H, np.zeros(2)))
     medium = _medium(kind, artwork_has_paper=layout.artwork.paper is not None, rng=rng)
     if medium is not None:
         pixels, H_image_drawn = weather(pixels, medium, rng)
+        H = H_image_drawn @ H
+    if look.surround is not None and layout.artwork.paper is not None:
+        pixels, H_image_drawn = taken(pixels, look.surround)
         H = H_image_drawn @ H
     quality = int(rng.integers(*_JPEG_QUALITY))
     return Sheet(
@@ -177,6 +185,13 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
         quality,
         medium,
     )
+
+
+def _sized(look: Look) -> Look:
+    """Return a look that takes as much paper; of varied sheets without what takes long."""
+    if look.surround is None:
+        return look
+    return replace(look, traits=look.traits - _SLOW, interior=None)
 
 
 def _medium(

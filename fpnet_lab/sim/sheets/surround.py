@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from fpnet_core.raster.pixels import map_points
 from fpnet_lab.sim.sheets.blocks import BLOCK_MAKERS, draw_block, strip
 from fpnet_lab.sim.sheets.looks import Look
+from fpnet_lab.sim.sheets.picture_effects import scaling
 from fpnet_lab.sim.sheets.sketch import Array, Pixels, Rgb, Sketch, blank
 from fpnet_lab.sim.sheets.storeys import PlacedStorey
 from fpnet_lab.sim.sheets.surround_marks import AROUND_MAKERS, OVER_MAKERS, Site
@@ -116,36 +117,27 @@ def _framed(
     corner = np.floor([a, b])
     size = np.maximum(np.ceil([c, d] - corner), _LEAST_PX)
     f = min(1.0, LONGEST_PX / float(size.max()))
-    columns, rows = np.maximum(np.rint(f * size), 8).astype(int).tolist()
-    M = np.array(
-        [
-            [f, 0.0, f * (0.5 - corner[0]) - 0.5],
-            [0.0, f, f * (0.5 - corner[1]) - 0.5],
-            [0.0, 0.0, 1.0],
-        ]
-    )
+    S = np.eye(3)
     if f < 1.0:
         small = (max(1, round(f * width)), max(1, round(f * height)))
         pixels = np.asarray(cv2.resize(pixels, small, interpolation=cv2.INTER_AREA), np.uint8)
-        N = np.diag([width / small[0], height / small[1], 1.0])
-        N[:2, 2] = (N[0, 0] - 1.0) / 2.0, (N[1, 1] - 1.0) / 2.0
-        M = M @ np.eye(3)
-        shown = _moved(pixels, M @ N, (rows, columns), paper)
-    else:
-        shown = _moved(pixels, M, (rows, columns), paper)
-    return shown, M @ H
+        S = scaling(small[0] / width, small[1] / height)
+    columns, rows = np.maximum(np.rint(f * size), 8).astype(int).tolist()
+    at = np.rint(-f * corner).astype(int).tolist()
+    T = np.eye(3)
+    T[:2, 2] = at
+    return _pasted(pixels, (at[0], at[1]), (rows, columns), paper), T @ S @ H
 
 
-def _moved(pixels: Pixels, M: Array, shape: tuple[int, int], paper: Rgb) -> Pixels:
-    moved = cv2.warpAffine(
-        pixels,
-        M[:2],
-        (shape[1], shape[0]),
-        flags=cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=paper,
-    )
-    return np.ascontiguousarray(moved)
+def _pasted(pixels: Pixels, at: tuple[int, int], shape: tuple[int, int], paper: Rgb) -> Pixels:
+    """Return paper (H, W, 3) with a picture's upper left corner at x, y."""
+    found = blank(shape, paper)
+    x, y = at
+    left, top = max(x, 0), max(y, 0)
+    right, bottom = min(x + pixels.shape[1], shape[1]), min(y + pixels.shape[0], shape[0])
+    if right > left and bottom > top:
+        found[top:bottom, left:right] = pixels[top - y : bottom - y, left - x : right - x]
+    return found
 
 
 def _painted(shape: tuple[int, int], area: BaseGeometry) -> NDArray[np.bool_]:
