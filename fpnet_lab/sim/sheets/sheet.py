@@ -33,6 +33,7 @@ MAX_AREA_M2 = 2500.0
 
 _SLOW = {Trait.FURNITURE, Trait.TILES, Trait.TEXTS, Trait.FILLS, Trait.SITE}
 _WOBBLE = 0.4  # of a wall's thickness that lines stray; chosen
+_USUAL_PX, _LARGE_PX, _USUAL_SHARE = (850.0, 1900.0), (1800.0, 3500.0), 0.85  # chosen
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
 _PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
@@ -154,6 +155,7 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     placing = int(rng.integers(MAX_SEED))
     layout = compose(plans, _sized(look), np.random.default_rng(placing))
     look = with_room_for(look, max(layout.artwork.size_m))
+    look = _coarser(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
     layout = compose(plans, look, np.random.default_rng(placing))
     pixels = rasterise(layout.artwork, look.resolution_m)
@@ -192,6 +194,16 @@ def _sized(look: Look) -> Look:
     if look.surround is None:
         return look
     return replace(look, traits=look.traits - _SLOW, interior=None)
+
+
+def _coarser(look: Look, long_side_m: float) -> Look:
+    """Return a varied look with fewer pixels, mostly: people's pictures are rarely large."""
+    if look.surround is None:
+        return look
+    rng = np.random.default_rng([look.surround.seed, 3])
+    low, high = np.log(_USUAL_PX if rng.random() < _USUAL_SHARE else _LARGE_PX)
+    pixels = float(np.exp(rng.uniform(low, high)))
+    return replace(look, resolution_m=max(look.resolution_m, long_side_m / pixels))
 
 
 def _medium(

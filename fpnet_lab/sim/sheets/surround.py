@@ -22,7 +22,7 @@ from fpnet_lab.sim.sheets.surround_marks import AROUND_MAKERS, OVER_MAKERS, Site
 from fpnet_lab.sim.sheets.surround_style import AROUND, BLOCKS, OVER, STRIPS, SurroundStyle
 
 # Chosen, not measured:
-LONGEST_PX = 3500
+_LONGEST_PX, _LONGEST_SHRUNK_PX = (1300.0, 3400.0), 1400.0
 _CROP_MARGIN = (-0.003, 0.03)  # of a cropped picture beside the building, over its longer side
 _PAD = (0.02, 0.5)
 _SMALL_SHARE = (0.15, 0.33)  # of a large sheet's sides that a building takes
@@ -116,7 +116,11 @@ def _framed(
         c, d = a + wide, b + high
     corner = np.floor([a, b])
     size = np.maximum(np.ceil([c, d] - corner), _LEAST_PX)
-    f = min(1.0, LONGEST_PX / float(size.max()))
+    low, high = np.log(_LONGEST_PX)
+    longest = float(np.exp(rng.uniform(low, high)))
+    if 'shrink' in style.effects:
+        longest = min(longest, _LONGEST_SHRUNK_PX)
+    f = min(1.0, longest / float(size.max()))
     S = np.eye(3)
     if f < 1.0:
         small = (max(1, round(f * width)), max(1, round(f * height)))
