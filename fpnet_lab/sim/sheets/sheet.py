@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,18 @@ from fpnet_lab.sim.sheets.compose import Beside, compose
 from fpnet_lab.sim.sheets.looks import Look, SheetKind, Trait, draw_look, with_room_for
 from fpnet_lab.sim.sheets.painting import rasterise
 from fpnet_lab.sim.sheets.paper import weather
+from fpnet_lab.sim.sheets.picture_effects import marked, taken
 from fpnet_lab.sim.sheets.storeys import PlacedStorey, drawn_wall_m
+from fpnet_lab.sim.sheets.surround import surrounded
 from fpnet_lab.sim.types import BuildingPlan
 
 MAX_ROOMS = 60
 MAX_AREA_M2 = 2500.0
 """Larger storeys are no single sheet. Chosen."""
 
+_SLOW = {Trait.FURNITURE, Trait.TILES, Trait.TEXTS, Trait.FILLS, Trait.SITE}
+_WOBBLE = 0.4  # of a wall's thickness that lines stray; chosen
+_USUAL_PX, _LARGE_PX, _USUAL_SHARE = (850.0, 1900.0), (1800.0, 3500.0), 0.85  # chosen
 _IN_PIECES = 'disconnected'
 _JPEG_QUALITY = (45, 92)  # chosen
 _PAPER_MEDIA = (SheetKind.SCAN, SheetKind.PHONE)
@@ -148,17 +153,26 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
     is_double = plan is None and Trait.TWO_STOREYS in look.traits
     plans = (first, _storey_of(rng, kind)) if is_double else (first,)
     placing = int(rng.integers(MAX_SEED))
-    layout = compose(plans, look, np.random.default_rng(placing), is_blank=True)
+    layout = compose(plans, _sized(look), np.random.default_rng(placing), is_blank=True)
     look = with_room_for(look, max(layout.artwork.size_m))
+    look = _coarser(look, max(layout.artwork.size_m))
     plans = tuple(reaching(storey, outer_wall_m(storey, look)) for storey in plans)
     layout = compose(plans, look, np.random.default_rng(placing))
     pixels = rasterise(layout.artwork, look.resolution_m)
     H = _image_from_page(pixels.shape[0], look.resolution_m)
     if layout.artwork.paper is not None:
         pixels = pixels[..., :3]
+    if look.surround is not None and layout.artwork.paper is not None:
+        outer_m = max(outer_wall_m(storey, look) for storey in plans)
+        pixels, H = surrounded(pixels, H, layout.storeys, look, outer_m)
+        wobble_px = _WOBBLE * min(drawn_wall_m(storey, look) for storey in plans)
+        pixels = marked(pixels, look.surround, wobble_px * growth_at(H, np.zeros(2)))
     medium = _medium(kind, artwork_has_paper=layout.artwork.paper is not None, rng=rng)
     if medium is not None:
         pixels, H_image_drawn = weather(pixels, medium, rng)
+        H = H_image_drawn @ H
+    if look.surround is not None and layout.artwork.paper is not None:
+        pixels, H_image_drawn = taken(pixels, look.surround)
         H = H_image_drawn @ H
     quality = int(rng.integers(*_JPEG_QUALITY))
     return Sheet(
@@ -173,6 +187,23 @@ def draw_sheet(seed: int, kind: SheetKind | str, plan: BuildingPlan | None = Non
         quality,
         medium,
     )
+
+
+def _sized(look: Look) -> Look:
+    """Return a look that takes as much paper; of varied sheets without what takes long."""
+    if look.surround is None:
+        return look
+    return replace(look, traits=look.traits - _SLOW, interior=None)
+
+
+def _coarser(look: Look, long_side_m: float) -> Look:
+    """Return a varied look with fewer pixels, mostly: people's pictures are rarely large."""
+    if look.surround is None:
+        return look
+    rng = np.random.default_rng([look.surround.seed, 3])
+    low, high = np.log(_USUAL_PX if rng.random() < _USUAL_SHARE else _LARGE_PX)
+    pixels = float(np.exp(rng.uniform(low, high)))
+    return replace(look, resolution_m=max(look.resolution_m, long_side_m / pixels))
 
 
 def _medium(

@@ -22,7 +22,12 @@ Rect = tuple[int, int, int, int]
 """Left, top, right and bottom [px]."""
 
 _FONTS = ('DejaVuSans', 'DejaVuSerif', 'DejaVuSansMono', 'DejaVuSans-Bold', 'STIXGeneral')
-_WORDS = ['plan', 'level', 'floor', 'area', 'wall', 'detail', 'section', 'see', 'note', 'all', 'existing', 'new', 'concrete', 'timber', 'door', 'window', 'schedule', 'type', 'finish', 'size', 'height', 'room', 'office', 'store', 'hall', 'kitchen', 'bath', 'stair', 'revision', 'date', 'drawn', 'checked', 'scale', 'north', 'site', 'lot', 'street', 'garden', 'Grundriss', 'Bestand', 'Neubau', 'Wohnen', 'Bad', 'Flur', 'Maßstab', 'Datum', 'plano', 'planta', 'nivel', 'cuarto', 'the', 'of', 'and', 'to', 'be', 'by', 'for', 'with', 'not', 'on']
+_WORDS = str.split(
+    'plan level floor area wall detail section see note all existing new concrete timber door '
+    'window schedule type finish size height room office store hall kitchen bath stair revision '
+    'date drawn checked scale north site lot street garden Grundriss Bestand Neubau Wohnen Bad '
+    'Flur Maßstab Datum plano planta nivel cuarto the of and to be by for with not on'
+)
 _TRIES = 30  # numerical
 
 
