@@ -161,7 +161,7 @@ def _org_chart(s: Sketch) -> None:
             cuts = np.linspace(low, up, int(s.rng.integers(2, 5)) + 1)
             spans += list(zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True))
             if level + 1 < levels:
-                for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+                for a, b in pairwise(cuts.tolist()):
                     line = _elbow(
                         np.array([x, y + 0.85 * high]), np.array([(a + b) / 2, y + high]), True
                     )
@@ -188,10 +188,10 @@ def _chart(s: Sketch) -> None:
             at = np.r_[0, np.cumsum(s.rng.uniform(0.2, 1, count))]
             at = at / at[-1] * 2 * np.pi
             radius = min(c - a, d - b) / 2
-            for t0, t1 in zip(at[:-1], at[1:], strict=True):
+            for t0, t1 in pairwise(at.tolist()):
                 t = np.linspace(t0, t1, 20)
                 arc = radius * np.stack([np.cos(t), np.sin(t)], 1)
-                ring = np.vstack([[(0, 0)], arc]) + ((a + c) / 2, (b + d) / 2)
+                ring = np.vstack([[(0, 0)], arc]) + np.array([(a + c) / 2, (b + d) / 2])
                 s.fill(ring, s.colour(60, 250))
                 s.line(ring, s.paper, 1.5, is_closed=True)
             continue
@@ -222,6 +222,7 @@ def _street_map(s: Sketch) -> None:
             s.rng.normal(0, 0.08 * side, (8, 2)), axis=0
         )
         s.fill(ring, (170, 205, 235) if s.chance(0.4) else (195, 225, 180))
+    middle = np.array([width / 2, height / 2])
     angle, colour, edge = s.pick(0, np.pi), s.colour(200, 256), s.pen()
     lines = []
     for k in range(2):
@@ -229,7 +230,7 @@ def _street_map(s: Sketch) -> None:
         for far in np.arange(-side, side, side * s.pick(0.06, 0.2)):
             t = np.linspace(-side, side, 12)
             bend = s.rng.normal(0, 0.01 * side, 12) + far
-            points = np.stack([c * t - n * bend, n * t + c * bend], 1) + (width / 2, height / 2)
+            points = np.stack([c * t - n * bend, n * t + c * bend], 1) + middle
             if s.chance(0.85):
                 lines.append((points, s.pick(3, 14)))
     for points, pens in lines:
