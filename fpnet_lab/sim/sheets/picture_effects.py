@@ -83,7 +83,7 @@ def _tint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
 def _faint(pixels: Pixels, rng: np.random.Generator) -> Pixels:
     """Return lines as of a hard pencil."""
     paper = float(rng.uniform(225, 255))
-    shown = paper - (255.0 - pixels.astype(np.float32)) * np.float32(rng.uniform(0.22, 0.6))
+    shown = paper - (255.0 - pixels.astype(np.float32)) * np.float32(rng.uniform(0.35, 0.75))
     grain = rng.standard_normal(pixels.shape[:2], np.float32)[..., None]
     return np.clip(shown + grain * np.float32(rng.uniform(0, 6)), 0, 255).astype(np.uint8)
 

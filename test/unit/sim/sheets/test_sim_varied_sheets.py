@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Varied sheets: components around the building, doors outside, pictures of no floorplan."""
+
+import numpy as np
+import pytest
+
+from fpnet_core.io.pixel_classes import DOOR, FLOOR, OUTSIDE, WALL
+from fpnet_core.raster.pixels import map_points
+from fpnet_lab.sim.plans.special import special_plan
+from fpnet_lab.sim.sheets import draw_sheet
+from fpnet_lab.sim.sheets.classes import sheet_classes
+from fpnet_lab.sim.sheets.negatives import NEGATIVES, draw_negative, negative
+
+
+def plan_with_gates():
+    plans = (special_plan(np.random.default_rng(seed), 'hall') for seed in range(20))
+    return next(plan for plan in plans if sum(door.is_outside for door in plan.doors) > 1)
+
+
+def test_equal_seeds_give_equal_varied_sheets():
+    first, second = draw_sheet(4, 'varied'), draw_sheet(4, 'varied')
+    np.testing.assert_array_equal(first.pixels, second.pixels)
+    np.testing.assert_array_equal(first.H_image_page, second.H_image_page)
+
+
+@pytest.mark.parametrize('seed', [1, 2])
+def test_a_gate_is_a_door_from_the_floor_to_the_outside(seed):
+    sheet = draw_sheet(seed, 'varied', plan_with_gates())
+    classes = sheet_classes(sheet)
+    H, storey = sheet.H_image_page, sheet.storeys[0].on_page
+    seen = 0
+    for door in storey.doors:
+        if not door.is_outside:
+            continue
+        middle = door.ends.mean(axis=0)
+        places = middle + np.outer([-1.0, 0.0, door.reach_m + 1.0], door.normal)
+        for (x, y), wanted in zip(
+            np.rint(map_points(H, places)).astype(int).tolist(),
+            (FLOOR, DOOR, OUTSIDE),
+            strict=True,
+        ):
+            if 0 <= y < classes.shape[0] and 0 <= x < classes.shape[1]:
+                seen += classes[y, x] == wanted
+    assert seen > 3
+    assert (classes == WALL).any()
+
+
+def test_walls_are_where_the_picture_shows_them_after_all_that_happened_to_it():
+    contrasts = []
+    for seed in range(20, 24):
+        sheet = draw_sheet(seed, 'varied')
+        classes, grey = sheet_classes(sheet), sheet.pixels[..., :3].mean(axis=2)
+        assert classes.shape == grey.shape
+        contrasts.append(abs(grey[classes == WALL].mean() - grey[classes == FLOOR].mean()))
+    assert np.median(contrasts) > 15.0
+
+
+@pytest.mark.parametrize('name', list(NEGATIVES))
+def test_a_negative_of_every_kind_can_be_drawn(name):
+    pixels = negative(name, (200, 260), np.random.default_rng(3))
+    assert pixels.shape == (200, 260, 3)
+    assert pixels.dtype == np.uint8
+
+
+def test_equal_seeds_give_equal_negatives():
+    np.testing.assert_array_equal(draw_negative(5), draw_negative(5))
