@@ -98,5 +98,5 @@ def _panes(edge: Array, depth_m: float, style: InteriorStyle) -> Array:
         count, width = 1, min(usable, paint.longest_m)
     pitch = width + paint.gap_m
     first = (length - (count * pitch - paint.gap_m)) / 2.0
-    starts = first + pitch * np.arange(count)
-    return _opening(edge, starts, starts + width, depth_m, 0.0)
+    starts = np.asarray(first + pitch * np.arange(count), np.float64)
+    return _opening(edge, starts, np.asarray(starts + width, np.float64), depth_m, 0.0)

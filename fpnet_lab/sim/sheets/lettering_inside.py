@@ -80,7 +80,7 @@ def _tag(
     reach = [chord(room, place, direction) for direction in (along, up)]
     if reach[0] is None or reach[1] is None:
         return []
-    width, tall = (2.0 * min(np.linalg.norm(e - place) for e in r) for r in reach if r)
+    width, tall = (2.0 * min(float(np.linalg.norm(e - place)) for e in r) for r in reach if r)
     longest = max(len(line) for line in lines)
     wanted = style.scale * look.letter_m
     fits = min(0.9 * width / (longest * LETTER_ASPECT), 0.8 * tall / (len(lines) * _PITCH))
@@ -209,5 +209,6 @@ def _chain(
         parts = shapely.get_parts(shapely.intersection(line, shapely.Polygon(room))).tolist()
         for part in parts:
             if part.geom_type == 'LineString' and not part.is_empty:
-                marks += dimension(*shapely.get_coordinates(part), look, style, is_split=False)
+                ends = shapely.get_coordinates(part)
+                marks += dimension(ends[0], ends[-1], look, style, is_split=False)
     return marks

@@ -74,8 +74,8 @@ def beds(f: RoomFrame, b: Brush) -> list[Mark]:
     """Return one bed or a row of them, with pillows."""
     wide = b.uniform(0.9, 1.8)
     count = 1 if b.rng.random() < 0.6 else max(1, int((f.length - 0.5) / (wide + 1.0)))
-    u = b.uniform(0.1, 0.6) + (wide + 1.0) * np.arange(count)
-    u = u[u + wide < f.length]
+    places = b.uniform(0.1, 0.6) + (wide + 1.0) * np.arange(count)
+    u: Array = places[places + wide < f.length].astype(np.float64)
     zero = np.zeros(len(u))
     marks = b.boxes(f.boxes(u, zero, wide, 2.0))
     marks += b.boxes(f.boxes(u + 0.1, zero + 0.08, wide - 0.2, 0.35))

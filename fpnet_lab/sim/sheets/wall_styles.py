@@ -75,7 +75,7 @@ def _painted(
     walls: BaseGeometry, paint: WallPaint, look: Look, depth_m: float, shell: BaseGeometry | None
 ) -> list[Mark]:
     """Return walls in one paint; a middle line needs the ``shell`` of outer walls."""
-    kind = paint.kind
+    kind: str = paint.kind
     if kind == 'as look':
         kind = {'solid': 'solid', 'thin': 'solid', 'tinted': 'coloured'}.get(
             look.walls, look.walls
