@@ -43,9 +43,9 @@ def command(
     --steps 100000 --batch 24 --side 832
     """
     from fpnet_lab.training.parser import ParserTrainer, ParserTraining
-    from fpnet_lab.training.parser_samples import real_samples
 
-    real = real_samples(common.check_input(data)) if data is not None else []
+    if data is not None:
+        common.check_input(data)
     settings = ParserTraining(
         steps=steps,
         batch_size=batch,
@@ -55,11 +55,11 @@ def command(
         minutes=minutes,
         seed=seed or 0,
     )
-    trainer = ParserTrainer(out, settings, real, device)
+    trainer = ParserTrainer(out, settings, data, device)
 
     def on_saved(figures: dict[str, Any]) -> None:
         typer.echo(json.dumps(figures))
 
     trainer.run(on_saved)
-    facts = {'real': len(real), 'command': Provenance.now().command}
+    facts = {'real': data is not None, 'command': Provenance.now().command}
     typer.echo(f'wrote {trainer.write(facts)}')

@@ -34,7 +34,6 @@ from fpnet_lab.training.parser_network import (
     pooled_scale,
     unweighted,
 )
-from fpnet_lab.training.parser_samples import Sample
 from fpnet_lab.training.parser_stream import Chunk, ViewStream
 from fpnet_lab.training.parser_tones import varied
 
@@ -76,9 +75,9 @@ class ParserTrainer:
     """A run in a folder, which gets the state and the packaged network."""
 
     def __init__(
-        self, folder: Path, config: ParserTraining, real: list[Sample], device: str = 'cpu'
+        self, folder: Path, config: ParserTraining, data: Path | None, device: str = 'cpu'
     ) -> None:
-        self.folder, self.config, self.real = folder, config, real
+        self.folder, self.config, self.data = folder, config, data
         self.device = torch.device(device)
         self.layout = ParserNetworkConfig()
         with torch.random.fork_rng(devices=[]):
@@ -123,7 +122,7 @@ class ParserTrainer:
 
     def _batches(self) -> Iterator[Chunk]:
         config = self.config
-        stream = ViewStream(config.side_px, config.chunk, config.seed, self.step, self.real)
+        stream = ViewStream(config.side_px, config.chunk, config.seed, self.step, self.data)
         loader = DataLoader(
             stream,
             batch_size=None,

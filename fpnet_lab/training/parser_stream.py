@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -15,7 +16,7 @@ from torch import Tensor
 from torch.utils.data import IterableDataset, get_worker_info
 
 from fpnet_core.drawings.parsing.network import SCALE_BINS, SCALE_M
-from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, samples
+from fpnet_lab.training.parser_samples import FIRST_SEED, Sample, real_samples, samples
 from fpnet_lab.training.parser_views import Array, View, two_views
 
 _POOL = 6  # numerical: drawings that a process cuts views from
@@ -43,9 +44,9 @@ class ViewStream(IterableDataset[Chunk]):
     """Chunks without end; equal seeds, workers and starts give equal chunks."""
 
     def __init__(
-        self, side_px: int, chunk: int, seed: int, start: int, real: list[Sample]
+        self, side_px: int, chunk: int, seed: int, start: int, data: Path | None
     ) -> None:
-        self.side_px, self.chunk, self.real = side_px, chunk, real
+        self.side_px, self.chunk, self.data = side_px, chunk, data
         self.seed, self.start = seed, start
 
     def __iter__(self) -> Iterator[Chunk]:
@@ -54,7 +55,8 @@ class ViewStream(IterableDataset[Chunk]):
         worker, workers = (0, 1) if info is None else (info.id, info.num_workers)
         rng = np.random.default_rng([self.seed, self.start, worker])
         first = FIRST_SEED + self.start + worker
-        source = samples(rng, first, workers, self.real)
+        real = real_samples(self.data) if self.data is not None else []
+        source = samples(rng, first, workers, real)
         pool: list[Sample] = []
         for number in count():
             if number % _PER_SAMPLE == 0 or len(pool) < 2:
