@@ -8,6 +8,7 @@ Nothing is believed for a single number; see :mod:`fpnet_core.drawings.votes`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -35,18 +36,19 @@ _SOURCES = {
 }
 
 
-def annotated_scale(drawing: Drawing) -> DrawingScale | None:
+def annotated_scale(drawing: Drawing, votes: Sequence[Vote] | None = None) -> DrawingScale | None:
     """
     Return the scale that a drawing states by itself, None where nothing consistent is there.
 
     Dimension texts with the lines that they measure, scale bars with their ticks, and a stated
     1:100 if the format has a paper size and doors bear it out. They must not contradict.
+    ``votes`` are those of :func:`label_votes`.
     """
     prior = None
     if len(drawing.door_px) >= _MIN_DOORS:
         door_px = float(np.median(drawing.door_px))
         prior = Prior(math.log(_DOOR_M / door_px), _DOOR_SPREAD)
-    found = most_likely(label_votes(drawing), prior)
+    found = most_likely(label_votes(drawing) if votes is None else votes, prior)
     return None if found is None or not is_building(drawing, found) else scale_of(found)
 
 

@@ -114,20 +114,33 @@ def room_sizes(text: str) -> Iterator[tuple[float, float, str]]:
 
 def areas(text: str) -> Iterator[float]:
     """Yield square metres that a text may say; 1,250 may be a thousand and more, or one."""
+    match, unit_m2 = _area(text)
+    if match is None:
+        return
+    amount = match.group(1)
+    values = {float(amount.replace(',', '.'))}
+    if _THOUSANDS.fullmatch(amount):
+        values.add(float(re.sub(r'[.,]', '', amount)))
+    yield from sorted(value * unit_m2 for value in values if value > 0.0)
+
+
+def without_area(text: str) -> str:
+    """Return what else a text says: ``Office`` of ``Office 13.2 m2``."""
+    match, _ = _area(text)
+    return text if match is None else f'{text[: match.start()]} {text[match.end() :]}'.strip()
+
+
+def _area(text: str) -> tuple[re.Match[str] | None, float]:
+    """Return where a text says an area, and its unit [m2]."""
     for pattern, unit_m2 in (
         (_SQUARE_METRES, 1.0),
         (_SQUARE_FEET, FOOT_M**2),
         (_NAMED_AREA, 1.0),
     ):
         match = pattern.search(text)
-        if match is None:
-            continue
-        amount = match.group(1)
-        values = {float(amount.replace(',', '.'))}
-        if _THOUSANDS.fullmatch(amount):
-            values.add(float(re.sub(r'[.,]', '', amount)))
-        yield from sorted(value * unit_m2 for value in values if value > 0.0)
-        return
+        if match is not None:
+            return match, unit_m2
+    return None, 1.0
 
 
 def ratios(text: str) -> Iterator[float]:

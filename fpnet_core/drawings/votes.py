@@ -117,7 +117,7 @@ _PRIOR_SHARE = 0.8  # of buildings are as the prior has them
 _LOUD = {VoteKind.BAR: 1e4, VoteKind.PAPER: 1e3}
 """How much rarer than one wrong vote even ticks under numbers and round ratios are. Chosen."""
 _COMMON = {
-    VoteKind.DIMENSION: 0.005, VoteKind.BAR: 0.005, VoteKind.SIZE: 0.012, VoteKind.AREA: 0.012,
+    VoteKind.DIMENSION: 0.005, VoteKind.BAR: 0.005, VoteKind.SIZE: 0.02, VoteKind.AREA: 0.02,
     VoteKind.PAPER: 0.01,
 }  # fmt: skip
 """Standard deviation of the error that all votes of a kind share. Chosen."""
@@ -139,13 +139,14 @@ def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Agreement 
     found = [each for each in (_found(run, prior) for run in runs) if each is not None]
     if not found:
         return None
-    best = max(found, key=_merit)
+    best = max(found, key=lambda each: _merit(each, prior))
     return None if any(_is_contradicted(run, best, prior) for run in runs) else best
 
 
-def _merit(found: Agreement) -> tuple[int, float]:
-    """Return by what units compare: texts that agree, then how usual their lengths are."""
-    return sum(found.counts.values()), -abs(math.log(found.typical_m / _TYPICAL_M))
+def _merit(found: Agreement, prior: Prior | None) -> tuple[int, float]:
+    """Return by what units compare: texts that agree, then odds or how usual lengths are."""
+    usual = -abs(math.log(found.typical_m / _TYPICAL_M))
+    return sum(found.counts.values()), usual if prior is None else found.log_odds
 
 
 def _is_contradicted(votes: list[Vote], found: Agreement, prior: Prior | None) -> bool:
