@@ -13,14 +13,14 @@ import math
 
 import numpy as np
 
-from fpnet_core.drawings.dimensions import Lines, dimension_votes
+from fpnet_core.drawings.dimensions import DrawnLines, dimension_votes
 from fpnet_core.drawings.lengths import ratios
 from fpnet_core.drawings.scale_bars import bar_votes
 from fpnet_core.drawings.types import Drawing, DrawingScale, ScaleSource
-from fpnet_core.drawings.votes import Agreement, Prior, Vote, VoteKind, most_likely
+from fpnet_core.drawings.votes import Consensus, Prior, Vote, VoteKind, most_likely
 
 _MAX_LABELS = 600  # numerical: that are looked at
-_EXACT = 0.003  # numerical: share of a length to which ends of a vector drawing's lines are exact
+_PICTURE_PX = 1.0  # numerical: error of ends of a picture's lines
 # Chosen, not measured:
 _RATIO_ERROR = 0.005  # of paper that is printed and scanned again
 _DOORS_M = (0.55, 1.5)  # median width of doors that a scale must give
@@ -58,13 +58,18 @@ def label_votes(drawing: Drawing) -> list[Vote]:
         return []
     labels = drawing.labels[:_MAX_LABELS]
     votes = _paper_votes(drawing)
-    if drawing.strokes is not None and len(drawing.strokes.ends):
-        lines = Lines.of(drawing.strokes)
-        votes += dimension_votes(labels, lines, _EXACT) + bar_votes(labels, lines, _EXACT)
+    strokes, error_px = drawing.strokes, 0.0
+    if strokes is None or not len(strokes.ends):
+        from fpnet_core.drawings.picture_lines import picture_lines  # loads OpenCV
+
+        strokes, error_px = picture_lines(drawing.pixels, labels), _PICTURE_PX
+    if len(strokes.ends):
+        lines = DrawnLines.of(strokes)
+        votes += dimension_votes(labels, lines, error_px) + bar_votes(labels, lines, error_px)
     return votes
 
 
-def is_building(drawing: Drawing, found: Agreement) -> bool:
+def is_building(drawing: Drawing, found: Consensus) -> bool:
     """Tell whether a drawing has the size of a building, and its doors that of doors."""
     size_m = max(drawing.pixels.shape[:2]) * found.resolution_m
     if not _SIZE_M[0] < size_m < _SIZE_M[1]:
@@ -86,7 +91,7 @@ def _paper_votes(drawing: Drawing) -> list[Vote]:
     ]
 
 
-def scale_of(found: Agreement) -> DrawingScale:
+def scale_of(found: Consensus) -> DrawingScale:
     """Return what texts agree on as a drawing's scale."""
     kind = max(found.counts, key=lambda kind: found.counts[kind])
     return DrawingScale(found.resolution_m, found.low_m, found.high_m, _SOURCES[kind], found.why)

@@ -18,6 +18,9 @@ from fpnet_core.drawings.votes import Vote, VoteKind
 PARALLEL = math.radians(1.5)
 """Angle by which a line may be off the axis that it is taken for [rad]. Chosen."""
 
+DRAWN = 0.003
+"""Share of a length to which a drawing's lines and its numbers agree. Chosen."""
+
 # Chosen, not measured:
 _REACH = 2.4  # of a text's height, from its middle to the line that it measures
 _ON_LINE = 0.15  # of a text's height, within which pieces of a line are one line
@@ -40,7 +43,7 @@ class _Text:
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class DrawnLines:
     """Straight pieces: ``low``, ``high`` (N, 2) corners of their boxes, ``angle`` (N,) [rad]."""
 
     ends: Array
@@ -49,19 +52,21 @@ class Lines:
     angle: Array
 
     @staticmethod
-    def of(strokes: Strokes) -> Lines:
+    def of(strokes: Strokes) -> DrawnLines:
         """Return the straight pieces of a drawing's lines."""
         ends = strokes.ends[~strokes.is_curve]
         dx, dy = (ends[:, 1] - ends[:, 0]).T
         angle = np.mod(np.arctan2(dy, dx), np.pi)
-        return Lines(ends, ends.min(axis=1), ends.max(axis=1), angle)
+        return DrawnLines(ends, ends.min(axis=1), ends.max(axis=1), angle)
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Lines:
-        return Lines(self.ends[chosen], self.low[chosen], self.high[chosen], self.angle[chosen])
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> DrawnLines:
+        return DrawnLines(
+            self.ends[chosen], self.low[chosen], self.high[chosen], self.angle[chosen]
+        )
 
 
-def dimension_votes(labels: Sequence[Label], lines: Lines, spread: float) -> list[Vote]:
-    """Return the votes of texts beside lines whose ends are exact to ``spread`` of a length."""
+def dimension_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float) -> list[Vote]:
+    """Return the votes of texts beside lines whose ends are off by ``error_px`` [pixels]."""
     votes = []
     for number, label in enumerate(labels):
         texts = list(_texts(label))
@@ -69,7 +74,7 @@ def dimension_votes(labels: Sequence[Label], lines: Lines, spread: float) -> lis
         for text in texts:
             for span in spans:
                 scale = math.log(text.value_m / span)
-                kind = VoteKind.DIMENSION
+                kind, spread = VoteKind.DIMENSION, math.hypot(DRAWN, error_px / span)
                 votes.append(Vote(scale, kind, text.value_m, number, text.unit, spread))
     return votes
 
@@ -89,7 +94,7 @@ def _texts(label: Label) -> Iterator[_Text]:
             yield _Text(value_m, unit, place, size, axis)
 
 
-def _spans(text: _Text, lines: Lines) -> list[float]:
+def _spans(text: _Text, lines: DrawnLines) -> list[float]:
     """Return the lengths [pixels] that a text may measure: between ticks on lines beside it."""
     along, across = text.axis, 1 - text.axis
     centre, level = text.middle[along], text.middle[across]
@@ -115,7 +120,7 @@ def _clusters(levels: Array, width: float) -> list[float]:
     return found
 
 
-def _stations(on_line: Array, level: float, text: _Text, lines: Lines) -> Array:
+def _stations(on_line: Array, level: float, text: _Text, lines: DrawnLines) -> Array:
     """Return where along a line something ends on it or crosses it, near the text."""
     along, across = text.axis, 1 - text.axis
     own = lines.ends[on_line][:, :, along].ravel()

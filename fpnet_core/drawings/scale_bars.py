@@ -9,28 +9,32 @@ import math
 
 import numpy as np
 
-from fpnet_core.drawings.dimensions import PARALLEL, Lines
+from fpnet_core.drawings.dimensions import DRAWN, PARALLEL, DrawnLines
 from fpnet_core.drawings.lengths import WRITTEN_UNITS_M, number_and_unit
 from fpnet_core.drawings.types import Array, Label
 from fpnet_core.drawings.votes import Vote, VoteKind
 
 
-def bar_votes(labels: Sequence[Label], lines: Lines, spread: float) -> list[Vote]:
-    """Return a vote for each scale bar whose ticks are exact to ``spread`` of its length."""
+def bar_votes(labels: Sequence[Label], lines: DrawnLines, error_px: float) -> list[Vote]:
+    """Return a vote for each scale bar whose ticks are off by ``error_px`` [pixels]."""
     votes = []
     for number, zero in enumerate(labels):
         if number_and_unit(zero.text)[0] != 0.0:
             continue
-        resolution_m = _bar_fit(zero, labels, lines)
-        if resolution_m is not None:
+        fit = _bar_fit(zero, labels, lines)
+        if fit is not None:
+            resolution_m, length_px = fit
             scale = math.log(resolution_m)
+            spread = math.hypot(DRAWN, error_px / length_px)
             # Two bars are two witnesses of nothing, so all have the same value.
             votes.append(Vote(scale, VoteKind.BAR, 1.0, number, '', spread))
     return votes
 
 
-def _bar_fit(zero: Label, labels: Sequence[Label], lines: Lines) -> float | None:
-    """Return metres per pixel of the bar that starts at ``zero``."""
+def _bar_fit(
+    zero: Label, labels: Sequence[Label], lines: DrawnLines
+) -> tuple[float, float] | None:
+    """Return metres per pixel of the bar that starts at ``zero``, and its length [pixels]."""
     left, top, right, bottom = zero.box
     height = bottom - top
     start = (left + right) / 2.0
@@ -47,7 +51,7 @@ def _bar_fit(zero: Label, labels: Sequence[Label], lines: Lines) -> float | None
         return None
     ticks = _ticks(top, bottom, height, lines)
     slope = _tick_slope(np.array(places), np.array(values), ticks, height)
-    return None if slope is None else unit_m / slope
+    return None if slope is None else (unit_m / slope, slope * max(values))
 
 
 def _unit_beside(zero: Label, labels: Sequence[Label]) -> float | None:
@@ -60,7 +64,7 @@ def _unit_beside(zero: Label, labels: Sequence[Label]) -> float | None:
     return None
 
 
-def _ticks(top: float, bottom: float, height: float, lines: Lines) -> Array:
+def _ticks(top: float, bottom: float, height: float, lines: DrawnLines) -> Array:
     """Return where upright strokes stand beside a row of numbers; edges of the bar's fields."""
     upright = np.abs(np.cos(lines.angle)) < PARALLEL
     upright &= (lines.low[:, 1] < bottom + 2.5 * height) & (lines.high[:, 1] > top - 2.5 * height)

@@ -13,7 +13,7 @@ from fpnet_core.drawings.pictures.found import NOMINAL_M, Found
 from fpnet_core.drawings.room_texts import mapped, room_votes
 from fpnet_core.drawings.stated import cells_per_pixel
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
-from fpnet_core.drawings.votes import Agreement, Prior, Vote, most_likely
+from fpnet_core.drawings.votes import Consensus, Prior, Vote, most_likely
 from fpnet_core.raster.pixels import shrinking
 from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap, Segmentation
@@ -57,7 +57,7 @@ def _is_contradicted(found: Found, said: DrawingScale) -> bool:
     )
 
 
-def _agreed(found: Found, segmentation: Segmentation, prior: Prior) -> Agreement | None:
+def _agreed(found: Found, segmentation: Segmentation, prior: Prior) -> Consensus | None:
     """Return what a drawing's texts agree on once its rooms are known."""
     return most_likely([*found.said.votes, *_votes(found, segmentation)], prior)
 

@@ -59,7 +59,7 @@ class Vote:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class Consensus:
     """
     What texts say of a scale together.
 
@@ -125,7 +125,7 @@ _CONTRADICTION = 0.5  # of the witnesses of a scale agree on another one
 _AGREE = 0.04  # logarithm, within which two scales are no contradiction
 
 
-def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Agreement | None:
+def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Consensus | None:
     """
     Return what votes agree on; None where chance explains them or they contradict.
 
@@ -143,13 +143,13 @@ def most_likely(votes: Sequence[Vote], prior: Prior | None = None) -> Agreement 
     return None if any(_is_contradicted(run, best, prior) for run in runs) else best
 
 
-def _merit(found: Agreement, prior: Prior | None) -> tuple[int, float]:
+def _merit(found: Consensus, prior: Prior | None) -> tuple[int, float]:
     """Return by what units compare: texts that agree, then odds or how usual lengths are."""
     usual = -abs(math.log(found.typical_m / _TYPICAL_M))
     return sum(found.counts.values()), usual if prior is None else found.log_odds
 
 
-def _is_contradicted(votes: list[Vote], found: Agreement, prior: Prior | None) -> bool:
+def _is_contradicted(votes: list[Vote], found: Consensus, prior: Prior | None) -> bool:
     """Tell whether the other texts agree on another scale, half as many at least."""
     others = [vote for vote in votes if vote.text not in found.texts]
     rival = _found(others, prior)
@@ -159,7 +159,7 @@ def _is_contradicted(votes: list[Vote], found: Agreement, prior: Prior | None) -
     return loud or len(rival.texts) >= _CONTRADICTION * len(found.texts)
 
 
-def _found(votes: list[Vote], prior: Prior | None) -> Agreement | None:
+def _found(votes: list[Vote], prior: Prior | None) -> Consensus | None:
     witnesses = _witnesses(votes)
     if not witnesses:
         return None
@@ -231,7 +231,7 @@ def _log_prior(grid: Array, prior: Prior | None) -> Array:
     return np.asarray(np.log(_PRIOR_SHARE * usual + (1.0 - _PRIOR_SHARE) * plain))
 
 
-def _agreement(grid: Array, gain: Array, odds: float, votes: list[Vote]) -> Agreement:
+def _agreement(grid: Array, gain: Array, odds: float, votes: list[Vote]) -> Consensus:
     """Return the distribution over scales near the best one, in a few numbers."""
     weight = np.exp(gain - gain.max())
     share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
@@ -245,7 +245,7 @@ def _agreement(grid: Array, gain: Array, odds: float, votes: list[Vote]) -> Agre
         for kind in VoteKind
         if kind in kinds
     }
-    return Agreement(
+    return Consensus(
         resolution_m=math.exp(middle),
         low_m=math.exp(middle - math.hypot(middle - low, common)),
         high_m=math.exp(middle + math.hypot(high - middle, common)),
