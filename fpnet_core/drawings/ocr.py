@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fpnet_core.drawings.types import Drawing, Label, ReadOptions
+from fpnet_core.drawings.types import Drawing, Label, Reading, ReadOptions, ScaleSource
 from fpnet_core.errors import ConfigError
 
 NOT_READ = "texts on the picture were not read: pip install 'fpnet_ros[ocr]'"
@@ -37,16 +37,24 @@ def with_texts(drawing: Drawing, options: ReadOptions) -> Drawing:
     """
     Return a picture with its texts, where these may tell its scale and nobody else does.
 
-    A note says so where the extra that reads them is missing. Vector drawings and pictures of
-    known scale stay as they are.
+    Vector drawings and pictures of known scale stay as they are, as do all where the extra that
+    reads texts is missing.
     """
     is_stated = options.resolution_m is not None or options.length is not None
-    has_lines = drawing.strokes is not None and len(drawing.strokes.ends)
-    if is_stated or drawing.scale is not None or drawing.labels or has_lines:
+    if is_stated or drawing.scale is not None or not _is_picture(drawing) or not is_installed():
         return drawing
-    if not is_installed():
-        return replace(drawing, notes=(*drawing.notes, NOT_READ))
     return replace(drawing, labels=read_labels(drawing.pixels))
+
+
+def is_unread(reading: Reading) -> bool:
+    """Tell whether texts might have told a picture's scale, and nothing could read them."""
+    is_known = reading.scale.source is not ScaleSource.ESTIMATED
+    return not is_known and _is_picture(reading.drawing) and not is_installed()
+
+
+def _is_picture(drawing: Drawing) -> bool:
+    has_lines = drawing.strokes is not None and len(drawing.strokes.ends) > 0
+    return not has_lines and not drawing.labels
 
 
 def read_labels(pixels: NDArray[np.uint8]) -> tuple[Label, ...]:

@@ -113,10 +113,11 @@ def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Itera
             scale = 0.5 * math.log(area_m2 / area_px)
             yield Vote(scale, kind, math.sqrt(area_m2), number, '', spread)
     if 1 < len(printed) <= _MOST_SUMMED:
+        # One text speaks for all of them.
         total_m2 = sum(values[0] for _, values in printed)
         scale = 0.5 * math.log(total_m2 / area_px)
-        for number, _ in printed:
-            yield Vote(scale, kind, math.sqrt(total_m2), number, '', _AREA_SPREAD)
+        number, values = max(printed, key=lambda each: each[1][0])
+        yield Vote(scale, kind, math.sqrt(values[0]), number, '', _AREA_SPREAD)
 
 
 def _rounding(area_m2: float) -> float:

@@ -110,7 +110,7 @@ _RIGHT = np.array([0.1, 0.3, 0.6, 0.9])  # numerical: shares of a kind's witness
 # Chosen, not measured:
 _SAME = 0.03  # lengths that differ less are the same
 _FEWEST = 3  # witnesses where nothing else is known
-_LOG_ODDS = math.log(1e3)  # against chance
+_LOG_ODDS, _LOG_ODDS_WITH_PRIOR = math.log(1e3), math.log(1e2)  # against chance
 _TYPICAL_M = 3.5  # length that a dimension gives
 _BROAD = 0.5  # standard deviation of what wrong votes spread around all votes
 _PRIOR_SHARE = 0.8  # of buildings are as the prior has them
@@ -173,7 +173,8 @@ def _found(votes: list[Vote], prior: Prior | None) -> Consensus | None:
     supporting = [
         vote for vote in votes if abs(vote.log_scale - grid[top]) < _NEAR * vote.spread + _STEP
     ]
-    if won - lost < _LOG_ODDS or not _is_enough(supporting, prior):
+    least = _LOG_ODDS if prior is None else _LOG_ODDS_WITH_PRIOR
+    if won - lost < least or not _is_enough(supporting, prior):
         return None
     return _agreement(grid[near], gain[near], won - lost, supporting)
 
