@@ -16,6 +16,7 @@ from fpnet_core.drawings.lengths import areas, lengths, ratios, room_sizes, with
 from fpnet_core.drawings.types import Array, Label
 from fpnet_core.drawings.votes import Vote, VoteKind
 from fpnet_core.raster.pixels import map_points
+from fpnet_core.raster.windows import EVERY_SIDE
 
 Labels = NDArray[np.int32]
 
@@ -59,7 +60,7 @@ def mapped(labels: Sequence[Label], H: Array) -> tuple[Label, ...]:
     )
 
 
-def room_votes(labels: Sequence[Label], rooms: Labels) -> list[Vote]:
+def room_votes(labels: Sequence[Label], rooms: Labels, edge_px: float = 0.0) -> list[Vote]:
     """
     Return the votes of areas and sizes that are printed in rooms; none where there are none.
 
@@ -67,9 +68,11 @@ def room_votes(labels: Sequence[Label], rooms: Labels) -> list[Vote]:
     ----------
     labels : boxes in the pixels of ``rooms``; votes are for metres per such pixel
     rooms : (H, W) int, 0 outside of rooms, row 0 at the top
+    edge_px : by which rooms reach further on every side than their pixels
     """
     at = rooms_at(labels, rooms)
     count_px = np.bincount(rooms.ravel())
+    area_px = count_px + edge_px * _edges(rooms, len(count_px))
     votes: list[Vote] = []
     for room in np.unique(at[at > 0]).tolist():
         if count_px[room] < _FEWEST_PX:
@@ -77,12 +80,12 @@ def room_votes(labels: Sequence[Label], rooms: Labels) -> list[Vote]:
         inside = np.flatnonzero(at == room).tolist()
         printed = [(number, list(areas(labels[number].text))) for number in inside]
         printed = [(number, values) for number, values in printed if values]
-        votes += _area_votes(printed, float(count_px[room]))
+        votes += _area_votes(printed, float(area_px[room]))
         sized = [(number, list(room_sizes(labels[number].text))) for number in inside]
         if any(sizes for _, sizes in sized):
             mask = rooms == room
             for number, sizes in sized:
-                votes += _size_votes(number, sizes, labels[number], mask)
+                votes += _size_votes(number, sizes, labels[number], mask, 2.0 * edge_px)
     return votes
 
 
@@ -102,6 +105,15 @@ def rooms_at(labels: Sequence[Label], rooms: Labels) -> NDArray[np.int64]:
         if counts[1:].any() and 2 * counts[1:].max() > counts[1:].sum():
             found[number] = 1 + int(np.argmax(counts[1:]))
     return found
+
+
+def _edges(rooms: Labels, count: int) -> Array:
+    """Return how many sides of its pixels are the edge of each room (``count``,)."""
+    sides = np.zeros(count)
+    for here, there in EVERY_SIDE:
+        is_edge = rooms[here] != rooms[there]
+        sides += np.bincount(rooms[here][is_edge], minlength=count)
+    return sides
 
 
 def _area_votes(printed: list[tuple[int, list[float]]], area_px: float) -> Iterator[Vote]:
@@ -127,14 +139,19 @@ def _rounding(area_m2: float) -> float:
 
 
 def _size_votes(
-    number: int, sizes: list[tuple[float, float, str]], label: Label, mask: NDArray[np.bool_]
+    number: int,
+    sizes: list[tuple[float, float, str]],
+    label: Label,
+    mask: NDArray[np.bool_],
+    more_px: float,
 ) -> Iterator[Vote]:
     """Yield votes of a size for the sides of a room that have its proportions."""
     for first_m, second_m, unit in sizes:
         kept: list[float] = []
         for width, height in _sides(label, mask):
             for across, along in ((width, height), (height, width)):
-                one, two = math.log(first_m / across), math.log(second_m / along)
+                one = math.log(first_m / (across + more_px))
+                two = math.log(second_m / (along + more_px))
                 scale = 0.5 * (one + two)
                 is_new = all(abs(scale - other) > _SIZE_SPREAD for other in kept)
                 if abs(one - two) < _SQUARE and is_new:

@@ -19,6 +19,7 @@ from fpnet_core.segmentation import segment_unknown_scale
 from fpnet_core.types import GridMap, Segmentation
 
 _SIGMAS = 3.29  # given: standard deviations across an interval of 90 %
+_EDGE_CELLS = 0.5  # numerical: a cell that a wall touches is wall
 # Chosen, not measured:
 _FURTHEST = 4.0  # factor by which texts may be off what doors, rooms and walls tell
 _APART = 1.06  # factor between scales that contradict
@@ -68,7 +69,7 @@ def _votes(found: Found, segmentation: Segmentation) -> list[Vote]:
         return []
     step = -(-found.cells.shape[0] // segmentation.labels.shape[0])
     H = shrinking(1.0 / step) @ found.H_cell_pixel
-    votes = room_votes(mapped(found.said.labels, H), segmentation.labels[::-1])
+    votes = room_votes(mapped(found.said.labels, H), segmentation.labels[::-1], _EDGE_CELLS)
     per_pixel = cells_per_pixel(found.H_cell_pixel, found.cells.shape) / step
     return [replace(vote, log_scale=vote.log_scale + math.log(per_pixel)) for vote in votes]
 

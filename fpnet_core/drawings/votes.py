@@ -104,6 +104,7 @@ class Prior:
 _STEP = 0.001  # numerical: of logarithms of scales; drawings' lines are exact to 0.003
 _RESOLUTIONS_M = (5e-4, 1.0)  # physical: of a pixel of any drawing of a building
 _RANGE = math.log(_RESOLUTIONS_M[1] / _RESOLUTIONS_M[0])  # numerical
+_TEN = math.log(10.0)  # numerical: units of bare numbers differ by powers of it
 _NEAR = 3.0  # numerical: standard deviations within which a vote is for a scale
 _QUANTILES = (0.05, 0.95)  # given: of the interval
 _RIGHT = np.array([0.1, 0.3, 0.6, 0.9])  # numerical: shares of a kind's witnesses that are right
@@ -153,7 +154,13 @@ def _is_contradicted(votes: list[Vote], found: Consensus, prior: Prior | None) -
     """Tell whether the other texts agree on another scale, half as many at least."""
     others = [vote for vote in votes if vote.text not in found.texts]
     rival = _found(others, prior)
-    if rival is None or abs(math.log(rival.resolution_m / found.resolution_m)) < _AGREE:
+    if rival is None:
+        return False
+    apart = abs(math.log(rival.resolution_m / found.resolution_m))
+    is_bare = all(vote.unit for vote in others if vote.text in rival.texts)
+    # One storey of a sheet may be in centimetres and another one in millimetres.
+    is_other_unit = is_bare and abs(apart - _TEN * round(apart / _TEN)) < _AGREE
+    if apart < _AGREE or is_other_unit:
         return False
     loud = any(kind in _LOUD for kind in rival.counts)
     return loud or len(rival.texts) >= _CONTRADICTION * len(found.texts)

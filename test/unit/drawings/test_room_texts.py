@@ -97,6 +97,17 @@ def test_two_areas_in_one_space_are_those_of_its_parts():
     assert found.resolution_m == pytest.approx(RESOLUTION, rel=0.012)
 
 
+@pytest.mark.parametrize('way', ['point', 'cm without unit'])
+def test_edges_that_rooms_lose_to_walls_are_counted(way):
+    labels, rooms = storey(WAYS[way])
+    whole = most_likely(room_votes(labels, rooms))
+    inner = rooms * (np.roll(rooms, (2, 2), (0, 1)) == rooms)
+    inner = inner * (np.roll(rooms, (-2, -2), (0, 1)) == rooms)
+    assert most_likely(room_votes(labels, inner)).resolution_m > 1.02 * whole.resolution_m
+    same = most_likely(room_votes(labels, inner, edge_px=2.0))
+    assert same.resolution_m == pytest.approx(whole.resolution_m, rel=0.006)
+
+
 def test_what_no_room_surrounds_votes_for_nothing():
     _, rooms = storey(lambda w, h: [])
     assert room_votes([], rooms) == []
@@ -128,6 +139,16 @@ def test_texts_that_contradict_each_other_say_nothing():
     assert most_likely(votes[:8]) is not None
     near = [*votes[:8], *cast([scale + 0.01] * 7, VoteKind.DIMENSION, first=20)]
     assert most_likely(near) is not None
+
+
+def test_another_unit_on_the_same_sheet_is_no_contradiction():
+    scale, votes = math.log(RESOLUTION), []
+    for number, value_m in enumerate((2.1, 3.4, 4.9, 6.2, 2.8, 3.9, 5.5, 7.3, 8.4, 9.6)):
+        is_cm = number % 3
+        for unit, factor in (('cm', 1.0), ('mm', 0.1)) if is_cm else (('cm', 10.0), ('mm', 1.0)):
+            off = scale + math.log(factor)
+            votes.append(Vote(off, VoteKind.DIMENSION, factor * value_m, number, unit))
+    assert most_likely(votes).resolution_m == pytest.approx(RESOLUTION, rel=1e-3)
 
 
 def test_doors_make_fewer_texts_enough_where_they_agree():
