@@ -60,8 +60,17 @@ _INCH_TO_FOOT = re.compile(
 )  # fmt: skip
 
 
+_LONGEST = 80  # numerical: letters of a text that are looked at; files may hold any number
+
+
+def _short(text: str) -> str:
+    """Return the beginning of a text with single blanks."""
+    return ' '.join(text[: 2 * _LONGEST].split())[:_LONGEST]
+
+
 def lengths(text: str) -> Iterator[tuple[float, str]]:
     """Yield (metres, unit) that a text may say; the unit is empty where the text says it."""
+    text = _short(text)
     feet = _FEET.fullmatch(text)
     if feet is not None:
         whole, inches, above, below = (int(part) if part else 0 for part in feet.groups())
@@ -84,7 +93,7 @@ def lengths(text: str) -> Iterator[tuple[float, str]]:
 
 def number_and_unit(text: str) -> tuple[float | None, float | None]:
     """Return the number that a text is, and its unit [m] if it has one; None for no number."""
-    match = _LENGTH.fullmatch(text.strip())
+    match = _LENGTH.fullmatch(_short(text))
     if match is None:
         return None, None
     unit = (match.group(2) or '').lower()
@@ -99,7 +108,7 @@ def room_sizes(text: str) -> Iterator[tuple[float, float, str]]:
 
     The unit is empty where the text says it; behind the second side it counts for both.
     """
-    match = _SIZE.search(text)
+    match = _SIZE.search(_short(text))
     if match is None:
         return
     first, second = (side.strip() for side in match.groups())
@@ -114,7 +123,7 @@ def room_sizes(text: str) -> Iterator[tuple[float, float, str]]:
 
 def areas(text: str) -> Iterator[float]:
     """Yield square metres that a text may say; 1,250 may be a thousand and more, or one."""
-    match, unit_m2 = _area(text)
+    match, unit_m2 = _area(_short(text))
     if match is None:
         return
     amount = match.group(1)
@@ -126,6 +135,7 @@ def areas(text: str) -> Iterator[float]:
 
 def without_area(text: str) -> str:
     """Return what else a text says: ``Office`` of ``Office 13.2 m2``."""
+    text = _short(text)
     match, _ = _area(text)
     return text if match is None else f'{text[: match.start()]} {text[match.end() :]}'.strip()
 
@@ -145,6 +155,7 @@ def _area(text: str) -> tuple[re.Match[str] | None, float]:
 
 def ratios(text: str) -> Iterator[float]:
     """Yield the numbers of true metres to one on paper that a text states: ``1:100``."""
+    text = _short(text)
     for match in _INCH_TO_FOOT.finditer(text):
         above, below, whole, feet = (int(part) if part else 0 for part in match.groups())
         inches = above / below if below else float(whole)

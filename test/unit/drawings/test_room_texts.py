@@ -205,6 +205,12 @@ def test_ratios_that_a_text_states(text, expected):
     assert list(ratios(text)) == pytest.approx(expected)
 
 
+def test_endless_texts_take_no_time():
+    for text in ('1' + ' ' * 300_000 + 'x', '1,' * 200_000, "1'" + ' ' * 300_000, '9' * 300_000):
+        assert list(areas(text)) == list(room_sizes(text)) == list(ratios(text)) == []
+        assert without_area(text) == text[:160].strip()[:80].strip()
+
+
 def test_names_numbers_and_areas_of_rooms():
     rooms = np.zeros((200, 700), np.int32)
     for number in range(6):
