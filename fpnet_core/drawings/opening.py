@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 import re
 
+from fpnet_core.drawings.ocr import with_texts
 from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import MapFormatError
 
@@ -95,13 +96,13 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
 
         if options.layers:
             raise MapFormatError(f'{path} is an image, which has no layers; leave that out')
-        drawing = open_image(path, options.page)
+        drawing = with_texts(open_image(path, options.page), options)
     else:
         from fpnet_core.drawings.formats.worker import read_apart
 
         if options.page is not None and kind not in _PAGED:
             raise MapFormatError(f'{path} is {_worded(kind)}, which has no pages; leave that out')
-        drawing = read_apart(path, kind, options)
+        drawing = with_texts(read_apart(path, kind, options), options)
     suffix = path.suffix.lower()
     others = [
         suffix for other, suffixes in _SUFFIXES.items() if other != kind for suffix in suffixes

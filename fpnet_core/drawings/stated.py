@@ -8,15 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fpnet_core.drawings.annotations import annotated_scale
+from fpnet_core.drawings.annotations import annotated_scale, label_votes
 from fpnet_core.drawings.types import (
     Array,
     Drawing,
     DrawingScale,
+    Label,
     Length,
     ReadOptions,
     ScaleSource,
 )
+from fpnet_core.drawings.votes import Vote
 from fpnet_core.raster.pixels import growth_at, map_points
 
 
@@ -25,11 +27,18 @@ class SaidScale:
     """
     What is said of a drawing's scale; nothing, if both are None.
 
-    ``pixel`` is the scale of its pixels, ``length`` as (x1, y1, x2, y2, metres) is one in pixels.
+    Parameters
+    ----------
+    pixel : the scale of its pixels
+    length : as (x1, y1, x2, y2, metres), in pixels
+    labels : its texts where these may say more of the scale once its rooms are known
+    votes : what they say by themselves, for metres per pixel
     """
 
     pixel: DrawingScale | None = None
     length: Length | None = None
+    labels: tuple[Label, ...] = ()
+    votes: tuple[Vote, ...] = ()
 
     @classmethod
     def of(cls, drawing: Drawing, options: ReadOptions) -> SaidScale:
@@ -38,7 +47,10 @@ class SaidScale:
             return cls(exact(options.resolution_m, ScaleSource.STATED, 'stated'))
         if options.length is not None:
             return cls(length=options.length)
-        return cls(drawing.scale or annotated_scale(drawing))
+        if drawing.scale is not None:
+            return cls(drawing.scale)
+        votes = label_votes(drawing)
+        return cls(annotated_scale(drawing, votes), None, drawing.labels, tuple(votes))
 
     def at(self, H_cell_pixel: Array, shape: tuple[int, ...]) -> tuple[DrawingScale, float] | None:
         """

@@ -35,6 +35,7 @@ class ScaleSource(StrEnum):
     SCALE_BAR = 'scale bar'
     DIMENSIONS = 'dimensions'  # dimension texts and their lines
     PAPER = 'paper'  # a stated 1:100 and the size of the paper
+    ROOM_TEXTS = 'room texts'  # areas and sizes that are printed in rooms
     ESTIMATED = 'estimated'  # doors, rooms and walls together
     UNKNOWN = 'unknown'
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from fpnet_core.drawings.ocr import NOT_READ, is_unread
 from fpnet_core.drawings.types import DrawingScale, Reading, ScaleSource
 from fpnet_core.segmentation.scale import SURE_FACTOR
 from fpnet_core.types import Segmentation
@@ -19,6 +20,7 @@ def said_of(reading: Reading, segmentation: Segmentation) -> list[str]:
         said_of_scale(reading.scale),
         *([f'left out: {", ".join(dropped)}'] if dropped else []),
         *reading.notes,
+        *([NOT_READ] if is_unread(reading) else []),
         *(f'doubt: {doubt}' for doubt in reading.doubts),
         *([] if segmentation.rooms or reading.doubts else [_said_of_none(reading)]),
     ]
