@@ -34,8 +34,8 @@ _PER_ANSWER = 4  # given: the last layer answers for each pixel of a block of tw
 class ParserNetworkConfig:
     """Channels at 1/2 to 1/64 of the picture, and residual blocks at the last five levels."""
 
-    widths: tuple[int, ...] = (24, 48, 64, 96, 128, 160)
-    down_blocks: tuple[int, ...] = (1, 2, 2, 2, 3)
+    widths: tuple[int, ...] = (16, 32, 48, 64, 96, 128)
+    down_blocks: tuple[int, ...] = (1, 2, 2, 3, 2)
     up_blocks: tuple[int, ...] = (1, 1, 1, 1)
 
 

@@ -22,7 +22,7 @@ from fpnet_lab.training.parser_samples import Pixels, Sample
 Array = NDArray[np.float64]
 
 # Chosen, not measured:
-_SHEET_PX = (420.0, 1150.0)  # the longer side of a sheet as the first look may see it
+_SHEET_PX = (340.0, 900.0)  # the longer side of a sheet as the first look may see it
 _BUILDING_PX = (350.0, 1400.0)  # the longer side of a building as the second look may see it
 _WALL_PX = (2.5, 8.0)  # the mean thickness of walls, where the second look is sized by them
 _BY_WALLS = 0.6  # of second looks are sized by walls, the others by the building
