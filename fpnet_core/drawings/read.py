@@ -14,6 +14,7 @@ from fpnet_core.drawings.pictures.choosing import choose, thought_of
 from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
+from fpnet_core.drawings.stated_model import model_reading
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -133,6 +134,9 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         If an option does not fit the drawing, or it shows no building.
     """
     _check_options(drawing, options)
+    stated = model_reading(drawing, options)
+    if stated is not None:
+        return stated
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)

@@ -102,6 +102,7 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
         notes=(*page.notes, *choice.notes, *unit.notes, *notes),
         doubts=_doubts(page, unit, pieces[is_line], len(doors.width)),
+        model=page.model,
     )
 
 
@@ -110,7 +111,7 @@ def _doubts(
 ) -> tuple[str, ...]:
     """Return why this is no floorplan: a part of a machine, a mesh, a sketch of a few lines."""
     doubts = []
-    if page.is_scan or page.pictures or doors >= _SOME_DOORS:
+    if page.is_scan or page.pictures or page.model or doors >= _SOME_DOORS:
         return ()
     if len(lines.ends) < _FEWEST_LINES:
         doubts.append(f'only {len(lines.ends)} lines are drawn')
