@@ -21,7 +21,7 @@ from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
 WALL_M = 0.1
 """Thickness of walls of which a model tells one line only [m]. Chosen."""
 
-_BEYOND = 1.3  # of a wall's thickness that a door is opened through; chosen
+_SHUT = 0.5  # of a building's outline that its walls shut in, for them to tell inside; chosen
 _LEAST_M2 = 1.0  # chosen: floor that is no hollow of a wall
 
 Mask = NDArray[np.bool_]
@@ -35,10 +35,11 @@ def model_grid(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> 
     walls that do not close, no cell is free but those of doors.
     """
     walls = wall_mask(model, cell_m, shape)
-    doors = _openings(model.doors, cell_m, shape)
+    more_m = 2.0 * cell_m + (0.0 if model.walls else WALL_M)
+    doors = _openings(model.doors, cell_m, shape, more_m)
     floor = _areas([room.rings for room in model.rooms], cell_m, shape)
     if not model.rooms:
-        floor = enclosed(walls | doors, cell_m) & ~doors
+        floor = _floor(model, walls | doors, cell_m) & ~doors
     cells = np.full(shape, UNKNOWN, np.int8)
     cells[floor] = FREE
     cells[walls] = OCCUPIED
@@ -55,8 +56,16 @@ def wall_mask(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> M
     walls = _areas([wall.rings for wall in model.walls], cell_m, shape)
     if not model.walls:
         lines = [ring for room in model.rooms for ring in room.rings]
-        walls = _drawn([*lines, *model.outline], cell_m, shape)
-    return walls | _openings(model.windows, cell_m, shape, beyond=1.0)
+        walls = _drawn(lines, cell_m, shape)
+    return walls | _openings(model.windows, cell_m, shape, 0.0)
+
+
+def _floor(model: FloorplanModel, shut: Mask, cell_m: float) -> Mask:
+    """Tell the cells that are shut in; where most of the building leaks, those in its outline."""
+    floor = enclosed(shut, cell_m)
+    outline = _areas([(ring,) for ring in model.outline], cell_m, (shut.shape[0], shut.shape[1]))
+    leaks = np.count_nonzero(floor & outline) < _SHUT * np.count_nonzero(outline)
+    return outline if leaks else floor
 
 
 def enclosed(shut: Mask, cell_m: float) -> Mask:
@@ -110,18 +119,18 @@ def _openings(
     openings: tuple[ModelDoor, ...] | tuple[ModelWindow, ...],
     cell_m: float,
     shape: tuple[int, int],
-    beyond: float = _BEYOND,
+    more_m: float,
 ) -> Mask:
-    """Tell the cells of openings, through the whole of their walls and a little ``beyond``."""
-    return _areas([(rectangle(each, beyond, 2.0 * cell_m),) for each in openings], cell_m, shape)
+    """Tell the cells of openings, through the whole of their walls and so much beyond."""
+    return _areas([(rectangle(each, more_m, cell_m),) for each in openings], cell_m, shape)
 
 
 def rectangle(
-    opening: ModelDoor | ModelWindow, beyond: float = 1.0, least_m: float = 0.0
+    opening: ModelDoor | ModelWindow, more_m: float = 0.0, least_m: float = 0.0
 ) -> Array:
-    """Return the corners (4, 2) of an opening, ``beyond`` times as deep as its wall."""
+    """Return the corners (4, 2) of an opening, so much deeper than its wall, but ``least_m``."""
     start, end = opening.ends
     along = (end - start) / np.hypot(*(end - start))
-    depth = max(beyond * (opening.depth_m or WALL_M), least_m)
+    depth = max((opening.depth_m or WALL_M) + more_m, least_m)
     across = 0.5 * depth * np.array([-along[1], along[0]])
     return np.array([start - across, end - across, end + across, start + across])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
-from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.choosing import choose, thought_of
 from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.plan_files import recorded
@@ -57,7 +57,8 @@ def read_plan(
     """
     path, config = Path(path), config or FpnetConfig()
     _check_said(options)
-    if path.suffix.lower() in YAML_SUFFIXES:
+    is_building = path.name.lower().endswith(RMF_SUFFIX)
+    if path.suffix.lower() in YAML_SUFFIXES and not is_building:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 

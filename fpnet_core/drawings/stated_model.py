@@ -16,7 +16,8 @@ from fpnet_core.types import FREE
 
 CELL_M = 0.025
 """Edge of a cell [m]: a partition has four across. Chosen."""
-_MOST_CELLS = 2_500  # numerical: along the drawing; larger buildings have larger cells
+_MOST_CELLS = 4_000  # numerical: along the drawing; larger buildings have larger cells
+_NAMES = {'geojson': 'GeoJSON', 'rmf': 'Open-RMF building'}
 _FLOOR_M2 = 4.0  # chosen: a building has more
 
 
@@ -61,7 +62,8 @@ def _upright(drawing: Drawing, pixel_m: float) -> Array:
 
 def _how(model: FloorplanModel, drawing: Drawing) -> str:
     floor = 'rooms' if model.rooms else 'the floor within walls'
-    return f'walls, doors and {floor} as the {drawing.format.upper()} states them'
+    name = _NAMES.get(drawing.format, drawing.format.upper())
+    return f'walls, doors and {floor} as the {name} states them'
 
 
 def _counted(model: FloorplanModel) -> str:
