@@ -159,6 +159,8 @@ class FloorplanModel:
     scale : what is known of the scale of the drawing's pixels; None where it has none
     H_plan_image : (3, 3)
         From the drawing's pixels to metres of frame ``plan``; None where there are no pixels.
+    is_whole
+        The file states the whole storey; if not, some doors only, and the rest is on its picture.
     """
 
     walls: tuple[ModelWall, ...] = ()
@@ -170,6 +172,7 @@ class FloorplanModel:
     storey: int | None = None
     scale: DrawingScale | None = None
     H_plan_image: Array | None = None
+    is_whole: bool = True
 
     def __post_init__(self) -> None:
         """Check shapes and that the storey is one of the storeys."""

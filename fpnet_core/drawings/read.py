@@ -14,7 +14,7 @@ from fpnet_core.drawings.pictures.choosing import choose, thought_of
 from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
-from fpnet_core.drawings.stated_model import model_reading
+from fpnet_core.drawings.stated_model import model_reading, placed_model
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -142,10 +142,11 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     thought = thought_of(found, drawing, config)
+    H_plan_image = pixel_to_xy(grid).matrix @ found.H_cell_pixel
     return Reading(
         grid=grid,
         scale=scale,
-        H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel,
+        H_plan_image=H_plan_image,
         how=found.how,
         drawing=drawing,
         storeys=found.storeys,
@@ -154,6 +155,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         doubts=(*drawing.doubts, *thought.reasons),
         doubtful=thought.places,
         trust=found.trust,
+        model=placed_model(drawing, grid, H_plan_image),
     )
 
 

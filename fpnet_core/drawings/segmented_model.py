@@ -16,7 +16,10 @@ from fpnet_core.raster.pixels import map_points
 from fpnet_core.types import OCCUPIED, GridMap, Segmentation
 
 _FINER = 4  # numerical: so many pixels to a cell, so that outlines run along its edges
-_STRAIGHT = 0.6  # of a cell, that outlines may be off where they are made of fewer corners; chosen
+_STRAIGHT = (
+    1.05  # numerical: of a cell, how far outlines are off that make slants of steps straight
+)
+_SAME = 0.5  # of a door's width, within which a drawn one is the one that was found; chosen
 _LEAST_CELLS = 4  # numerical: smaller pieces of wall are left out
 _SOURCE = 'segmentation'
 _LONGEST_NAME = 60  # numerical: letters of a room's name
@@ -29,21 +32,18 @@ def complete_model(reading: Reading, segmentation: Segmentation) -> FloorplanMod
     Places are metres of the reading's map; rooms have the texts that lie in them for names.
     """
     stated = reading.model
-    if stated is not None and stated.rooms:
+    known = stated.doors if stated is not None else ()
+    if stated is not None and stated.rooms and stated.is_whole:
         return stated
     rooms = tuple(_rooms(reading, segmentation))
-    if stated is not None and stated.doors:
+    if stated is not None and stated.is_whole and known:
         return replace(stated, rooms=rooms)
     doors = tuple(
-        ModelDoor(
-            portal.ends,
-            probability=segmentation.regions[portal.door].confidence,
-            source=_SOURCE,
-        )
+        _door(portal.ends, segmentation.regions[portal.door].confidence, known)
         for portal in segmentation.portals
         if (portal.ends[0] != portal.ends[1]).any()
     )
-    if stated is not None:
+    if stated is not None and stated.is_whole:
         return replace(stated, rooms=rooms, doors=doors)
     grid = segmentation.grid
     is_wall = grid.cells == OCCUPIED
@@ -55,6 +55,15 @@ def complete_model(reading: Reading, segmentation: Segmentation) -> FloorplanMod
         scale=reading.scale,
         H_plan_image=reading.H_plan_image,
     )
+
+
+def _door(ends: Array, probability: float, known: tuple[ModelDoor, ...]) -> ModelDoor:
+    """Return the door that is drawn where one was found, else the line that was found."""
+    middle = ends.mean(axis=0)
+    for door in known:
+        if np.hypot(*(door.ends.mean(axis=0) - middle)) < _SAME * door.width_m:
+            return replace(door, probability=max(door.probability, probability))
+    return ModelDoor(ends, probability=probability, source=_SOURCE)
 
 
 def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:

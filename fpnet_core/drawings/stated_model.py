@@ -10,9 +10,10 @@ import numpy as np
 
 from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.drawings.model_raster import model_grid
+from fpnet_core.drawings.plan_files import is_affine
 from fpnet_core.drawings.stated import SaidScale
 from fpnet_core.drawings.types import Array, Drawing, Reading, ReadOptions
-from fpnet_core.types import FREE
+from fpnet_core.types import FREE, GridMap
 
 CELL_M = 0.025
 """Edge of a cell [m]: a partition has four across. Chosen."""
@@ -30,7 +31,7 @@ def model_reading(drawing: Drawing, options: ReadOptions) -> Reading | None:
     """
     model = drawing.model
     said = SaidScale.of(drawing, options).at(np.eye(3), drawing.pixels.shape[:2])
-    if model is None or said is None or options.storey is not None:
+    if model is None or not model.is_whole or said is None or options.storey is not None:
         return None
     scale, pixel_m = said
     H_plan_image = _upright(drawing, pixel_m)
@@ -70,3 +71,22 @@ def _counted(model: FloorplanModel) -> str:
     kinds = ('walls', 'doors', 'windows', 'rooms')
     counts = ', '.join(f'{len(getattr(model, kind))} {kind}' for kind in kinds)
     return f'the file states {counts}'
+
+
+def placed_model(drawing: Drawing, grid: GridMap, H_plan_image: Array) -> FloorplanModel | None:
+    """
+    Return what a drawing that was read from its picture states beside it, on its map.
+
+    None where it states nothing, where a perspective was undone, or for other storeys only.
+    """
+    if drawing.model is None or not is_affine(H_plan_image):
+        return None
+    A = (H_plan_image @ np.vstack([drawing.A_pixel_image, [0.0, 0.0, 1.0]]))[:2]
+    model = replace(drawing.model.moved(A), H_plan_image=H_plan_image, is_whole=False)
+    middles = [grid.xy_to_rc(door.ends.mean(axis=0)) for door in model.doors]
+    doors = tuple(
+        door
+        for door, middle in zip(model.doors, middles, strict=True)
+        if (middle > 0).all() and (middle < grid.shape).all()
+    )
+    return replace(model, doors=doors) if doors else None

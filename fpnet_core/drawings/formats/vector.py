@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.formats.door_elements import drawn_model
 from fpnet_core.drawings.formats.doors import find_doors
 from fpnet_core.drawings.formats.hatching import find_hatching
 from fpnet_core.drawings.formats.layer_choice import choose_paths, is_seen
@@ -100,9 +101,9 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         A_pixel_image=composed(canvas.A_pixel_page, page.A_page_file),
         paper_m=_times(page.paper_m, canvas),
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
-        notes=(*page.notes, *choice.notes, *unit.notes, *notes),
+        notes=(*page.notes, *(() if page.model else choice.notes), *unit.notes, *notes),
         doubts=_doubts(page, unit, pieces[is_line], len(doors.width)),
-        model=page.model,
+        model=page.model or drawn_model(page, doors),
     )
 
 
