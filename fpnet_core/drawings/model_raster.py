@@ -22,6 +22,7 @@ WALL_M = 0.1
 """Thickness of walls of which a model tells one line only [m]. Chosen."""
 
 _SHUT = 0.5  # of a building's outline that its walls shut in, for them to tell inside; chosen
+_FAR = 4.0  # numerical: sizes of the raster outside of it that corners are moved to
 _LEAST_M2 = 1.0  # chosen: floor that is no hollow of a wall
 
 Mask = NDArray[np.bool_]
@@ -92,7 +93,7 @@ def _areas(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> Mask:
     """Tell the cells in any of the areas, each of them rings with holes."""
     mask = np.zeros(shape, np.uint8)
     for rings in areas:
-        corners = [fixed_point(ring / cell_m - 0.5) for ring in rings]
+        corners = [_corners(ring, cell_m, shape) for ring in rings]
         low = np.min([each.min(axis=0) for each in corners], axis=0) >> PIXEL_BITS
         high = (np.max([each.max(axis=0) for each in corners], axis=0) >> PIXEL_BITS) + 2
         x0, y0 = np.clip(low, 0, shape[::-1])
@@ -110,9 +111,15 @@ def _drawn(lines: list[Array], cell_m: float, shape: tuple[int, int]) -> Mask:
     """Tell the cells under closed lines as thick as a wall."""
     mask = np.zeros(shape, np.uint8)
     thickness = max(round(WALL_M / cell_m), 1)
-    corners = [fixed_point(line / cell_m - 0.5) for line in lines]
+    corners = [_corners(line, cell_m, shape) for line in lines]
     cv2.polylines(mask, corners, True, 1, thickness, cv2.LINE_8, PIXEL_BITS)
     return mask > 0
+
+
+def _corners(ring: Array, cell_m: float, shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return corners [m] as numbers that OpenCV paints; ones far away are moved nearer."""
+    far = _FAR * max(shape)
+    return fixed_point(np.clip(ring / cell_m - 0.5, -far, far))
 
 
 def _openings(

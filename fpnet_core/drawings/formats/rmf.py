@@ -33,6 +33,8 @@ from fpnet_core.plain_yaml import MAX_BYTES, parse_yaml
 WALL_M = 0.2
 """Thickness of walls, of which the file has centre lines only [m]. Chosen."""
 
+_LARGEST_PX = 1e9  # numerical: pixels of a vertex
+_LARGEST_M = 1e6  # physical: no building of it is so far from its origin
 _SOURCE = 'Open-RMF'
 _METRES = ('cartesian_meters', 'cartesian_metres')  # given: coordinate systems
 _PIXELS = ('', 'reference_image')  # given
@@ -96,8 +98,12 @@ def _model(
     level: dict[str, Any], in_metres: bool, storeys: tuple[ModelStorey, ...], number: int
 ) -> FloorplanModel:
     points = np.array([vertex[:2] for vertex in level['vertices']], dtype=np.float64)
+    if not (np.abs(points) < _LARGEST_PX).all():
+        raise MapFormatError('it has vertices that lie nowhere')
     if not in_metres:
         points = points * (1.0, -1.0) * _metres_per_pixel(level, points)
+    if not (np.abs(points) < _LARGEST_M).all():
+        raise MapFormatError(f'it has vertices more than {_LARGEST_M:g} m away')
     lines = [(_ends(wall, points), _told(wall)) for wall in level.get('walls') or ()]
     lines = [(ends, told) for ends, told in lines if (ends[0] != ends[1]).any()]
     walls = [
