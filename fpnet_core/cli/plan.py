@@ -5,12 +5,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fpnet_core.cli import common
 from fpnet_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from fpnet_core.drawings.types import Reading
+    from fpnet_core.types import Segmentation
 
 
 @common.reads_drawing
@@ -23,6 +27,14 @@ def command(
             '--out', metavar='FILE', help='The map to write; its image and record lie beside it.'
         ),
     ] = Path('plan.yaml'),
+    export: Annotated[
+        list[Path] | None,
+        typer.Option(
+            '--export',
+            metavar='FILE',
+            help='Rooms and doors as .geojson, .zip (IMDF), .building.yaml, .dxf or .svg.',
+        ),
+    ] = None,
     config: common.ConfigOption = None,
     settings: common.SetOption = None,
     json_path: common.JsonOption = None,
@@ -40,6 +52,8 @@ def command(
 
     Example: fpnet plan sheet.pdf --page 2 --out plan.yaml
 
+    Example: fpnet plan storey.ifc --export storey.geojson --export storey.building.yaml
+
     Example: fpnet plan phone.jpg --length 120,80,520,80=6.0 --crop 40,60,900,700 --out plan.yaml
     """
     tree = common.load(config, settings)
@@ -49,6 +63,7 @@ def command(
     from fpnet_core.viz.reading import save_reading
 
     picture = _checked(out, drawing)
+    exports = _checked_exports(export or [], drawing)
     reading = said.read(drawing, tree)
     segmentation = segment_floorplan(reading.grid, tree.segmentation)
     record = write_plan(reading, out)
@@ -57,11 +72,41 @@ def command(
     for line in (*said_of(reading, segmentation), *(f'doubt: {fault}' for fault in faults)):
         common.say(line, json_path)
     common.say(f'wrote {out}, {record.name} and {picture.name}', json_path)
+    _export(reading, segmentation, exports, json_path)
     figures = {'rooms': len(segmentation.rooms), 'doors': len(segmentation.doors)}
     doubts = {'doubts': [*reading.doubts, *faults]}
     common.write_json(json_path, as_json(reading) | figures | doubts)
     if not segmentation.rooms:
         raise typer.Exit(1)
+
+
+def _checked_exports(exports: list[Path], drawing: Path) -> list[Path]:
+    """Return the files to export to; an error for ones that must not be written."""
+    from fpnet_core.cli.outputs import check_file
+    from fpnet_core.drawings.exports.writing import export_suffix
+
+    for path in exports:
+        export_suffix(path)
+        check_file(path, '--export')
+        if path.resolve() == drawing.resolve():
+            raise ConfigError(f'--export {path} would overwrite the drawing; name another file')
+    return exports
+
+
+def _export(
+    reading: Reading, segmentation: Segmentation, exports: list[Path], json_path: Path | None
+) -> None:
+    """Write the reading's model to each file."""
+    if not exports:
+        return
+    from fpnet_core.drawings.exports.writing import write_model
+    from fpnet_core.drawings.segmented_model import complete_model
+
+    model = complete_model(reading, segmentation)
+    for path in exports:
+        write_model(model, path, Path(reading.drawing.name).stem)
+        counts = f'{len(model.rooms)} rooms and {len(model.doors)} doors'
+        common.say(f'wrote {path}: {counts}', json_path)
 
 
 def _checked(out: Path, drawing: Path) -> Path:

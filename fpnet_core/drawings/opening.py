@@ -12,6 +12,9 @@ from fpnet_core.drawings.ocr import with_texts
 from fpnet_core.drawings.types import Drawing, ReadOptions
 from fpnet_core.errors import MapFormatError
 
+RMF_SUFFIX = '.building.yaml'
+"""Given: of the files that Open-RMF's traffic editor writes."""
+
 _HEAD_BYTES = 4096  # numerical
 _DXF = re.compile(rb'\A(?:\xef\xbb\xbf)?\s*(?:999\r?\n[^\n]*\n\s*)*0\s*\r?\n\s*SECTION\s*\r?\n')
 _SVG = re.compile(rb'<(?:\w+:)?svg[\s>]')
@@ -24,6 +27,7 @@ _SUFFIXES = {
     'svg': ('.svg', '.svgz'),
     'dxf': ('.dxf',),
     'ifc': ('.ifc',),
+    'geojson': ('.geojson', '.imdf'),
     'image': (
         '.png', '.jpg', '.jpeg', '.jpe', '.webp', '.gif', '.bmp', '.tif', '.tiff', '.pgm', '.ppm',
         '.pbm', '.pnm',
@@ -72,8 +76,9 @@ _BY_SUFFIX = {
     '.avif': 'an AVIF picture: convert it to PNG with ImageMagick',
     '.zip': 'an archive: unpack it first',
 }
-_PAGED = ('pdf', 'ifc')  # given: beside TIFF; a storey is a page of an IFC
-_READ = 'PNG, JPEG, TIFF, WebP, GIF, BMP, PGM, PDF, SVG, DXF or IFC'
+_PAGED = ('pdf', 'ifc', 'geojson', 'rmf')  # given: beside TIFF; a storey is a page of a building
+_LAYERLESS = ('geojson', 'rmf')  # given
+_READ = 'PNG, JPEG, TIFF, WebP, GIF, BMP, PGM, PDF, SVG, DXF, IFC or IMDF'
 
 
 def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  # noqa: B008
@@ -102,6 +107,8 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
 
         if options.page is not None and kind not in _PAGED:
             raise MapFormatError(f'{path} is {_worded(kind)}, which has no pages; leave that out')
+        if options.layers and kind in _LAYERLESS:
+            raise MapFormatError(f'{path} is {_worded(kind)}, which has no layers; leave that out')
         drawing = with_texts(read_apart(path, kind, options), options)
     suffix = path.suffix.lower()
     others = [
@@ -114,31 +121,55 @@ def open_drawing(path: Path, options: ReadOptions = ReadOptions()) -> Drawing:  
 
 
 def _worded(kind: str) -> str:
-    return {'image': 'an image', 'svg': 'an SVG', 'ifc': 'an IFC'}.get(kind, f'a {kind.upper()}')
+    return {
+        'image': 'an image', 'svg': 'an SVG', 'ifc': 'an IFC', 'geojson': 'a GeoJSON',
+        'rmf': 'an Open-RMF building',
+    }.get(kind, f'a {kind.upper()}')  # fmt: skip
 
 
 def drawing_kind(path: Path) -> str:
     """
-    Return ``image``, ``pdf``, ``svg``, ``dxf`` or ``ifc``.
+    Return ``image``, ``pdf``, ``svg``, ``dxf``, ``ifc``, ``geojson`` or ``rmf``.
 
     Raises
     ------
     MapFormatError
-        If the file is missing, empty, a folder, or none of these.
+        If the file is missing, empty, a folder that is no IMDF, or none of these.
     """
+    if path.is_dir() and any(path.glob('*.geojson')):
+        return 'geojson'
     head = _head(path)
-    if b'%PDF-' in head[:1024]:
-        return 'pdf'
-    if head.startswith(b'AutoCAD Binary DXF') or _DXF.match(head):
-        return 'dxf'
-    if b'ISO-10303-21' in head[:1024] and path.suffix.lower() not in ('.stp', '.step'):
-        return 'ifc'
-    if head.startswith(_IMAGES) or head[8:12] == b'WEBP':
-        return 'image'
+    is_step = path.suffix.lower() in ('.stp', '.step')
     is_packed = head.startswith(b'\x1f\x8b') and path.suffix.lower() == '.svgz'
-    if is_packed or _SVG.search(_as_bytes(head)):
-        return 'svg'
+    kinds = {
+        'rmf': path.name.lower().endswith(RMF_SUFFIX),
+        'geojson': _is_geojson(path, head),
+        'pdf': b'%PDF-' in head[:1024],
+        'dxf': head.startswith(b'AutoCAD Binary DXF') or bool(_DXF.match(head)),
+        'ifc': b'ISO-10303-21' in head[:1024] and not is_step,
+        'image': head.startswith(_IMAGES) or head[8:12] == b'WEBP',
+        'svg': is_packed or bool(_SVG.search(_as_bytes(head))),
+    }
+    for kind, is_it in kinds.items():
+        if is_it:
+            return kind
     raise MapFormatError(_refusal(path, head))
+
+
+def _is_geojson(path: Path, head: bytes) -> bool:
+    """Tell whether a file is GeoJSON, or a ZIP with some in it, as IMDF comes."""
+    text = _as_bytes(head).lstrip(b'\xef\xbb\xbf \r\n\t')
+    if text.startswith(b'{'):
+        return b'"Feature' in text or path.suffix.lower() == '.geojson'
+    if not head.startswith(b'PK\x03\x04'):
+        return False
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return any(name.lower().endswith('.geojson') for name in archive.namelist())
+    except Exception:  # damaged archives raise many kinds
+        return False
 
 
 def _head(path: Path) -> bytes:

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from fpnet_core.config import FpnetConfig, SegmentationConfig
-from fpnet_core.drawings.opening import open_drawing
+from fpnet_core.drawings.opening import RMF_SUFFIX, open_drawing
 from fpnet_core.drawings.pictures.choosing import choose, thought_of
 from fpnet_core.drawings.pictures.found import Found
 from fpnet_core.drawings.plan_files import recorded
 from fpnet_core.drawings.scaling import resolve_scale
+from fpnet_core.drawings.stated_model import model_reading, placed_model
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -56,7 +57,8 @@ def read_plan(
     """
     path, config = Path(path), config or FpnetConfig()
     _check_said(options)
-    if path.suffix.lower() in YAML_SUFFIXES:
+    is_building = path.name.lower().endswith(RMF_SUFFIX)
+    if path.suffix.lower() in YAML_SUFFIXES and not is_building:
         return _as_stated(path, options)
     return read_drawing(open_drawing(path, options), options, config.segmentation)
 
@@ -133,14 +135,18 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         If an option does not fit the drawing, or it shows no building.
     """
     _check_options(drawing, options)
+    stated = model_reading(drawing, options)
+    if stated is not None:
+        return stated
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     thought = thought_of(found, drawing, config)
+    H_plan_image = pixel_to_xy(grid).matrix @ found.H_cell_pixel
     return Reading(
         grid=grid,
         scale=scale,
-        H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel,
+        H_plan_image=H_plan_image,
         how=found.how,
         drawing=drawing,
         storeys=found.storeys,
@@ -149,6 +155,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         doubts=(*drawing.doubts, *thought.reasons),
         doubtful=thought.places,
         trust=found.trust,
+        model=placed_model(drawing, grid, H_plan_image),
     )
 
 

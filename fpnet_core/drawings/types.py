@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fpnet_core.types import GridMap
 
 if TYPE_CHECKING:
+    from fpnet_core.drawings.model import FloorplanModel
     from fpnet_core.segmentation import ScaleEstimate
 
 Array = NDArray[np.float64]
@@ -109,6 +110,8 @@ class Drawing:
     door_px : widths of the door leaves that a vector drawing shows, in pixels
     notes : what was noticed on opening, a sentence each
     doubts : reasons not to take the file for a floorplan, a sentence each
+    model : the elements that the file itself holds, in its own units and coordinates, as
+        ``A_pixel_image`` takes them; None where the format knows none
     """
 
     pixels: NDArray[np.uint8]
@@ -122,6 +125,7 @@ class Drawing:
     door_px: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    model: FloorplanModel | None = None
 
 
 @dataclass(frozen=True)
@@ -198,6 +202,7 @@ class Reading:
     doubtful : where these lie on the drawing, as far as they lie somewhere
     drawing : what was read
     trust : how sure the network is that read it; None where none did
+    model : the storey's elements, in metres of ``grid``'s frame; None where nobody tells them
     """
 
     grid: GridMap
@@ -211,6 +216,7 @@ class Reading:
     doubts: tuple[str, ...] = ()
     trust: Trust | None = None
     doubtful: tuple[Doubtful, ...] = ()
+    model: FloorplanModel | None = None
 
     @property
     def estimate(self) -> ScaleEstimate | None:
@@ -229,9 +235,13 @@ class Reading:
         pose = self.grid.T_frame_grid.matrix
         width_m = self.grid.shape[1] * self.grid.resolution
         turned = np.array([[-1.0, 0.0, width_m], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        H = pose @ turned @ np.linalg.inv(pose) @ self.H_plan_image
+        mirror = pose @ turned @ np.linalg.inv(pose)
+        H = mirror @ self.H_plan_image
+        model = self.model
+        if model is not None:
+            model = replace(model.moved(mirror[:2]), scale=model.scale, H_plan_image=H)
         how = f'{self.how}, flipped'
-        return replace(self, grid=self.grid.mirrored(), H_plan_image=H, how=how)
+        return replace(self, grid=self.grid.mirrored(), H_plan_image=H, how=how, model=model)
 
     @property
     def is_readable(self) -> bool:

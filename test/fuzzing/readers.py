@@ -173,6 +173,36 @@ def _write_ifc(folder: Path) -> Path:
     return path
 
 
+def _write_geojson(folder: Path) -> Path:
+    """Write a room and a door as IMDF has them."""
+    ring = [[30.0, 60.0], [30.0001, 60.0], [30.0001, 60.0001], [30.0, 60.0001], [30.0, 60.0]]
+    shapes = (('unit', 'Polygon', [ring]), ('opening', 'LineString', [ring[0], [30.00001, 60.0]]))
+    features = [
+        {
+            'type': 'Feature', 'id': kind, 'feature_type': kind,
+            'geometry': {'type': shape, 'coordinates': places}, 'properties': {'level_id': 'a'},
+        }
+        for kind, shape, places in shapes
+    ]  # fmt: skip
+    path = folder / 'plan.geojson'
+    path.write_text(json.dumps({'type': 'FeatureCollection', 'features': features}))
+    return path
+
+
+def _write_building(folder: Path) -> Path:
+    """Write a level of Open-RMF with a measurement, four walls and a door."""
+    path = folder / 'plan.building.yaml'
+    path.write_text(
+        'name: b\nlevels:\n  L1:\n    elevation: 0.0\n'
+        '    vertices: [[0, 0], [400, 0], [400, 300], [0, 300], [100, 0], [150, 0]]\n'
+        '    walls: [[0, 4, {}], [5, 1, {}], [1, 2, {}], [2, 3, {}], [3, 0, {}]]\n'
+        '    doors: [[4, 5, {type: [1, hinged], name: [1, D]}]]\n'
+        '    measurements: [[0, 1, {distance: [3, 8.0]}]]\n'
+        '    floors: [{vertices: [0, 1, 2, 3]}]\n'
+    )
+    return path
+
+
 def _read_drawing(path: Path) -> object:
     """Open a drawing as users do, in a process of its own."""
     from fpnet_core.drawings.annotations import annotated_scale
@@ -188,7 +218,7 @@ def _read_drawing_here(path: Path) -> object:
     from fpnet_core.drawings.types import ReadOptions
 
     kind = drawing_kind(path)
-    if kind not in ('svg', 'dxf'):
+    if kind not in ('svg', 'dxf', 'geojson', 'rmf'):
         return _read_drawing(path)
     module = importlib.import_module(f'fpnet_core.drawings.formats.{kind}')
     page = getattr(module, f'read_{kind}')(path, ReadOptions())
@@ -646,6 +676,8 @@ READERS: tuple[Reader, ...] = (
         )
     ),
     Reader('drawings', '.ifc', _write_ifc, _read_ifc, _TEXT),
+    Reader('drawings', '.geojson', _write_geojson, _read_drawing_here, _TEXT),
+    Reader('drawings', '.building.yaml', _write_building, _read_drawing_here, _YAML),
     Reader('map YAML', 'map.yaml', _write_map, _read_map, _YAML, '*.yaml'),
     Reader('plan records', 'plan.json', _write_plan, _read_plan, _TEXT, '*.json'),
     Reader('configuration', 'fpnet.yaml', _write_config, _read_config, _YAML),

@@ -9,7 +9,7 @@ grid, and a few pieces to a path.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,10 +49,18 @@ class DoorArcs:
 
 @dataclass(frozen=True, eq=False)
 class Doors:
-    """``width (D,)`` of doors whose leaf is drawn; ``is_door (N,)``: pieces that draw doors."""
+    """
+    Doors whose leaf is drawn, and all pieces that draw doors.
+
+    ``width (D,)``; ``hinge (D, 2)``, ``shut (D, 2)`` where the leaf ends when it is shut and
+    ``leaf (D, 2)`` where it is drawn; ``is_door (N,)``.
+    """
 
     width: Array
     is_door: NDArray[np.bool_]
+    hinge: Array = field(default_factory=lambda: np.empty((0, 2)))
+    shut: Array = field(default_factory=lambda: np.empty((0, 2)))
+    leaf: Array = field(default_factory=lambda: np.empty((0, 2)))
 
 
 def find_arcs(pieces: OutlinePieces) -> DoorArcs:
@@ -141,7 +149,8 @@ def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Door
     is_door = np.zeros(len(pieces.ends), dtype=np.bool_)
     if not fits.any():
         return Doors(np.empty(0), is_door)
-    leaves, has_leaf = _leaves(arcs, fits, pieces)
+    leaves, tip = _leaves(arcs, fits, pieces)
+    has_leaf = tip >= 0
     is_quarter = fits & (arcs.sweep > _QUARTER[0]) & (arcs.sweep < _QUARTER[1])
     if has_leaf.any():
         typical = float(np.median(arcs.radius[has_leaf]))
@@ -151,17 +160,21 @@ def find_doors(pieces: OutlinePieces, unit_m: float | None, size: float) -> Door
         drawn = is_quarter if unit_m is not None else np.zeros_like(is_quarter)
     is_door[leaves] = True
     is_door |= np.append(drawn, False)[arcs.arc]
-    return Doors(arcs.radius[has_leaf], is_door)
+    tips, tip = arcs.tips[has_leaf], tip[has_leaf]
+    rows = np.arange(len(tip))
+    return Doors(
+        arcs.radius[has_leaf], is_door, arcs.centre[has_leaf], tips[rows, 1 - tip], tips[rows, tip]
+    )
 
 
 def _leaves(
     arcs: DoorArcs, fits: NDArray[np.bool_], pieces: OutlinePieces
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the straight pieces from the hinge to a tip of an arc, and which arcs have one."""
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the straight pieces from the hinge to a tip of an arc, and which tip; -1 for none."""
     straight = np.flatnonzero(arcs.arc < 0)
-    has_leaf = np.zeros(len(arcs.radius), dtype=np.bool_)
+    tip = np.full(len(arcs.radius), -1)
     if not len(straight):
-        return straight, has_leaf
+        return straight, tip
     points = pieces.ends[straight].reshape(-1, 2)
     by_x = np.argsort(points[:, 0])
     sorted_x = points[by_x, 0]
@@ -173,10 +186,12 @@ def _leaves(
         ends = beside[np.hypot(*(points[beside] - arcs.centre[k]).T) < reach]
         other = pieces.ends[straight[ends // 2], 1 - ends % 2]
         to_tip = np.hypot(*(other[:, None] - arcs.tips[k]).transpose(2, 0, 1))
-        leaf = ends[(to_tip < _NEAR * arcs.radius[k]).any(axis=1)] // 2
-        has_leaf[k] = len(leaf) > 0
+        reaches = to_tip < _NEAR * arcs.radius[k]
+        leaf = ends[reaches.any(axis=1)] // 2
+        if len(leaf):
+            tip[k] = int(np.argmin(to_tip.min(axis=0)))
         found.append(straight[leaf])
-    return np.concatenate(found), has_leaf
+    return np.concatenate(found), tip
 
 
 def _no_arcs(count: int) -> DoorArcs:

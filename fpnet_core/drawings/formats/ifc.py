@@ -3,29 +3,32 @@
 """
 IFC: a storey of a building model, cut a metre above its floor.
 
-Walls, columns, curtain walls and windows are cut; doors are left open. Lengths are true. Needs
-IfcOpenShell, which is the optional extra ``ifc``.
+Walls, columns, curtain walls and windows are cut; doors are left open. Spaces, doors and windows
+are taken as the file states them. Lengths are true. Needs IfcOpenShell, which is the optional
+extra ``ifc``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fpnet_core.drawings.formats.ifc_elements import doors, spaces, windows
+from fpnet_core.drawings.formats.ifc_sections import loops, section, triangles
 from fpnet_core.drawings.formats.messages import detail_of
 from fpnet_core.drawings.formats.pages import (
     BLACK,
-    Array,
     PageBuilder,
     Paint,
     Ring,
     UnitKind,
     VectorPage,
 )
+from fpnet_core.drawings.model import FloorplanModel, ModelStorey, ModelWall
 from fpnet_core.drawings.types import ReadOptions
 from fpnet_core.errors import MapFormatError
 
@@ -38,7 +41,6 @@ MAX_BYTES = 200 * 2**20  # numerical
 
 _SOLID = ('IfcWall', 'IfcColumn', 'IfcPlate', 'IfcMember', 'IfcCurtainWall', 'IfcWindow')
 _SHAPES = 4_000  # numerical: elements that are looked at beyond those of the storey itself
-_JOIN_M = 1e-4  # numerical: ends of cut lines so close are one
 _LAYERS = {'IfcWindow': 'windows', 'IfcPlate': 'windows', 'IfcColumn': 'columns'}
 
 
@@ -77,17 +79,19 @@ def read_ifc(path: Path, options: ReadOptions) -> VectorPage:
     number = _number(storeys, options, path.name)
     floor_m, storey = storeys[number]
     builder = PageBuilder(path.name)
-    for element, loops in _cuts(model, storey, floor_m + CUT_M):
+    walls = []
+    for element, rings in _cuts(model, storey, _settings(), floor_m + CUT_M):
         layer = _LAYERS.get(element.is_a(), 'walls')
-        builder.add(loops, Paint(BLACK, is_even_odd=True, layer=layer))
+        builder.add(rings, Paint(BLACK, is_even_odd=True, layer=layer))
+        walls.append(ModelWall(tuple(ring.points for ring in rings), source='IFC'))
     if not builder.paths:
         raise MapFormatError(
             f'{path.name} has no walls a metre above storey {number + 1}; choose another one of '
             f'{len(storeys)} with --page'
         )
-    name = str(storey.Name or '').strip() or 'unnamed'
-    builder.notes.append(f'storey {number + 1} of {len(storeys)} from below: {name}')
-    return builder.finish(is_y_up=True, unit_m=1.0, unit_kind=UnitKind.TRUE)
+    builder.notes.append(f'storey {number + 1} of {len(storeys)} from below: {_named(storey)}')
+    page = builder.finish(is_y_up=True, unit_m=1.0, unit_kind=UnitKind.TRUE)
+    return replace(page, model=_model(model, storeys, number, walls))
 
 
 def _open(path: Path) -> Any:
@@ -147,80 +151,46 @@ def _elements(storey: Any, kinds: tuple[str, ...]) -> list[Any]:
     return [e for e in elements.get_decomposition(storey) if any(e.is_a(kind) for kind in kinds)]
 
 
-def _cuts(model: Any, storey: Any, height_m: float) -> Iterator[tuple[Any, list[Ring]]]:
+def _cuts(
+    model: Any, storey: Any, settings: Any, height_m: float
+) -> Iterator[tuple[Any, list[Ring]]]:
     """Yield what the cut leaves of each element, those of other storeys that reach it as well."""
-    import ifcopenshell.geom
-
-    settings = ifcopenshell.geom.settings()
-    settings.set('use-world-coords', True)
     chosen = {element.id(): element for element in _elements(storey, _SOLID)}
     others = [element for kind in _SOLID for element in model.by_type(kind)]
     if len(others) <= _SHAPES:
         chosen.update({element.id(): element for element in others})
     for element in chosen.values():
-        if element.Representation is None:
-            continue
-        shape: Any = None
-        with suppress(Exception):  # an element without a proper body; the others may have one
-            shape = ifcopenshell.geom.create_shape(settings, element)
-        if shape is None:
-            continue
-        vertices = np.array(shape.geometry.verts, dtype=np.float64).reshape(-1, 3)
-        faces = np.array(shape.geometry.faces, dtype=np.int64).reshape(-1, 3)
-        loops = _loops(_section(vertices, faces, height_m))
-        if loops:
-            yield element, loops
+        body = triangles(element, settings)
+        rings = loops(section(*body, height_m)) if body is not None else []
+        if rings:
+            yield element, rings
 
 
-def _section(vertices: Array, faces: Any, height: float) -> Array:
-    """Return the pieces ``(N, 2, 2)`` at which the triangles of a body cross a height."""
-    corners = vertices[faces]
-    above = corners[:, :, 2] > height
-    corners, above = corners[(crosses := above.any(axis=1) != above.all(axis=1))], above[crosses]
-    if not len(corners):
-        return np.empty((0, 2, 2))
-    # Each crossing triangle has one corner alone on its side of the cut.
-    alone = np.argmax(above == (above.sum(axis=1) == 1)[:, None], axis=1)
-    rows = np.arange(len(corners))
-    tip = corners[rows, alone]
-    ends = [corners[rows, (alone + k) % 3] for k in (1, 2)]
-    share = [(height - tip[:, 2]) / (end[:, 2] - tip[:, 2]) for end in ends]
-    pieces = [tip + s[:, None] * (end - tip) for s, end in zip(share, ends, strict=True)]
-    return np.stack(pieces, axis=1)[:, :, :2]
+def _model(
+    model: Any, storeys: list[tuple[float, Any]], number: int, walls: list[ModelWall]
+) -> FloorplanModel:
+    """Return what the file says of a storey, with the walls that were cut."""
+    from ifcopenshell.util import unit as units
+
+    settings, (floor_m, storey) = _settings(), storeys[number]
+    unit_m = float(units.calculate_unit_scale(model))
+    return FloorplanModel(
+        walls=tuple(walls),
+        doors=tuple(doors(_elements(storey, ('IfcDoor',)), settings, unit_m)),
+        windows=tuple(windows(_elements(storey, ('IfcWindow',)), settings, unit_m)),
+        rooms=tuple(spaces(_elements(storey, ('IfcSpace',)), model, settings, floor_m + CUT_M)),
+        storeys=tuple(ModelStorey(_named(each), height) for height, each in storeys),
+        storey=number,
+    )
 
 
-def _loops(pieces: Array) -> list[Ring]:
-    """Return rings joined from pieces; pieces that lead nowhere are left out."""
-    keys = [tuple(map(tuple, np.rint(piece / _JOIN_M).astype(int).tolist())) for piece in pieces]
-    joints: dict[tuple[int, ...], list[int]] = {}
-    for number, ends in enumerate(keys):
-        if ends[0] != ends[1]:
-            for end in ends:
-                joints.setdefault(end, []).append(number)
-    used: set[int] = set()
-    rings = []
-    for number, ends in enumerate(keys):
-        if number not in used and ends[0] != ends[1]:
-            points = _followed(number, keys, joints, used)
-            if points[0] == points[-1] and len(points) > 3:
-                rings.append(Ring(np.array(points[:-1]) * _JOIN_M, is_closed=True))
-    return rings
+def _settings() -> Any:
+    import ifcopenshell.geom
+
+    settings = ifcopenshell.geom.settings()
+    settings.set('use-world-coords', True)
+    return settings
 
 
-def _followed(
-    number: int,
-    keys: list[tuple[tuple[int, ...], ...]],
-    joints: dict[tuple[int, ...], list[int]],
-    used: set[int],
-) -> list[tuple[int, ...]]:
-    """Return the points of a chain of unused pieces until it closes or ends."""
-    points = list(keys[number])
-    used.add(number)
-    while points[-1] != points[0]:
-        following = next((k for k in joints[points[-1]] if k not in used), None)
-        if following is None:
-            break
-        used.add(following)
-        first, second = keys[following]
-        points.append(second if first == points[-1] else first)
-    return points
+def _named(storey: Any) -> str:
+    return str(storey.Name or '').strip() or 'unnamed'

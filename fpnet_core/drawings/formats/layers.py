@@ -32,7 +32,7 @@ _NOTES = _words(
     'text texte texto testo anno annotation annotations dim dims dimension dimensions cota cotas '
     'cote cotes cotation quote bemassung mass masse mase tag tags iden ident note notes label '
     'labels beschriftung title titl legend legende schriftfeld defpoints viewport viewports vport '
-    'revcloud revision symb symbol symbols'
+    'revcloud revision symb symbol symbols frame border rahmen rand cadre'
 )
 _DOORS = _words(
     'door doors tuer tur tueren turen porte portes puerta puertas porta portas porte deur deuren '
@@ -51,20 +51,22 @@ _WALLS = _words(
     'stutzen poteau poteaux colonna colonne kolom shearwall murature muratura gips gipskarton '
     'trockenbau tragend'
 )
+_FURNITURE = _words(
+    'furn furniture furnishing mobel moebel mobiliar mobilier mobiliario mobili mueble muebles '
+    'meubel mebel casework cabinet cabinets desk desks chair chairs table tables seat seating bed '
+    'beds sofa fixt fixture fixtures sanit sanitary sanitaer sanitar plumb plumbing wc toilet '
+    'toilets bath kitchen kuche kueche cuisine cocina appl appliance equip eqpm equipment '
+    'ausstattung plant plants planting tree trees veg vegetation landscape car cars parking '
+    'people person electr electrical elektro light lights lite lighting power hvac mech duct '
+    'pipe pipes heating fire sprinkler handrail railing rail hrail north nord compass logo hatch '
+    'hatches patt pattern schraffur sombreado rayure tile tiles'
+)
 _OTHERS = _words(
-    'furn furniture mobel moebel mobiliar mobilier mobiliario mobili mueble muebles meubel mebel '
-    'casework cabinet cabinets desk desks chair chairs table tables seat seating bed beds sofa '
-    'fixt fixture fixtures sanit sanitary sanitaer sanitar plumb plumbing wc toilet toilets bath '
-    'kitchen kuche kueche cuisine cocina appl appliance equip eqpm equipment ausstattung plant '
-    'plants planting tree trees veg vegetation landscape car cars parking people person electr '
-    'electrical elektro light lights lite lighting power hvac mech duct pipe pipes heating fire '
-    'sprinkler grid grids axis axes axe achse achsen raster eje ejes hatch hatches patt pattern '
-    'fill fills schraffur sombreado rayure area areas room rooms raum raeume zone zones space '
-    'spaces frame border rahmen rand cadre north nord compass scale logo site contour contours '
-    'topo survey property clng ceiling decke roof dach stair stairs strs treppe treppen escalier '
-    'escaliers escalera escaleras scala scale trap lift lifts elevator ascensor aufzug elev floor '
-    'flor flooring hidden dashed cloud image images xref ref reference construction handrail '
-    'railing rail hrail tile tiles pavement piso carpet section sections cut people furnishing'
+    'grid grids axis axes axe achse achsen raster eje ejes scale site contour contours topo '
+    'survey property clng ceiling decke roof dach stair stairs strs treppe treppen escalier '
+    'escaliers escalera escaleras scala trap lift lifts elevator ascensor aufzug elev flooring '
+    'hidden dashed cloud image images xref ref reference construction pavement carpet section '
+    'sections cut'
 )
 _STEMS = (  # of words that are compounds or inflected, and of languages without spaces
     (LayerRole.DOOR, ('tuer', 'door', 'двер', '门', '門', 'ドア', '문')),
@@ -78,16 +80,19 @@ _WORDS = (
     (LayerRole.DOOR, _DOORS),
     (LayerRole.WINDOW, _WINDOWS),
     (LayerRole.WALL, _WALLS),
-    (LayerRole.OTHER, _OTHERS),
+    (LayerRole.OTHER, _FURNITURE | _OTHERS),
 )
 _CAMEL = re.compile(r'(?<=[a-zà-ÿ])(?=[A-Z])')
 _LETTERS = re.compile(r'[^\W\d_]+')
 
 
 def layer_role(name: str) -> LayerRole:
-    """Return what the name of a layer, block or group says; ``UNKNOWN`` where it says nothing."""
-    words = {_plain(word) for word in _LETTERS.findall(_CAMEL.sub(' ', name))}
-    words |= {word[:-1] for word in words if word.endswith('s') and len(word) > 4}
+    """
+    Return what the name of a layer, block or group says; ``UNKNOWN`` where it says nothing.
+
+    Words for floors, rooms, areas and fills say nothing: walls are on such layers, too.
+    """
+    words = _words_of(name)
     for role, known in _WORDS:
         if words & known:
             return role
@@ -95,6 +100,21 @@ def layer_role(name: str) -> LayerRole:
         if any(stem in word for word in words for stem in stems):
             return role
     return LayerRole.UNKNOWN
+
+
+def is_symbols(name: str) -> bool:
+    """Tell whether a name says furniture, hatches, texts, titles or frames: never walls."""
+    words = _words_of(name)
+    return bool(words & (_NOTES | _FURNITURE)) or any(
+        stem in word for role, stems in _STEMS if role is LayerRole.OTHER
+        for word in words for stem in stems
+    )  # fmt: skip
+
+
+def _words_of(name: str) -> set[str]:
+    """Return the words of a name in lower case without accents, in the singular as well."""
+    words = {_plain(word) for word in _LETTERS.findall(_CAMEL.sub(' ', name))}
+    return words | {word[:-1] for word in words if word.endswith('s') and len(word) > 4}
 
 
 def _plain(word: str) -> str:

@@ -16,6 +16,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.model import FloorplanModel
 from fpnet_core.drawings.types import Label
 from fpnet_core.errors import MapFormatError
 from fpnet_core.geometry import scale_of
@@ -129,7 +130,8 @@ class VectorPage:
     in the page's units; ``box`` is the paper's, None where there is none; ``unit_m`` as the format
     states it, worth what ``unit_kind`` says; ``paper_m`` metres of paper per unit; ``A_page_file``
     from the file's own coordinates, where the page's are others; ``renderer`` paints the page
-    better than its lines and areas tell, None where those are all.
+    better than its lines and areas tell, None where those are all; ``model`` holds the elements
+    that the file itself names, in its own coordinates, None where it names none.
     """
 
     points: Array
@@ -158,6 +160,7 @@ class VectorPage:
     notes: tuple[str, ...] = ()
     renderer: Renderer | None = None
     is_scan: bool = False
+    model: FloorplanModel | None = None
 
     def with_renderer(self, renderer: Renderer, is_scan: bool = False) -> VectorPage:
         """Return the page with what paints it; ``is_scan``: the drawing is in its pictures."""

@@ -69,7 +69,7 @@ def read_svg(path: Path, options: ReadOptions) -> VectorPage:
     """
     from svgelements import Matrix
 
-    clean = cleaned(parse(unpacked(path), path.name), path.name)
+    clean = cleaned(parse(unpacked(path), path.name), path.name, options.layers)
     for side in ('width', 'height'):
         if not _LENGTH.fullmatch(clean.root.get(side, '')):  # relative to a font or a window
             clean.root.attrib.pop(side, None)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 import re
@@ -36,6 +37,7 @@ _CLIP_SHAPES = frozenset({'path', 'rect', 'circle', 'ellipse', 'polygon', 'polyl
 _GEOMETRY = frozenset({
     'd', 'x', 'y', 'width', 'height', 'cx', 'cy', 'r', 'rx', 'ry', 'points', 'transform',
 })  # fmt: skip
+_HIDING = re.compile(r'display\s*:\s*none\s*;?')
 _SVG = 'http://www.w3.org/2000/svg'
 
 
@@ -55,6 +57,7 @@ class Clean:
     shapes_of_clips: set[str] = field(default_factory=set)
     count: int = 0
     dropped: set[str] = field(default_factory=set)
+    wanted: frozenset[str] = frozenset()
 
 
 def unpacked(path: Path) -> bytes:
@@ -122,11 +125,15 @@ def _local(element: ElementTree.Element) -> str:
     return str(element.tag).rpartition('}')[2]
 
 
-def cleaned(root: ElementTree.Element, name: str) -> Clean:
-    """Return what a library may see of a document; MapFormatError where that is no SVG."""
+def cleaned(root: ElementTree.Element, name: str, wanted: Iterable[str] = ()) -> Clean:
+    """
+    Return what a library may see of a document; MapFormatError where that is no SVG.
+
+    Groups that ``wanted`` names, and all within, are layers of that name, shown if hidden.
+    """
     if _local(root) != 'svg':
         raise MapFormatError(f'{name} is XML, but no SVG: its root is {_local(root)[:40]!a}')
-    clean = Clean(root)
+    clean = Clean(root, wanted=frozenset(each.casefold() for each in wanted))
     for element in root.iter():
         clean.by_id[element.get('id', '')] = element
         if _local(element) == 'path':
@@ -140,7 +147,7 @@ def _clean_element(
     clean: Clean, element: ElementTree.Element, layer: str, clips: tuple[str, ...]
 ) -> None:
     number = _numbered(clean, element)
-    layer = clean.layers[number] = _layer(element, layer)
+    layer = clean.layers[number] = _layer(clean, element, layer)
     clean.clips[number] = clips
     for key in list(element.attrib):
         value = element.attrib[key]
@@ -153,6 +160,7 @@ def _clean_element(
             del element.attrib[key]
     for child in list(element):
         kind = _local(child)
+        _show(clean, child)
         if kind in _DROPPED or _is_hidden(child):
             element.remove(child)
         elif kind == 'style' and (
@@ -207,9 +215,34 @@ def _is_hidden(element: ElementTree.Element) -> bool:
     return element.get('display') == 'none' or 'display:none' in style
 
 
-def _layer(element: ElementTree.Element, parent: str) -> str:
-    """Return the layer of an element: its own name if that says what it is, else its group's."""
-    names = [v for k, v in element.attrib.items() if k.endswith('}label') or k in ('id', 'class')]
+def _show(clean: Clean, element: ElementTree.Element) -> None:
+    """Show an element that is hidden, if its name is wanted."""
+    if clean.wanted and _is_hidden(element) and _wanted(clean, _names(element)):
+        element.attrib.pop('display', None)
+        element.set('style', _HIDING.sub('', element.get('style', '')))
+
+
+def _names(element: ElementTree.Element) -> list[str]:
+    return [v for k, v in element.attrib.items() if k.endswith('}label') or k in ('id', 'class')]
+
+
+def _wanted(clean: Clean, names: list[str]) -> str:
+    """Return the name that is wanted; empty if none is. Of classes each word is one."""
+    every = [*names, *(word for name in names for word in name.split())]
+    return next((name for name in every if name.casefold() in clean.wanted), '')
+
+
+def _layer(clean: Clean, element: ElementTree.Element, parent: str) -> str:
+    """
+    Return the layer of an element: its own name if that says what it is, else its group's.
+
+    One that is wanted holds all that is in it, whatever parts of it are named.
+    """
+    if parent.casefold() in clean.wanted:
+        return parent
+    names = _names(element)
+    if clean.wanted and (name := _wanted(clean, names)):
+        return name
     for name in names:
         if layer_role(name) is not LayerRole.UNKNOWN:
             return name

@@ -9,14 +9,15 @@ and texts are kept beside them, since dimensions and scale bars are among them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fpnet_core.drawings.formats.door_elements import drawn_model
 from fpnet_core.drawings.formats.doors import find_doors
 from fpnet_core.drawings.formats.hatching import find_hatching
-from fpnet_core.drawings.formats.layers import LayerRole, layer_role
+from fpnet_core.drawings.formats.layer_choice import choose_paths, is_seen
 from fpnet_core.drawings.formats.pages import (
     Array,
     Box,
@@ -53,7 +54,6 @@ _MIN_SIDE_PX = 400  # numerical
 _MARGIN = 0.06  # of the long side, white around what is drawn
 _CORE = (0.01, 0.99)  # share of the lines' length between which the drawing certainly is
 _REACH = 0.6  # of the core's size that the drawing may reach on either side; beyond are strays
-_WALL_SHARE = 0.03  # of all lines' length, for layers named after walls to be believed
 _SYMBOL_SHARE = 0.5  # of a path's length that draws a door or hatch, for all of it to be one
 _SHEET_SHARE = 0.85  # of the sheet's width and height, for an area to be the paper itself
 _RECTANGLE = 0.95  # of the box around an area, for it to be a rectangle
@@ -62,16 +62,6 @@ _SOME_DOORS = 3  # that leave no doubt that a building is drawn
 _FEWEST_LINES = 4
 _LEAST_DOMINANT = 0.2  # of the lines' length; evenly spread lines have 0.07 within 6 degrees
 _BUILDING_M = (2.5, 3_000.0)
-_WHITE = 250  # level of red, green and blue that is paper
-_LIST = 6  # numerical: layers that a sentence names
-
-
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """What is painted: ``is_path (P,)``, and why in ``notes``."""
-
-    is_path: NDArray[np.bool_]
-    notes: tuple[str, ...] = ()
 
 
 def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> Drawing:
@@ -84,17 +74,18 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         If nothing is drawn on it, or a layer that ``options`` name is not there.
     """
     pieces = outline_pieces(page)
-    if not (_is_seen(page)[pieces.path].any() or page.is_scan or page.pictures):
+    if not (is_seen(page)[pieces.path].any() or page.is_scan or page.pictures):
         raise MapFormatError(
             f'{name} has no lines, areas or pictures to read: expected a floorplan; export the '
             'sheet again with its layers switched on'
         )
-    choice = choose_paths(page, pieces, options)
+    is_hatch = find_hatching(pieces, _styles(page), _size(pieces, page))
+    choice = choose_paths(page, pieces, is_hatch, options)
     is_line = choice.is_path[pieces.path]
     unit = _unit(page, pieces, is_line)
     page = replace(page, unit_m=unit.length_m)
     doors = find_doors(pieces, unit.length_m, _size(pieces, page))
-    is_symbol = doors.is_door | find_hatching(pieces, _styles(page), _size(pieces, page))
+    is_symbol = doors.is_door | is_hatch
     is_line = is_line & ~is_symbol
     is_path = choice.is_path & ~_symbols(pieces, is_symbol, len(page.width))
     is_line &= is_path[pieces.path]
@@ -110,8 +101,9 @@ def drawing_of(page: VectorPage, name: str, kind: str, options: ReadOptions) -> 
         A_pixel_image=composed(canvas.A_pixel_page, page.A_page_file),
         paper_m=_times(page.paper_m, canvas),
         door_px=tuple(float(w) for w in doors.width * canvas.pixels_per_unit),
-        notes=(*page.notes, *choice.notes, *unit.notes, *notes),
+        notes=(*page.notes, *(() if page.model else choice.notes), *unit.notes, *notes),
         doubts=_doubts(page, unit, pieces[is_line], len(doors.width)),
+        model=page.model or drawn_model(page, doors),
     )
 
 
@@ -120,7 +112,7 @@ def _doubts(
 ) -> tuple[str, ...]:
     """Return why this is no floorplan: a part of a machine, a mesh, a sketch of a few lines."""
     doubts = []
-    if page.is_scan or page.pictures or doors >= _SOME_DOORS:
+    if page.is_scan or page.pictures or page.model or doors >= _SOME_DOORS:
         return ()
     if len(lines.ends) < _FEWEST_LINES:
         doubts.append(f'only {len(lines.ends)} lines are drawn')
@@ -178,64 +170,6 @@ def _scale(unit: DrawingUnit, canvas: Canvas) -> DrawingScale | None:
     pixel_m = unit.length_m / canvas.pixels_per_unit
     low_m, high_m = (1.0 - _UNIT_ERROR) * pixel_m, (1.0 + _UNIT_ERROR) * pixel_m
     return DrawingScale(pixel_m, low_m, high_m, ScaleSource.UNITS, unit.why)
-
-
-def _is_seen(page: VectorPage) -> NDArray[np.bool_]:
-    """Tell which paths have a colour that shows on white paper."""
-    seen = np.zeros(len(page.width), dtype=np.bool_)
-    for colour in (page.fill, page.stroke):
-        seen |= (colour[:, 3] > 0) & (colour[:, :3] < _WHITE).any(axis=1)
-    return seen
-
-
-def choose_paths(page: VectorPage, pieces: OutlinePieces, options: ReadOptions) -> Choice:
-    """
-    Return which paths are painted: the layers that a user names, else those named after walls.
-
-    Where no layer is named after walls, everything is painted that is not known to be something
-    else. Dashed lines are never walls.
-
-    Raises
-    ------
-    MapFormatError
-        If none of the layers that ``options`` name is there.
-    """
-    solid = ~page.is_dashed
-    if options.layers:
-        wanted = {layer.casefold() for layer in options.layers}
-        chosen = np.array([layer.casefold() in wanted for layer in page.layers])
-        if not chosen.any():
-            raise MapFormatError(
-                f'no layer {", ".join(options.layers)} in this drawing; '
-                f'it has {_listed(page.layers)}'
-            )
-        return Choice(chosen[page.layer] & solid)
-    roles = np.array([layer_role(layer) for layer in page.layers], dtype=object)
-    length = np.bincount(
-        page.layer[pieces.path], pieces.length * _is_seen(page)[pieces.path], len(page.layers)
-    )
-    is_wall = roles == LayerRole.WALL
-    if length[is_wall].sum() >= _WALL_SHARE * length.sum() > 0.0:
-        kept = is_wall | (roles == LayerRole.WINDOW)
-        unknown = [layer for layer, role in zip(page.layers, roles, strict=True)
-                   if role is LayerRole.UNKNOWN]  # fmt: skip
-        notes = [f'walls are on {_listed([page.layers[k] for k in np.flatnonzero(kept)])}']
-        if unknown:
-            notes.append(f'left out, as their names say nothing: {_listed(unknown)}')
-        return Choice(kept[page.layer] & solid, tuple(notes))
-    kept = (roles == LayerRole.UNKNOWN) | is_wall | (roles == LayerRole.WINDOW)
-    if length[kept].sum() <= _WALL_SHARE * length.sum():  # a plotting program's group of all
-        kept[:] = True
-    notes = []
-    if len(page.layers) > 1 and not kept.all():
-        notes.append(f'left out: {_listed([page.layers[k] for k in np.flatnonzero(~kept)])}')
-    return Choice(kept[page.layer] & solid, tuple(notes))
-
-
-def _listed(layers: tuple[str, ...] | list[str]) -> str:
-    """Return layers for a sentence."""
-    shown = ', '.join(layer or '(no name)' for layer in layers[:_LIST])
-    return f'{shown} and {len(layers) - _LIST} more' if len(layers) > _LIST else shown
 
 
 def _styles(page: VectorPage) -> NDArray[np.int64]:
@@ -307,7 +241,7 @@ def _painted_box(
         return page.box, []
     is_painted = is_line & (page.stroke[pieces.path, 3] > 0)
     is_painted |= is_area[pieces.path] & (page.fill[pieces.path, 3] > 0)
-    is_painted &= (_is_seen(page) & ~_is_paper(page))[pieces.path]
+    is_painted &= (is_seen(page) & ~_is_paper(page))[pieces.path]
     if not is_painted.any():
         is_painted[:] = True
     ends, length = pieces.ends[is_painted], pieces.length[is_painted]

@@ -23,6 +23,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from fpnet_core.drawings.formats.messages import detail_of
+from fpnet_core.drawings.model import model_from_json, model_to_json
 from fpnet_core.drawings.types import (
     Drawing,
     DrawingScale,
@@ -181,6 +182,7 @@ def pack(drawing: Drawing) -> bytes:
         'door_px': drawing.door_px,
         'notes': drawing.notes,
         'doubts': drawing.doubts,
+        'model': model_to_json(drawing.model) if drawing.model is not None else None,
     }
     arrays['facts'] = np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8)
     buffer = io.BytesIO()
@@ -193,7 +195,7 @@ def unpack(data: bytes) -> Drawing:
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     facts = json.loads(arrays.pop('facts').tobytes())
-    layers, scale = facts.pop('layers'), facts.pop('scale')
+    layers, scale, model = (facts.pop(key) for key in ('layers', 'scale', 'model'))
     strokes = None
     if layers is not None:
         strokes = Strokes(**{name: arrays[name] for name in _STROKES}, layers=tuple(layers))
@@ -205,6 +207,7 @@ def unpack(data: bytes) -> Drawing:
         labels=tuple(Label(text, tuple(box)) for text, box in facts.pop('labels')),
         scale=scale,
         A_pixel_image=arrays['A_pixel_image'],
+        model=model_from_json(model) if model is not None else None,
         **{key: _tuples(value) for key, value in facts.items()},
     )
 

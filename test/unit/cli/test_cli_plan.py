@@ -50,6 +50,20 @@ def test_it_writes_a_map_a_record_and_a_picture(drawing, tmp_path, capsys):
     assert again.scale.source is ScaleSource.LENGTH
 
 
+def test_rooms_and_doors_are_exported(drawing, tmp_path, capsys):
+    out, others = (
+        tmp_path / 'out' / 'plan.yaml',
+        [tmp_path / 'x' / 'a.geojson', tmp_path / 'a.svg'],
+    )
+    wanted = [each for path in others for each in ('--export', path)]
+    assert run('plan', drawing, '--length', '0,0,200,0=10', '--out', out, *wanted) == 0
+    assert f'wrote {others[0]}: 7 rooms and 6 doors' in capsys.readouterr().out
+    again = read_plan(others[0])
+    assert (len(again.model.rooms), len(again.model.doors)) == (7, 6)
+    assert others[1].read_text().startswith('<svg')
+    assert run('plan', drawing, '--out', out, '--export', tmp_path / 'a.ifc') == 1
+
+
 def test_a_slip_in_a_stated_scale_is_doubted(drawing, tmp_path, capsys):
     out = tmp_path / 'out' / 'plan.yaml'
     assert run('plan', drawing, '--length', '0,0,200,0=100', '--out', out, '--json', '-') == 0

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Walls of a model as solid areas with their doors cut out, for formats that draw walls."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from shapely import LineString, Polygon, unary_union
+
+from fpnet_core.drawings.model import FloorplanModel, ModelRoom, Rings
+from fpnet_core.drawings.model_raster import WALL_M, rectangle
+from fpnet_core.drawings.types import Array
+
+_MITRE = 2  # given: shapely's number for corners that stay sharp
+_MARGIN_M = 0.02  # numerical: that doors are cut beyond the faces of their walls
+_LEAST_M2 = 1e-4  # numerical: crumbs of walls
+
+
+def solid_walls(model: FloorplanModel) -> list[Rings]:
+    """Return the areas of walls; of rooms alone they are what lies around these."""
+    walls = unary_union([_polygon(wall.rings) for wall in model.walls])
+    if not model.walls:
+        rooms = unary_union([_polygon(room.rings) for room in model.rooms])
+        around = [_polygon(room.rings).buffer(WALL_M, join_style=_MITRE) for room in model.rooms]
+        walls = unary_union(around).difference(rooms)
+    doors = [Polygon(rectangle(door, 2.0 * _MARGIN_M, WALL_M)) for door in model.doors]
+    return _areas(walls.difference(unary_union(doors)))
+
+
+def wall_lines(model: FloorplanModel, thickness_m: float) -> list[Array]:
+    """Return centre lines (2, 2) of walls so thick around each room, without its doors."""
+    doors = unary_union([
+        Polygon(rectangle(door, 2.0 * thickness_m, 3.0 * thickness_m)) for door in model.doors
+    ])  # fmt: skip
+    lines: list[Array] = []
+    for room in model.rooms:
+        around = _polygon(room.rings).buffer(0.5 * thickness_m, join_style=_MITRE)
+        for rings in _areas(around):
+            for ring in rings:
+                closed = np.concatenate([ring, ring[:1]])
+                for start, end in pairwise(closed):
+                    left = LineString([start, end]).difference(doors)
+                    lines.extend(_pieces(left, thickness_m))
+    return lines
+
+
+def _pieces(geometry: Any, least_m: float) -> list[Array]:
+    parts = getattr(geometry, 'geoms', [geometry])
+    return [
+        np.asarray(part.coords)[[0, -1]]
+        for part in parts
+        if part.geom_type == 'LineString' and part.length > 0.1 * least_m
+    ]
+
+
+def _polygon(rings: Rings) -> Any:
+    """Return a valid area of rings."""
+    return Polygon(rings[0], list(rings[1:])).buffer(0.0)
+
+
+def _areas(geometry: Any) -> list[Rings]:
+    """Return the rings of each polygon, crumbs left out."""
+    found: list[Rings] = []
+    for part in getattr(geometry, 'geoms', [geometry]):
+        if part.geom_type == 'Polygon' and part.area > _LEAST_M2:
+            rings = (part.exterior, *part.interiors)
+            found.append(tuple(np.asarray(ring.coords)[:-1, :2] for ring in rings))
+    return found
+
+
+def middle_of(room: ModelRoom) -> Array:
+    """Return a place (2,) well inside of a room, for its name."""
+    place = _polygon(room.rings).representative_point()
+    return np.array([place.x, place.y])

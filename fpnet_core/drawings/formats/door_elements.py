@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Doors that a vector drawing shows, by leaf and arc, as elements of a floorplan model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fpnet_core.drawings.formats.doors import Doors
+from fpnet_core.drawings.formats.pages import Array, VectorPage
+from fpnet_core.drawings.model import DoorKind, FloorplanModel, ModelDoor
+
+_MEET = 0.15  # of a leaf, that the ends of both leaves of a double door are apart; chosen
+_ALIKE = 1.6  # that one leaf of a double door is longer than the other one at most; chosen
+_MOST = 3_000  # numerical: doors of a drawing
+_FLAT = 1e-12  # numerical: determinant of a file's coordinates that have no area
+_PROBABILITY = 0.95  # chosen: that a leaf with its arc is a door
+
+
+def drawn_model(page: VectorPage, doors: Doors) -> FloorplanModel | None:
+    """Return the doors of a page in the file's own coordinates; None where it shows none."""
+    is_flat = abs(np.linalg.det(page.A_page_file[:, :2])) < _FLAT
+    if is_flat or not 0 < len(doors.width) <= _MOST:
+        return None
+    found = []
+    partner = _partners(doors)
+    for number, other in enumerate(partner):
+        hinge, shut, leaf = doors.hinge[number], doors.shut[number], doors.leaf[number]
+        if other < 0:
+            found.append(_door(np.array([hinge, shut]), DoorKind.SWING, leaf))
+        elif number < other:
+            found.append(_door(np.array([hinge, doors.hinge[other]]), DoorKind.DOUBLE, None))
+    A_file_page = np.linalg.inv(np.vstack([page.A_page_file, [0.0, 0.0, 1.0]]))[:2]
+    return FloorplanModel(doors=tuple(found), is_whole=False).moved(A_file_page)
+
+
+def _door(ends: Array, kind: DoorKind, leaf: Array | None) -> ModelDoor:
+    hinge = 0 if leaf is not None else None
+    return ModelDoor(ends, 0.0, kind, hinge, leaf, '', _PROBABILITY, 'door symbol')
+
+
+def _partners(doors: Doors) -> list[int]:
+    """Return the other leaf of each leaf; -1 for those that stand alone."""
+    count = len(doors.width)
+    apart = np.hypot(*(doors.shut[:, None] - doors.shut).transpose(2, 0, 1))
+    hinges = np.hypot(*(doors.hinge[:, None] - doors.hinge).transpose(2, 0, 1))
+    both = doors.width[:, None] + doors.width
+    ratio = np.abs(np.log(doors.width[:, None] / doors.width))
+    meets = (apart < 0.5 * _MEET * both) & (ratio < np.log(_ALIKE))
+    meets &= hinges > (1.0 - _MEET) * both
+    np.fill_diagonal(meets, False)
+    best = np.where(meets.any(axis=1), np.argmin(np.where(meets, apart, np.inf), axis=1), -1)
+    return [
+        int(other) if other >= 0 and best[other] == number else -1
+        for number, other in zip(range(count), best, strict=True)
+    ]

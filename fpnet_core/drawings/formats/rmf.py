@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Open-RMF buildings: a level's walls, doors and floors, as its traffic editor writes them.
+
+Vertices are pixels of the level's drawing (y down), or metres (y up); measurements tell how long
+a pixel is. A site reads the drawing that a level names; here the level's own lines are read.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fpnet_core.drawings.formats.messages import detail_of
+from fpnet_core.drawings.formats.model_page import choose_storey, page_of
+from fpnet_core.drawings.formats.pages import Array, VectorPage
+from fpnet_core.drawings.model import (
+    DoorKind,
+    FloorplanModel,
+    ModelDoor,
+    ModelStorey,
+    ModelWall,
+    ModelWindow,
+)
+from fpnet_core.drawings.model_raster import rectangle
+from fpnet_core.drawings.types import ReadOptions
+from fpnet_core.errors import MapFormatError
+from fpnet_core.plain_yaml import MAX_BYTES, parse_yaml
+
+WALL_M = 0.2
+"""Thickness of walls, of which the file has centre lines only [m]. Chosen."""
+
+_LARGEST_PX = 1e9  # numerical: pixels of a vertex
+_LARGEST_M = 1e6  # physical: no building of it is so far from its origin
+_SOURCE = 'Open-RMF'
+_METRES = ('cartesian_meters', 'cartesian_metres')  # given: coordinate systems
+_PIXELS = ('', 'reference_image')  # given
+_KINDS = {
+    'hinged': DoorKind.SWING, 'double_hinged': DoorKind.DOUBLE, 'sliding': DoorKind.SLIDING,
+    'double_sliding': DoorKind.SLIDING, 'double_telescope': DoorKind.SLIDING,
+}  # fmt: skip
+
+
+def load_libraries() -> None:
+    """Import what reading takes: nothing that this module has not."""
+
+
+def read_rmf(path: Path, options: ReadOptions) -> VectorPage:
+    """
+    Return a level of a building: ``options.page`` from below, else the one with most walls.
+
+    Raises
+    ------
+    MapFormatError
+        If the file is malformed or too large, has no walls, lacks the level or its scale.
+    """
+    if path.stat().st_size > MAX_BYTES:
+        raise MapFormatError(f'{path.name} is too large: expected at most {MAX_BYTES} bytes')
+    try:
+        values = parse_yaml(path.read_text(encoding='utf-8'))
+        levels = [(str(name), dict(level)) for name, level in values['levels'].items()]
+        levels.sort(key=lambda each: float(each[1].get('elevation') or 0.0))
+        counts = [len(level.get('walls') or ()) for _, level in levels]
+        system = str(values.get('coordinate_system') or '')
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise MapFormatError(
+            f'{path.name} is a damaged building of Open-RMF ({detail_of(error)}); save it again '
+            'in the traffic editor'
+        ) from None
+    if system not in (*_PIXELS, *_METRES):
+        raise MapFormatError(
+            f'{path.name}: coordinate_system {system!r} is not read; expected pixels of a drawing '
+            'or metres'
+        )
+    if not any(counts):
+        raise MapFormatError(f'{path.name} has no walls; draw some in the traffic editor')
+    number, notes = choose_storey(path.name, [name for name, _ in levels], counts, options)
+    storeys = tuple(
+        ModelStorey(name, float(level.get('elevation') or 0.0)) for name, level in levels
+    )
+    name, level = levels[number]
+    try:
+        model = _model(level, system in _METRES, storeys, number)
+    except MapFormatError as error:
+        raise MapFormatError(f'{path.name}: level {name!r}: {error}') from None
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        raise MapFormatError(
+            f'{path.name}: level {name!r} is damaged ({detail_of(error)}); save it again in the '
+            'traffic editor'
+        ) from None
+    return page_of(path.name, model, notes)
+
+
+def _model(
+    level: dict[str, Any], in_metres: bool, storeys: tuple[ModelStorey, ...], number: int
+) -> FloorplanModel:
+    points = np.array([vertex[:2] for vertex in level['vertices']], dtype=np.float64)
+    if not (np.abs(points) < _LARGEST_PX).all():
+        raise MapFormatError('it has vertices that lie nowhere')
+    if not in_metres:
+        points = points * (1.0, -1.0) * _metres_per_pixel(level, points)
+    if not (np.abs(points) < _LARGEST_M).all():
+        raise MapFormatError(f'it has vertices more than {_LARGEST_M:g} m away')
+    lines = [(_ends(wall, points), _told(wall)) for wall in level.get('walls') or ()]
+    lines = [(ends, told) for ends, told in lines if (ends[0] != ends[1]).any()]
+    walls = [
+        ModelWall((_thick(ends),), source=_SOURCE)
+        for ends, told in lines
+        if float(told.get('alpha', 1.0)) >= 1.0
+    ]
+    panes = [
+        ModelWindow(ends, WALL_M, source=_SOURCE)
+        for ends, told in lines
+        if float(told.get('alpha', 1.0)) < 1.0
+    ]
+    doors = [_door(each, points) for each in level.get('doors') or ()]
+    floors = [points[list(map(int, floor['vertices']))] for floor in level.get('floors') or ()]
+    return FloorplanModel(
+        walls=tuple(walls),
+        doors=tuple(doors),
+        windows=tuple(panes),
+        outline=tuple(floor for floor in floors if len(floor) > 2),
+        storeys=storeys,
+        storey=number,
+    )
+
+
+def _metres_per_pixel(level: dict[str, Any], points: Array) -> float:
+    """Return the mean of what a level's measurements say."""
+    scales = []
+    for each in level.get('measurements') or ():
+        ends = _ends(each, points)
+        length = float(np.hypot(*(ends[1] - ends[0])))
+        metres = float(_told(each)['distance'])
+        if metres > 0.0 and length > 0.0:
+            scales.append(metres / length)
+    if not scales:
+        raise MapFormatError(
+            'it has no measurement, which tells how long a pixel is; add one in the traffic editor'
+        )
+    return float(np.mean(scales))
+
+
+def _ends(edge: Any, points: Array) -> Array:
+    """Return the places (2, 2) of the two vertices of an edge."""
+    first, second = int(edge[0]), int(edge[1])
+    if min(first, second) < 0:
+        raise IndexError(f'vertex {min(first, second)}')
+    return points[[first, second]]
+
+
+def _told(edge: Any) -> dict[str, Any]:
+    """Return the parameters of an edge, which are stored as [type, value]."""
+    told = edge[2] if len(edge) > 2 and isinstance(edge[2], dict) else {}
+    return {key: each[1] if isinstance(each, list) else each for key, each in told.items()}
+
+
+def _thick(ends: Array) -> Array:
+    """Return the corners (4, 2) of a wall, which reaches half its thickness beyond its ends."""
+    along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
+    longer = ends + 0.5 * WALL_M * np.array([-along, along])
+    return rectangle(ModelWindow(longer, WALL_M))
+
+
+def _door(edge: Any, points: Array) -> ModelDoor:
+    told = _told(edge)
+    kind = _KINDS.get(str(told.get('type')), DoorKind.UNKNOWN)
+    hinge = None
+    if kind is DoorKind.SWING:
+        hinge = int(str(told.get('motion_axis')) == 'end')
+    name = str(told.get('name') or '')
+    return ModelDoor(_ends(edge, points), WALL_M, kind, hinge, name=name, source=_SOURCE)

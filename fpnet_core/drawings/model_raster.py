@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A floorplan model as an occupancy raster: walls, windows and free floor, painted as they are.
+
+Doors are open, windows are wall. Where a model has no rooms, its floor is what walls, windows and
+shut doors keep apart from the outside.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.model import FloorplanModel, ModelDoor, ModelWindow, Rings
+from fpnet_core.drawings.types import Array
+from fpnet_core.raster.pixels import PIXEL_BITS, fixed_point
+from fpnet_core.types import FREE, OCCUPIED, UNKNOWN, GridMap
+
+WALL_M = 0.1
+"""Thickness of walls of which a model tells one line only [m]. Chosen."""
+
+_SHUT = 0.5  # of a building's outline that its walls shut in, for them to tell inside; chosen
+_FAR = 4.0  # numerical: sizes of the raster outside of it that corners are moved to
+_LEAST_M2 = 1.0  # chosen: floor that is no hollow of a wall
+
+Mask = NDArray[np.bool_]
+
+
+def model_grid(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> GridMap:
+    """
+    Return a model's raster of ``shape`` (rows, columns), whose first cell starts at (0, 0).
+
+    Cells that nothing is known of are unknown, and so is all outside. Without rooms, and with
+    walls that do not close, no cell is free but those of doors.
+    """
+    walls = wall_mask(model, cell_m, shape)
+    more_m = 2.0 * cell_m + (0.0 if model.walls else WALL_M)
+    doors = _openings(model.doors, cell_m, shape, more_m)
+    floor = _areas([room.rings for room in model.rooms], cell_m, shape)
+    if not model.rooms:
+        floor = _floor(model, walls | doors, cell_m) & ~doors
+    cells = np.full(shape, UNKNOWN, np.int8)
+    cells[floor] = FREE
+    cells[walls] = OCCUPIED
+    cells[doors & ~_leads_nowhere(doors, floor & ~walls)] = FREE
+    return GridMap(cells, cell_m)
+
+
+def wall_mask(model: FloorplanModel, cell_m: float, shape: tuple[int, int]) -> Mask:
+    """
+    Tell the cells of walls and windows; doors are not yet cut out of them.
+
+    A model of rooms alone has its walls along their outlines.
+    """
+    walls = _areas([wall.rings for wall in model.walls], cell_m, shape)
+    if not model.walls:
+        lines = [ring for room in model.rooms for ring in room.rings]
+        walls = _drawn(lines, cell_m, shape)
+    return walls | _openings(model.windows, cell_m, shape, 0.0)
+
+
+def _floor(model: FloorplanModel, shut: Mask, cell_m: float) -> Mask:
+    """Tell the cells that are shut in; where most of the building leaks, those in its outline."""
+    floor = enclosed(shut, cell_m)
+    outline = _areas([(ring,) for ring in model.outline], cell_m, (shut.shape[0], shut.shape[1]))
+    leaks = np.count_nonzero(floor & outline) < _SHUT * np.count_nonzero(outline)
+    return outline if leaks else floor
+
+
+def enclosed(shut: Mask, cell_m: float) -> Mask:
+    """Tell the cells that ``shut`` ones keep apart from the raster's edge, hollows left out."""
+    open_cells = np.pad(~shut, 1, constant_values=True).astype(np.uint8)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(open_cells, connectivity=4)
+    is_room = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= _LEAST_M2
+    is_room[0] = is_room[labels[0, 0]] = False
+    inside: Mask = is_room[labels[1:-1, 1:-1]]
+    return inside
+
+
+def _leads_nowhere(doors: Mask, floor: Mask) -> Mask:
+    """Tell the cells of doors that no floor is beside: those of a storey's other parts."""
+    _, labels = cv2.connectedComponents(doors.astype(np.uint8), connectivity=8)
+    beside = cv2.dilate(floor.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    leads = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
+    leads[np.unique(labels[beside & doors])] = True
+    nowhere: Mask = doors & ~leads[labels]
+    return nowhere
+
+
+def _areas(areas: list[Rings], cell_m: float, shape: tuple[int, int]) -> Mask:
+    """Tell the cells in any of the areas, each of them rings with holes."""
+    mask = np.zeros(shape, np.uint8)
+    for rings in areas:
+        corners = [_corners(ring, cell_m, shape) for ring in rings]
+        low = np.min([each.min(axis=0) for each in corners], axis=0) >> PIXEL_BITS
+        high = (np.max([each.max(axis=0) for each in corners], axis=0) >> PIXEL_BITS) + 2
+        x0, y0 = np.clip(low, 0, shape[::-1])
+        x1, y1 = np.clip(high, 0, shape[::-1])
+        if x0 < x1 and y0 < y1:
+            part = np.zeros((y1 - y0, x1 - x0), np.uint8)
+            offset = np.array([x0, y0], np.int32) << PIXEL_BITS
+            moved = [(each - offset).astype(np.int32) for each in corners]
+            cv2.fillPoly(part, moved, 1, cv2.LINE_8, PIXEL_BITS)
+            mask[y0:y1, x0:x1] |= part
+    return mask > 0
+
+
+def _drawn(lines: list[Array], cell_m: float, shape: tuple[int, int]) -> Mask:
+    """Tell the cells under closed lines as thick as a wall."""
+    mask = np.zeros(shape, np.uint8)
+    thickness = max(round(WALL_M / cell_m), 1)
+    corners = [_corners(line, cell_m, shape) for line in lines]
+    cv2.polylines(mask, corners, True, 1, thickness, cv2.LINE_8, PIXEL_BITS)
+    return mask > 0
+
+
+def _corners(ring: Array, cell_m: float, shape: tuple[int, int]) -> NDArray[np.int32]:
+    """Return corners [m] as numbers that OpenCV paints; ones far away are moved nearer."""
+    far = _FAR * max(shape)
+    return fixed_point(np.clip(ring / cell_m - 0.5, -far, far))
+
+
+def _openings(
+    openings: tuple[ModelDoor, ...] | tuple[ModelWindow, ...],
+    cell_m: float,
+    shape: tuple[int, int],
+    more_m: float,
+) -> Mask:
+    """Tell the cells of openings, through the whole of their walls and so much beyond."""
+    return _areas([(rectangle(each, more_m, cell_m),) for each in openings], cell_m, shape)
+
+
+def rectangle(
+    opening: ModelDoor | ModelWindow, more_m: float = 0.0, least_m: float = 0.0
+) -> Array:
+    """Return the corners (4, 2) of an opening, so much deeper than its wall, but ``least_m``."""
+    start, end = opening.ends
+    along = (end - start) / np.hypot(*(end - start))
+    depth = max((opening.depth_m or WALL_M) + more_m, least_m)
+    across = 0.5 * depth * np.array([-along[1], along[0]])
+    return np.array([start - across, end - across, end + across, start + across])

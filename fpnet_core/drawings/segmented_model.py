@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 The fpnet_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The floorplan model of a reading: what its file states, else what its map was cut into."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from fpnet_core.drawings.model import FloorplanModel, ModelDoor, ModelRoom, ModelWall, Rings
+from fpnet_core.drawings.types import Array, Reading
+from fpnet_core.raster.pixels import map_points
+from fpnet_core.types import OCCUPIED, GridMap, Segmentation
+
+_FINER = 4  # numerical: so many pixels to a cell, so that outlines run along its edges
+_STRAIGHT = (
+    1.05  # numerical: of a cell, how far outlines are off that make slants of steps straight
+)
+_SAME = 0.5  # of a door's width, within which a drawn one is the one that was found; chosen
+_LEAST_CELLS = 4  # numerical: smaller pieces of wall are left out
+_SOURCE = 'segmentation'
+_LONGEST_NAME = 60  # numerical: letters of a room's name
+
+
+def complete_model(reading: Reading, segmentation: Segmentation) -> FloorplanModel:
+    """
+    Return a reading's model, with rooms and doors of its segmentation where no file states them.
+
+    Places are metres of the reading's map; rooms have the texts that lie in them for names.
+    """
+    stated = reading.model
+    known = stated.doors if stated is not None else ()
+    if stated is not None and stated.rooms and stated.is_whole:
+        return stated
+    rooms = tuple(_rooms(reading, segmentation))
+    if stated is not None and stated.is_whole and known:
+        return replace(stated, rooms=rooms)
+    doors = tuple(
+        _door(portal.ends, segmentation.regions[portal.door].confidence, known)
+        for portal in segmentation.portals
+        if (portal.ends[0] != portal.ends[1]).any()
+    )
+    if stated is not None and stated.is_whole:
+        return replace(stated, rooms=rooms, doors=doors)
+    grid = segmentation.grid
+    is_wall = grid.cells == OCCUPIED
+    return FloorplanModel(
+        walls=tuple(ModelWall(rings, source=_SOURCE) for rings in _areas(is_wall, grid)),
+        doors=doors,
+        rooms=rooms,
+        outline=tuple(rings[0] for rings in _areas(is_wall | (segmentation.labels > 0), grid)),
+        scale=reading.scale,
+        H_plan_image=reading.H_plan_image,
+    )
+
+
+def _door(ends: Array, probability: float, known: tuple[ModelDoor, ...]) -> ModelDoor:
+    """Return the door that is drawn where one was found, else the line that was found."""
+    middle = ends.mean(axis=0)
+    for door in known:
+        if np.hypot(*(door.ends.mean(axis=0) - middle)) < _SAME * door.width_m:
+            return replace(door, probability=max(door.probability, probability))
+    return ModelDoor(ends, probability=probability, source=_SOURCE)
+
+
+def _rooms(reading: Reading, segmentation: Segmentation) -> list[ModelRoom]:
+    names = _names(reading, segmentation)
+    rooms = []
+    for region in segmentation.rooms:
+        areas = _areas(segmentation.labels == region.id + 1, segmentation.grid)
+        if areas:
+            rings = max(areas, key=lambda each: cv2.contourArea(each[0].astype(np.float32)))
+            rooms.append(
+                ModelRoom(
+                    rings, names.get(region.id, ''), probability=region.confidence, source=_SOURCE
+                )
+            )
+    return rooms
+
+
+def _names(reading: Reading, segmentation: Segmentation) -> dict[int, str]:
+    """Return the texts of a vector drawing that lie in each room, by the room's id."""
+    found: dict[int, list[str]] = {}
+    for label in reading.drawing.labels:
+        left, top, right, bottom = label.box
+        middle = np.array([[0.5 * (left + right), 0.5 * (top + bottom)]])
+        xy = map_points(reading.H_plan_image, middle)
+        row, col = np.rint(segmentation.grid.xy_to_rc(xy)[0]).astype(int)
+        rows, cols = segmentation.labels.shape
+        if 0 <= row < rows and 0 <= col < cols and segmentation.labels[row, col]:
+            found.setdefault(int(segmentation.labels[row, col]) - 1, []).append(label.text)
+    return {room: ' '.join(texts)[:_LONGEST_NAME] for room, texts in found.items()}
+
+
+def _areas(mask: NDArray[np.bool_], grid: GridMap) -> list[Rings]:
+    """Return the rings [m] of each piece of a mask, along its cells' edges, with its holes."""
+    rows, cols = np.nonzero(mask)
+    if not len(rows):
+        return []
+    low = np.array([rows.min(), cols.min()])
+    part = mask[low[0] : rows.max() + 1, low[1] : cols.max() + 1].astype(np.uint8)
+    fine = part.repeat(_FINER, axis=0).repeat(_FINER, axis=1)
+    contours, tree = cv2.findContours(fine, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    found: dict[int, list[Array]] = {}
+    for number, contour in enumerate(contours):
+        parent = int(tree[0][number][3])
+        if parent < 0 and cv2.contourArea(contour) < _LEAST_CELLS * (_FINER - 1) ** 2:
+            continue
+        simple = cv2.approxPolyDP(contour, _STRAIGHT * _FINER, True)[:, 0, ::-1]
+        if len(simple) > 2 and (parent < 0 or parent in found):
+            rc = (simple + 0.5) / _FINER - 0.5 + low
+            found.setdefault(number if parent < 0 else parent, []).append(grid.rc_to_xy(rc))
+    return [tuple(rings) for rings in found.values()]
