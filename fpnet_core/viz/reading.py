@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fpnet_core.drawings.types import Reading
 from fpnet_core.drawings.wording import said_of
+from fpnet_core.plan_check.verdict import PlanVerdict
 from fpnet_core.raster.pixels import column_to_xy
 from fpnet_core.types import OCCUPIED, Segmentation
 from fpnet_core.viz.pictures import saved_figure
@@ -38,16 +39,15 @@ _LEAST_IN = 5.0  # for what is said above a tall drawing
 _PT, _LINE_IN, _CHARACTER_IN = 9, 0.16, 0.085  # of a title: its letters, lines and characters
 
 
-def save_reading(reading: Reading, segmentation: Segmentation, path: Path) -> None:
+def save_reading(
+    reading: Reading, segmentation: Segmentation, path: Path, verdict: PlanVerdict
+) -> None:
     """Write the picture; ``segmentation`` is that of the reading's grid."""
-    height, width = reading.drawing.pixels.shape[:2]
+    width, height = reading.drawing.size
+    said = [*said_of(reading, segmentation), *verdict.headlines()]
     inch = _LONG_SIDE_IN / max(height, width)
     wide = max(width * inch, _LEAST_IN) + 0.4
-    lines = [
-        part
-        for line in said_of(reading, segmentation)
-        for part in wrap(line, int(wide / _CHARACTER_IN))
-    ]
+    lines = [part for line in said for part in wrap(line, int(wide / _CHARACTER_IN))]
     with saved_figure(path, (wide, height * inch + _LINE_IN * (len(lines) + 3)), _DPI) as figure:
         # Above the axes, however narrow these are.
         figure.suptitle('\n'.join(lines), fontsize=_PT, x=0.01, ha='left')
