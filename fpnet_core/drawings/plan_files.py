@@ -59,7 +59,7 @@ def is_affine(H: NDArray[np.float64]) -> bool:
 
 def as_json(reading: Reading) -> dict[str, Any]:
     """Return all of a reading but its map, as plain values."""
-    height, width = reading.drawing.pixels.shape[:2]
+    width, height = reading.drawing.size
     return {
         _MARK: _VERSION,
         'drawing': reading.drawing.name,

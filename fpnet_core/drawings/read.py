@@ -16,6 +16,7 @@ from fpnet_core.drawings.pictures.doubting import Doubts
 from fpnet_core.drawings.pictures.found import Found, stride
 from fpnet_core.drawings.pictures.plausible import findings
 from fpnet_core.drawings.plan_files import MAP_FORMAT, PlanRecord, recorded
+from fpnet_core.drawings.reduced import in_image_pixels, options_of_copy
 from fpnet_core.drawings.scaling import resolve_scale
 from fpnet_core.drawings.stated import exact
 from fpnet_core.drawings.types import (
@@ -137,12 +138,13 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         If an option does not fit the drawing, or it shows no building.
     """
     _check_options(drawing, options)
+    options = options_of_copy(options, drawing)
     found = choose(drawing, options, config)
     scale, cell_m = resolve_scale(found, config)
     grid = GridMap(found.cells[::-1], cell_m)
     metres = cell_m * stride(found.cells) / found.segmentation.grid.resolution
     doubts, absurd = _doubts(found, drawing, config, metres if scale.is_known else None)
-    return Reading(
+    reading = Reading(
         grid=grid,
         scale=scale,
         H_plan_image=pixel_to_xy(grid).matrix @ found.H_cell_pixel,
@@ -156,6 +158,7 @@ def read_drawing(drawing: Drawing, options: ReadOptions, config: SegmentationCon
         trust=found.trust,
         absurd=absurd,
     )
+    return in_image_pixels(reading)
 
 
 def _doubts(
@@ -198,7 +201,7 @@ def _meant_pixels(drawing: Drawing, options: ReadOptions) -> list[str]:
 
 def _check_options(drawing: Drawing, options: ReadOptions) -> None:
     if options.crop is not None:
-        height, width = drawing.pixels.shape[:2]
+        width, height = drawing.size
         left, top, right, bottom = options.crop
         is_inside = 0 <= left < right <= width and 0 <= top < bottom <= height
         if not is_inside or min(right - left, bottom - top) < _LEAST_CROP_PX:
@@ -208,14 +211,14 @@ def _check_options(drawing: Drawing, options: ReadOptions) -> None:
             )
     stated_m = options.resolution_m
     if options.length is not None:
-        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.pixels.shape[:2])
+        stated_m = _metres_per_pixel(options.length, drawing.name, drawing.size[::-1])
     if stated_m is not None:
         _check_size(drawing, stated_m)
 
 
 def _check_size(drawing: Drawing, resolution_m: float) -> None:
     """Refuse a scale at which the drawing is no building by far, as one in millimetres."""
-    long_m = max(drawing.pixels.shape) * resolution_m
+    long_m = max(drawing.size) * resolution_m
     if not _LONG_M[0] <= long_m <= _LONG_M[1]:
         raise MapFormatError(
             f'{drawing.name}: at {resolution_m:.3g} m per pixel the drawing is {long_m:.3g} m '
